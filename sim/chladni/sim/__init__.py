@@ -1,0 +1,24 @@
+"""Board simulation: from a board file to the field each actuator makes on the plate."""
+
+from chladni.sim.board import Board
+from chladni.sim.board_file import board_from_document, load_board, shipped_boards
+from chladni.sim.energy import compose, energy_image, normalised
+from chladni.sim.errors import ChladniError, InputError, ResonanceError
+from chladni.sim.transfer import TransferFields, plate_model, target_field, transfer_fields
+
+__all__ = [
+    "Board",
+    "ChladniError",
+    "InputError",
+    "ResonanceError",
+    "TransferFields",
+    "board_from_document",
+    "compose",
+    "energy_image",
+    "load_board",
+    "normalised",
+    "plate_model",
+    "shipped_boards",
+    "target_field",
+    "transfer_fields",
+]

@@ -1,0 +1,284 @@
+"""A haptic board as data: plate, screws, magnets, actuators, and what drives them."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import re
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.errors import InputError
+from chladni.sim.quantity import check_ranges, quantities, quantity
+
+FloatArray = NDArray[np.float64]
+
+MM = 1e-3
+Edges = Literal["simply supported", "free"]
+EDGES: tuple[Edges, ...] = ("simply supported", "free")
+NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
+"""A board's name goes into 16 bytes of the table, with an ending zero."""
+SAME_PLACE = 1e-6
+"""Two actuators closer than this, in metres, are at one place: their drives cannot be told apart."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A thin rectangular plate of one material. SI units.
+
+    `size` is (along x, along y); `loss_factor` is η in D(1 + iη).
+    """
+
+    size: tuple[float, float] = quantity("size_mm", MM, 1.0, 5000.0, count=2)
+    thickness: float = quantity("thickness_mm", MM, 0.01, 100.0)
+    youngs_modulus: float = quantity("youngs_modulus_gpa", 1e9, 1e-4, 1500.0)
+    poissons_ratio: float = quantity("poissons_ratio", 1.0, -0.9, 0.49)
+    density: float = quantity("density_kg_m3", 1.0, 1.0, 30000.0)
+    loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0)
+    edges: Edges = "free"
+
+    @property
+    def bending_stiffness(self) -> float:
+        """D = Eh³/(12(1 − ν²)), N·m."""
+        return self.youngs_modulus * self.thickness**3 / (12.0 * (1.0 - self.poissons_ratio**2))
+
+    @property
+    def areal_mass(self) -> float:
+        """ρh, kg/m²."""
+        return self.density * self.thickness
+
+    def wavelength(self, frequency_hz: float) -> float:
+        """Bending wavelength λ = 2π (D/ρhω²)^(1/4) of the endless plate, m."""
+        omega = 2.0 * np.pi * frequency_hz
+        return float(2.0 * np.pi * (self.bending_stiffness / self.areal_mass / omega**2) ** 0.25)
+
+
+@dataclass(frozen=True)
+class Screw:
+    """Clamps the plate on a rim: no deflection and no slope on the circle. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    radius: float = quantity("radius_mm", MM, 0.05, 100.0)
+
+
+@dataclass(frozen=True)
+class Magnet:
+    """The disc glued to the plate under every actuator. SI units."""
+
+    radius: float = quantity("radius_mm", MM, 0.05, 500.0)
+    height: float = quantity("height_mm", MM, 0.0, 500.0)
+    density: float = quantity("density_kg_m3", 1.0, 0.0, 30000.0)
+    stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 1.0, 1e6)
+
+    @property
+    def areal_mass(self) -> float:
+        """Mass per area, kg/m²."""
+        return self.density * self.height
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One coil, by name and place (m)."""
+
+    name: str
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What the table is made for: a frequency, and the largest gain of an actuator."""
+
+    frequency_hz: float = quantity("frequency_hz", 1.0, 1.0, 20000.0)
+    max_gain: float = quantity("max_gain", 1.0, 1e-6, 1e6)
+
+
+@dataclass(frozen=True)
+class Image:
+    """Points of the energy image along x and y, from edge to edge."""
+
+    points: tuple[int, int] = quantity("points", 1.0, 7, 5000, count=2, integer=True)
+
+
+@dataclass(frozen=True)
+class Regions:
+    """The places a table tells apart: cells of about `pitch`, m."""
+
+    pitch: float = quantity("pitch_mm", MM, 0.5, 500.0)
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
+
+    The carrier is 80 MHz / 2^pwm_bits (ESP32 LEDC).
+    """
+
+    pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
+    pwm_bits: int = quantity("pwm_bits", 1.0, 10, 12, integer=True)
+    ramp_ms: float = quantity("ramp_ms", 1.0, 0.5, 1000.0)
+    touch_timeout_ms: float = quantity("touch_timeout_ms", 1.0, 5.0, 5000.0)
+    max_on_s: float = quantity("max_on_s", 1.0, 0.1, 60.0)
+
+
+@dataclass(frozen=True)
+class Board:
+    """Everything the chain needs to know about a board; validated when made.
+
+    Raises
+    ------
+    InputError
+        A value out of range, an actuator or screw off the plate, two actuators at one place, …
+    """
+
+    name: str
+    plate: Plate
+    screws: tuple[Screw, ...]
+    magnet: Magnet | None
+    actuators: tuple[Actuator, ...]
+    drive: Drive
+    image: Image
+    regions: Regions
+    electronics: Electronics
+
+    def __post_init__(self) -> None:
+        check_board(self)
+
+    @property
+    def x(self) -> FloatArray:
+        """Image points along x, m."""
+        return _axis(self.plate.size[0], self.image.points[0])
+
+    @property
+    def y(self) -> FloatArray:
+        """Image points along y, m."""
+        return _axis(self.plate.size[1], self.image.points[1])
+
+    def fingerprint(self) -> int:
+        """64 bits of the SHA-256 of everything that a drive depends on (not name or electronics)."""
+        physical = {
+            key: value
+            for key, value in to_document(self).items()
+            if key not in ("name", "electronics", "image")
+        }
+        text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a place (m) lies on the board, its edges included."""
+        # The slack lets a target typed as the very edge, 35.75 mm of 71.5, count as on the board.
+        half_x, half_y = self.plate.size[0] / 2.0 + 1e-9, self.plate.size[1] / 2.0 + 1e-9
+        return abs(x) <= half_x and abs(y) <= half_y
+
+
+def _axis(length: float, count: int) -> FloatArray:
+    """`count` points from −length/2 to length/2, exactly symmetric."""
+    half = (np.arange(count) - (count - 1) / 2.0) / (count - 1)
+    return np.asarray(half * length)
+
+
+def check_board(board: Board) -> None:
+    """Raise `InputError` at the first thing wrong with a board."""
+    if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
+        raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
+    if board.plate.edges not in EDGES:
+        raise InputError("plate.edges", board.plate.edges, " or ".join(map(repr, EDGES)))
+    for section in ("plate", "magnet", "drive", "image", "regions", "electronics"):
+        part = getattr(board, section)
+        if part is not None:
+            check_ranges(part, section)
+    for index, screw in enumerate(board.screws):
+        check_ranges(screw, f"screws[{index}]")
+    _check_actuators(board)
+    _check_places(board)
+    if board.plate.edges == "simply supported" and (board.screws or board.magnet):
+        what = "screws" if board.screws else "magnet"
+        raise InputError(what, "given", "none with simply supported edges: that plate is not modelled")
+    smallest = min(board.plate.size)
+    if board.plate.thickness > smallest / 10.0:
+        raise InputError(
+            "plate.thickness_mm",
+            board.plate.thickness / MM,
+            f"at most {smallest / 10.0 / MM:g}, a tenth of the short side: thin-plate theory",
+        )
+    if board.regions.pitch > smallest:
+        raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+
+
+def _check_actuators(board: Board) -> None:
+    if not 1 <= len(board.actuators) <= 64:
+        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
+    names = [actuator.name for actuator in board.actuators]
+    for index, actuator in enumerate(board.actuators):
+        check_ranges(actuator, f"actuators[{index}]")
+        if not isinstance(actuator.name, str) or not actuator.name:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
+        if actuator.name in names[:index]:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
+        for other in board.actuators[:index]:
+            if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
+                raise InputError(
+                    f"actuators[{index}].at_mm",
+                    _mm(actuator.at),
+                    f"a place of its own; {other.name!r} is there already",
+                )
+    pins = board.electronics.pwm_pins
+    if len(pins) != len(board.actuators) or len(set(pins)) != len(pins):
+        raise InputError(
+            "electronics.pwm_pins",
+            list(pins),
+            f"{len(board.actuators)} different pins, one per actuator",
+        )
+
+
+def _check_places(board: Board) -> None:
+    half = np.array(board.plate.size) / 2.0
+    for index, actuator in enumerate(board.actuators):
+        if not board.contains(*actuator.at):
+            raise InputError(
+                f"actuators[{index}].at_mm",
+                _mm(actuator.at),
+                f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
+            )
+    discs = [(f"screws[{i}]", s.at, s.radius) for i, s in enumerate(board.screws)]
+    if board.magnet:
+        magnet = board.magnet.radius
+        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
+    for index, (name, at, radius) in enumerate(discs):
+        if np.any(np.abs(at) + radius >= half):
+            what = "screw" if name.startswith("screws") else "magnet"
+            raise InputError(
+                f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
+            )
+        for other, place, other_radius in discs[:index]:
+            if np.hypot(*np.subtract(at, place)) <= radius + other_radius:
+                raise InputError(f"{name}.at_mm", _mm(at), f"a place clear of {other}")
+
+
+def _mm(place: tuple[float, float]) -> list[float]:
+    return [float(f"{value / MM:.9g}") for value in place]
+
+
+def to_document(board: Board) -> dict[str, Any]:
+    """A board as the document its file would hold, in the file's units."""
+
+    def table(part: Any) -> dict[str, Any]:
+        specs = quantities(part)
+        result = {}
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            spec = specs.get(field.name)
+            result[spec.key if spec else field.name] = spec.from_si(value) if spec else value
+        return result
+
+    document: dict[str, Any] = {"name": board.name, "plate": table(board.plate)}
+    document["screws"] = [table(screw) for screw in board.screws]
+    if board.magnet:
+        document["magnet"] = table(board.magnet)
+    document["actuators"] = [table(actuator) for actuator in board.actuators]
+    for section in ("drive", "image", "regions", "electronics"):
+        document[section] = table(getattr(board, section))
+    return document

@@ -1,0 +1,122 @@
+"""Boards from TOML files, with every fault named by file, key and value."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from chladni.sim.board import (
+    Actuator, Board, Drive, Electronics, Image, Magnet, Plate, Regions, Screw,
+)  # fmt: skip
+from chladni.sim.errors import InputError
+from chladni.sim.quantity import quantities
+
+Part = TypeVar("Part")
+
+SECTIONS = {
+    "plate": Plate,
+    "drive": Drive,
+    "image": Image,
+    "regions": Regions,
+    "electronics": Electronics,
+}
+OPTIONAL_KEYS = ("screws", "magnet")
+
+
+def shipped_boards() -> dict[str, Path]:
+    """Name to file of the boards that come with Chladni (the template is not one)."""
+    files = sorted(_boards_directory().glob("*.toml"))
+    return {file.stem: file for file in files if file.stem != "template"}
+
+
+def _boards_directory() -> Path:
+    here = Path(__file__).resolve()
+    installed = here.parent / "boards"
+    return installed if installed.is_dir() else here.parents[3] / "boards"
+
+
+def load_board(board: str | Path) -> Board:
+    """Read a board.
+
+    Parameters
+    ----------
+    board
+        Path of a TOML file, or the name of a shipped board (`paper`, `prototype`).
+
+    Raises
+    ------
+    InputError
+        The file is missing, is not TOML, or says something that cannot be; names file and key.
+    """
+    path = Path(board)
+    if not path.is_file():
+        shipped = shipped_boards()
+        if str(board) not in shipped:
+            known = ", ".join(shipped)
+            raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
+        path = shipped[str(board)]
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError("syntax", str(error), "a TOML document", file=str(path)) from None
+    except OSError as error:
+        raise InputError("BOARD", str(error), "a readable file", file=str(path)) from None
+    try:
+        return board_from_document(document)
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+
+
+def board_from_document(document: dict[str, Any]) -> Board:
+    """Make a board of a parsed file; `InputError` names the key that is wrong."""
+    known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
+    _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
+    parts = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
+    magnet = _part(Magnet, document["magnet"], "magnet") if "magnet" in document else None
+    return Board(
+        name=document["name"],
+        screws=_parts(Screw, document.get("screws", []), "screws"),
+        magnet=magnet,
+        actuators=_parts(Actuator, document["actuators"], "actuators"),
+        **parts,
+    )
+
+
+def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:
+    if not isinstance(entries, list):
+        raise InputError(where, entries, f"blocks of the form [[{where}]]")
+    return tuple(_part(cls, entry, f"{where}[{k}]") for k, entry in enumerate(entries))
+
+
+def _part(cls: type[Part], table: object, where: str) -> Part:
+    """One dataclass from one TOML table."""
+    if not isinstance(table, dict):
+        raise InputError(where, table, f"a block of the form [{where}]")
+    specs = quantities(cls)
+    fields = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    keys = [specs[name].key if name in specs else name for name in fields]
+    _check_keys(table, keys, required=keys, where=f"{where}.")
+    values = {}
+    for name, key in zip(fields, keys, strict=True):
+        if name in specs:
+            specs[name].check(table[key], where=f"{where}.{key}")
+            values[name] = specs[name].to_si(table[key])
+        else:
+            values[name] = table[key]
+    return cls(**values)
+
+
+def _check_keys(
+    table: dict[str, Any], known: list[str], *, required: list[str], where: str
+) -> None:
+    for key in table:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, n=1)
+            hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
+            raise InputError(f"{where}{key}", table[key], f"a known key: {hint}")
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}{key}", "nothing", "this key")

@@ -1,0 +1,235 @@
+"""Stiffness, mass and support matrices of one parity class of a plate.
+
+Rim functions are biharmonic off their rim, so by Green's identity for a Kirchhoff plate,
+
+    a(u, v) = D ∮ [M(u) ∂v/∂n − V(u) v] ds + 2(1 − ν) D Σ corners ± u_xy v + rim terms,
+
+with M = u_nn + ν u_ss and V = u_nnn + (2 − ν) u_nss, their strain energy with any other function
+needs only the four edges and their own rim: no singular integral over the area is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.rings import Derivative, radial_derivative
+from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+from chladni.sim.ritz.tables import (
+    BasisTable, Family, FamilyTable, PointSets, Rim, Table, point_sets,
+)  # fmt: skip
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """One set of functions on all quadrature points."""
+
+    edges: list[Table]
+    corners: Table
+    discs: Table
+    area: Table
+    rims: dict[int, Table]
+
+
+class Assembly:
+    """Forms over one basis; the evaluated functions are shared by all parity classes."""
+
+    def __init__(self, basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> None:
+        self.basis = basis
+        self.mirrors = mirrors
+        self.sets = point_sets(basis, mirrors, area_points)
+        self._area = BasisTable(basis, self.sets.area)
+        self._tables = _tables(self.sets, lambda points: BasisTable(basis, points), self._area)
+
+    def load_tables(self, family: Family) -> Tables:
+        """Functions outside the basis, such as the deflection under a load disc."""
+        area = FamilyTable(family, self.sets.area, self.mirrors)
+        return _tables(self.sets, lambda p: FamilyTable(family, p, self.mirrors), area)
+
+    def stiffness(self, parity: ParityBasis) -> FloatArray:
+        """Strain energy form, shape (size, size), real symmetric."""
+        basis, p = self.basis, parity.polynomials
+        form = np.zeros((parity.size, parity.size))
+        form[:p, :p] = self._polynomial_stiffness(parity)
+        if parity.members:
+            rows = self.edge_work(parity, self._tables)[p:]
+            self._add_rim_work(parity, rows)
+            form[p:] = rows
+            form[:p, p:] = rows[:, :p].T
+            form[p:, p:] = (rows[:, p:] + rows[:, p:].T) / 2.0
+            self._set_bubbles(parity, form)
+        form *= basis.geometry.bending_stiffness
+        return form + self.added_bending(parity, self._tables)
+
+    def mass(self, parity: ParityBasis) -> FloatArray:
+        """Kinetic energy form, shape (size, size), real symmetric."""
+        p = parity.polynomials
+        form = np.zeros((parity.size, parity.size))
+        form[:p, :p] = np.eye(p)
+        if parity.members:
+            rows = self._project(parity, self._area.circle_values(parity, (0, 0)))
+            form[p:] = rows
+            form[:p, p:] = rows[:, :p].T
+        form *= self.basis.geometry.areal_mass
+        return form + self._disc_inertia(parity, self._tables)
+
+    def supports(self, parity: ParityBasis, tables: Tables | None = None) -> FloatArray:
+        """Fourier moments of w and R ∂w/∂r on each clamped rim; shape (conditions, functions)."""
+        tables = tables or self._tables
+        clamped = [k for k in self.sets.rims if k < len(self.basis.clamps)]
+        rows = [_rim_moments(self.sets.rims[k], tables.rims[k], parity) for k in clamped]
+        if not rows:
+            return np.zeros((0, tables.corners.values(parity, (0, 0)).shape[1]))
+        return np.concatenate([r.reshape(-1, r.shape[-1]) for r in rows])
+
+    def edge_work(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """Work of functions' edge forces on the basis, by D; shape (functions, size)."""
+        nu = self.basis.geometry.poisson
+        total: FloatArray | float = 0.0
+        for edge, own, basis in zip(
+            self.sets.edges, tables.edges, self._tables.edges, strict=True
+        ):
+            nn, ss, nnn, nss = _edge_derivatives(edge.axis)
+            slope: Derivative = (1, 0) if edge.axis == 0 else (0, 1)
+            moment = own.values(parity, nn) + nu * own.values(parity, ss)
+            shear = own.values(parity, nnn) + (2.0 - nu) * own.values(parity, nss)
+            weights = edge.points.weights * edge.normal
+            total = total + (moment.T * weights) @ basis.values(parity, slope)
+            total = total - (shear.T * weights) @ basis.values(parity, (0, 0))
+        twist = tables.corners.values(parity, (1, 1)).T * self.sets.corners.weights
+        corners = twist @ self._tables.corners.values(parity, (0, 0))
+        return np.asarray(total + 2.0 * (1.0 - nu) * corners)
+
+    def added_bending(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """Strain energy with the basis that glued discs add; shape (functions, size)."""
+        stiffness = self.basis.geometry.bending_stiffness * self.sets.disc_stiffness
+        own = self._bending(parity, tables)
+        return np.asarray((own.T * np.tile(stiffness, 3)) @ self._bending(parity, self._tables))
+
+    def inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """Kinetic energy form of functions with the basis; shape (functions, size)."""
+        plate = self._project(parity, tables.area.values(parity, (0, 0)))
+        return self.basis.geometry.areal_mass * plate + self._disc_inertia(parity, tables)
+
+    def spread_force(self, parity: ParityBasis, points: Points) -> FloatArray:
+        """Work on the basis of a force spread over points by their weights; shape (size,).
+
+        The points may lie anywhere on the plate: the force is projected onto the class.
+        """
+        share = points.weights / points.weights.sum()
+        values = BasisTable(self.basis, points).values(parity, (0, 0))
+        return np.asarray(share @ values)
+
+    def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
+        nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
+
+        def product(x_left: int, x_right: int, y_left: int, y_right: int) -> FloatArray:
+            by_x = x.gram(x_left, x_right)[np.ix_(parity.degrees_x, parity.degrees_x)]
+            by_y = y.gram(y_left, y_right)[np.ix_(parity.degrees_y, parity.degrees_y)]
+            return np.asarray(np.kron(by_x, by_y))
+
+        cross = product(2, 0, 0, 2)
+        bending = product(2, 2, 0, 0) + product(0, 0, 2, 2) + nu * (cross + cross.T)
+        return bending + 2.0 * (1.0 - nu) * product(1, 1, 1, 1)
+
+    def _add_rim_work(self, parity: ParityBasis, rows: FloatArray) -> None:
+        """Add the work of the jumps in moment and shear that rim functions have on their rim."""
+        moments = {
+            k: _rim_moments(rim, self._tables.rims[k], parity) for k, rim in self.sets.rims.items()
+        }
+        for row, member in zip(rows, parity.members, strict=True):
+            circle = self.basis.circles[member.circle]
+            function, sine = circle.members()[member.column]
+            if not function.outside:
+                continue
+            second, third = (
+                radial_derivative(function.outside, k) - radial_derivative(function.inside, k)
+                for k in (2, 3)
+            )
+            # Moment jump −f'' and shear jump −(f''' + f''), in units of D/R² and D/R³.
+            component = 2 * function.order - (0 if sine or function.order == 0 else 1)
+            value, slope = moments[member.circle][component]
+            scale = np.pi * (2.0 if function.order == 0 else 1.0) / circle.radius**2
+            row += member.orbit * scale * ((second + third) * value - second * slope)
+
+    def _set_bubbles(self, parity: ParityBasis, form: FloatArray) -> None:
+        """Bubbles end at their rim, so their energy by D is the integral over the disc."""
+        own = [
+            parity.polynomials + k
+            for k, member in enumerate(parity.members)
+            if not self.basis.circles[member.circle].members()[member.column][0].outside
+        ]
+        if own:
+            bending = self._bending(parity, self._tables)
+            rows = bending[:, own].T @ bending
+            form[own] = rows
+            form[:, own] = rows.T
+
+    def _bending(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """B with BᵀB the energy form by D over the glued discs; shape (3 · points, functions)."""
+        nu = self.basis.geometry.poisson
+        xx, xy, yy = (tables.discs.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))
+        root = np.sqrt(self.sets.discs.weights)[:, None]
+        # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
+        return np.concatenate(
+            (
+                root * np.sqrt((1.0 + nu) / 2.0) * (xx + yy),
+                root * np.sqrt((1.0 - nu) / 2.0) * (xx - yy),
+                root * np.sqrt(2.0 * (1.0 - nu)) * xy,
+            )
+        )
+
+    def _disc_inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        own = tables.discs.values(parity, (0, 0))
+        weights = self.sets.discs.weights * self.sets.disc_mass
+        return np.asarray((own.T * weights) @ self._tables.discs.values(parity, (0, 0)))
+
+    def _project(self, parity: ParityBasis, values: FloatArray) -> FloatArray:
+        """∫ of functions, given at the area points, times the basis; shape (functions, size)."""
+        (x, _), (y, _) = self.sets.gauss_x, self.sets.gauss_y
+        weighted = values.T * self.sets.area.weights
+        along_x = self.basis.along_x.evaluate(x)[:, parity.degrees_x]
+        along_y = self.basis.along_y.evaluate(y)[:, parity.degrees_y]
+        polynomials = along_x.T @ weighted.reshape(-1, x.size, y.size) @ along_y
+        circles = weighted @ self._area.circle_values(parity, (0, 0))
+        return np.concatenate((polynomials.reshape(values.shape[1], -1), circles), axis=1)
+
+
+def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Tables:
+    return Tables(
+        edges=[make(edge.points) for edge in sets.edges],
+        corners=make(sets.corners),
+        discs=make(sets.discs),
+        area=area,
+        rims={k: make(rim.points) for k, rim in sets.rims.items()},
+    )
+
+
+def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> FloatArray:
+    """Fourier moments on a rim of w and R ∂w/∂r; shape (2·orders + 1, 2, functions).
+
+    The first axis runs over 1, cos θ, sin θ, cos 2θ, …
+    """
+    value = table.values(parity, (0, 0))
+    radial_x, radial_y = np.cos(rim.angle)[:, None], np.sin(rim.angle)[:, None]
+    slope = rim.circle.radius * (
+        radial_x * table.values(parity, (1, 0)) + radial_y * table.values(parity, (0, 1))
+    )
+    orders = np.arange(1, rim.circle.rings + 1)[:, None] * rim.angle
+    waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, rim.angle.size)
+    projector = np.concatenate((np.ones((1, rim.angle.size)), 2.0 * waves)) * rim.points.weights
+    return np.stack((projector @ value, projector @ slope), axis=1)
+
+
+def _edge_derivatives(axis: int) -> tuple[Derivative, Derivative, Derivative, Derivative]:
+    """nn, ss, nnn and nss on an edge whose normal lies along `axis`."""
+    if axis == 0:
+        return (2, 0), (0, 2), (3, 0), (1, 2)
+    return (0, 2), (2, 0), (0, 3), (2, 1)

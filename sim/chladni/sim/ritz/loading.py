@@ -1,0 +1,157 @@
+"""Load discs on a Ritz plate: each as the endless plate's deflection plus what the board corrects.
+
+A disc away from glued discs is not resolved by polynomials. Its deflection on an endless plate is
+known in closed form, and the rest of the field is smooth: it answers only to what that deflection
+does at the edges, the screws, the glued discs, and to its inertia. Overhang at an edge or a screw
+needs nothing more, since force beyond the plate leaves no force on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.loads import Load
+from chladni.sim.ritz import quadrature
+from chladni.sim.ritz.assembly import Assembly, Tables
+from chladni.sim.ritz.geometry import PlateGeometry
+from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
+from chladni.sim.ritz.symmetry import SAME_PLACE, ParityBasis
+
+FloatArray = NDArray[np.float64]
+
+POINT_RADIUS = 1e-5
+"""A point force is a disc of this radius, m; its deflection differs by R² ln R, below 1e-8 of it."""
+DIRECT_RADIAL, DIRECT_ANGULAR = 16, 64
+
+
+@dataclass(frozen=True)
+class ClassLoad:
+    """Loads as one parity class meets them, each of shape (class size or conditions, loads).
+
+    `force` acts at every frequency, `inertia` times ω²/(1 + iη), and the solution's support
+    moments must cancel `supports`/(1 + iη).
+    """
+
+    force: FloatArray
+    inertia: FloatArray
+    supports: FloatArray
+
+
+class LoadCase:
+    """Several loads, each treated in the way that suits its place."""
+
+    def __init__(self, assembly: Assembly, loads: Sequence[Load]) -> None:
+        self._assembly = assembly
+        self._loads = list(loads)
+        geometry = assembly.basis.geometry
+        self._direct = [_is_direct(geometry, load) for load in loads]
+        self._share = [1.0 / _covered(geometry, load) for load in loads]
+        self._tables: Tables | None = None
+        if not all(self._direct):
+            self._tables = assembly.load_tables(self._family)
+
+    def in_class(self, parity: ParityBasis) -> ClassLoad:
+        """The loads projected onto a parity class."""
+        size, count = parity.size, len(self._loads)
+        conditions = self._assembly.supports(parity).shape[0]
+        force, inertia = np.zeros((size, count)), np.zeros((size, count))
+        supports = np.zeros((conditions, count))
+        for k, load in enumerate(self._loads):
+            if self._direct[k]:
+                points = _disc_on_plate(self._assembly.basis.geometry, load)
+                force[:, k] = self._assembly.spread_force(parity, points)
+        if self._tables is not None:
+            stiffness = self._assembly.basis.geometry.bending_stiffness
+            edges = stiffness * self._assembly.edge_work(parity, self._tables)
+            added = self._assembly.added_bending(parity, self._tables)
+            force -= (edges + added).T
+            inertia = self._assembly.inertia(parity, self._tables).T
+            supports = self._assembly.supports(parity, self._tables)
+        return ClassLoad(force, inertia, supports)
+
+    def field_on(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """The endless plate's static deflection on a grid, shape (loads, nx, ny), m/N."""
+        if all(self._direct):
+            return np.zeros((len(self._loads), x.size, y.size))
+        px, py = np.meshgrid(x, y, indexing="ij")
+        values = self._family(px.ravel(), py.ravel(), (0, 0))
+        return np.asarray(values.T.reshape(len(self._loads), x.size, y.size))
+
+    def _family(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
+        stiffness = self._assembly.basis.geometry.bending_stiffness
+        result = np.zeros((x.size, len(self._loads)))
+        for k, load in enumerate(self._loads):
+            if self._direct[k]:
+                continue
+            radius = max(load.radius, POINT_RADIUS)
+            unit = self._share[k] * radius**2 / (8.0 * np.pi * stiffness)
+            z = ((x - load.x) + 1j * (y - load.y)) / radius
+            values = SplitPoints.at(z).evaluate(disc_load_function(), derivative)
+            result[:, k] = unit * values.real / radius ** sum(derivative)
+        return result
+
+
+def load_case(assembly: Assembly, loads: Sequence[Load]) -> LoadCase:
+    """Prepare loads for a plate."""
+    return LoadCase(assembly, loads)
+
+
+def _is_direct(geometry: PlateGeometry, load: Load) -> bool:
+    """Whether a load is left to the basis: it overlaps a glued disc, or is a point at an edge.
+
+    On a magnet the basis holds that very disc; a point force on an edge has no closed deflection
+    with finite edge forces.
+    """
+    for disc in geometry.inclusions:
+        if np.hypot(load.x - disc.x, load.y - disc.y) < disc.radius + load.radius:
+            return True
+    to_edge = min(geometry.width / 2.0 - abs(load.x), geometry.length / 2.0 - abs(load.y))
+    return load.radius == 0.0 and to_edge < 0.02 * geometry.width
+
+
+def _covered(geometry: PlateGeometry, load: Load) -> float:
+    """Share of a load disc that lies on the plate, outside its screws."""
+    if load.radius == 0.0:
+        return 1.0
+    overhangs = (
+        abs(load.x) + load.radius > geometry.width / 2.0
+        or abs(load.y) + load.radius > geometry.length / 2.0
+    )
+    touches = any(
+        np.hypot(load.x - c.x, load.y - c.y) < c.radius + load.radius for c in geometry.clamps
+    )
+    if not overhangs and not touches:
+        return 1.0
+    # 400 × 400 cells: 1e-4 of the area, and only the scale of the field depends on it.
+    offset = (np.arange(400) + 0.5) / 200.0 - 1.0
+    u, v = np.meshgrid(offset, offset, indexing="ij")
+    inside = u**2 + v**2 < 1.0
+    x, y = load.x + u[inside] * load.radius, load.y + v[inside] * load.radius
+    return float(np.mean(_on_plate(geometry, x, y)))
+
+
+def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
+    """Quadrature over the part of a load disc that lies on the plate."""
+    if load.radius == 0.0:
+        return Points(np.array([load.x]), np.array([load.y]), np.array([1.0]))
+    for disc in geometry.inclusions:
+        if (
+            np.hypot(load.x - disc.x, load.y - disc.y) < SAME_PLACE
+            and abs(load.radius - disc.radius) < SAME_PLACE
+        ):
+            return quadrature.disc(disc.x, disc.y, disc.radius, 8, 24)
+    points = quadrature.disc(load.x, load.y, load.radius, DIRECT_RADIAL, DIRECT_ANGULAR)
+    keep = _on_plate(geometry, points.x, points.y)
+    return Points(points.x[keep], points.y[keep], points.weights[keep])
+
+
+def _on_plate(geometry: PlateGeometry, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+    inside = (np.abs(x) <= geometry.width / 2.0) & (np.abs(y) <= geometry.length / 2.0)
+    for clamp in geometry.clamps:
+        inside &= np.hypot(x - clamp.x, y - clamp.y) > clamp.radius
+    return np.asarray(inside)

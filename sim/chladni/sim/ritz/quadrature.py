@@ -1,0 +1,49 @@
+"""Points and weights on the edges, the corners and the discs of a plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.ritz.legendre import gauss_points
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Scattered points with weights, each of shape (points,): m, m, and m or m²."""
+
+    x: FloatArray
+    y: FloatArray
+    weights: FloatArray
+
+
+def edges(width: float, length: float, count: int) -> list[tuple[int, float, Points]]:
+    """(axis, side, points) of the four edges of a centred rectangle, `count` Gauss points each."""
+    along_x, weights_x = gauss_points(width, count)
+    along_y, weights_y = gauss_points(length, count)
+    ones = np.ones(count)
+    return [
+        (0, side, Points(side * width / 2.0 * ones, along_y, weights_y)) for side in (-1.0, 1.0)
+    ] + [(1, side, Points(along_x, side * length / 2.0 * ones, weights_x)) for side in (-1.0, 1.0)]
+
+
+def corners(width: float, length: float) -> Points:
+    """The four corners; the weight is the sign of u_xy v in Green's identity."""
+    sign_x, sign_y = np.array([-1.0, -1.0, 1.0, 1.0]), np.array([-1.0, 1.0, -1.0, 1.0])
+    return Points(sign_x * width / 2.0, sign_y * length / 2.0, sign_x * sign_y)
+
+
+def disc(x: float, y: float, radius: float, radial: int, angular: int) -> Points:
+    """Gauss × trapezoid points on a disc: exact for degree min(2·radial − 2, angular − 1)."""
+    nodes, weights = gauss_points(radius, radial)
+    distance = nodes + radius / 2.0
+    # Half a step off the axes, so that no point lies on a mirror line.
+    angle = 2.0 * np.pi * (np.arange(angular) + 0.5) / angular
+    px = x + np.outer(distance, np.cos(angle))
+    py = y + np.outer(distance, np.sin(angle))
+    area = np.outer(weights * distance, np.full(angular, 2.0 * np.pi / angular))
+    return Points(px.ravel(), py.ravel(), area.ravel())

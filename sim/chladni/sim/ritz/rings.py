@@ -1,0 +1,253 @@
+"""Functions with the singular behaviour a circle (a screw's rim, a magnet, a load disc) causes.
+
+Outside the circle each function is a biharmonic potential that polynomials approximate badly;
+inside it continues with matching value and slope, so it may join a Ritz basis. With
+z = ((x − cx) + i(y − cy)) / R every one is a sum of terms zᵖ z̄^q, some times ln|z|, of the angular
+form exp(−imθ); real part and minus imaginary part are the cos mθ and sin mθ functions.
+
+========  ==========================  =========================================
+order     outside, two kinds          inside
+========  ==========================  =========================================
+m = 0     ρ² ln ρ,  ln ρ              α + βρ²
+m = 1     ρ ln ρ,   1/ρ               αρ + βρ³
+m ≥ 2     ρ²⁻ᵐ,     ρ⁻ᵐ               αρᵐ + βρᵐ⁺²
+bubble    0                           ρᵐ(1 − ρ²)²
+========  ==========================  =========================================
+
+The two kinds are the fields of a line force and of a line moment spread over the rim as cos mθ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+Derivative = tuple[int, int]
+"""How often a function is differentiated by x and by y."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """factor · zᵖ z̄^q, times ln|z| if `log`."""
+
+    factor: float
+    p: int
+    q: int
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class RadialFunction:
+    """One function of a circle, written as terms outside and inside of it."""
+
+    order: int
+    outside: tuple[Term, ...]
+    inside: tuple[Term, ...]
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle with the functions it brings into the basis.
+
+    Parameters
+    ----------
+    x, y, radius
+        Centre and radius, m.
+    rings
+        Highest angular order with rim functions, or −1 for none.
+    bubbles
+        Highest angular order with a bubble, or −1 for none.
+    """
+
+    x: float
+    y: float
+    radius: float
+    rings: int
+    bubbles: int = -1
+
+    def functions(self) -> list[RadialFunction]:
+        """Rim functions by order and kind, then bubbles by order."""
+        rims = [ring_function(m, kind) for m in range(self.rings + 1) for kind in (0, 1)]
+        return rims + [bubble_function(m) for m in range(self.bubbles + 1)]
+
+    def members(self) -> list[tuple[RadialFunction, bool]]:
+        """(function, is its sine) of every basis function, in the order of `evaluate`."""
+        return [
+            (function, sine)
+            for function in self.functions()
+            for sine in ((False, True) if function.order > 0 else (False,))
+        ]
+
+    def local(self, x: FloatArray, y: FloatArray) -> ComplexArray:
+        """Points as z, the offset from the centre in radii."""
+        return np.asarray(((x - self.x) + 1j * (y - self.y)) / self.radius)
+
+    def evaluate(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
+        """Every function (or a derivative) at points.
+
+        Returns
+        -------
+        FloatArray
+            Shape (points, functions), m^(−derivatives).
+        """
+        z = np.asarray(((x - self.x) + 1j * (y - self.y)) / self.radius)
+        split = SplitPoints.at(z)
+        result = np.empty((z.size, len(self.members())))
+        column = 0
+        for function in self.functions():
+            values = split.evaluate(function, derivative) / self.radius ** sum(derivative)
+            result[:, column] = values.real
+            if function.order > 0:
+                result[:, column + 1] = -values.imag
+            column += 1 if function.order == 0 else 2
+        return result
+
+
+class Powers:
+    """Integer powers of z and of z̄, and ln|z|, each computed once."""
+
+    def __init__(self, z: ComplexArray) -> None:
+        self.z = z
+        self._powers: dict[int, ComplexArray] = {0: np.ones(z.shape, dtype=np.complex128), 1: z}
+
+    @cached_property
+    def log(self) -> FloatArray:
+        """ln|z|."""
+        return np.asarray(np.log(np.abs(self.z)))
+
+    def of_z(self, exponent: int) -> ComplexArray:
+        """z^exponent."""
+        if exponent not in self._powers:
+            if exponent == -1:
+                value = 1.0 / self.z
+            else:
+                step = 1 if exponent > 0 else -1
+                value = self.of_z(exponent - step) * self.of_z(step)
+            self._powers[exponent] = value
+        return self._powers[exponent]
+
+
+@dataclass(frozen=True)
+class SplitPoints:
+    """Points in units of a circle's radius, told apart by the side of the rim they lie on."""
+
+    is_inside: NDArray[np.bool_]
+    inside: Powers
+    outside: Powers
+
+    @classmethod
+    def at(cls, z: ComplexArray) -> SplitPoints:
+        is_inside = np.abs(z) < 1.0
+        return cls(is_inside, Powers(z[is_inside]), Powers(z[~is_inside]))
+
+    def evaluate(self, function: RadialFunction, derivative: Derivative) -> ComplexArray:
+        """∂ₓᵃ∂ᵧᵇ of one function by z (not yet divided by Rᵃ⁺ᵇ); shape (points,)."""
+        result = np.zeros(self.is_inside.shape, dtype=np.complex128)
+        if function.inside and self.inside.z.size:
+            result[self.is_inside] = _differentiate(function.inside, self.inside, derivative)
+        if function.outside and self.outside.z.size:
+            result[~self.is_inside] = _differentiate(function.outside, self.outside, derivative)
+        return result
+
+
+@cache
+def ring_function(order: int, kind: int) -> RadialFunction:
+    """The exterior potential of a rim force (`kind` 0) or rim moment (`kind` 1) of cos mθ."""
+    if order == 0:
+        outside = Term(1.0, 1, 1, True) if kind == 0 else Term(1.0, 0, 0, True)
+    elif order == 1:
+        outside = Term(1.0, 0, 1, True) if kind == 0 else Term(1.0, -1, 0)
+    else:
+        outside = Term(1.0, 1 - order, 1) if kind == 0 else Term(1.0, -order, 0)
+    value = radial_derivative((outside,), 0)
+    slope = radial_derivative((outside,), 1)
+    beta = (slope - order * value) / 2.0
+    inside = (Term(value - beta, 0, order), Term(beta, 1, order + 1))
+    return RadialFunction(order, (outside,), inside)
+
+
+@cache
+def bubble_function(order: int) -> RadialFunction:
+    """ρᵐ(1 − ρ²)² inside, nothing outside: value and slope vanish on the rim."""
+    terms = (Term(1.0, 0, order), Term(-2.0, 1, order + 1), Term(1.0, 2, order + 2))
+    return RadialFunction(order, (), terms)
+
+
+def disc_load_function() -> RadialFunction:
+    """Deflection of an infinite plate under a uniform disc load, in units of R²/(8πD) per newton.
+
+    Outside, the mean of the point solution r² ln r over the disc: ρ² ln ρ + ½ ln ρ. Inside,
+    ρ⁴/8 + ρ²/2 − 5/8, which joins it up to the third derivative. (Timoshenko and
+    Woinowsky-Krieger, Theory of Plates and Shells, §16, less a rigid motion.)
+    """
+    outside = (Term(1.0, 1, 1, True), Term(0.5, 0, 0, True))
+    inside = (Term(0.125, 2, 2), Term(0.5, 1, 1), Term(-0.625, 0, 0))
+    return RadialFunction(0, outside, inside)
+
+
+def radial_derivative(terms: tuple[Term, ...], count: int) -> float:
+    """d^count f/dρ^count at ρ = 1 of the radial profile of `terms`."""
+    total = 0.0
+    for term in terms:
+        power = term.p + term.q
+        plain, offset = _falling(power, count)
+        total += term.factor * (offset if term.log else plain)
+    return total
+
+
+def _differentiate(
+    terms: tuple[Term, ...], powers: Powers, derivative: Derivative
+) -> ComplexArray:
+    total = np.zeros(powers.z.shape, dtype=np.complex128)
+    for (j, k), coefficient in _wirtinger(*derivative).items():
+        for term in terms:
+            total += (coefficient * term.factor) * _monomial(term, powers, j, k)
+    return total
+
+
+def _monomial(term: Term, powers: Powers, j: int, k: int) -> ComplexArray | float:
+    """∂_z^j ∂_z̄^k of zᵖ z̄^q, or of zᵖ z̄^q ln|z|."""
+    a, c = _falling(term.p, j)
+    b, d = _falling(term.q, k)
+    factor: FloatArray | float = a * b
+    if term.log:
+        # ln|z| = (ln z + ln z̄)/2, so each half differentiates on its own side.
+        factor = 0.5 * (c * b + a * d)
+        if a * b != 0.0:
+            factor = factor + a * b * powers.log
+    elif a * b == 0.0:
+        return 0.0
+    p, q = term.p - j, term.q - k
+    if q == 0:
+        return np.asarray(factor * powers.of_z(p))
+    if p == 0:
+        return np.asarray(factor * powers.of_z(q).conj())
+    return np.asarray(factor * powers.of_z(p) * powers.of_z(q).conj())
+
+
+@cache
+def _falling(power: int, count: int) -> tuple[float, float]:
+    """(a, c) with d^count (s^power ln s) = s^(power − count) (a ln s + c); a alone without ln."""
+    a, c = 1.0, 0.0
+    for step in range(count):
+        a, c = (power - step) * a, (power - step) * c + a
+    return a, c
+
+
+@cache
+def _wirtinger(by_x: int, by_y: int) -> dict[tuple[int, int], complex]:
+    """Coefficients of ∂_z^j ∂_z̄^k in ∂ₓ^by_x ∂ᵧ^by_y = (∂_z + ∂_z̄)^by_x (i∂_z − i∂_z̄)^by_y."""
+    result: dict[tuple[int, int], complex] = {}
+    for s in range(by_x + 1):
+        for t in range(by_y + 1):
+            key = (s + t, by_x - s + by_y - t)
+            value = comb(by_x, s) * comb(by_y, t) * 1j**by_y * (-1.0) ** (by_y - t)
+            result[key] = result.get(key, 0.0) + value
+    return {key: value for key, value in result.items() if value != 0}

@@ -1,0 +1,206 @@
+"""Functions evaluated once on the quadrature points and then shared by every parity class."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.ritz import quadrature
+from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.legendre import gauss_points
+from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.rings import Circle, Derivative
+from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+
+FloatArray = NDArray[np.float64]
+
+RIM_POINTS = 32
+"""Points on a rim; the error falls as (radius / distance to the next feature)^(32 − order)."""
+RADIAL_POINTS = 8
+ANGULAR_POINTS = 24
+"""Points on a glued disc: exact for polynomials of degree 14, well beyond what bends there."""
+EDGE_POINTS = 96
+"""Points on an edge; rim functions are analytic there, load discs that overhang it have a kink."""
+
+
+class Table(Protocol):
+    """Functions of a parity class at fixed points."""
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points, functions)."""
+
+
+class BasisTable:
+    """The basis at fixed points."""
+
+    def __init__(self, basis: Basis, points: Points) -> None:
+        self._basis = basis
+        self._points = points
+        self._circles: dict[Derivative, FloatArray] = {}
+        self._lines: dict[tuple[int, int], FloatArray] = {}
+
+    def circles(self, derivative: Derivative) -> FloatArray:
+        """All circle functions, whatever their parity; shape (points, circle functions)."""
+        if derivative not in self._circles:
+            points = self._points
+            self._circles[derivative] = self._basis.enrichment_values(
+                points.x, points.y, derivative
+            )
+        return self._circles[derivative]
+
+    def circle_values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Circle functions of a class; shape (points, members)."""
+        return np.asarray(self.circles(derivative) @ parity.combine)
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Polynomials of the class, then its circle functions."""
+        x = self._line(0, derivative[0])[:, parity.degrees_x]
+        y = self._line(1, derivative[1])[:, parity.degrees_y]
+        polynomials = (x[:, :, None] * y[:, None, :]).reshape(x.shape[0], -1)
+        return np.concatenate((polynomials, self.circle_values(parity, derivative)), axis=1)
+
+    def _line(self, axis: int, derivative: int) -> FloatArray:
+        if (axis, derivative) not in self._lines:
+            line = (self._basis.along_x, self._basis.along_y)[axis]
+            coordinate = (self._points.x, self._points.y)[axis]
+            self._lines[axis, derivative] = line.evaluate(coordinate, derivative)
+        return self._lines[axis, derivative]
+
+
+Family = Callable[[FloatArray, FloatArray, Derivative], FloatArray]
+"""Several functions at once: (x, y, derivative) to values of shape (points, functions)."""
+
+
+class FamilyTable:
+    """Functions without parity at fixed points, projected onto a class when asked."""
+
+    def __init__(self, family: Family, points: Points, mirrors: Mirrors) -> None:
+        self._family = family
+        self._points = points
+        self._images = mirrors.images
+        self._cache: dict[Derivative, list[FloatArray]] = {}
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """The part of each function in the class: the character-weighted mean of its images."""
+        if derivative not in self._cache:
+            x, y = self._points.x, self._points.y
+            self._cache[derivative] = [
+                sx ** derivative[0] * sy ** derivative[1] * self._family(sx * x, sy * y, derivative)
+                for sx, sy in self._images
+            ]
+        images = self._cache[derivative]
+        total = sum(
+            parity.parity.character(image) * values
+            for image, values in zip(self._images, images, strict=True)
+        )
+        return np.asarray(total) / len(images)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Points on one edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
+
+    points: Points
+    axis: int
+    normal: float
+
+
+@dataclass(frozen=True)
+class Rim:
+    """Evenly spaced points on a circle, with their angles."""
+
+    circle: Circle
+    angle: FloatArray
+    points: Points
+
+
+@dataclass(frozen=True)
+class PointSets:
+    """All quadrature points in the fundamental part of the plate; weights count the images.
+
+    `disc_stiffness` and `disc_mass` say, per disc point, what the glued disc adds there:
+    bending stiffness by D, and mass per area. `corners.weights` holds the sign of u_xy.
+    """
+
+    edges: list[Edge]
+    corners: Points
+    discs: Points
+    disc_stiffness: FloatArray
+    disc_mass: FloatArray
+    disc_index: NDArray[np.intp]
+    area: Points
+    gauss_x: tuple[FloatArray, FloatArray]
+    gauss_y: tuple[FloatArray, FloatArray]
+    rims: dict[int, Rim]
+
+
+def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> PointSets:
+    """Quadrature for a basis; `area_points` are Gauss points along x and y (even numbers)."""
+    geometry = basis.geometry
+    images = float(len(mirrors.images))
+    edges = []
+    for axis, side, points in quadrature.edges(geometry.width, geometry.length, EDGE_POINTS):
+        points = _fundamental(points, mirrors, images)
+        if points.x.size:
+            edges.append(Edge(points, axis, side))
+    corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
+    discs = [
+        quadrature.disc(i.x, i.y, i.radius, RADIAL_POINTS, ANGULAR_POINTS)
+        for i in geometry.inclusions
+    ]
+    index = np.repeat(np.arange(len(discs)), RADIAL_POINTS * ANGULAR_POINTS)
+    merged = Points(*(_join([getattr(d, n) for d in discs]) for n in ("x", "y", "weights")))
+    keep = mirrors.holds(merged.x, merged.y)
+    added = np.array([i.stiffness_ratio - 1.0 for i in geometry.inclusions])
+    mass = np.array([i.areal_mass for i in geometry.inclusions])
+    gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
+    gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
+    gx, gy = np.meshgrid(gauss_x[0], gauss_y[0], indexing="ij")
+    area = Points(gx.ravel(), gy.ravel(), np.outer(gauss_x[1], gauss_y[1]).ravel())
+    rims = {
+        k: _rim(circle)
+        for k, circle in enumerate(basis.circles)
+        if mirrors.holds(np.array(circle.x), np.array(circle.y))
+    }
+    return PointSets(
+        edges=edges,
+        corners=corners,
+        discs=_fundamental(merged, mirrors, images),
+        disc_stiffness=added[index[keep]] if discs else np.zeros(0),
+        disc_mass=mass[index[keep]] if discs else np.zeros(0),
+        disc_index=index[keep],
+        area=area,
+        gauss_x=gauss_x,
+        gauss_y=gauss_y,
+        rims=rims,
+    )
+
+
+def _fundamental(points: Points, mirrors: Mirrors, images: float) -> Points:
+    keep = mirrors.holds(points.x, points.y)
+    return Points(points.x[keep], points.y[keep], points.weights[keep] * images)
+
+
+def _half(
+    rule: tuple[FloatArray, FloatArray], mirrored: bool
+) -> tuple[FloatArray, FloatArray]:
+    """The positive half of a symmetric rule, its weights doubled, where a mirror allows it."""
+    if not mirrored:
+        return rule
+    keep = rule[0] > 0.0
+    return rule[0][keep], 2.0 * rule[1][keep]
+
+
+def _join(arrays: list[FloatArray]) -> FloatArray:
+    return np.concatenate(arrays) if arrays else np.zeros(0)
+
+
+def _rim(circle: Circle) -> Rim:
+    angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+    x = circle.x + circle.radius * np.cos(angle)
+    y = circle.y + circle.radius * np.sin(angle)
+    return Rim(circle, angle, Points(x, y, np.full(RIM_POINTS, 1.0 / RIM_POINTS)))

@@ -1,0 +1,158 @@
+"""Simply supported rectangular plate: closed modes, summed until the rest is small enough."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import j1
+
+from chladni.sim.errors import ResonanceError
+from chladni.sim.loads import Load
+from chladni.sim.response import Response
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+RESONANCE_BAND = 1e-6
+"""An undamped drive closer than this to a mode, relative in frequency, has lost half the digits
+of 1/(ω²ₘₙ − ω²) and means nothing on a real plate."""
+MAX_MODES_PER_SIDE = 2000
+
+
+@dataclass(frozen=True)
+class SimplySupportedPlate:
+    """Modes φₘₙ = 2/√(abρh) sin(mπx/a) sin(nπy/b), x and y from a corner (physics.md).
+
+    Parameters
+    ----------
+    width, length
+        Along x and y, m.
+    bending_stiffness
+        D, N·m.
+    areal_mass
+        ρh, kg/m².
+    loss_factor
+        η in D(1 + iη).
+    """
+
+    width: float
+    length: float
+    bending_stiffness: float
+    areal_mass: float
+    loss_factor: float
+
+    def natural_frequencies(self, count: int) -> FloatArray:
+        """The lowest natural frequencies, Hz, shape (count,)."""
+        side = count + 1
+        omega = np.sqrt(self._omega_squared(np.arange(1, side + 1), np.arange(1, side + 1)))
+        return np.asarray(np.sort(omega.ravel())[:count] / (2.0 * np.pi))
+
+    def respond(
+        self,
+        loads: Sequence[Load],
+        *,
+        frequency_hz: float,
+        x: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+    ) -> Response:
+        """Fields on the grid x × y under unit loads; sums modes until the tail is below tolerance.
+
+        With q = φₘₙ(x₀, y₀) / (ω²ₘₙ(1 + iη) − ω²) and orthogonal modes, the squared L² error is
+        the tail of Σ|q|², which the integral in `_tail` bounds.
+
+        Raises
+        ------
+        ResonanceError
+            The plate has no loss and `frequency_hz` lies on a mode.
+        """
+        omega = 2.0 * np.pi * frequency_hz
+        self._refuse_resonance(frequency_hz)
+        radius = self._cutoff(omega, loads, tolerance)
+        m = np.arange(1, int(radius * self.width / np.pi) + 1)
+        n = np.arange(1, int(radius * self.length / np.pi) + 1)
+        wave_x, wave_y = m * np.pi / self.width, n * np.pi / self.length
+        inside = wave_x[:, None] ** 2 + wave_y**2 <= radius**2
+        stiffness = self._omega_squared(m, n) * self._stiffness_factor
+        gain = np.where(inside, 1.0 / (stiffness - omega**2), 0.0)
+        norm = 4.0 / (self.width * self.length * self.areal_mass)
+        shape_x = np.sin(np.outer(x + self.width / 2.0, wave_x))
+        shape_y = np.sin(np.outer(y + self.length / 2.0, wave_y))
+        values = np.empty((len(loads), x.size, y.size), dtype=np.complex128)
+        energies = []
+        for k, load in enumerate(loads):
+            weights = norm * gain * self._participation(load, wave_x, wave_y)
+            # A lossless plate is all real; its sums cost a quarter.
+            values[k] = shape_x @ (weights @ shape_y.T)
+            energies.append(float(np.sum(np.abs(weights) ** 2)))
+        error = np.sqrt(self._tail(radius, omega) / max(min(energies), np.finfo(float).tiny))
+        return Response(values, int(inside.sum()), float(error))
+
+    @property
+    def _stiffness_factor(self) -> complex | float:
+        return 1.0 + 1j * self.loss_factor if self.loss_factor else 1.0
+
+    def _omega_squared(self, m: NDArray[np.intp], n: NDArray[np.intp]) -> FloatArray:
+        wave = (m[:, None] * np.pi / self.width) ** 2 + (n * np.pi / self.length) ** 2
+        return np.asarray(self.bending_stiffness / self.areal_mass * wave**2)
+
+    def _participation(self, load: Load, wave_x: FloatArray, wave_y: FloatArray) -> FloatArray:
+        """Mean of sin·sin over the load: the value at its centre times 2J₁(kR)/(kR) for a disc."""
+        at_x = np.sin(wave_x * (load.x + self.width / 2.0))
+        at_y = np.sin(wave_y * (load.y + self.length / 2.0))
+        result = np.outer(at_x, at_y)
+        if load.radius > 0.0:
+            k = np.hypot(wave_x[:, None], wave_y) * load.radius
+            result *= 2.0 * j1(k) / k
+        return result
+
+    def _refuse_resonance(self, frequency_hz: float) -> None:
+        if self.loss_factor > 0.0:
+            return
+        omega = 2.0 * np.pi * frequency_hz
+        wave = (self.areal_mass / self.bending_stiffness) ** 0.25 * np.sqrt(omega)
+        m = np.arange(1, int(wave * self.width / np.pi) + 3)
+        n = np.arange(1, int(wave * self.length / np.pi) + 3)
+        modes = np.sqrt(self._omega_squared(m, n)) / (2.0 * np.pi)
+        i, j = np.unravel_index(np.argmin(np.abs(modes - frequency_hz)), modes.shape)
+        if abs(modes[i, j] / frequency_hz - 1.0) < RESONANCE_BAND:
+            raise ResonanceError(frequency_hz, float(modes[i, j]), f"({m[i]}, {n[j]})")
+
+    def _cutoff(self, omega: float, loads: Sequence[Load], tolerance: float) -> float:
+        """Wave number up to which modes are summed."""
+        free = (self.areal_mass / self.bending_stiffness) ** 0.25 * np.sqrt(omega)
+        radius = max(2.0 * free, 8.0 * np.pi / min(self.width, self.length))
+        limit = MAX_MODES_PER_SIDE * np.pi / self.length
+        norm = 4.0 / (self.width * self.length * self.areal_mass)
+        low = np.arange(1, 33)
+        wave_x, wave_y = low * np.pi / self.width, low * np.pi / self.length
+        stiffness = self._omega_squared(low, low) * self._stiffness_factor
+        energy = min(
+            float(np.sum(np.abs(norm * self._participation(load, wave_x, wave_y)
+                                / (stiffness - omega**2)) ** 2))
+            for load in loads
+        )  # fmt: skip
+        while radius < limit and self._tail(radius, omega) > tolerance**2 * energy:
+            radius *= 1.15
+        return float(min(radius, limit))
+
+    def _tail(self, radius: float, omega: float) -> float:
+        """Bound on Σ|q|² beyond a wave number, from sin² ≤ 1 and the mode density ab/π² · π/2 k dk.
+
+        With D/ρh k⁴ − ω² ≥ D/ρh k⁴ (1 − (k₀/K)⁴) for k ≥ K, the sum is at most
+        c² · ab/(2π) ∫ k⁻⁷ dk. Counting cells of the mode lattice by their lower corner moves the
+        limit inwards by one cell diagonal.
+        """
+        ratio = self.bending_stiffness / self.areal_mass
+        cell = np.pi * np.hypot(1.0 / self.width, 1.0 / self.length)
+        start = radius - cell
+        free4 = omega**2 / ratio
+        if start**4 <= 2.0 * free4:
+            return np.inf
+        norm = 4.0 / (self.width * self.length * self.areal_mass)
+        scale = norm / (ratio * (1.0 - free4 / start**4))
+        density = self.width * self.length / (2.0 * np.pi)
+        return float(scale**2 * density * start**-6 / 6.0)

@@ -1,0 +1,22 @@
+"""Drives and drive tables: find the best drive for a place, and pack one for every place."""
+
+from chladni.tables.build import TableReport, build_table
+from chladni.tables.format import Table, pack, read_table, unpack
+from chladni.tables.scorecard import Scorecard, score, score_field
+from chladni.tables.solve import METHODS, Solution, scene_of, solve
+
+__all__ = [
+    "METHODS",
+    "Scorecard",
+    "Solution",
+    "Table",
+    "TableReport",
+    "build_table",
+    "pack",
+    "read_table",
+    "scene_of",
+    "score",
+    "score_field",
+    "solve",
+    "unpack",
+]

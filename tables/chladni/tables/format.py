@@ -1,0 +1,250 @@
+"""Bytes of a drive table: the one declaration from which reader, writer and C++ header come.
+
+`docs/table-format.md` describes the same bytes in words; `tools/generate_headers.py` writes the
+C++ header. Everything is little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.errors import InputError
+from chladni.tables.regions import RegionGrid
+
+ComplexArray = NDArray[np.complex128]
+
+MAGIC = b"CHLD"
+VERSION_MAJOR, VERSION_MINOR = 0, 1
+ENCODING_IQ16 = 0
+FULL_SCALE = 32767
+"""The integer that stands for the largest gain."""
+MAX_ACTUATORS = 8
+"""High-speed LEDC channels of an ESP32."""
+MAX_REGIONS = 4096
+MAX_SPAN_UM = 500_000
+"""So that (2 · place + span) and cells · span fit 32 bits on the device."""
+MAX_CELLS_PER_SIDE = 2048
+CRC_BYTES = 4
+
+
+@dataclass(frozen=True)
+class Field:
+    """One header field: name, C type, unit and meaning."""
+
+    name: str
+    kind: str
+    doc: str
+
+    @property
+    def code(self) -> str:
+        """Its code for `struct`."""
+        return {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "char4": "4s", "char16": "16s"}[
+            self.kind
+        ]
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return struct.calcsize("<" + self.code)
+
+
+HEADER_FIELDS = (
+    Field("magic", "char4", 'The letters "CHLD".'),
+    Field("version_major", "u8", "A reader refuses another number than its own."),
+    Field("version_minor", "u8", "Grows with additions that an old reader may ignore."),
+    Field("header_bytes", "u16", "Where the payload begins."),
+    Field("total_bytes", "u32", "Whole file, its CRC included."),
+    Field("board_fingerprint", "u64", "64 bits of the SHA-256 of the board's physical numbers."),
+    Field("board_name", "char16", "ASCII, filled up with zeros, at least one of them."),
+    Field("frequency_mhz", "u32", "Drive frequency in millihertz."),
+    Field("actuators", "u8", "Channels of every drive, 1 to 8."),
+    Field("encoding", "u8", "0: in-phase and quadrature as signed 16-bit integers."),
+    Field("reserved", "u16", "0."),
+    Field("columns", "u16", "Cells along x."),
+    Field("rows", "u16", "Cells along y."),
+    Field("width_um", "u32", "Board along x, micrometres."),
+    Field("length_um", "u32", "Board along y, micrometres."),
+    Field("full_scale_gain_milli", "u32", "Gain that the integer 32767 stands for, in thousandths."),
+    Field("ramp_us", "u32", "A drive fades in, out and over in this time."),
+    Field("touch_timeout_us", "u32", "Silence from the panel that counts as lift-up."),
+    Field("max_on_us", "u32", "A touch plays no longer than this."),
+)
+HEADER_STRUCT = struct.Struct("<" + "".join(field.code for field in HEADER_FIELDS))
+HEADER_BYTES = HEADER_STRUCT.size
+
+
+def header_offsets() -> dict[str, int]:
+    """Byte offset of every header field."""
+    offsets, position = {}, 0
+    for field in HEADER_FIELDS:
+        offsets[field.name] = position
+        position += field.size
+    return offsets
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the device keeps to, from the board file; µs."""
+
+    ramp_us: int
+    touch_timeout_us: int
+    max_on_us: int
+
+
+@dataclass(frozen=True)
+class Table:
+    """A drive table in memory.
+
+    Attributes
+    ----------
+    iq
+        int16, shape (regions, actuators, 2): in-phase and quadrature of every drive, where
+        32767 stands for `full_scale_gain`.
+    """
+
+    board_name: str
+    board_fingerprint: int
+    frequency_hz: float
+    grid: RegionGrid
+    full_scale_gain: float
+    limits: Limits
+    iq: NDArray[np.int16]
+
+    @property
+    def actuators(self) -> int:
+        """Channels of every drive."""
+        return int(self.iq.shape[1])
+
+    def drive(self, region: int) -> ComplexArray:
+        """The drive of a region as the table holds it, shape (actuators,)."""
+        return dequantise(self.iq[region], self.full_scale_gain)
+
+
+def quantise(drives: ComplexArray, full_scale_gain: float) -> NDArray[np.int16]:
+    """Drives of any shape as integers, in-phase and quadrature along a new last axis."""
+    scaled = np.stack((drives.real, drives.imag), axis=-1) * (FULL_SCALE / full_scale_gain)
+    return np.asarray(np.clip(np.rint(scaled), -FULL_SCALE, FULL_SCALE).astype(np.int16))
+
+
+def dequantise(iq: NDArray[np.int16], full_scale_gain: float) -> ComplexArray:
+    """Integers with in-phase and quadrature along the last axis as complex drives."""
+    pair = iq.astype(np.float64) * (full_scale_gain / FULL_SCALE)
+    return np.asarray(pair[..., 0] + 1j * pair[..., 1])
+
+
+def pack(table: Table) -> bytes:
+    """The bytes of a table file.
+
+    Raises
+    ------
+    InputError
+        More actuators, regions or millimetres than the format holds.
+    """
+    grid = table.grid
+    for name, value, limit in (
+        ("actuators", table.actuators, MAX_ACTUATORS),
+        ("regions", grid.count, MAX_REGIONS),
+        ("columns", grid.columns, MAX_CELLS_PER_SIDE),
+        ("rows", grid.rows, MAX_CELLS_PER_SIDE),
+        ("width_um", grid.width_um, MAX_SPAN_UM),
+        ("length_um", grid.length_um, MAX_SPAN_UM),
+    ):
+        if not 1 <= value <= limit:
+            raise InputError(f"table.{name}", value, f"1 to {limit}, what a table can hold")
+    payload = np.ascontiguousarray(table.iq.astype("<i2")).tobytes()
+    header = HEADER_STRUCT.pack(
+        MAGIC, VERSION_MAJOR, VERSION_MINOR, HEADER_BYTES,
+        HEADER_BYTES + len(payload) + CRC_BYTES,
+        table.board_fingerprint, table.board_name.encode("ascii"),
+        round(table.frequency_hz * 1000.0), table.actuators, ENCODING_IQ16, 0,
+        grid.columns, grid.rows, grid.width_um, grid.length_um,
+        round(table.full_scale_gain * 1000.0),
+        table.limits.ramp_us, table.limits.touch_timeout_us, table.limits.max_on_us,
+    )  # fmt: skip
+    body = header + payload
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def unpack(data: bytes, *, file: str | None = None) -> Table:
+    """The table in the bytes of a file.
+
+    Raises
+    ------
+    InputError
+        Truncated, wrong magic, version or CRC, or fields that contradict each other.
+    """
+
+    def refuse(field: str, value: object, expected: str) -> InputError:
+        return InputError(field, value, expected, file=file)
+
+    if len(data) < HEADER_BYTES + CRC_BYTES:
+        raise refuse("size", f"{len(data)} bytes", f"at least {HEADER_BYTES + CRC_BYTES}: truncated")
+    head = dict(
+        zip((field.name for field in HEADER_FIELDS), HEADER_STRUCT.unpack_from(data), strict=True)
+    )
+    if head["magic"] != MAGIC:
+        raise refuse("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
+    version = (head["version_major"], head["version_minor"])
+    if version[0] != VERSION_MAJOR or version[1] > VERSION_MINOR:
+        raise refuse("version", "%d.%d" % version, f"{VERSION_MAJOR}.{VERSION_MINOR}")
+    if head["header_bytes"] != HEADER_BYTES:
+        raise refuse("header_bytes", head["header_bytes"], f"{HEADER_BYTES}")
+    if head["total_bytes"] != len(data):
+        raise refuse("total_bytes", head["total_bytes"], f"{len(data)}, the size of the file")
+    stored = struct.unpack_from("<I", data, len(data) - CRC_BYTES)[0]
+    computed = zlib.crc32(data[:-CRC_BYTES])
+    if stored != computed:
+        raise refuse("crc", f"{stored:#010x}", f"{computed:#010x}: the bytes are damaged")
+    _check_fields(head, refuse)
+    shape = (head["columns"] * head["rows"], head["actuators"], 2)
+    expected = HEADER_BYTES + 2 * int(np.prod(shape)) + CRC_BYTES
+    if expected != len(data):
+        raise refuse("total_bytes", len(data), f"{expected} for {shape[0]} regions")
+    return Table(
+        board_name=head["board_name"].rstrip(b"\0").decode("ascii"),
+        board_fingerprint=head["board_fingerprint"],
+        frequency_hz=head["frequency_mhz"] / 1000.0,
+        grid=RegionGrid(head["columns"], head["rows"], head["width_um"], head["length_um"]),
+        full_scale_gain=head["full_scale_gain_milli"] / 1000.0,
+        limits=Limits(head["ramp_us"], head["touch_timeout_us"], head["max_on_us"]),
+        iq=np.frombuffer(data, "<i2", int(np.prod(shape)), HEADER_BYTES)
+        .astype(np.int16)
+        .reshape(shape),
+    )
+
+
+def _check_fields(head: dict[str, int], refuse: Callable[[str, object, str], InputError]) -> None:
+    """Ranges that a right CRC does not vouch for."""
+    for name, low, high in (
+        ("actuators", 1, MAX_ACTUATORS),
+        ("encoding", ENCODING_IQ16, ENCODING_IQ16),
+        ("columns", 1, MAX_CELLS_PER_SIDE),
+        ("rows", 1, MAX_CELLS_PER_SIDE),
+        ("width_um", 1, MAX_SPAN_UM),
+        ("length_um", 1, MAX_SPAN_UM),
+        ("frequency_mhz", 1, 0xFFFFFFFF),
+        ("full_scale_gain_milli", 1, 0xFFFFFFFF),
+        ("ramp_us", 1, 0xFFFFFFFF),
+        ("touch_timeout_us", 1, 0xFFFFFFFF),
+        ("max_on_us", 1, 0xFFFFFFFF),
+    ):
+        if not low <= head[name] <= high:
+            raise refuse(name, head[name], f"{low} to {high}")
+    if head["columns"] * head["rows"] > MAX_REGIONS:
+        raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a table file; `InputError` names file and field."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError("TABLE", error.strerror, "a readable file", file=str(path)) from None
+    return unpack(data, file=str(path))
