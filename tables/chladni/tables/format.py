@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,10 @@ MAX_REGIONS = 4096
 MAX_SPAN_UM = 500_000
 """So that (2 · place + span) and cells · span fit 32 bits on the device."""
 MAX_CELLS_PER_SIDE = 2048
+MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ = 1_000, 1_000_000
+"""1 to 1000 Hz: beyond, a wave has too few samples for the synthesis."""
+MAX_TIME_US = 1_000_000_000
+"""So that every time in samples fits 32 bits at any carrier."""
 CRC_BYTES = 4
 
 
@@ -148,28 +153,37 @@ def pack(table: Table) -> bytes:
         More actuators, regions or millimetres than the format holds.
     """
     grid = table.grid
-    for name, value, limit in (
-        ("actuators", table.actuators, MAX_ACTUATORS),
-        ("regions", grid.count, MAX_REGIONS),
-        ("columns", grid.columns, MAX_CELLS_PER_SIDE),
-        ("rows", grid.rows, MAX_CELLS_PER_SIDE),
-        ("width_um", grid.width_um, MAX_SPAN_UM),
-        ("length_um", grid.length_um, MAX_SPAN_UM),
-    ):
-        if not 1 <= value <= limit:
-            raise InputError(f"table.{name}", value, f"1 to {limit}, what a table can hold")
+    head = _header_values(table)
+    _check_fields(head, lambda field, value, expected: InputError(f"table.{field}", value, expected))
     payload = np.ascontiguousarray(table.iq.astype("<i2")).tobytes()
-    header = HEADER_STRUCT.pack(
-        MAGIC, VERSION_MAJOR, VERSION_MINOR, HEADER_BYTES,
-        HEADER_BYTES + len(payload) + CRC_BYTES,
-        table.board_fingerprint, table.board_name.encode("ascii"),
-        round(table.frequency_hz * 1000.0), table.actuators, ENCODING_IQ16, 0,
-        grid.columns, grid.rows, grid.width_um, grid.length_um,
-        round(table.full_scale_gain * 1000.0),
-        table.limits.ramp_us, table.limits.touch_timeout_us, table.limits.max_on_us,
-    )  # fmt: skip
+    head["total_bytes"] = HEADER_BYTES + len(payload) + CRC_BYTES
+    header = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
     body = header + payload
     return body + struct.pack("<I", zlib.crc32(body))
+
+
+def _header_values(table: Table) -> dict[str, Any]:
+    grid, limits = table.grid, table.limits
+    return {
+        "magic": MAGIC,
+        "version_major": VERSION_MAJOR,
+        "version_minor": VERSION_MINOR,
+        "header_bytes": HEADER_BYTES,
+        "board_fingerprint": table.board_fingerprint,
+        "board_name": table.board_name.encode("ascii"),
+        "frequency_mhz": round(table.frequency_hz * 1000.0),
+        "actuators": table.actuators,
+        "encoding": ENCODING_IQ16,
+        "reserved": 0,
+        "columns": grid.columns,
+        "rows": grid.rows,
+        "width_um": grid.width_um,
+        "length_um": grid.length_um,
+        "full_scale_gain_milli": round(table.full_scale_gain * 1000.0),
+        "ramp_us": limits.ramp_us,
+        "touch_timeout_us": limits.touch_timeout_us,
+        "max_on_us": limits.max_on_us,
+    }
 
 
 def unpack(data: bytes, *, file: str | None = None) -> Table:
@@ -220,7 +234,9 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     )
 
 
-def _check_fields(head: dict[str, int], refuse: Callable[[str, object, str], InputError]) -> None:
+def _check_fields(
+    head: dict[str, Any], refuse: Callable[[str, object, str], InputError]
+) -> None:
     """Ranges that a right CRC does not vouch for."""
     for name, low, high in (
         ("actuators", 1, MAX_ACTUATORS),
@@ -229,11 +245,11 @@ def _check_fields(head: dict[str, int], refuse: Callable[[str, object, str], Inp
         ("rows", 1, MAX_CELLS_PER_SIDE),
         ("width_um", 1, MAX_SPAN_UM),
         ("length_um", 1, MAX_SPAN_UM),
-        ("frequency_mhz", 1, 0xFFFFFFFF),
+        ("frequency_mhz", MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ),
         ("full_scale_gain_milli", 1, 0xFFFFFFFF),
-        ("ramp_us", 1, 0xFFFFFFFF),
-        ("touch_timeout_us", 1, 0xFFFFFFFF),
-        ("max_on_us", 1, 0xFFFFFFFF),
+        ("ramp_us", 1, MAX_TIME_US),
+        ("touch_timeout_us", 1, MAX_TIME_US),
+        ("max_on_us", 1, MAX_TIME_US),
     ):
         if not low <= head[name] <= high:
             raise refuse(name, head[name], f"{low} to {high}")

@@ -1,0 +1,49 @@
+# Everything a newcomer needs: `make demo` and `make test` work on a fresh checkout.
+PYTHON ?= python3.11
+ifeq ($(shell command -v $(PYTHON) 2>/dev/null),)
+PYTHON := python3
+endif
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+NATIVE_SOURCES := $(shell find firmware -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
+# One BLAS thread per process: the small matrices here gain nothing from more, and joblib's
+# processes would fight over the cores.
+export OPENBLAS_NUM_THREADS ?= 1
+export OMP_NUM_THREADS ?= 1
+
+.PHONY: help venv demo test lint headers native clean
+
+help:  ## say what each target does
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
+
+venv: $(STAMP)  ## set up .venv and build the emulator into it
+
+$(STAMP): pyproject.toml $(NATIVE_SOURCES)
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@
+
+demo: venv  ## run the whole chain on the prototype board; writes out/demo.png
+	$(BIN)/python -m chladni.host.demo --out out
+
+test: venv  ## lint, type-check and run every test
+	$(MAKE) --no-print-directory lint
+	$(BIN)/python -m pytest
+
+lint: venv  ## ruff, mypy, clang-format, generated headers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'firmware/*.cpp' 'firmware/*.hpp')
+	$(BIN)/python tools/generate_headers.py --check
+
+headers: venv  ## write the C++ headers that Python declares
+	$(BIN)/python tools/generate_headers.py
+
+native: venv  ## build the firmware core with PlatformIO, without its registry
+	$(BIN)/python tools/platformio_offline.py .pio-core -- run -e native
+
+clean:  ## remove everything that was built
+	rm -rf $(VENV) build .pio .pio-core out

@@ -1,0 +1,13 @@
+// CRC-32 as zlib has it (polynomial 0xEDB88320), four bits at a time.
+#pragma once
+
+#include <cstdint>
+
+namespace chladni {
+
+constexpr uint32_t kCrc32Start = 0xFFFFFFFFU;
+
+// Feed bytes into a running value; the CRC is the complement of the last one.
+uint32_t crc32_feed(uint32_t running, const uint8_t* bytes, uint32_t count);
+
+}  // namespace chladni

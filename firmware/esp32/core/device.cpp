@@ -1,0 +1,101 @@
+#include "core/device.hpp"
+
+#include "core/text.hpp"
+
+namespace chladni {
+
+const char* to_text(DeviceState state) {
+  switch (state) {
+    case DeviceState::kNoTable: return "no table";
+    case DeviceState::kIdle: return "idle";
+    case DeviceState::kPlaying: return "playing";
+    case DeviceState::kSpent: return "spent";
+  }
+  return "unknown";
+}
+
+TableStatus Device::start(const Hal& hal, const DeviceSettings& settings) {
+  hal_ = hal;
+  settings_ = settings;
+  state_ = DeviceState::kNoTable;
+  table_status_ = table_.load(hal_, settings.channels);
+  SynthesisSettings synthesis{};
+  synthesis.channels = settings.channels;
+  synthesis.pwm_bits = settings.pwm_bits;
+  // Without a table the synthesis still runs, and holds every output at 0.
+  synthesis.frequency_mhz = table_.is_loaded() ? table_.frequency_mhz() : 160000U;
+  synthesis.ramp_us = table_.ramp_us();
+  synthesis.touch_timeout_us = table_.touch_timeout_us();
+  synthesis.max_on_us = table_.max_on_us();
+  const bool fits = synthesis_.start(synthesis);
+  if (table_status_ == TableStatus::kOk && !fits) table_status_ = TableStatus::kBadField;
+  if (table_status_ == TableStatus::kOk) state_ = DeviceState::kIdle;
+  return table_status_;
+}
+
+void Device::poll() {
+  if (state_ == DeviceState::kPlaying && !is_drive_pending_) {
+    const FadeCause cause = synthesis_.fade_cause();
+    if (cause == FadeCause::kMaxOn) state_ = DeviceState::kSpent;
+    if (cause == FadeCause::kTouchTimeout) state_ = DeviceState::kIdle;
+  }
+  Place place{};
+  switch (hal_.poll_touch(hal_.context, &place)) {
+    case Touch::kContact:
+      is_console_touch_ = false;
+      contact(place);
+      break;
+    case Touch::kLifted:
+      is_console_touch_ = false;
+      lifted();
+      break;
+    case Touch::kNothingNew:
+      if (is_console_touch_) contact(console_place_);
+      break;
+  }
+  if (state_ == DeviceState::kPlaying && is_drive_pending_) {
+    is_drive_pending_ = !synthesis_.play(table_.drive(region_), settings_.level_q15);
+  }
+  if (is_release_pending_) is_release_pending_ = !synthesis_.release();
+}
+
+void Device::contact(Place place) {
+  if (state_ == DeviceState::kNoTable || state_ == DeviceState::kSpent) return;
+  const uint32_t region = table_.region_at(place);
+  if (state_ != DeviceState::kPlaying || region != region_) is_drive_pending_ = true;
+  region_ = region;
+  state_ = DeviceState::kPlaying;
+  is_release_pending_ = false;
+  synthesis_.keep_alive();
+}
+
+void Device::lifted() {
+  if (state_ == DeviceState::kPlaying) is_release_pending_ = true;
+  if (state_ != DeviceState::kNoTable) state_ = DeviceState::kIdle;
+  is_drive_pending_ = false;
+}
+
+void Device::command(const char* line) {
+  Reader reader(line);
+  if (reader.word("touch")) {
+    Place place{};
+    if (reader.number(&place.x_um) && reader.number(&place.y_um) && reader.at_end()) {
+      is_console_touch_ = true;
+      console_place_ = place;
+      hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
+      return;
+    }
+  } else if (reader.word("lift") && reader.at_end()) {
+    is_console_touch_ = false;
+    lifted();
+    hal_.print(hal_.context, "ok");
+    return;
+  } else if (reader.word("info") && reader.at_end()) {
+    hal_.print(hal_.context, to_text(state_));
+    hal_.print(hal_.context, to_text(table_status_));
+    return;
+  }
+  hal_.print(hal_.context, "expected: touch X_UM Y_UM | lift | info");
+}
+
+}  // namespace chladni

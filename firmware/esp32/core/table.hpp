@@ -1,0 +1,64 @@
+// The drive table: read from flash once, checked whole, kept in RAM, looked up by place.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/hal.hpp"
+#include "core/synthesis.hpp"
+
+namespace chladni {
+
+enum class TableStatus : uint8_t {
+  kOk,
+  kNone,            // the partition is blank
+  kReadFailed,      // flash could not be read
+  kBadMagic,        // something else than a table
+  kBadVersion,      // a format this firmware does not know
+  kBadSize,         // sizes that contradict each other
+  kBadCrc,          // damaged bytes
+  kBadField,        // a header field out of its range
+  kTooLarge,        // more drives than fit into RAM
+  kWrongActuators,  // made for another number of channels
+};
+
+const char* to_text(TableStatus status);
+
+// 40 KiB: 2,048 regions of five channels.
+constexpr uint32_t kTableGains = 10240;
+
+class Table {
+ public:
+  // Read and check the table at the start of the partition. Unless kOk comes back there is no table.
+  TableStatus load(const Hal& hal, uint32_t channels);
+
+  bool is_loaded() const { return is_loaded_; }
+  uint32_t frequency_mhz() const { return frequency_mhz_; }
+  uint32_t ramp_us() const { return ramp_us_; }
+  uint32_t touch_timeout_us() const { return touch_timeout_us_; }
+  uint32_t max_on_us() const { return max_on_us_; }
+  uint32_t regions() const { return columns_ * rows_; }
+
+  // The region of a place; places off the board belong to the nearest region.
+  uint32_t region_at(Place place) const;
+  // The drive of a region below `regions()`; channels beyond the table's are silent.
+  Drive drive(uint32_t region) const;
+
+ private:
+  TableStatus read_header(const Hal& hal, uint32_t channels, uint32_t* payload_bytes);
+
+  bool is_loaded_ = false;
+  uint32_t actuators_ = 0;
+  uint32_t columns_ = 0;
+  uint32_t rows_ = 0;
+  uint32_t width_um_ = 0;
+  uint32_t length_um_ = 0;
+  uint32_t frequency_mhz_ = 0;
+  uint32_t ramp_us_ = 0;
+  uint32_t touch_timeout_us_ = 0;
+  uint32_t max_on_us_ = 0;
+  uint32_t running_crc_ = 0;
+  std::array<Gain, kTableGains> gains_{};
+};
+
+}  // namespace chladni

@@ -1,0 +1,115 @@
+"""What every command shares: parsing places, answering people or programs, writing whole files."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table as RichTable
+
+from chladni.sim.errors import InputError
+
+Place = tuple[float, float]
+
+
+def parse_place(text: str, option: str) -> Place:
+    """`X,Y` in millimetres."""
+    parts = text.split(",")
+    try:
+        values = [float(part) for part in parts]
+    except ValueError:
+        values = []
+    if len(values) != 2 or not all(math.isfinite(value) for value in values):
+        raise InputError(option, text, "two numbers X,Y in mm from the board's centre")
+    return values[0], values[1]
+
+
+def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
+    """Print a result: one JSON object for programs, a table for people."""
+    if as_json:
+        sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
+        return
+    table = RichTable(title=title or None, show_header=False, title_justify="left")
+    for key, value in result.items():
+        for row_key, text in _rows(key, value):
+            table.add_row(row_key, text)
+    Console().print(table)
+
+
+def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield f"{key} · {name.replace('_', ' ')}", _text(item)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for item in value:
+            label, *rest = item.items()
+            words = ", ".join(f"{name.replace('_', ' ')} {_text(part)}" for name, part in rest)
+            yield f"{key} · {label[1]}", words
+    else:
+        yield key.replace("_", " "), _text(value)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_text(item) for item in value)
+    return "–" if value is None else str(value)
+
+
+def check_output(path: Path, option: str) -> Path:
+    """A path that can be written, found out before any work is done."""
+    if path.is_dir():
+        raise InputError(option, str(path), "a file name, not a folder")
+    if not path.parent.is_dir():
+        raise InputError(option, str(path), "a file in a folder that exists")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(option, str(path), "a file in a folder that can be written")
+    return path
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file beside its place and rename it, so that nobody ever sees half of it."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        # mkstemp makes private files; a result has the permissions of any new file.
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(name).chmod(0o666 & ~mask)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def write_arrays(path: Path, **arrays: Any) -> None:
+    """Write a compressed .npz under exactly the given name."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    write_whole(path, buffer.getvalue())
+
+
+@contextlib.contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
+    """A callback (done, all) that draws a bar on stderr, if that is a terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+               TimeRemainingColumn())  # fmt: skip
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task(label, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
