@@ -33,7 +33,7 @@ class Device {
   // One line from the console: "touch X Y" (micrometres), "lift" or "info".
   void command(const char* line);
   // One sample; call it from the sample interrupt, every fourth carrier period.
-  void sample() { synthesis_.sample(hal_); }
+  void sample();
 
   DeviceState state() const { return state_; }
   TableStatus table_status() const { return table_status_; }

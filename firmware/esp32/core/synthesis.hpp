@@ -29,12 +29,12 @@ struct Gain {
 using Drive = std::array<Gain, kMaxChannels>;
 
 struct SynthesisSettings {
-  uint32_t channels;         // 1 to kMaxChannels
-  uint32_t pwm_bits;         // 10 to 12; the carrier is 80 MHz / 2^bits
-  uint32_t frequency_mhz;    // of the wave, millihertz
-  uint32_t ramp_us;          // time from one drive to the next
-  uint32_t touch_timeout_us; // outputs fade out when nobody says "still touched" for this long
-  uint32_t max_on_us;        // and after this in any case
+  uint32_t channels;          // 1 to kMaxChannels
+  uint32_t pwm_bits;          // 10 to 12; the carrier is 80 MHz / 2^bits
+  uint32_t frequency_mhz;     // of the wave, millihertz
+  uint32_t ramp_us;           // time from one drive to the next
+  uint32_t touch_timeout_us;  // outputs fade out when nobody says "still touched" for this long
+  uint32_t max_on_us;         // and after this in any case
 };
 
 // Largest amplitude in duty steps. Two steps above and below are the shaper's own.

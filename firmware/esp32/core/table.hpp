@@ -29,7 +29,8 @@ constexpr uint32_t kTableGains = 10240;
 
 class Table {
  public:
-  // Read and check the table at the start of the partition. Unless kOk comes back there is no table.
+  // Read and check the table at the start of the partition. Unless kOk comes back there is no
+  // table.
   TableStatus load(const Hal& hal, uint32_t channels);
 
   bool is_loaded() const { return is_loaded_; }

@@ -31,7 +31,8 @@ using Duties = nb::ndarray<nb::numpy, uint16_t, nb::ndim<2>>;
 
 Duties take_duties(Emulator& self) {
   auto* record = new std::vector<uint16_t>(self.pwm().take_record());
-  nb::capsule owner(record, [](void* p) noexcept { delete static_cast<std::vector<uint16_t>*>(p); });
+  nb::capsule owner(record,
+                    [](void* p) noexcept { delete static_cast<std::vector<uint16_t>*>(p); });
   const size_t channels = self.pwm().channels();
   return Duties(record->data(), {record->size() / channels, channels}, owner);
 }
@@ -112,10 +113,9 @@ NB_MODULE(_emulator, m) {
       .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
       .def_prop_ro("flash_bytes", [](Emulator& self) { return self.flash().size(); })
       .def_prop_ro("now_us", &Emulator::now_us)
-      .def_prop_ro("state",
-                   [](const Emulator& self) {
-                     return std::string(chladni::to_text(self.device().state()));
-                   })
+      .def_prop_ro(
+          "state",
+          [](const Emulator& self) { return std::string(chladni::to_text(self.device().state())); })
       .def_prop_ro("fade_cause",
                    [](const Emulator& self) {
                      return std::string(chladni::to_text(self.device().fade_cause()));

@@ -16,9 +16,7 @@ Emulator::Emulator(const EmulatorSettings& settings)
       flash_(settings.flash_sectors),
       pwm_(settings.channels, settings.pwm_bits) {}
 
-uint64_t Emulator::now_us() const {
-  return (period_ << settings_.pwm_bits) * 1000000U / kTimerHz;
-}
+uint64_t Emulator::now_us() const { return (period_ << settings_.pwm_bits) * 1000000U / kTimerHz; }
 
 Hal Emulator::hal() {
   Hal hal{};

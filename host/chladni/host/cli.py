@@ -13,7 +13,12 @@ import numpy as np
 import typer
 
 from chladni.host.console import (
-    answer, check_output, parse_place, progress_bar, write_arrays, write_whole,
+    answer,
+    check_output,
+    parse_place,
+    progress_bar,
+    write_arrays,
+    write_whole,
 )  # fmt: skip
 from chladni.host.emulator import LEVEL, TouchEvent
 from chladni.host.loop import board_of, run_loop
@@ -150,9 +155,7 @@ def solve_command(
 ) -> None:
     """Find the drive that best focuses the vibration at one place, and score it."""
     loaded = load_board(board)
-    solution = solve(
-        loaded, parse_place(target, "--target"), method=method, seed=seed, steps=steps
-    )
+    solution = solve(loaded, parse_place(target, "--target"), method=method, seed=seed, steps=steps)
     title = f"{loaded.name}: focus at {target} mm"
     answer(solution_report(loaded, solution), as_json=as_json, title=title)
 
@@ -262,9 +265,7 @@ def emulate(
     loaded = read_table(table)
     owner = board_of(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, ms, level=level)
-    write_arrays(
-        output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz
-    )
+    write_arrays(output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     result = {
         "latency_ms": report.latency_ms,
         "channels": [

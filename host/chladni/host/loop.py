@@ -89,7 +89,9 @@ def board_of(table: Table, board: str | None, *, file: str) -> Board:
         raise InputError("actuators", table.actuators, expected, file=file)
     if found.fingerprint() != table.board_fingerprint:
         expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
-        raise InputError("board_fingerprint", f"{table.board_fingerprint:#018x}", expected, file=file)
+        raise InputError(
+            "board_fingerprint", f"{table.board_fingerprint:#018x}", expected, file=file
+        )
     return found
 
 
@@ -117,9 +119,7 @@ def run_loop(
     assert last is not None
     region = table.grid.region_at(*(round(value * 1000.0) for value in last))
     promised = table.drive(region)
-    played = table.full_scale_gain * drive_phasors(
-        recording, play, table.frequency_hz, level=level
-    )
+    played = table.full_scale_gain * drive_phasors(recording, play, table.frequency_hz, level=level)
     fields, model = scene_of(board).fields.values, scene_of(board).model
     target_mm = table.grid.centre_mm(region)
     wanted = target_field(board, target_mm, model=model).values[0]

@@ -23,7 +23,7 @@ EDGES: tuple[Edges, ...] = ("simply supported", "free")
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 SAME_PLACE = 1e-6
-"""Two actuators closer than this, in metres, are at one place: their drives cannot be told apart."""
+"""Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class Board:
         return _axis(self.plate.size[1], self.image.points[1])
 
     def fingerprint(self) -> int:
-        """64 bits of the SHA-256 of everything that a drive depends on (not name or electronics)."""
+        """64 bits of the SHA-256 of what a drive depends on: not name, image or electronics."""
         physical = {
             key: value
             for key, value in to_document(self).items()
@@ -196,7 +196,9 @@ def check_board(board: Board) -> None:
     _check_places(board)
     if board.plate.edges == "simply supported" and (board.screws or board.magnet):
         what = "screws" if board.screws else "magnet"
-        raise InputError(what, "given", "none with simply supported edges: that plate is not modelled")
+        raise InputError(
+            what, "given", "none with simply supported edges: that plate is not modelled"
+        )
     smallest = min(board.plate.size)
     if board.plate.thickness > smallest / 10.0:
         raise InputError(

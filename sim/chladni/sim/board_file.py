@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board import (
-    Actuator, Board, Drive, Electronics, Image, Magnet, Plate, Regions, Screw,
+    Actuator,
+    Board,
+    Drive,
+    Electronics,
+    Image,
+    Magnet,
+    Plate,
+    Regions,
+    Screw,
 )  # fmt: skip
 from chladni.sim.errors import InputError
 from chladni.sim.quantity import quantities
@@ -74,7 +82,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
     """Make a board of a parsed file; `InputError` names the key that is wrong."""
     known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
     _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
-    parts = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
+    parts: dict[str, Any] = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
     magnet = _part(Magnet, document["magnet"], "magnet") if "magnet" in document else None
     return Board(
         name=document["name"],
@@ -112,11 +120,11 @@ def _part(cls: type[Part], table: object, where: str) -> Part:
 def _check_keys(
     table: dict[str, Any], known: list[str], *, required: list[str], where: str
 ) -> None:
-    for key in table:
+    for key, value in table.items():
         if key not in known:
             close = difflib.get_close_matches(key, known, n=1)
             hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
-            raise InputError(f"{where}{key}", table[key], f"a known key: {hint}")
+            raise InputError(f"{where}{key}", value, f"a known key: {hint}")
     for key in required:
         if key not in table:
             raise InputError(f"{where}{key}", "nothing", "this key")

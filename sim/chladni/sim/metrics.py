@@ -40,7 +40,8 @@ def ssim(image: FloatArray, target: FloatArray) -> float:
     `skimage.metrics.structural_similarity` with its defaults (7 × 7 uniform window) and
     `data_range=1`, as the paper's authors ran it.
     """
-    return float(structural_similarity(normalised(image), normalised(target), data_range=1.0))
+    first, second = normalised(image), normalised(target)
+    return float(structural_similarity(first, second, data_range=1.0))  # type: ignore[no-untyped-call]
 
 
 def disc_mask(x: FloatArray, y: FloatArray, centre: Place, radius: float) -> NDArray[np.bool_]:
@@ -59,9 +60,7 @@ def contrast_db(w: ComplexArray, disc: NDArray[np.bool_]) -> float:
     return decibel(inside / outside) if outside > 0.0 else -FLOOR_DB
 
 
-def best_contrast(
-    transfer: ComplexArray, disc: NDArray[np.bool_]
-) -> tuple[float, ComplexArray]:
+def best_contrast(transfer: ComplexArray, disc: NDArray[np.bool_]) -> tuple[float, ComplexArray]:
     """The largest contrast any drive can reach, dB, and a drive that reaches it.
 
     It is the largest eigenvalue of the Hermitian pencil (GᴴG over the disc, GᴴG over the rest),

@@ -74,7 +74,7 @@ class SimplySupportedPlate:
         radius = self._cutoff(omega, loads, tolerance)
         m = np.arange(1, int(radius * self.width / np.pi) + 1)
         n = np.arange(1, int(radius * self.length / np.pi) + 1)
-        wave_x, wave_y = m * np.pi / self.width, n * np.pi / self.length
+        wave_x, wave_y = self._waves(m, n)
         inside = wave_x[:, None] ** 2 + wave_y**2 <= radius**2
         stiffness = self._omega_squared(m, n) * self._stiffness_factor
         gain = np.where(inside, 1.0 / (stiffness - omega**2), 0.0)
@@ -95,8 +95,13 @@ class SimplySupportedPlate:
     def _stiffness_factor(self) -> complex | float:
         return 1.0 + 1j * self.loss_factor if self.loss_factor else 1.0
 
+    def _waves(self, m: NDArray[np.intp], n: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Wave numbers mπ/a and nπ/b, rad/m."""
+        return np.asarray(m * (np.pi / self.width)), np.asarray(n * (np.pi / self.length))
+
     def _omega_squared(self, m: NDArray[np.intp], n: NDArray[np.intp]) -> FloatArray:
-        wave = (m[:, None] * np.pi / self.width) ** 2 + (n * np.pi / self.length) ** 2
+        wave_x, wave_y = self._waves(m, n)
+        wave = wave_x[:, None] ** 2 + wave_y**2
         return np.asarray(self.bending_stiffness / self.areal_mass * wave**2)
 
     def _participation(self, load: Load, wave_x: FloatArray, wave_y: FloatArray) -> FloatArray:
@@ -128,7 +133,7 @@ class SimplySupportedPlate:
         limit = MAX_MODES_PER_SIDE * np.pi / self.length
         norm = 4.0 / (self.width * self.length * self.areal_mass)
         low = np.arange(1, 33)
-        wave_x, wave_y = low * np.pi / self.width, low * np.pi / self.length
+        wave_x, wave_y = self._waves(low, low)
         stiffness = self._omega_squared(low, low) * self._stiffness_factor
         energy = min(
             float(np.sum(np.abs(norm * self._participation(load, wave_x, wave_y)

@@ -85,9 +85,7 @@ def build_table(
         solved[region] = result
         if progress:
             progress(number, len(places))
-    drives = np.stack(
-        [solved[source].drive[list(permutation)] for source, permutation in sources]
-    )
+    drives = np.stack([solved[source].drive[list(permutation)] for source, permutation in sources])
     table = Table(
         board_name=board.name,
         board_fingerprint=board.fingerprint(),

@@ -76,7 +76,9 @@ HEADER_FIELDS = (
     Field("rows", "u16", "Cells along y."),
     Field("width_um", "u32", "Board along x, micrometres."),
     Field("length_um", "u32", "Board along y, micrometres."),
-    Field("full_scale_gain_milli", "u32", "Gain that the integer 32767 stands for, in thousandths."),
+    Field(
+        "full_scale_gain_milli", "u32", "Gain that the integer 32767 stands for, in thousandths."
+    ),
     Field("ramp_us", "u32", "A drive fades in, out and over in this time."),
     Field("touch_timeout_us", "u32", "Silence from the panel that counts as lift-up."),
     Field("max_on_us", "u32", "A touch plays no longer than this."),
@@ -152,9 +154,10 @@ def pack(table: Table) -> bytes:
     InputError
         More actuators, regions or millimetres than the format holds.
     """
-    grid = table.grid
     head = _header_values(table)
-    _check_fields(head, lambda field, value, expected: InputError(f"table.{field}", value, expected))
+    _check_fields(
+        head, lambda field, value, expected: InputError(f"table.{field}", value, expected)
+    )
     payload = np.ascontiguousarray(table.iq.astype("<i2")).tobytes()
     head["total_bytes"] = HEADER_BYTES + len(payload) + CRC_BYTES
     header = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
@@ -199,7 +202,9 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
         return InputError(field, value, expected, file=file)
 
     if len(data) < HEADER_BYTES + CRC_BYTES:
-        raise refuse("size", f"{len(data)} bytes", f"at least {HEADER_BYTES + CRC_BYTES}: truncated")
+        raise refuse(
+            "size", f"{len(data)} bytes", f"at least {HEADER_BYTES + CRC_BYTES}: truncated"
+        )
     head = dict(
         zip((field.name for field in HEADER_FIELDS), HEADER_STRUCT.unpack_from(data), strict=True)
     )
@@ -207,7 +212,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
         raise refuse("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
     version = (head["version_major"], head["version_minor"])
     if version[0] != VERSION_MAJOR or version[1] > VERSION_MINOR:
-        raise refuse("version", "%d.%d" % version, f"{VERSION_MAJOR}.{VERSION_MINOR}")
+        raise refuse("version", f"{version[0]}.{version[1]}", f"{VERSION_MAJOR}.{VERSION_MINOR}")
     if head["header_bytes"] != HEADER_BYTES:
         raise refuse("header_bytes", head["header_bytes"], f"{HEADER_BYTES}")
     if head["total_bytes"] != len(data):
@@ -234,9 +239,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     )
 
 
-def _check_fields(
-    head: dict[str, Any], refuse: Callable[[str, object, str], InputError]
-) -> None:
+def _check_fields(head: dict[str, Any], refuse: Callable[[str, object, str], InputError]) -> None:
     """Ranges that a right CRC does not vouch for."""
     for name, low, high in (
         ("actuators", 1, MAX_ACTUATORS),

@@ -15,7 +15,7 @@ from chladni.tables.solve import Scene, Solution, scene_of
 ComplexArray = NDArray[np.complex128]
 
 DIFFRACTION_SPOT = 0.36
-"""Full width at half maximum of J₀², the narrowest focus of waves from all sides, in wavelengths."""
+"""Width at half maximum of J₀², the narrowest focus of waves from all sides, in wavelengths."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,7 @@ class Scorecard:
 
 def score(solution: Solution, board: Board) -> Scorecard:
     """Score a solution on the full image, null models included."""
-    return score_field(
-        scene_of(board), solution.field, solution.target_field, solution.target_mm
-    )
+    return score_field(scene_of(board), solution.field, solution.target_field, solution.target_mm)
 
 
 def score_field(
@@ -82,7 +80,7 @@ def score_field(
 
 
 def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:
-    """A wrong place: the mirror image through the centre, or a quarter board away if that is near."""
+    """A wrong place: mirrored through the centre, or a quarter board away if that is close."""
     quarter = board.plate.size[1] / 4.0 / MM
     x, y = target_mm
     if 2.0 * np.hypot(x, y) >= quarter:
@@ -92,6 +90,4 @@ def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[floa
 
 def _nearest(scene: Scene, place: tuple[float, float]) -> ComplexArray:
     places = np.array([actuator.at for actuator in scene.board.actuators])
-    return scene.fields.values[int(np.argmin(np.linalg.norm(places - place, axis=1)))]
-
-
+    return np.asarray(scene.fields.values[np.argmin(np.linalg.norm(places - place, axis=1))])

@@ -2,7 +2,7 @@
 
 The paper searches 1800 integer gains for hours. Its gains add up to one complex number per
 actuator, so the search here has 2 · actuators real variables, an exact gradient, and takes well
-under a second: several starts climb a coarse image, the best few a finer one, the best the full one.
+under a second: several starts climb a coarse image, the best few a finer one, one the full one.
 """
 
 from __future__ import annotations
@@ -18,11 +18,15 @@ from scipy.optimize import minimize
 
 from chladni.sim import metrics
 from chladni.sim.board import Board
+from chladni.sim.errors import InputError
 from chladni.sim.response import PlateModel
 from chladni.sim.transfer import (
-    TransferFields, check_target, plate_model, target_field, transfer_fields,
+    TransferFields,
+    check_target,
+    plate_model,
+    target_field,
+    transfer_fields,
 )  # fmt: skip
-from chladni.sim.errors import InputError
 from chladni.tables.objective import WINDOW, SsimObjective
 
 FloatArray = NDArray[np.float64]
@@ -197,9 +201,7 @@ def _starts(
 class _Search:
     """Coarse-to-fine ascent of SSIM from many starts."""
 
-    def __init__(
-        self, transfer: ComplexArray, wanted: ComplexArray, steps: int | None
-    ) -> None:
+    def __init__(self, transfer: ComplexArray, wanted: ComplexArray, steps: int | None) -> None:
         largest = np.abs(transfer).max()
         unit = transfer / largest if largest > 0.0 else transfer
         image = metrics.image_of(wanted)

@@ -21,7 +21,13 @@ from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, radial_derivative
 from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
 from chladni.sim.ritz.tables import (
-    BasisTable, Family, FamilyTable, PointSets, Rim, Table, point_sets,
+    BasisTable,
+    Family,
+    FamilyTable,
+    PointSets,
+    Rim,
+    Table,
+    point_sets,
 )  # fmt: skip
 
 FloatArray = NDArray[np.float64]
@@ -93,9 +99,7 @@ class Assembly:
         """Work of functions' edge forces on the basis, by D; shape (functions, size)."""
         nu = self.basis.geometry.poisson
         total: FloatArray | float = 0.0
-        for edge, own, basis in zip(
-            self.sets.edges, tables.edges, self._tables.edges, strict=True
-        ):
+        for edge, own, basis in zip(self.sets.edges, tables.edges, self._tables.edges, strict=True):
             nn, ss, nnn, nss = _edge_derivatives(edge.axis)
             slope: Derivative = (1, 0) if edge.axis == 0 else (0, 1)
             moment = own.values(parity, nn) + nu * own.values(parity, ss)
@@ -144,7 +148,7 @@ class Assembly:
         moments = {
             k: _rim_moments(rim, self._tables.rims[k], parity) for k, rim in self.sets.rims.items()
         }
-        for row, member in zip(rows, parity.members, strict=True):
+        for k, member in enumerate(parity.members):
             circle = self.basis.circles[member.circle]
             function, sine = circle.members()[member.column]
             if not function.outside:
@@ -157,7 +161,7 @@ class Assembly:
             component = 2 * function.order - (0 if sine or function.order == 0 else 1)
             value, slope = moments[member.circle][component]
             scale = np.pi * (2.0 if function.order == 0 else 1.0) / circle.radius**2
-            row += member.orbit * scale * ((second + third) * value - second * slope)
+            rows[k] += member.orbit * scale * ((second + third) * value - second * slope)
 
     def _set_bubbles(self, parity: ParityBasis, form: FloatArray) -> None:
         """Bubbles end at their rim, so their energy by D is the integral over the disc."""

@@ -28,9 +28,7 @@ class GridTable:
         px, py = np.meshgrid(part_x, part_y, indexing="ij")
         self._circles = basis.enrichment_values(px.ravel(), py.ravel(), (0, 0))
 
-    def fields(
-        self, parities: list[ParityBasis], coefficients: list[ComplexArray]
-    ) -> ComplexArray:
+    def fields(self, parities: list[ParityBasis], coefficients: list[ComplexArray]) -> ComplexArray:
         """Sum over classes of the fields of coefficients (class size, loads).
 
         Returns

@@ -25,7 +25,7 @@ from chladni.sim.ritz.symmetry import SAME_PLACE, ParityBasis
 FloatArray = NDArray[np.float64]
 
 POINT_RADIUS = 1e-5
-"""A point force is a disc of this radius, m; its deflection differs by R² ln R, below 1e-8 of it."""
+"""A point force is a disc of this radius, m; its field differs by R² ln R, below 1e-8."""
 DIRECT_RADIAL, DIRECT_ANGULAR = 16, 64
 
 

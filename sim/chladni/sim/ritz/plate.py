@@ -60,16 +60,17 @@ class RitzPlate:
         classes = []
         for parity in self.mirrors.classes():
             basis = ParityBasis(self.basis, parity)
-            matrices = [
-                form(basis)
-                for form in (
-                    self.assembly.stiffness, self.assembly.mass, self.assembly.supports,
-                )
-            ]  # fmt: skip
+            stiffness = self.assembly.stiffness(basis)
+            mass = self.assembly.mass(basis)
+            supports = self.assembly.supports(basis)
             every = np.arange(basis.size)
             few = basis.subset(fewer_polynomials=4, fewer_orders=1)
             classes.append(
-                _Class(basis, ClassModes(*matrices, every), ClassModes(*matrices, few))
+                _Class(
+                    basis,
+                    ClassModes(stiffness, mass, supports, every),
+                    ClassModes(stiffness, mass, supports, few),
+                )
             )
         return classes
 

@@ -22,6 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import comb
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,7 @@ class Circle:
         FloatArray
             Shape (points, functions), m^(−derivatives).
         """
-        z = np.asarray(((x - self.x) + 1j * (y - self.y)) / self.radius)
+        z = ((x - self.x) + 1j * (y - self.y)) / self.radius
         split = SplitPoints.at(z)
         result = np.empty((z.size, len(self.members())))
         column = 0
@@ -143,7 +144,8 @@ class SplitPoints:
     outside: Powers
 
     @classmethod
-    def at(cls, z: ComplexArray) -> SplitPoints:
+    def at(cls, z: NDArray[Any]) -> SplitPoints:
+        """Sort points z; the rim itself counts as outside."""
         is_inside = np.abs(z) < 1.0
         return cls(is_inside, Powers(z[is_inside]), Powers(z[~is_inside]))
 
@@ -202,9 +204,7 @@ def radial_derivative(terms: tuple[Term, ...], count: int) -> float:
     return total
 
 
-def _differentiate(
-    terms: tuple[Term, ...], powers: Powers, derivative: Derivative
-) -> ComplexArray:
+def _differentiate(terms: tuple[Term, ...], powers: Powers, derivative: Derivative) -> ComplexArray:
     total = np.zeros(powers.z.shape, dtype=np.complex128)
     for (j, k), coefficient in _wirtinger(*derivative).items():
         for term in terms:

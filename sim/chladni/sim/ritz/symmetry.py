@@ -137,7 +137,9 @@ class ParityBasis:
             column = np.zeros(self.basis.size - self.basis.polynomials)
             for image, partner in zip(images, partners, strict=True):
                 place = self.basis.offsets[partner] - self.basis.polynomials + k
-                column[place] += self.parity.character(image) * _mirror_sign(function.order, sine, image)
+                column[place] += self.parity.character(image) * _mirror_sign(
+                    function.order, sine, image
+                )
             if column[first + k] != 0.0:
                 columns.append(column / abs(column[first + k]))
                 self.members.append(Member(index, k, orbit))

@@ -143,8 +143,8 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     geometry = basis.geometry
     images = float(len(mirrors.images))
     edges = []
-    for axis, side, points in quadrature.edges(geometry.width, geometry.length, EDGE_POINTS):
-        points = _fundamental(points, mirrors, images)
+    for axis, side, whole in quadrature.edges(geometry.width, geometry.length, EDGE_POINTS):
+        points = _fundamental(whole, mirrors, images)
         if points.x.size:
             edges.append(Edge(points, axis, side))
     corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
@@ -185,9 +185,7 @@ def _fundamental(points: Points, mirrors: Mirrors, images: float) -> Points:
     return Points(points.x[keep], points.y[keep], points.weights[keep] * images)
 
 
-def _half(
-    rule: tuple[FloatArray, FloatArray], mirrored: bool
-) -> tuple[FloatArray, FloatArray]:
+def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArray, FloatArray]:
     """The positive half of a symmetric rule, its weights doubled, where a mirror allows it."""
     if not mirrored:
         return rule
