@@ -1,1 +1,80 @@
-"""Shared by all tests."""
+"""Shared by all tests: boards, a small table, and the command line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from chladni.host.cli import main
+from chladni.sim.board import Board, Regions
+from chladni.sim.board_file import load_board
+from chladni.tables.build import TableReport, build_table
+from chladni.tables.format import Table
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one run of the command line came to."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """The one JSON object on stdout."""
+        result = json.loads(self.out)
+        assert isinstance(result, dict)
+        return result
+
+
+CommandLine = Callable[..., Answer]
+
+
+@pytest.fixture
+def chladni(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    """Run `chladni` with arguments, in this process."""
+
+    def run(*arguments: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["chladni", *map(str, arguments)])
+        code = 0
+        try:
+            main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return Answer(code, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def prototype() -> Board:
+    """The shipped prototype board."""
+    return load_board("prototype")
+
+
+@pytest.fixture(scope="session")
+def paper() -> Board:
+    """The shipped paper board."""
+    return load_board("paper")
+
+
+@pytest.fixture(scope="session")
+def coarse_board(prototype: Board) -> Board:
+    """The prototype with regions of about 18 mm: 4 × 8 of them."""
+    return replace(prototype, regions=Regions(pitch=18e-3))
+
+
+@pytest.fixture(scope="session")
+def coarse_table(coarse_board: Board) -> tuple[Table, TableReport]:
+    """A table of `coarse_board`, built on all cores."""
+    return build_table(coarse_board)

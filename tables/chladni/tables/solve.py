@@ -37,9 +37,9 @@ LEVELS = (8, 4, 2, 1)
 """Each level keeps every k-th image point; the last is the image that is scored."""
 SURVIVORS = (3, 2, 1, 1)
 """Climbs carried on from each level."""
-STEPS = (40, 30, 20, 12)
+STEPS = (30, 25, 20, 10)
 """Quasi-Newton steps at most per climb and level: the coarse ones travel, the fine ones settle."""
-RANDOM_STARTS = 4
+RANDOM_STARTS = 2
 SEED = 20240160
 RIDGE = 1e-6
 """Least squares damps directions the actuators drive this much less than the strongest."""

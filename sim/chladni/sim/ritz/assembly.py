@@ -201,9 +201,10 @@ class Assembly:
         weighted = values.T * self.sets.area.weights
         along_x = self.basis.along_x.evaluate(x)[:, parity.degrees_x]
         along_y = self.basis.along_y.evaluate(y)[:, parity.degrees_y]
-        polynomials = along_x.T @ weighted.reshape(-1, x.size, y.size) @ along_y
+        count = values.shape[1]
+        polynomials = along_x.T @ weighted.reshape(count, x.size, y.size) @ along_y
         circles = weighted @ self._area.circle_values(parity, (0, 0))
-        return np.concatenate((polynomials.reshape(values.shape[1], -1), circles), axis=1)
+        return np.concatenate((polynomials.reshape(count, parity.polynomials), circles), axis=1)
 
 
 def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Tables:

@@ -19,7 +19,7 @@ from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.loading import ClassLoad, LoadCase, load_case
 from chladni.sim.ritz.modal import ClassModes
-from chladni.sim.ritz.symmetry import ParityBasis, find_mirrors
+from chladni.sim.ritz.symmetry import Mirrors, ParityBasis, find_mirrors
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -43,15 +43,32 @@ class _Class:
 
 
 class RitzPlate:
-    """Modes and fields of a free plate; see `PlateGeometry` and rings.py for the method."""
+    """Modes and fields of a free plate; see rings.py for the method.
+
+    Parameters
+    ----------
+    geometry
+        Plate, clamps and glued discs.
+    loss_factor
+        η in D(1 + iη).
+    resolution
+        Size of the basis.
+    mirrors
+        Mirrors to use; those the geometry has by default.
+    """
 
     def __init__(
-        self, geometry: PlateGeometry, loss_factor: float, resolution: Resolution = FINE
+        self,
+        geometry: PlateGeometry,
+        loss_factor: float,
+        resolution: Resolution = FINE,
+        *,
+        mirrors: Mirrors | None = None,
     ) -> None:
         self.geometry = geometry
         self.loss_factor = loss_factor
         self.basis = Basis(geometry, resolution)
-        self.mirrors = find_mirrors(geometry)
+        self.mirrors = find_mirrors(geometry) if mirrors is None else mirrors
         self.assembly = Assembly(self.basis, self.mirrors, AREA_POINTS)
         self._grids: dict[bytes, GridTable] = {}
 

@@ -60,7 +60,7 @@ class BasisTable:
         """Polynomials of the class, then its circle functions."""
         x = self._line(0, derivative[0])[:, parity.degrees_x]
         y = self._line(1, derivative[1])[:, parity.degrees_y]
-        polynomials = (x[:, :, None] * y[:, None, :]).reshape(x.shape[0], -1)
+        polynomials = (x[:, :, None] * y[:, None, :]).reshape(x.shape[0], parity.polynomials)
         return np.concatenate((polynomials, self.circle_values(parity, derivative)), axis=1)
 
     def _line(self, axis: int, derivative: int) -> FloatArray:

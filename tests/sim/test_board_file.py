@@ -1,0 +1,135 @@
+"""Boards from files: what they hold, and how every fault is named."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from chladni.sim.board import Board, to_document
+from chladni.sim.board_file import board_from_document, load_board, shipped_boards
+from chladni.sim.errors import InputError
+from conftest import ROOT
+
+
+def document() -> dict[str, Any]:
+    text = (ROOT / "boards" / "prototype.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def test_shipped_boards_carry_the_published_numbers(paper: Board, prototype: Board) -> None:
+    """Sizes and materials of the paper and of its authors' computation."""
+    assert paper.plate.size == pytest.approx((71.5e-3, 146.7e-3))
+    assert (paper.plate.youngs_modulus, paper.plate.poissons_ratio) == (3.2e9, 0.35)
+    assert (paper.plate.density, paper.plate.loss_factor) == (1190.0, 0.0)
+    assert (prototype.plate.youngs_modulus, prototype.plate.poissons_ratio) == (22e9, 0.15)
+    assert (prototype.plate.density, prototype.plate.loss_factor) == (1900.0, 0.02)
+    assert len(prototype.screws) == 6
+    assert prototype.magnet is not None
+    assert prototype.magnet.areal_mass == pytest.approx(30.0)
+    for board in (paper, prototype):
+        places = {tuple(round(v * 1e3, 6) for v in a.at) for a in board.actuators}
+        assert places == {
+            (0.0, 0.0), (24.25, 43.35), (-24.25, 43.35), (24.25, -43.35), (-24.25, -43.35),
+        }  # fmt: skip
+
+
+def test_paper_wavelength_is_141_mm_not_187(paper: Board) -> None:
+    """physics.md: 1 mm acrylic at 160 Hz; the paper's 187 mm does not follow from its numbers."""
+    assert paper.plate.wavelength(160.0) == pytest.approx(0.141, abs=5e-4)
+
+
+def test_template_is_a_board() -> None:
+    board = load_board(ROOT / "boards" / "template.toml")
+    assert board.name == "my-board"
+    assert "template" not in shipped_boards()
+
+
+def test_a_board_survives_the_way_through_its_document(prototype: Board) -> None:
+    assert board_from_document(to_document(prototype)) == prototype
+
+
+def test_fingerprint_follows_physics_and_nothing_else(prototype: Board) -> None:
+    thicker = dataclasses.replace(
+        prototype, plate=dataclasses.replace(prototype.plate, thickness=1.01e-3)
+    )
+    renamed = dataclasses.replace(prototype, name="other")
+    assert thicker.fingerprint() != prototype.fingerprint()
+    assert renamed.fingerprint() == prototype.fingerprint()
+
+
+def test_boards_are_frozen(prototype: Board) -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        prototype.name = "x"  # type: ignore[misc]
+
+
+def set_key(path: str, value: Any) -> dict[str, Any]:
+    """The prototype's document with one key changed; `None` removes it."""
+    changed = copy.deepcopy(document())
+    *parents, last = path.split(".")
+    part: Any = changed
+    for key in parents:
+        part = part[int(key)] if key.isdigit() else part[key]
+    if value is None:
+        del part[last]
+    else:
+        part[last] = value
+    return changed
+
+
+FAULTS = [
+    ("plate.thickness_mm", -1.0, "plate.thickness_mm"),
+    ("plate.thickness_mm", "1 mm", "plate.thickness_mm"),
+    ("plate.thickness_mm", True, "plate.thickness_mm"),
+    ("plate.thickness_mm", float("nan"), "plate.thickness_mm"),
+    ("plate.thickness_mm", 20.0, "plate.thickness_mm"),
+    ("plate.thickness_mm", None, "plate.thickness_mm"),
+    ("plate.thicknes_mm", 1.0, "plate.thicknes_mm"),
+    ("plate.poissons_ratio", 0.6, "plate.poissons_ratio"),
+    ("plate.loss_factor", -0.01, "plate.loss_factor"),
+    ("plate.size_mm", [71.5], "plate.size_mm"),
+    ("plate.edges", "clamped", "plate.edges"),
+    ("plate.edges", "simply supported", "screws"),
+    ("actuators.1.at_mm", [40.0, 0.0], "actuators[1].at_mm"),
+    ("actuators.1.at_mm", [35.0, 0.0], "actuators[1].at_mm"),
+    ("actuators.1.at_mm", [0.0, 0.0], "actuators[1].at_mm"),
+    ("actuators.1.at_mm", [25.0, 0.0], "actuators[1].at_mm"),
+    ("actuators.1.name", "centre", "actuators[1].name"),
+    ("actuators", [], "actuators"),
+    ("screws.0.at_mm", [-35.5, -63.35], "screws[0].at_mm"),
+    ("drive.frequency_hz", 0, "drive.frequency_hz"),
+    ("drive.max_gain", 0, "drive.max_gain"),
+    ("image.points", [179.5, 367], "image.points"),
+    ("regions.pitch_mm", 100.0, "regions.pitch_mm"),
+    ("electronics.pwm_pins", [2, 4], "electronics.pwm_pins"),
+    ("electronics.pwm_bits", 13, "electronics.pwm_bits"),
+    ("name", "a name that is far too long", "name"),
+    ("drive", None, "drive"),
+    ("coil", {"turns": 150}, "coil"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "field"), FAULTS)
+def test_a_fault_is_named_by_its_key(path: str, value: Any, field: str) -> None:
+    with pytest.raises(InputError) as caught:
+        board_from_document(set_key(path, value))
+    assert caught.value.field == field
+    assert "expected" in str(caught.value)
+
+
+def test_a_misspelt_key_suggests_the_right_one() -> None:
+    with pytest.raises(InputError, match="'thickness_mm', perhaps"):
+        board_from_document(set_key("plate.thicknes_mm", 1.0))
+
+
+def test_errors_of_a_file_name_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text("name = [", encoding="utf-8")
+    with pytest.raises(InputError, match=r"bad\.toml: syntax"):
+        load_board(path)
+    with pytest.raises(InputError, match="paper, prototype"):
+        load_board(tmp_path / "missing.toml")

@@ -1,0 +1,96 @@
+"""Rules of the house (ARCHITECTURE.md) that a machine can check."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conftest import ROOT
+
+FORBIDDEN = {
+    "sim": ("chladni.tables", "chladni.host"),
+    "tables": ("chladni.host",),
+    "host": (),
+}
+CORE = ROOT / "firmware" / "esp32" / "core"
+CORE_SOURCES = sorted([*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")])
+# What is there without an operating system.
+FREESTANDING = {"array", "atomic", "cstdint", "cstddef", "limits", "type_traits"}
+
+
+def imports_of(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names.add(node.module or "")
+    return names
+
+
+@pytest.mark.parametrize("room", FORBIDDEN)
+def test_rooms_import_in_one_direction_only(room: str) -> None:
+    files = sorted((ROOT / room).rglob("*.py"))
+    assert files
+    for path in files:
+        for name in imports_of(path):
+            for forbidden in FORBIDDEN[room]:
+                assert not (name + ".").startswith(forbidden + "."), f"{path} imports {name}"
+
+
+@pytest.mark.parametrize("room", ["sim", "tables"])
+def test_a_room_loads_without_those_above_it(room: str) -> None:
+    """At run time too: importing one room leaves the later ones unloaded."""
+    code = (
+        f"import sys, chladni.{room}\n"
+        f"bad = [m for m in sys.modules for f in {FORBIDDEN[room]!r} if m.startswith(f)]\n"
+        "sys.exit(str(bad) if bad else 0)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("path", CORE_SOURCES, ids=lambda p: p.name)
+def test_core_includes_nothing_but_itself_and_freestanding_headers(path: Path) -> None:
+    for header in re.findall(r'#include\s+[<"]([^>"]+)[>"]', path.read_text(encoding="utf-8")):
+        own = header.startswith("core/") and (ROOT / "firmware" / "esp32" / header).is_file()
+        assert own or header in FREESTANDING, f"{path.name} includes {header}"
+
+
+@pytest.mark.parametrize("path", CORE_SOURCES, ids=lambda p: p.name)
+def test_core_neither_allocates_nor_throws_nor_uses_floating_point(path: Path) -> None:
+    text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
+    text = re.sub(r'"[^"\n]*"', '""', text)
+    for word in ("new", "delete", "malloc", "free", "throw", "try", "float", "double",
+                 "dynamic_cast", "typeid"):  # fmt: skip
+        assert not re.search(rf"\b{word}\b", text), f"{path.name} says {word}"
+
+
+def test_generated_headers_are_up_to_date() -> None:
+    script = ROOT / "tools" / "generate_headers.py"
+    subprocess.run([sys.executable, str(script), "--check"], check=True)
+
+
+def test_emulator_and_platformio_build_the_same_core() -> None:
+    """Both take every .cpp of core/ by pattern, so neither can leave one out."""
+    cmake = (ROOT / "firmware/esp32/emulator/CMakeLists.txt").read_text(encoding="utf-8")
+    ini = (ROOT / "platformio.ini").read_text(encoding="utf-8")
+    component = (CORE / "CMakeLists.txt").read_text(encoding="utf-8")
+    assert 'file(GLOB CORE CONFIGURE_DEPENDS "${FIRMWARE}/core/*.cpp")' in cmake
+    assert "+<../core/>" in ini
+    assert '"${CMAKE_CURRENT_LIST_DIR}/*.cpp"' in component
+
+
+def test_every_board_number_lives_in_board_files() -> None:
+    """No number of the paper's board is in code."""
+    for path in [*(ROOT / "sim").rglob("*.py"), *(ROOT / "tables").rglob("*.py"), *CORE_SOURCES]:
+        text = path.read_text(encoding="utf-8")
+        for number in ("71.5", "146.7", "24.25", "43.35", "25.75", "63.35"):
+            for match in re.finditer(rf"(?<![\d.]){re.escape(number)}(?![\d.])", text):
+                line = text[text.rfind("\n", 0, match.start()) + 1 : text.find("\n", match.end())]
+                assert line.lstrip().startswith(("#", "//", '"""')), f"{path}: {line}"
