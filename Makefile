@@ -12,7 +12,7 @@ NATIVE_SOURCES := $(shell find firmware -name '*.cpp' -o -name '*.hpp' -o -name 
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help venv demo test lint headers native clean
+.PHONY: help venv demo test lint bench headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -38,6 +38,9 @@ lint: venv  ## ruff, mypy, clang-format, generated headers
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'firmware/*.cpp' 'firmware/*.hpp')
 	$(BIN)/python tools/generate_headers.py --check
+
+bench: venv  ## speed against error, one core
+	$(BIN)/python bench/solve.py
 
 headers: venv  ## write the C++ headers that Python declares
 	$(BIN)/python tools/generate_headers.py

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import j1
 
-from plate_fem.plate import ArgyrisPlate, Inclusion, Material
 from plate_fem.mesh import Disc, FloatArray, plate_mesh
+from plate_fem.plate import ArgyrisPlate, Inclusion, Material
 
 
 def test_free_square_plate_matches_published_frequencies() -> None:

@@ -169,9 +169,12 @@ def test_reciprocity_between_magnets(prototype: Board) -> None:
             for a in angle:
                 x = np.array([disc[0] + r * np.cos(a)])
                 y = np.array([disc[1] + r * np.sin(a)])
-                total += w * model.respond(
-                    [Load(*source, 5 * MM)], frequency_hz=160.0, x=x, y=y, tolerance=1e-4
-                ).values[0, 0, 0]
+                total += (
+                    w
+                    * model.respond(
+                        [Load(*source, 5 * MM)], frequency_hz=160.0, x=x, y=y, tolerance=1e-4
+                    ).values[0, 0, 0]
+                )
         return total / complex(np.sum(weights * radius) * 12)
 
     assert mean_over(centre, corner) == pytest.approx(mean_over(corner, centre), rel=1e-6)
@@ -190,7 +193,7 @@ def test_screws_hold_the_plate_still(prototype: Board) -> None:
         inside = np.hypot(fields.x[:, None] - screw.at[0], fields.y - screw.at[1]) <= screw.radius
         near = np.hypot(fields.x[:, None] - screw.at[0], fields.y - screw.at[1]) <= 2 * MM
         assert not fields.values[:, inside].any()
-        # w grows as (r − R)² from the rim: half a millimetre off it is a few thousandths of the largest.
+        # w grows as (r − R)² from the rim: half a millimetre off it is still small.
         assert np.abs(fields.values[:, near]).max() < 4e-3 * np.abs(fields.values).max()
 
 

@@ -11,6 +11,7 @@
 namespace nb = nanobind;
 using chladni::emulator::Emulator;
 using chladni::emulator::EmulatorSettings;
+using chladni::emulator::Pwm;
 
 namespace {
 
@@ -46,6 +47,17 @@ NB_MODULE(_emulator, m) {
         "Largest amplitude of an output in duty steps.");
   m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
         "Phase advance per sample in 2^-32 turns.");
+  nb::class_<Pwm>(m, "Pwm")
+      .def(
+          "__init__",
+          [](Pwm* self, uint32_t channels, uint32_t bits) { new (self) Pwm(channels, bits); },
+          nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
+      .def(
+          "write",
+          [](Pwm& self, uint64_t period, uint32_t channel, uint32_t duty) {
+            raise_if(self.write(period, channel, duty));
+          },
+          nb::kw_only(), nb::arg("period"), nb::arg("channel"), nb::arg("duty"));
   nb::class_<Emulator>(m, "Emulator")
       .def(
           "__init__",

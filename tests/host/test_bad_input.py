@@ -1,0 +1,222 @@
+"""Wrong input on the command line: named, exit code 2, no traceback, nothing written."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.sim.board import Board
+from chladni.tables import format as f
+from chladni.tables.regions import region_grid
+from conftest import ROOT, CommandLine
+
+
+def board_file(folder: Path, old: str, new: str) -> Path:
+    text = (ROOT / "boards" / "prototype.toml").read_text(encoding="utf-8")
+    assert old in text
+    path = folder / "bad.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+BAD_BOARDS = [
+    ("at_mm = [24.25, 43.35]", "at_mm = [124.25, 43.35]", "actuators[1].at_mm"),
+    ("at_mm = [24.25, 43.35]", "at_mm = [0.0, 0.0]", "actuators[1].at_mm"),
+    ("thickness_mm = 1.0", "", "plate.thickness_mm"),
+    ("thickness_mm = 1.0", "thicknes_mm = 1.0", "plate.thicknes_mm"),
+    ("thickness_mm = 1.0", "thickness_mm = -1.0", "plate.thickness_mm"),
+    ("frequency_hz = 160.0", "frequency_hz = 0", "drive.frequency_hz"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "field"), BAD_BOARDS)
+@pytest.mark.parametrize("command", ["show", "solve", "field", "build"])
+def test_bad_boards(
+    chladni: CommandLine, tmp_path: Path, old: str, new: str, field: str, command: str
+) -> None:
+    path, out = board_file(tmp_path, old, new), tmp_path / "out"
+    arguments = {
+        "show": ["board", "show", path],
+        "solve": ["solve", path, "--target", "0,0"],
+        "field": ["field", path, "--target", "0,0", "-o", out],
+        "build": ["table", "build", path, "-o", out],
+    }[command]
+    answer = chladni(*arguments, "--json")
+    assert answer.code == 2
+    assert answer.out == ""
+    assert f"bad.toml: {field}: got" in answer.err
+    assert not out.exists()
+
+
+@pytest.fixture
+def table(prototype: Board) -> f.Table:
+    """A table of the prototype with made-up drives."""
+    grid = region_grid(prototype)
+    rng = np.random.default_rng(1)
+    drives = rng.uniform(-5, 5, (grid.count, 5)) + 1j * rng.uniform(-5, 5, (grid.count, 5))
+    return f.Table(
+        "prototype", prototype.fingerprint(), 160.0, grid, 10.0, f.Limits(4000, 100000, 10000000),
+        f.quantise(drives, 10.0),
+    )  # fmt: skip
+
+
+def recrc(data: bytearray) -> bytes:
+    struct.pack_into("<I", data, len(data) - 4, zlib.crc32(data[:-4]))
+    return bytes(data)
+
+
+def damaged(good: bytes, how: str) -> bytes:
+    data = bytearray(good)
+    if how == "magic":
+        data[0:4] = b"JUNK"
+    elif how == "version":
+        data[f.header_offsets()["version_major"]] = 9
+    elif how == "crc":
+        data[-1] ^= 0xFF
+        return bytes(data)
+    elif how == "size":
+        return bytes(data[:50])
+    elif how == "total_bytes":
+        return bytes(data[:-20])
+    return recrc(data)
+
+
+@pytest.mark.parametrize("how", ["magic", "version", "crc", "size", "total_bytes"])
+@pytest.mark.parametrize("command", ["show", "emulate"])
+def test_bad_tables(
+    chladni: CommandLine, tmp_path: Path, table: f.Table, how: str, command: str
+) -> None:
+    path, out = tmp_path / "bad.chl", tmp_path / "r.npz"
+    path.write_bytes(damaged(f.pack(table), how))
+    arguments = {
+        "show": ["table", "show", path],
+        "emulate": ["emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out],
+    }[command]
+    answer = chladni(*arguments, "--json")
+    assert answer.code == 2
+    assert answer.out == ""
+    assert f"bad.chl: {how}: got" in answer.err
+    assert not out.exists()
+
+
+def test_a_table_for_another_actuator_count(
+    chladni: CommandLine, tmp_path: Path, table: f.Table
+) -> None:
+    path, out = tmp_path / "three.chl", tmp_path / "r.npz"
+    fewer = f.Table(**(vars(table) | {"iq": table.iq[:, :3]}))
+    path.write_bytes(f.pack(fewer))
+    answer = chladni("emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out)
+    assert answer.code == 2
+    assert "three.chl: actuators: got 3, expected 5" in answer.err
+    assert not out.exists()
+
+
+def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: f.Table) -> None:
+    path, out = tmp_path / "t.chl", tmp_path / "r.npz"
+    path.write_bytes(f.pack(table))
+    answer = chladni(
+        "emulate", path, "--board", "paper", "--touch", "0,0@5", "--ms", "200", "-o", out
+    )
+    assert answer.code == 2
+    assert "board_fingerprint" in answer.err
+    unknown = f.Table(**(vars(table) | {"board_name": "unknown"}))
+    path.write_bytes(f.pack(unknown))
+    answer = chladni("emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out)
+    assert answer.code == 2
+    assert "--board" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["solve", "prototype", "--target", "40,0"], "target"),
+        (["solve", "prototype", "--target", "ten,0"], "--target"),
+        (["solve", "prototype", "--target", "1,2,3"], "--target"),
+        (["solve", "prototype", "--target", "nan,0"], "--target"),
+        (["solve", "prototype", "--target", "0,0", "--method", "magic"], "phasor, least-squares"),
+        (["solve", "prototype", "--target", "0,0", "--seed", "x"], "--seed"),
+        (["solve", "nowhere", "--target", "0,0"], "paper, prototype"),
+        (["board", "show", "no/such.toml"], "paper, prototype"),
+        (["field", "paper", "--target", "0,0", "--actuator", "centre", "-o", "f.npz"], "exactly"),
+        (["field", "paper", "-o", "f.npz"], "exactly one"),
+        (["field", "paper", "--actuator", "middle", "-o", "f.npz"], "centre, top-right"),
+        (["field", "paper", "--target", "99,0", "-o", "f.npz"], "target"),
+        (["field", "paper", "--target", "0,0", "-o", "missing/f.npz"], "-o"),
+        (["field", "paper", "--drive", "none.json", "-o", "f.npz"], "--drive"),
+        (["table", "build", "paper", "-o", "missing/t.chl"], "-o"),
+        (["table", "build", "paper", "-o", "t.chl", "--jobs", "0"], "--jobs"),
+        (["table", "show", "none.chl"], "none.chl"),
+        (["emulate", "none.chl", "--touch", "0,0@5", "--ms", "9", "-o", "r.npz"], "none.chl"),
+        (["nonsense"], "nonsense"),
+    ],
+)
+def test_bad_arguments(
+    chladni: CommandLine,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    named: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = chladni(*arguments)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert named in answer.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--touch", "0,0", "--ms", "200"], "X,Y@MS"),
+        (["--touch", "0,0@x", "--ms", "200"], "X,Y@MS"),
+        (["--touch", "50,0@5", "--ms", "200"], "target"),
+        (["--touch", "0,0@500", "--ms", "200"], "--touch"),
+        (["--touch", "0,0@5", "--ms", "20"], "--ms"),
+        (["--touch", "0,0@5", "--ms", "-1"], "--ms"),
+        (["--touch", "0,0@5", "--ms", "200", "--lift", "900"], "--lift"),
+        (["--touch", "0,0@5", "--ms", "200", "--level", "2"], "--level"),
+    ],
+)
+def test_bad_scenarios(
+    chladni: CommandLine, tmp_path: Path, table: f.Table, options: list[str], named: str
+) -> None:
+    path, out = tmp_path / "t.chl", tmp_path / "r.npz"
+    path.write_bytes(f.pack(table))
+    answer = chladni("emulate", path, *options, "-o", out)
+    assert answer.code == 2
+    assert named in answer.err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[]", "{}", "not json", '{"drive": [1, 2, 3, 4, 5]}',
+     '{"drive": [{"actuator": "x", "gain": 1, "phase_deg": 0}]}'],
+)  # fmt: skip
+def test_bad_drive_files(chladni: CommandLine, tmp_path: Path, text: str) -> None:
+    path, out = tmp_path / "d.json", tmp_path / "f.npz"
+    path.write_text(text, encoding="utf-8")
+    answer = chladni("field", "paper", "--drive", path, "-o", out)
+    assert answer.code == 2
+    assert "d.json: " in answer.err
+    assert not out.exists()
+
+
+def test_the_installed_command_shows_no_traceback(tmp_path: Path) -> None:
+    """Once as a real process, as a user meets it."""
+    path = board_file(tmp_path, "thickness_mm = 1.0", "thickness_mm = -1.0")
+    answer = subprocess.run(
+        [sys.executable, "-m", "chladni.host.cli", "board", "show", str(path)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert answer.returncode == 2
+    assert answer.stdout == ""
+    assert "Traceback" not in answer.stderr
+    assert "plate.thickness_mm: got -1.0, expected a number from 0.01 to 100" in answer.stderr
