@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, radial_derivative
@@ -26,7 +27,9 @@ from chladni.sim.ritz.tables import (
     FamilyTable,
     PointSets,
     Rim,
+    SharedTable,
     Table,
+    TablePart,
     point_sets,
 )  # fmt: skip
 
@@ -122,15 +125,6 @@ class Assembly:
         plate = self._project(parity, tables.area.values(parity, (0, 0)))
         return self.basis.geometry.areal_mass * plate + self._disc_inertia(parity, tables)
 
-    def spread_force(self, parity: ParityBasis, points: Points) -> FloatArray:
-        """Work on the basis of a force spread over points by their weights; shape (size,).
-
-        The points may lie anywhere on the plate: the force is projected onto the class.
-        """
-        share = points.weights / points.weights.sum()
-        values = BasisTable(self.basis, points).values(parity, (0, 0))
-        return np.asarray(share @ values)
-
     def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
         nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
 
@@ -208,12 +202,23 @@ class Assembly:
 
 
 def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Tables:
+    """All sets of points but the area's in one evaluation: the calls cost more than the points."""
+    edges = [edge.points for edge in sets.edges]
+    rims = [rim.points for rim in sets.rims.values()]
+    groups = [*edges, sets.corners, sets.discs, *rims]
+    shared = SharedTable(make(quadrature.join(groups)))
+    ends = np.cumsum([group.x.size for group in groups]).tolist()
+    parts = [
+        TablePart(shared, slice(end - group.x.size, end))
+        for group, end in zip(groups, ends, strict=True)
+    ]
+    after_edges = len(edges)
     return Tables(
-        edges=[make(edge.points) for edge in sets.edges],
-        corners=make(sets.corners),
-        discs=make(sets.discs),
+        edges=list(parts[:after_edges]),
+        corners=parts[after_edges],
+        discs=parts[after_edges + 1],
         area=area,
-        rims={k: make(rim.points) for k, rim in sets.rims.items()},
+        rims=dict(zip(sets.rims, parts[after_edges + 2 :], strict=True)),
     )
 
 

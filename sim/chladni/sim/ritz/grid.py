@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.symmetry import SAME_PLACE, Mirrors, ParityBasis
+from chladni.sim.ritz.symmetry import SAME_PLACE, Mirrors, Parity, ParityBasis
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,6 +26,7 @@ class GridTable:
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)
         px, py = np.meshgrid(part_x, part_y, indexing="ij")
+        self._by_class: dict[Parity, FloatArray] = {}
         self._circles = basis.enrichment_values(px.ravel(), py.ravel(), (0, 0))
 
     def fields(self, parities: list[ParityBasis], coefficients: list[ComplexArray]) -> ComplexArray:
@@ -39,7 +40,7 @@ class GridTable:
         loads = coefficients[0].shape[1]
         total = np.zeros((loads, self.x.size, self.y.size), dtype=np.complex128)
         for parity, own in zip(parities, coefficients, strict=True):
-            total += self._unfold(parity, self._part(parity, own))
+            self._add_unfolded(total, parity, self._part(parity, own))
         return total
 
     def clear_screws(self, values: ComplexArray) -> None:
@@ -49,25 +50,47 @@ class GridTable:
             values[:, distance <= clamp.radius] = 0.0
 
     def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> ComplexArray:
+        """The fundamental part of the fields, shape (loads, part of nx, part of ny).
+
+        Real and imaginary parts go through as separate loads: the tables are real, and a complex
+        product would cost four times as much. A part that is all zero is left out.
+        """
+        loads = coefficients.shape[1]
+        whole = np.concatenate((coefficients.real, coefficients.imag), axis=1)
+        used = np.flatnonzero(whole.any(axis=0))
+        own = whole[:, used]
         p = parity.polynomials
-        shape = (parity.degrees_x.size, parity.degrees_y.size, -1)
         along_x = self._along_x[:, parity.degrees_x]
         along_y = self._along_y[:, parity.degrees_y]
-        grid = coefficients[:p].reshape(shape).transpose(2, 0, 1)
-        circles = self._circles @ (parity.combine @ coefficients[p:])
-        return np.asarray(along_x @ grid @ along_y.T + circles.T.reshape(-1, *self._shape))
+        grid = own[:p].T.reshape(used.size, parity.degrees_x.size, parity.degrees_y.size)
+        values = np.zeros((2 * loads, *self._shape))
+        values[used] = along_x @ grid @ along_y.T
+        values[used] += (own[p:].T @ self._class_circles(parity).T).reshape(-1, *self._shape)
+        result = np.empty((loads, *self._shape), dtype=np.complex128)
+        result.real, result.imag = values[:loads], values[loads:]
+        return result
 
-    def _unfold(self, parity: ParityBasis, part: ComplexArray) -> ComplexArray:
-        for axis, folded, odd, count in (
-            (1, self._fold_x, parity.parity.odd_x, self.x.size),
-            (2, self._fold_y, parity.parity.odd_y, self.y.size),
-        ):
-            if folded:
-                mirrored = np.flip(part, axis=axis) * (-1.0 if odd else 1.0)
-                keep = count - part.shape[axis]
-                mirrored = np.take(mirrored, np.arange(keep), axis=axis)
-                part = np.concatenate((mirrored, part), axis=axis)
-        return part
+    def _class_circles(self, parity: ParityBasis) -> FloatArray:
+        """Circle functions of a class on the grid, shape (points, members); kept for next time."""
+        key = parity.parity
+        if key not in self._by_class:
+            self._by_class[key] = self._circles @ parity.combine
+        return self._by_class[key]
+
+    def _add_unfolded(self, total: ComplexArray, parity: ParityBasis, part: ComplexArray) -> None:
+        """Add a class's field to `total`, its mirror images with the signs of its parity."""
+        nx, ny = part.shape[1:]
+        for flip_x in (False, True) if self._fold_x else (False,):
+            for flip_y in (False, True) if self._fold_y else (False,):
+                sign = -1.0 if (flip_x and parity.parity.odd_x) else 1.0
+                sign *= -1.0 if (flip_y and parity.parity.odd_y) else 1.0
+                # An odd count has its middle line in the part already.
+                rows = slice(self.x.size - nx, None) if not flip_x else slice(self.x.size - nx)
+                columns = slice(self.y.size - ny, None) if not flip_y else slice(self.y.size - ny)
+                own = part[:, :: -1 if flip_x else 1, :: -1 if flip_y else 1]
+                own = own[:, : self.x.size - nx if flip_x else nx]
+                own = own[:, :, : self.y.size - ny if flip_y else ny]
+                total[:, rows, columns] += sign * own
 
 
 def _is_mirrored(points: FloatArray) -> bool:

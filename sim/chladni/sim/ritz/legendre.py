@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,5 +73,11 @@ class IntervalBasis:
 
 def gauss_points(length: float, count: int) -> tuple[FloatArray, FloatArray]:
     """Gauss–Legendre points and weights on [−length/2, length/2], each of shape (count,), m."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = _gauss(count)
     return nodes * (length / 2.0), weights * (length / 2.0)
+
+
+@cache
+def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes, weights

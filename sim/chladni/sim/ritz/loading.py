@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from chladni.sim.loads import Load
 from chladni.sim.ritz import quadrature
@@ -20,12 +21,14 @@ from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
-from chladni.sim.ritz.symmetry import SAME_PLACE, ParityBasis
+from chladni.sim.ritz.symmetry import SAME_PLACE, Parity, ParityBasis
+from chladni.sim.ritz.tables import BasisTable
 
 FloatArray = NDArray[np.float64]
 
 POINT_RADIUS = 1e-5
 """A point force is a disc of this radius, m; its field differs by R² ln R, below 1e-8."""
+NO_POINTS = Points(np.zeros(0), np.zeros(0), np.zeros(0))
 DIRECT_RADIAL, DIRECT_ANGULAR = 16, 64
 
 
@@ -54,17 +57,32 @@ class LoadCase:
         self._tables: Tables | None = None
         if not all(self._direct):
             self._tables = assembly.load_tables(self._family)
+        spread = [
+            _disc_on_plate(geometry, load) if direct else NO_POINTS
+            for load, direct in zip(loads, self._direct, strict=True)
+        ]
+        # One evaluation for all direct loads; row k of the shares sums over load k's points.
+        self._spread = BasisTable(assembly.basis, quadrature.join(spread))
+        self._shares = np.asarray(
+            block_diag(
+                *(points.weights[None] / max(points.weights.sum(), 1e-300) for points in spread)
+            )
+        )
+        self._classes: dict[Parity, ClassLoad] = {}
 
     def in_class(self, parity: ParityBasis) -> ClassLoad:
         """The loads projected onto a parity class."""
+        if parity.parity not in self._classes:
+            self._classes[parity.parity] = self._project(parity)
+        return self._classes[parity.parity]
+
+    def _project(self, parity: ParityBasis) -> ClassLoad:
         size, count = parity.size, len(self._loads)
         conditions = self._assembly.supports(parity).shape[0]
         force, inertia = np.zeros((size, count)), np.zeros((size, count))
         supports = np.zeros((conditions, count))
-        for k, load in enumerate(self._loads):
-            if self._direct[k]:
-                points = _disc_on_plate(self._assembly.basis.geometry, load)
-                force[:, k] = self._assembly.spread_force(parity, points)
+        if any(self._direct):
+            force += (self._shares @ self._spread.values(parity, (0, 0))).T
         if self._tables is not None:
             stiffness = self._assembly.basis.geometry.bending_stiffness
             edges = stiffness * self._assembly.edge_work(parity, self._tables)
@@ -94,11 +112,6 @@ class LoadCase:
             values = SplitPoints.at(z).evaluate(disc_load_function(), derivative)
             result[:, k] = unit * values.real / radius ** sum(derivative)
         return result
-
-
-def load_case(assembly: Assembly, loads: Sequence[Load]) -> LoadCase:
-    """Prepare loads for a plate."""
-    return LoadCase(assembly, loads)
 
 
 def _is_direct(geometry: PlateGeometry, load: Load) -> bool:

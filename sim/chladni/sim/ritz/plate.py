@@ -17,7 +17,7 @@ from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
-from chladni.sim.ritz.loading import ClassLoad, LoadCase, load_case
+from chladni.sim.ritz.loading import LoadCase
 from chladni.sim.ritz.modal import ClassModes
 from chladni.sim.ritz.symmetry import Mirrors, ParityBasis, find_mirrors
 
@@ -70,6 +70,7 @@ class RitzPlate:
         self.basis = Basis(geometry, resolution)
         self.mirrors = find_mirrors(geometry) if mirrors is None else mirrors
         self.assembly = Assembly(self.basis, self.mirrors, AREA_POINTS)
+        self._last_case: tuple[tuple[Load, ...], LoadCase] | None = None
         self._grids: dict[bytes, GridTable] = {}
 
     @cached_property
@@ -112,7 +113,7 @@ class RitzPlate:
         """
         self._refuse_resonance(frequency_hz)
         omega = 2.0 * np.pi * frequency_hz
-        case = load_case(self.assembly, loads)
+        case = self._case(tuple(loads))
         key = x.tobytes() + y.tobytes()
         if key not in self._grids:
             self._grids[key] = GridTable(self.basis, self.mirrors, x, y)
@@ -129,6 +130,12 @@ class RitzPlate:
         norm = np.sqrt(np.sum(np.abs(whole) ** 2, axis=axes))
         error = np.sqrt(np.sum(np.abs(change) ** 2, axis=axes)) / norm
         return Response(values, self.basis.size, float(error.max()))
+
+    def _case(self, loads: tuple[Load, ...]) -> LoadCase:
+        """The loads projected onto the basis; the last case is kept, for the next frequency."""
+        if self._last_case is None or self._last_case[0] != loads:
+            self._last_case = (loads, LoadCase(self.assembly, loads))
+        return self._last_case[1]
 
     @cached_property
     def _class_bases(self) -> list[ParityBasis]:
@@ -149,8 +156,7 @@ class RitzPlate:
         result = []
         for cls in self._classes:
             modes = cls.coarse if coarse else cls.fine
-            load: ClassLoad = case.in_class(cls.basis)
-            result.append(modes.respond(load, omega, self.loss_factor))
+            result.append(modes.respond(case.in_class(cls.basis), omega, self.loss_factor))
         return result
 
     def _refuse_resonance(self, frequency_hz: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,17 @@ class Points:
     x: FloatArray
     y: FloatArray
     weights: FloatArray
+
+
+def join(groups: Sequence[Points]) -> Points:
+    """Several sets of points as one."""
+    if not groups:
+        return Points(np.zeros(0), np.zeros(0), np.zeros(0))
+    return Points(
+        np.concatenate([group.x for group in groups]),
+        np.concatenate([group.y for group in groups]),
+        np.concatenate([group.weights for group in groups]),
+    )
 
 
 def edges(width: float, length: float, count: int) -> list[tuple[int, float, Points]]:

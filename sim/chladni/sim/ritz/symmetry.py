@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry
@@ -105,7 +106,7 @@ class ParityBasis:
     degrees_x, degrees_y
         Legendre degrees of the class.
     combine
-        Shape (circle functions of the basis, of the class), entries 0 and ±1.
+        Sparse, shape (circle functions of the basis, of the class), entries 0 and ±1.
     members
         One per column of `combine`.
     size, polynomials
@@ -123,7 +124,9 @@ class ParityBasis:
             if parity.mirrors.holds(np.array(circle.x), np.array(circle.y)):
                 self._add_circle(index, circle, columns)
         count = basis.size - basis.polynomials
-        self.combine = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+        dense = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+        # At most one entry per image in a column, so a sparse product costs next to nothing.
+        self.combine = csc_array(dense)
         self.polynomials = self.degrees_x.size * self.degrees_y.size
         self.size = self.polynomials + len(self.members)
 

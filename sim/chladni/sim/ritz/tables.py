@@ -100,6 +100,35 @@ class FamilyTable:
         return np.asarray(total) / len(images)
 
 
+class TablePart:
+    """Some of the points of a table that is evaluated once for all of them."""
+
+    def __init__(self, whole: SharedTable, rows: slice) -> None:
+        self._whole = whole
+        self._rows = rows
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points of this part, functions)."""
+        return self._whole.values(parity, derivative)[self._rows]
+
+
+class SharedTable:
+    """A table that keeps what it was asked last for one parity class."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+        self._parity: ParityBasis | None = None
+        self._values: dict[Derivative, FloatArray] = {}
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points, functions)."""
+        if parity is not self._parity:
+            self._parity, self._values = parity, {}
+        if derivative not in self._values:
+            self._values[derivative] = self._table.values(parity, derivative)
+        return self._values[derivative]
+
+
 @dataclass(frozen=True)
 class Edge:
     """Points on one edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
@@ -153,7 +182,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         for i in geometry.inclusions
     ]
     index = np.repeat(np.arange(len(discs)), RADIAL_POINTS * ANGULAR_POINTS)
-    merged = Points(*(_join([getattr(d, n) for d in discs]) for n in ("x", "y", "weights")))
+    merged = quadrature.join(discs)
     keep = mirrors.holds(merged.x, merged.y)
     added = np.array([i.stiffness_ratio - 1.0 for i in geometry.inclusions])
     mass = np.array([i.areal_mass for i in geometry.inclusions])
@@ -191,10 +220,6 @@ def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArr
         return rule
     keep = rule[0] > 0.0
     return rule[0][keep], 2.0 * rule[1][keep]
-
-
-def _join(arrays: list[FloatArray]) -> FloatArray:
-    return np.concatenate(arrays) if arrays else np.zeros(0)
 
 
 def _rim(circle: Circle) -> Rim:
