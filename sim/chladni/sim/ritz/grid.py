@@ -74,7 +74,7 @@ class GridTable:
         """Circle functions of a class on the grid, shape (points, members); kept for next time."""
         key = parity.parity
         if key not in self._by_class:
-            self._by_class[key] = self._circles @ parity.combine
+            self._by_class[key] = parity.combine(self._circles)
         return self._by_class[key]
 
     def _add_unfolded(self, total: ComplexArray, parity: ParityBasis, part: ComplexArray) -> None:

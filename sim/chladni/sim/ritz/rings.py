@@ -100,15 +100,16 @@ class Circle:
         """
         z = ((x - self.x) + 1j * (y - self.y)) / self.radius
         split = SplitPoints.at(z)
-        result = np.empty((z.size, len(self.members())))
+        # Function by function in memory: each is written, combined and summed as a whole.
+        result = np.empty((len(self.members()), z.size))
         column = 0
         for function in self.functions():
             values = split.evaluate(function, derivative) / self.radius ** sum(derivative)
-            result[:, column] = values.real
+            result[column] = values.real
             if function.order > 0:
-                result[:, column + 1] = -values.imag
+                result[column + 1] = -values.imag
             column += 1 if function.order == 0 else 2
-        return result
+        return result.T
 
 
 class Powers:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csr_array
 
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry
@@ -105,10 +105,8 @@ class ParityBasis:
     ----------
     degrees_x, degrees_y
         Legendre degrees of the class.
-    combine
-        Sparse, shape (circle functions of the basis, of the class), entries 0 and ±1.
     members
-        One per column of `combine`.
+        One per circle function of the class.
     size, polynomials
         Number of functions and, of them, polynomials (which come first).
     """
@@ -126,7 +124,7 @@ class ParityBasis:
         count = basis.size - basis.polynomials
         dense = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
         # At most one entry per image in a column, so a sparse product costs next to nothing.
-        self.combine = csc_array(dense)
+        self._combine = csr_array(dense.T)
         self.polynomials = self.degrees_x.size * self.degrees_y.size
         self.size = self.polynomials + len(self.members)
 
@@ -154,6 +152,10 @@ class ParityBasis:
             for other in self.basis.circles
         ]  # fmt: skip
         return int(np.argmin(distances))
+
+    def combine(self, circles: FloatArray) -> FloatArray:
+        """Values of all circle functions, shape (points, all), as those of the class."""
+        return np.asarray((self._combine @ circles.T).T)
 
     def subset(self, *, fewer_polynomials: int, fewer_orders: int) -> IntArray:
         """Indices of the class's functions without its finest: the basis of a coarser solution."""

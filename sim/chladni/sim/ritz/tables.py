@@ -54,7 +54,7 @@ class BasisTable:
 
     def circle_values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
         """Circle functions of a class; shape (points, members)."""
-        return np.asarray(self.circles(derivative) @ parity.combine)
+        return parity.combine(self.circles(derivative))
 
     def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
         """Polynomials of the class, then its circle functions."""
