@@ -9,7 +9,7 @@ import pytest
 
 from chladni.sim.board import Board, Magnet
 from chladni.sim.loads import Load
-from chladni.sim.ritz.geometry import Clamp, Inclusion, PlateGeometry, Resolution
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
 from chladni.sim.transfer import plate_model, target_field, transfer_fields
@@ -124,8 +124,8 @@ def test_mirrors_change_nothing() -> None:
     """A plate with both mirrors, split into four problems and not split: the same to rounding."""
     geometry = PlateGeometry(
         0.07, 0.12, 2.0, 0.2, 2.0,
-        (Clamp(0.02, 0.04, 2e-3), Clamp(-0.02, 0.04, 2e-3), Clamp(0.02, -0.04, 2e-3),
-         Clamp(-0.02, -0.04, 2e-3)),
+        (RimSupport(0.02, 0.04, 2e-3), RimSupport(-0.02, 0.04, 2e-3), RimSupport(0.02, -0.04, 2e-3),
+         RimSupport(-0.02, -0.04, 2e-3)),
         (Inclusion(0.0, 0.0, 5e-3, 20.0, 100.0),),
     )  # fmt: skip
     resolution = Resolution(8, 10, 2, 3, 2)
@@ -143,7 +143,7 @@ def test_mirrors_change_nothing() -> None:
 
 
 def test_mirrors_are_found_and_not_assumed() -> None:
-    screw = Clamp(0.01, 0.02, 1e-3)
+    screw = RimSupport(0.01, 0.02, 1e-3)
     assert find_mirrors(PlateGeometry(0.1, 0.2, 1, 0.3, 1)) == Mirrors(True, True)
     assert find_mirrors(PlateGeometry(0.1, 0.2, 1, 0.3, 1, (screw,))) == Mirrors(False, False)
     twin = dataclasses.replace(screw, x=-0.01)

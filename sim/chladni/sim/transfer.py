@@ -11,7 +11,7 @@ from chladni.sim.board import MM, Board
 from chladni.sim.errors import InputError
 from chladni.sim.loads import Load
 from chladni.sim.response import PlateModel, Response
-from chladni.sim.ritz.geometry import Clamp, Inclusion, PlateGeometry
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.simply_supported import SimplySupportedPlate
 
@@ -59,7 +59,7 @@ def plate_model(board: Board) -> PlateModel:
         plate.bending_stiffness,
         plate.poissons_ratio,
         plate.areal_mass,
-        clamps=tuple(Clamp(*screw.at, screw.radius) for screw in board.screws),
+        rims=tuple(RimSupport(*screw.at, screw.radius) for screw in board.screws),
         inclusions=tuple(
             Inclusion(*a.at, m.radius, m.areal_mass, m.stiffness_ratio)
             for a in board.actuators

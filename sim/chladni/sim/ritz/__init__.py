@@ -1,1 +1,1 @@
-"""Ritz solution of a free rectangular plate with clamped screws and glued discs."""
+"""Ritz solution of a rectangular plate with screws, pins, springs, glued discs and holes."""

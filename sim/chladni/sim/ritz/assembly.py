@@ -23,6 +23,7 @@ from chladni.sim.ritz.rings import Derivative, radial_derivative
 from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
 from chladni.sim.ritz.tables import (
     BasisTable,
+    Edge,
     Family,
     FamilyTable,
     PointSets,
@@ -43,6 +44,7 @@ class Tables:
     edges: list[Table]
     corners: Table
     discs: Table
+    points: Table
     area: Table
     rims: dict[int, Table]
 
@@ -75,7 +77,7 @@ class Assembly:
             form[p:, p:] = (rows[:, p:] + rows[:, p:].T) / 2.0
             self._set_bubbles(parity, form)
         form *= basis.geometry.bending_stiffness
-        return form + self.added_bending(parity, self._tables)
+        return form + self.added_stiffness(parity, self._tables)
 
     def mass(self, parity: ParityBasis) -> FloatArray:
         """Kinetic energy form, shape (size, size), real symmetric."""
@@ -87,16 +89,41 @@ class Assembly:
             form[p:] = rows
             form[:p, p:] = rows[:, :p].T
         form *= self.basis.geometry.areal_mass
-        return form + self._disc_inertia(parity, self._tables)
+        return form + self._added_inertia(parity, self._tables)
 
     def supports(self, parity: ParityBasis, tables: Tables | None = None) -> FloatArray:
-        """Fourier moments of w and R ∂w/∂r on each clamped rim; shape (conditions, functions)."""
+        """What must vanish for the supports to hold; shape (conditions, functions).
+
+        Fourier moments of w and R ∂w/∂r on rims, w at pins, Legendre moments of w and ∂w/∂n on
+        edges (as many as the basis has polynomials along the edge).
+        """
         tables = tables or self._tables
-        clamped = [k for k in self.sets.rims if k < len(self.basis.clamps)]
-        rows = [_rim_moments(self.sets.rims[k], tables.rims[k], parity) for k in clamped]
-        if not rows:
-            return np.zeros((0, tables.corners.values(parity, (0, 0)).shape[1]))
-        return np.concatenate([r.reshape(-1, r.shape[-1]) for r in rows])
+        rows = [np.zeros((0, tables.corners.values(parity, (0, 0)).shape[1]))]
+        for k, support in enumerate(self.basis.geometry.rims):
+            if k in self.sets.rims:
+                value, slope = _rim_moments(self.sets.rims[k], tables.rims[k], parity)
+                rows += [value] if support.holds_deflection else []
+                rows += [slope] if support.holds_slope else []
+        pinned = [self.basis.geometry.points[k].is_pinned for k in self.sets.point_index]
+        rows.append(tables.points.values(parity, (0, 0))[np.array(pinned, dtype=bool)])
+        for edge, table in zip(self.sets.edges, tables.edges, strict=True):
+            kind = self.basis.geometry.edges.of(edge.axis, edge.normal)
+            if kind == "free":
+                continue
+            moments = self._edge_moments(parity, edge)
+            rows.append(moments @ table.values(parity, (0, 0)))
+            if kind == "clamped":
+                slope_of: Derivative = (1, 0) if edge.axis == 0 else (0, 1)
+                # In units of the board's width, as deflections are in units of themselves.
+                rows.append(self.basis.geometry.width * moments @ table.values(parity, slope_of))
+        return np.concatenate(rows)
+
+    def _edge_moments(self, parity: ParityBasis, edge: Edge) -> FloatArray:
+        """Weighted Legendre polynomials of the class along an edge; shape (degrees, points)."""
+        line = (self.basis.along_y, self.basis.along_x)[edge.axis]
+        degrees = (parity.degrees_y, parity.degrees_x)[edge.axis]
+        along = (edge.points.y, edge.points.x)[edge.axis]
+        return np.asarray((line.evaluate(along)[:, degrees] * edge.points.weights[:, None]).T)
 
     def edge_work(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Work of functions' edge forces on the basis, by D; shape (functions, size)."""
@@ -114,16 +141,36 @@ class Assembly:
         corners = twist @ self._tables.corners.values(parity, (0, 0))
         return np.asarray(total + 2.0 * (1.0 - nu) * corners)
 
-    def added_bending(self, parity: ParityBasis, tables: Tables) -> FloatArray:
-        """Strain energy with the basis that glued discs add; shape (functions, size)."""
+    def added_stiffness(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """Strain energy with the basis of glued discs, holes and springs; (functions, size)."""
         stiffness = self.basis.geometry.bending_stiffness * self.sets.disc_stiffness
         own = self._bending(parity, tables)
-        return np.asarray((own.T * np.tile(stiffness, 3)) @ self._bending(parity, self._tables))
+        total = (own.T * np.tile(stiffness, 3)) @ self._bending(parity, self._tables)
+        features = [self.basis.geometry.points[k].stiffness for k in self.sets.point_index]
+        total += self._at_points(parity, tables, np.array(features))
+        for k, support in enumerate(self.basis.geometry.rims):
+            if k in self.sets.rims and (support.stiffness > 0.0 or support.rotational > 0.0):
+                rim = self.sets.rims[k]
+                orbit = self.mirrors.orbit(support.x, support.y)
+                value, slope = _on_rim(rim, tables.rims[k], parity)
+                basis_value, basis_slope = _on_rim(rim, self._tables.rims[k], parity)
+                # `_on_rim` gives R ∂w/∂r, the spring resists ∂w/∂r.
+                rotational = support.rotational / support.radius**2
+                mean = orbit * rim.points.weights
+                total += support.stiffness * (value.T * mean) @ basis_value
+                total += rotational * (slope.T * mean) @ basis_slope
+        return np.asarray(total)
+
+    def _at_points(self, parity: ParityBasis, tables: Tables, strength: FloatArray) -> FloatArray:
+        """Σ strength · u v over the point features; shape (functions, size)."""
+        own = tables.points.values(parity, (0, 0))
+        weights = strength * self.sets.points.weights
+        return np.asarray((own.T * weights) @ self._tables.points.values(parity, (0, 0)))
 
     def inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Kinetic energy form of functions with the basis; shape (functions, size)."""
         plate = self._project(parity, tables.area.values(parity, (0, 0)))
-        return self.basis.geometry.areal_mass * plate + self._disc_inertia(parity, tables)
+        return self.basis.geometry.areal_mass * plate + self._added_inertia(parity, tables)
 
     def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
         nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
@@ -153,7 +200,7 @@ class Assembly:
             )
             # Moment jump −f'' and shear jump −(f''' + f''), in units of D/R² and D/R³.
             component = 2 * function.order - (0 if sine or function.order == 0 else 1)
-            value, slope = moments[member.circle][component]
+            value, slope = (moment[component] for moment in moments[member.circle])
             scale = np.pi * (2.0 if function.order == 0 else 1.0) / circle.radius**2
             rows[k] += member.orbit * scale * ((second + third) * value - second * slope)
 
@@ -184,10 +231,18 @@ class Assembly:
             )
         )
 
-    def _disc_inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+    def _added_inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """Kinetic energy with the basis of glued discs, holes and point masses."""
         own = tables.discs.values(parity, (0, 0))
         weights = self.sets.discs.weights * self.sets.disc_mass
-        return np.asarray((own.T * weights) @ self._tables.discs.values(parity, (0, 0)))
+        total = (own.T * weights) @ self._tables.discs.values(parity, (0, 0))
+        if self.sets.disc_rotary.any():
+            weights = self.sets.discs.weights * self.sets.disc_rotary
+            for slope in ((1, 0), (0, 1)):
+                own = tables.discs.values(parity, slope)
+                total += (own.T * weights) @ self._tables.discs.values(parity, slope)
+        features = [self.basis.geometry.points[k].mass for k in self.sets.point_index]
+        return np.asarray(total + self._at_points(parity, tables, np.array(features)))
 
     def _project(self, parity: ParityBasis, values: FloatArray) -> FloatArray:
         """∫ of functions, given at the area points, times the basis; shape (functions, size)."""
@@ -205,7 +260,7 @@ def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Ta
     """All sets of points but the area's in one evaluation: the calls cost more than the points."""
     edges = [edge.points for edge in sets.edges]
     rims = [rim.points for rim in sets.rims.values()]
-    groups = [*edges, sets.corners, sets.discs, *rims]
+    groups = [*edges, sets.corners, sets.discs, sets.points, *rims]
     shared = SharedTable(make(quadrature.join(groups)))
     ends = np.cumsum([group.x.size for group in groups]).tolist()
     parts = [
@@ -217,25 +272,32 @@ def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Ta
         edges=list(parts[:after_edges]),
         corners=parts[after_edges],
         discs=parts[after_edges + 1],
+        points=parts[after_edges + 2],
         area=area,
-        rims=dict(zip(sets.rims, parts[after_edges + 2 :], strict=True)),
+        rims=dict(zip(sets.rims, parts[after_edges + 3 :], strict=True)),
     )
 
 
-def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> FloatArray:
-    """Fourier moments on a rim of w and R ∂w/∂r; shape (2·orders + 1, 2, functions).
-
-    The first axis runs over 1, cos θ, sin θ, cos 2θ, …
-    """
+def _on_rim(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+    """W and R ∂w/∂r at the points of a rim; each of shape (points, functions)."""
     value = table.values(parity, (0, 0))
     radial_x, radial_y = np.cos(rim.angle)[:, None], np.sin(rim.angle)[:, None]
     slope = rim.circle.radius * (
         radial_x * table.values(parity, (1, 0)) + radial_y * table.values(parity, (0, 1))
     )
+    return value, slope
+
+
+def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+    """Fourier moments on a rim of w and of R ∂w/∂r; each of shape (2·orders + 1, functions).
+
+    The first axis runs over 1, cos θ, sin θ, cos 2θ, …
+    """
+    value, slope = _on_rim(rim, table, parity)
     orders = np.arange(1, rim.circle.rings + 1)[:, None] * rim.angle
     waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, rim.angle.size)
     projector = np.concatenate((np.ones((1, rim.angle.size)), 2.0 * waves)) * rim.points.weights
-    return np.stack((projector @ value, projector @ slope), axis=1)
+    return projector @ value, projector @ slope
 
 
 def _edge_derivatives(axis: int) -> tuple[Derivative, Derivative, Derivative, Derivative]:

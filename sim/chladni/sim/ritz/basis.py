@@ -12,10 +12,18 @@ from chladni.sim.ritz.rings import Circle, Derivative
 FloatArray = NDArray[np.float64]
 
 
+POINT_RADIUS = 1e-4
+"""A point's reaction acts on a circle of this radius, in widths; its field differs by R² ln R."""
+
+
+EDGE_ZONE = 0.02
+"""A point this near to an edge, in widths, is taken to lie on it."""
+
+
 class Basis:
     """Functions of one geometry at one resolution: nx·ny polynomials, then circle by circle.
 
-    Clamps come before inclusions. `size` is the number of functions, `polynomials` that of the
+    Rims come before inclusions, inclusions before points. `size` counts the functions, `polynomials` the
     polynomials; polynomial (i, j) stands at i·ny + j.
     """
 
@@ -24,12 +32,26 @@ class Basis:
         self.resolution = resolution
         self.along_x = IntervalBasis(geometry.width, resolution.nx)
         self.along_y = IntervalBasis(geometry.length, resolution.ny)
-        self.clamps = [Circle(c.x, c.y, c.radius, resolution.clamp_rings) for c in geometry.clamps]
+        self.rims = [Circle(r.x, r.y, r.radius, resolution.rim_rings) for r in geometry.rims]
         self.inclusions = [
-            Circle(i.x, i.y, i.radius, resolution.inclusion_rings, resolution.inclusion_bubbles)
+            Circle(
+                i.x,
+                i.y,
+                i.radius,
+                resolution.inclusion_rings,
+                # Nothing bends inside a hole, so there is nothing to resolve.
+                -1 if i.is_hole else resolution.inclusion_bubbles,
+            )
             for i in geometry.inclusions
         ]
-        self.circles = self.clamps + self.inclusions
+        point_radius = POINT_RADIUS * geometry.width
+        # On an edge the reaction has no circle to act on; polynomials alone converge there.
+        self.points = [
+            Circle(p.x, p.y, point_radius, 0, kinds=(0,))
+            for p in geometry.points
+            if geometry.distance_to_edge(p.x, p.y) > EDGE_ZONE * geometry.width
+        ]
+        self.circles = self.rims + self.inclusions + self.points
         counts = [len(circle.members()) for circle in self.circles]
         self.polynomials = resolution.nx * resolution.ny
         self.offsets = [self.polynomials + sum(counts[:k]) for k in range(len(counts) + 1)]

@@ -3,31 +3,99 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+EdgeKind = Literal["free", "simply supported", "clamped"]
+EDGE_KINDS: tuple[EdgeKind, ...] = ("free", "simply supported", "clamped")
 
 
 @dataclass(frozen=True)
-class Clamp:
-    """A screw: w = 0 and ∂w/∂n = 0 on the circle, m."""
+class EdgeSupports:
+    """How each edge is held: x = −width/2, x = width/2, y = −length/2, y = length/2."""
+
+    left: EdgeKind = "free"
+    right: EdgeKind = "free"
+    bottom: EdgeKind = "free"
+    top: EdgeKind = "free"
+
+    def of(self, axis: int, normal: float) -> EdgeKind:
+        """The edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
+        pairs = ((self.left, self.right), (self.bottom, self.top))
+        return pairs[axis][0 if normal < 0 else 1]
+
+
+@dataclass(frozen=True)
+class RimSupport:
+    """A screw, which holds the plate on a circle, m.
+
+    Parameters
+    ----------
+    holds_deflection, holds_slope
+        Whether w = 0 and ∂w/∂r = 0 on the circle. Both: clamped; the first alone: pinned.
+    stiffness
+        Of springs spread over the circle, N/m in all.
+    rotational
+        Of springs against ∂w/∂r spread over the circle, N·m/rad in all.
+    """
 
     x: float
     y: float
     radius: float
+    holds_deflection: bool = True
+    holds_slope: bool = True
+    stiffness: float = 0.0
+    rotational: float = 0.0
+
+    @property
+    def is_clamped(self) -> bool:
+        """Whether the plate inside is cut off from the rest."""
+        return self.holds_deflection and self.holds_slope
+
+
+@dataclass(frozen=True)
+class PointFeature:
+    """A pin (w = 0), a spring (N/m) or a mass (kg) at one point, m.
+
+    A point cannot hold a slope: the clamp at a point has no limit for a thin plate.
+    """
+
+    x: float
+    y: float
+    is_pinned: bool = False
+    stiffness: float = 0.0
+    mass: float = 0.0
 
 
 @dataclass(frozen=True)
 class Inclusion:
-    """A glued disc: added mass per area (kg/m²) and a factor on the bending stiffness under it."""
+    """A disc of the plate that is unlike the rest: a glued disc, or a hole.
+
+    Parameters
+    ----------
+    areal_mass
+        Added mass per area, kg/m²; that of the plate with a minus sign for a hole.
+    stiffness_ratio
+        Factor on the plate's bending stiffness; 0 for a hole.
+    rotary
+        Added rotary inertia per area, kg, beyond what `areal_mass` has by its extent.
+    """
 
     x: float
     y: float
     radius: float
     areal_mass: float
     stiffness_ratio: float
+    rotary: float = 0.0
+
+    @property
+    def is_hole(self) -> bool:
+        """Whether nothing is left of the plate here."""
+        return self.stiffness_ratio == 0.0
 
 
 @dataclass(frozen=True)
 class PlateGeometry:
-    """A rectangle with free edges, centred on the origin.
+    """A rectangle centred on the origin, with what holds it and what sits on it.
 
     Parameters
     ----------
@@ -39,8 +107,8 @@ class PlateGeometry:
         ν.
     areal_mass
         ρh, kg/m².
-    clamps, inclusions
-        What holds and loads the plate.
+    rims, inclusions, points, edges
+        Features and supports.
     """
 
     width: float
@@ -48,8 +116,20 @@ class PlateGeometry:
     bending_stiffness: float
     poisson: float
     areal_mass: float
-    clamps: tuple[Clamp, ...] = ()
+    rims: tuple[RimSupport, ...] = ()
     inclusions: tuple[Inclusion, ...] = ()
+    points: tuple[PointFeature, ...] = ()
+    edges: EdgeSupports = EdgeSupports()
+
+    def distance_to_edge(self, x: float, y: float) -> float:
+        """From a place to the nearest edge, m; negative off the plate."""
+        return min(self.width / 2.0 - abs(x), self.length / 2.0 - abs(y))
+
+    @property
+    def cut_out(self) -> list[tuple[float, float, float]]:
+        """Discs (x, y, radius) where there is no plate to move: clamped screws and holes."""
+        screws = [(r.x, r.y, r.radius) for r in self.rims if r.is_clamped]
+        return screws + [(i.x, i.y, i.radius) for i in self.inclusions if i.is_hole]
 
 
 @dataclass(frozen=True)
@@ -60,12 +140,12 @@ class Resolution:
     ----------
     nx, ny
         Polynomials along x and y.
-    clamp_rings, inclusion_rings, inclusion_bubbles
+    rim_rings, inclusion_rings, inclusion_bubbles
         Highest angular order of the functions on each circle (rings.py).
     """
 
     nx: int
     ny: int
-    clamp_rings: int = 3
-    inclusion_rings: int = 4
-    inclusion_bubbles: int = 2
+    rim_rings: int = 2
+    inclusion_rings: int = 6
+    inclusion_bubbles: int = 4

@@ -43,11 +43,10 @@ class GridTable:
             self._add_unfolded(total, parity, self._part(parity, own))
         return total
 
-    def clear_screws(self, values: ComplexArray) -> None:
-        """Set fields to zero where a screw holds the plate, in place."""
-        for clamp in self._basis.geometry.clamps:
-            distance = np.hypot(self.x[:, None] - clamp.x, self.y - clamp.y)
-            values[:, distance <= clamp.radius] = 0.0
+    def clear_cut_out(self, values: ComplexArray) -> None:
+        """Set fields to zero where a screw holds the plate or a hole leaves none, in place."""
+        for x, y, radius in self._basis.geometry.cut_out:
+            values[:, np.hypot(self.x[:, None] - x, self.y - y) <= radius] = 0.0
 
     def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> ComplexArray:
         """The fundamental part of the fields, shape (loads, part of nx, part of ny).

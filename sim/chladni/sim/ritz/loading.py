@@ -18,6 +18,7 @@ from scipy.linalg import block_diag
 from chladni.sim.loads import Load
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
+from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
@@ -86,7 +87,7 @@ class LoadCase:
         if self._tables is not None:
             stiffness = self._assembly.basis.geometry.bending_stiffness
             edges = stiffness * self._assembly.edge_work(parity, self._tables)
-            added = self._assembly.added_bending(parity, self._tables)
+            added = self._assembly.added_stiffness(parity, self._tables)
             force -= (edges + added).T
             inertia = self._assembly.inertia(parity, self._tables).T
             supports = self._assembly.supports(parity, self._tables)
@@ -123,8 +124,8 @@ def _is_direct(geometry: PlateGeometry, load: Load) -> bool:
     for disc in geometry.inclusions:
         if np.hypot(load.x - disc.x, load.y - disc.y) < disc.radius + load.radius:
             return True
-    to_edge = min(geometry.width / 2.0 - abs(load.x), geometry.length / 2.0 - abs(load.y))
-    return load.radius == 0.0 and to_edge < 0.02 * geometry.width
+    to_edge = geometry.distance_to_edge(load.x, load.y)
+    return load.radius == 0.0 and to_edge < EDGE_ZONE * geometry.width
 
 
 def _covered(geometry: PlateGeometry, load: Load) -> float:
@@ -136,7 +137,7 @@ def _covered(geometry: PlateGeometry, load: Load) -> float:
         or abs(load.y) + load.radius > geometry.length / 2.0
     )
     touches = any(
-        np.hypot(load.x - c.x, load.y - c.y) < c.radius + load.radius for c in geometry.clamps
+        np.hypot(load.x - x, load.y - y) < radius + load.radius for x, y, radius in geometry.cut_out
     )
     if not overhangs and not touches:
         return 1.0
@@ -165,6 +166,6 @@ def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
 
 def _on_plate(geometry: PlateGeometry, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     inside = (np.abs(x) <= geometry.width / 2.0) & (np.abs(y) <= geometry.length / 2.0)
-    for clamp in geometry.clamps:
-        inside &= np.hypot(x - clamp.x, y - clamp.y) > clamp.radius
+    for centre_x, centre_y, radius in geometry.cut_out:
+        inside &= np.hypot(x - centre_x, y - centre_y) > radius
     return np.asarray(inside)

@@ -24,7 +24,7 @@ from chladni.sim.ritz.symmetry import Mirrors, ParityBasis, find_mirrors
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-FINE = Resolution(nx=18, ny=28, clamp_rings=2, inclusion_rings=6, inclusion_bubbles=4)
+FINE = Resolution(nx=18, ny=28, rim_rings=2, inclusion_rings=6, inclusion_bubbles=4)
 """On `prototype` within 2e-5 of the converged natural frequencies and 1e-4 of the fields."""
 AREA_POINTS = (64, 112)
 RESONANCE_BAND = 1e-6
@@ -48,7 +48,7 @@ class RitzPlate:
     Parameters
     ----------
     geometry
-        Plate, clamps and glued discs.
+        Plate, supports and features.
     loss_factor
         η in D(1 + iη).
     resolution
@@ -122,7 +122,7 @@ class RitzPlate:
         values = self._grids[key].fields(self._class_bases, fine)
         factor = 1.0 + 1j * self.loss_factor
         values += case.field_on(x, y) / factor
-        self._grids[key].clear_screws(values)
+        self._grids[key].clear_cut_out(values)
         probe = self._probe
         change = probe.fields(self._class_bases, [f - c for f, c in zip(fine, coarse, strict=True)])
         whole = probe.fields(self._class_bases, fine) + case.field_on(probe.x, probe.y) / factor

@@ -65,6 +65,8 @@ class Circle:
         Highest angular order with rim functions, or −1 for none.
     bubbles
         Highest angular order with a bubble, or −1 for none.
+    kinds
+        Rim forces (0), rim moments (1) or both.
     """
 
     x: float
@@ -72,10 +74,11 @@ class Circle:
     radius: float
     rings: int
     bubbles: int = -1
+    kinds: tuple[int, ...] = (0, 1)
 
     def functions(self) -> list[RadialFunction]:
         """Rim functions by order and kind, then bubbles by order."""
-        rims = [ring_function(m, kind) for m in range(self.rings + 1) for kind in (0, 1)]
+        rims = [ring_function(m, kind) for m in range(self.rings + 1) for kind in self.kinds]
         return rims + [bubble_function(m) for m in range(self.bubbles + 1)]
 
     def members(self) -> list[tuple[RadialFunction, bool]]:

@@ -46,6 +46,12 @@ class Mirrors:
             for odd_y in ((False, True) if self.y else (False,))
         ]
 
+    def orbit(self, x: float, y: float) -> int:
+        """How many different images a place has."""
+        doubled_x = self.x and abs(x) > SAME_PLACE
+        doubled_y = self.y and abs(y) > SAME_PLACE
+        return (2 if doubled_x else 1) * (2 if doubled_y else 1)
+
     def holds(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
         """Whether points lie in the fundamental part of the plate (x ≥ 0, y ≥ 0)."""
         inside_x = x >= -SAME_PLACE if self.x else np.ones(x.shape, dtype=bool)
@@ -81,10 +87,17 @@ class Member:
 
 
 def find_mirrors(geometry: PlateGeometry) -> Mirrors:
-    """The mirrors that map every clamp and inclusion of a plate onto an equal one."""
-    items = [(c.x, c.y, (c.radius,)) for c in geometry.clamps] + [
-        (i.x, i.y, (i.radius, i.areal_mass, i.stiffness_ratio)) for i in geometry.inclusions
+    """The mirrors that map a plate's supports and features onto equal ones."""
+    items: list[tuple[float, float, tuple[object, ...]]] = [
+        (r.x, r.y, ("rim", r.radius, r.holds_deflection, r.holds_slope, r.stiffness, r.rotational))
+        for r in geometry.rims
     ]
+    items += [
+        (i.x, i.y, ("disc", i.radius, i.areal_mass, i.stiffness_ratio, i.rotary))
+        for i in geometry.inclusions
+    ]
+    items += [(p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass)) for p in geometry.points]
+    edges = geometry.edges
 
     def mapped(sx: float, sy: float) -> bool:
         return all(
@@ -95,7 +108,10 @@ def find_mirrors(geometry: PlateGeometry) -> Mirrors:
             for x, y, kind in items
         )
 
-    return Mirrors(mapped(-1.0, 1.0), mapped(1.0, -1.0))
+    return Mirrors(
+        edges.left == edges.right and mapped(-1.0, 1.0),
+        edges.bottom == edges.top and mapped(1.0, -1.0),
+    )
 
 
 class ParityBasis:
@@ -169,8 +185,9 @@ class ParityBasis:
             function, _ = circle.members()[member.column]
             highest = circle.rings if function.outside else circle.bubbles
             # Screws keep their orders: a support condition must not lose its own function.
-            is_clamp = member.circle < len(self.basis.clamps)
-            if is_clamp or function.order <= highest - fewer_orders:
+            first = len(self.basis.rims)
+            is_inclusion = first <= member.circle < first + len(self.basis.inclusions)
+            if not is_inclusion or function.order <= highest - fewer_orders:
                 members.append(self.polynomials + k)
         return np.concatenate((polynomials, np.array(members, dtype=np.intp)))
 

@@ -152,7 +152,8 @@ class PointSets:
     """All quadrature points in the fundamental part of the plate; weights count the images.
 
     `disc_stiffness` and `disc_mass` say, per disc point, what the glued disc adds there:
-    bending stiffness by D, and mass per area. `corners.weights` holds the sign of u_xy.
+    bending stiffness by D, mass and rotary inertia per area. `corners.weights` holds the sign of
+    u_xy, `points.weights` the number of images of each point feature in `point_index`.
     """
 
     edges: list[Edge]
@@ -160,11 +161,13 @@ class PointSets:
     discs: Points
     disc_stiffness: FloatArray
     disc_mass: FloatArray
-    disc_index: NDArray[np.intp]
+    disc_rotary: FloatArray
+    point_index: NDArray[np.intp]
     area: Points
     gauss_x: tuple[FloatArray, FloatArray]
     gauss_y: tuple[FloatArray, FloatArray]
     rims: dict[int, Rim]
+    points: Points
 
 
 def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> PointSets:
@@ -186,6 +189,8 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     keep = mirrors.holds(merged.x, merged.y)
     added = np.array([i.stiffness_ratio - 1.0 for i in geometry.inclusions])
     mass = np.array([i.areal_mass for i in geometry.inclusions])
+    rotary = np.array([i.rotary for i in geometry.inclusions])
+    point_index, features = _point_features(basis, mirrors)
     gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
     gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
     gx, gy = np.meshgrid(gauss_x[0], gauss_y[0], indexing="ij")
@@ -201,12 +206,23 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         discs=_fundamental(merged, mirrors, images),
         disc_stiffness=added[index[keep]] if discs else np.zeros(0),
         disc_mass=mass[index[keep]] if discs else np.zeros(0),
-        disc_index=index[keep],
+        disc_rotary=rotary[index[keep]] if discs else np.zeros(0),
+        point_index=point_index,
+        points=features,
         area=area,
         gauss_x=gauss_x,
         gauss_y=gauss_y,
         rims=rims,
     )
+
+
+def _point_features(basis: Basis, mirrors: Mirrors) -> tuple[NDArray[np.intp], Points]:
+    """Point features in the fundamental part, with the number of images of each as weight."""
+    features = basis.geometry.points
+    x, y = np.array([p.x for p in features]), np.array([p.y for p in features])
+    index = np.flatnonzero(mirrors.holds(x, y))
+    images = np.array([float(mirrors.orbit(x[k], y[k])) for k in index])
+    return index, Points(x[index], y[index], images)
 
 
 def _fundamental(points: Points, mirrors: Mirrors, images: float) -> Points:
