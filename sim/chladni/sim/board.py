@@ -12,18 +12,37 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.errors import InputError
-from chladni.sim.quantity import check_ranges, quantities, quantity
+from chladni.sim.quantity import quantities, quantity
 
 FloatArray = NDArray[np.float64]
 
 MM = 1e-3
-Edges = Literal["simply supported", "free"]
-EDGES: tuple[Edges, ...] = ("simply supported", "free")
+EdgeKind = Literal["free", "simply supported", "clamped"]
+EDGE_KINDS: tuple[EdgeKind, ...] = ("free", "simply supported", "clamped")
+ScrewSupport = Literal["clamped", "pinned", "sprung"]
+SCREW_SUPPORTS: tuple[ScrewSupport, ...] = ("clamped", "pinned", "sprung")
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 SAME_PLACE = 1e-6
 """Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """How each edge is held; left and right are the ends of x, bottom and top those of y."""
+
+    left: EdgeKind = "free"
+    right: EdgeKind = "free"
+    bottom: EdgeKind = "free"
+    top: EdgeKind = "free"
+
+    def kinds(self) -> dict[str, EdgeKind]:
+        """Edge name to support."""
+        return {"left": self.left, "right": self.right, "bottom": self.bottom, "top": self.top}
+
+    def are_all(self, kind: EdgeKind) -> bool:
+        """Whether every edge is held in this way."""
+        return set(self.kinds().values()) == {kind}
 
 
 @dataclass(frozen=True)
@@ -39,7 +58,7 @@ class Plate:
     poissons_ratio: float = quantity("poissons_ratio", 1.0, -0.9, 0.49)
     density: float = quantity("density_kg_m3", 1.0, 1.0, 30000.0)
     loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0)
-    edges: Edges = "free"
+    edges: Edges = Edges()
 
     @property
     def bending_stiffness(self) -> float:
@@ -59,10 +78,57 @@ class Plate:
 
 @dataclass(frozen=True)
 class Screw:
-    """Clamps the plate on a rim: no deflection and no slope on the circle. Metres."""
+    """Holds the plate on a rim. Metres, N/m, N·m/rad.
+
+    `clamped` holds deflection and slope on the circle, `pinned` the deflection alone, `sprung`
+    neither: there `stiffness` (in all) acts against deflection and `rotational_stiffness` (in all)
+    against the slope.
+    """
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
-    radius: float = quantity("radius_mm", MM, 0.05, 100.0)
+    radius: float = quantity("radius_mm", MM, 0.0, 100.0)
+    support: ScrewSupport = "clamped"
+    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9, default=0.0)
+    rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+
+
+@dataclass(frozen=True)
+class Pin:
+    """Holds one point of the plate: no deflection. It cannot hold a slope. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """An elastic support of one point. Metres, N/m."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9)
+    rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+
+
+@dataclass(frozen=True)
+class Mass:
+    """Something that rides on the plate: a point (radius 0), or a glued disc. SI units.
+
+    A disc's rotary inertia about its own middle is that of a cylinder of the given height;
+    `stiffness_ratio` is the bending stiffness under it over the plate's own.
+    """
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    mass: float = quantity("mass_g", 1e-3, 0.0, 1e6)
+    radius: float = quantity("radius_mm", MM, 0.0, 500.0, default=0.0)
+    height: float = quantity("height_mm", MM, 0.0, 500.0, default=0.0)
+    stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 1.0, 1e6, default=1.0)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A circular hole with a free rim. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    radius: float = quantity("radius_mm", MM, 0.05, 500.0)
 
 
 @dataclass(frozen=True)
@@ -143,8 +209,15 @@ class Board:
     image: Image
     regions: Regions
     electronics: Electronics
+    pins: tuple[Pin, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    masses: tuple[Mass, ...] = ()
+    holes: tuple[Hole, ...] = ()
 
     def __post_init__(self) -> None:
+        # Here, because the checks need the classes above.
+        from chladni.sim.board_checks import check_board  # noqa: PLC0415
+
         check_board(self)
 
     @property
@@ -180,88 +253,8 @@ def _axis(length: float, count: int) -> FloatArray:
     return np.asarray(half * length)
 
 
-def check_board(board: Board) -> None:
-    """Raise `InputError` at the first thing wrong with a board."""
-    if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
-        raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
-    if board.plate.edges not in EDGES:
-        raise InputError("plate.edges", board.plate.edges, " or ".join(map(repr, EDGES)))
-    for section in ("plate", "magnet", "drive", "image", "regions", "electronics"):
-        part = getattr(board, section)
-        if part is not None:
-            check_ranges(part, section)
-    for index, screw in enumerate(board.screws):
-        check_ranges(screw, f"screws[{index}]")
-    _check_actuators(board)
-    _check_places(board)
-    if board.plate.edges == "simply supported" and (board.screws or board.magnet):
-        what = "screws" if board.screws else "magnet"
-        raise InputError(
-            what, "given", "none with simply supported edges: that plate is not modelled"
-        )
-    smallest = min(board.plate.size)
-    if board.plate.thickness > smallest / 10.0:
-        raise InputError(
-            "plate.thickness_mm",
-            board.plate.thickness / MM,
-            f"at most {smallest / 10.0 / MM:g}, a tenth of the short side: thin-plate theory",
-        )
-    if board.regions.pitch > smallest:
-        raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
-
-
-def _check_actuators(board: Board) -> None:
-    if not 1 <= len(board.actuators) <= 64:
-        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
-    names = [actuator.name for actuator in board.actuators]
-    for index, actuator in enumerate(board.actuators):
-        check_ranges(actuator, f"actuators[{index}]")
-        if not isinstance(actuator.name, str) or not actuator.name:
-            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
-        if actuator.name in names[:index]:
-            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
-        for other in board.actuators[:index]:
-            if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
-                raise InputError(
-                    f"actuators[{index}].at_mm",
-                    _mm(actuator.at),
-                    f"a place of its own; {other.name!r} is there already",
-                )
-    pins = board.electronics.pwm_pins
-    if len(pins) != len(board.actuators) or len(set(pins)) != len(pins):
-        raise InputError(
-            "electronics.pwm_pins",
-            list(pins),
-            f"{len(board.actuators)} different pins, one per actuator",
-        )
-
-
-def _check_places(board: Board) -> None:
-    half = np.array(board.plate.size) / 2.0
-    for index, actuator in enumerate(board.actuators):
-        if not board.contains(*actuator.at):
-            raise InputError(
-                f"actuators[{index}].at_mm",
-                _mm(actuator.at),
-                f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
-            )
-    discs = [(f"screws[{i}]", s.at, s.radius) for i, s in enumerate(board.screws)]
-    if board.magnet:
-        magnet = board.magnet.radius
-        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
-    for index, (name, at, radius) in enumerate(discs):
-        if np.any(np.abs(at) + radius >= half):
-            what = "screw" if name.startswith("screws") else "magnet"
-            raise InputError(
-                f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
-            )
-        for other, place, other_radius in discs[:index]:
-            if np.hypot(*np.subtract(at, place)) <= radius + other_radius:
-                raise InputError(f"{name}.at_mm", _mm(at), f"a place clear of {other}")
-
-
-def _mm(place: tuple[float, float]) -> list[float]:
-    return [float(f"{value / MM:.9g}") for value in place]
+FEATURES = ("screws", "pins", "springs", "masses", "holes")
+"""Blocks a board may have any number of, or none."""
 
 
 def to_document(board: Board) -> dict[str, Any]:
@@ -273,11 +266,16 @@ def to_document(board: Board) -> dict[str, Any]:
         for field in dataclasses.fields(part):
             value = getattr(part, field.name)
             spec = specs.get(field.name)
-            result[spec.key if spec else field.name] = spec.from_si(value) if spec else value
+            if spec is None and dataclasses.is_dataclass(value):
+                result[field.name] = table(value)
+            elif field.default is dataclasses.MISSING or value != field.default:
+                result[spec.key if spec else field.name] = spec.from_si(value) if spec else value
         return result
 
     document: dict[str, Any] = {"name": board.name, "plate": table(board.plate)}
-    document["screws"] = [table(screw) for screw in board.screws]
+    for section in FEATURES:
+        if getattr(board, section):
+            document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
     document["actuators"] = [table(actuator) for actuator in board.actuators]

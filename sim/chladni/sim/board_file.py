@@ -9,15 +9,21 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board import (
+    EDGE_KINDS,
     Actuator,
     Board,
     Drive,
+    Edges,
     Electronics,
+    Hole,
     Image,
     Magnet,
+    Mass,
+    Pin,
     Plate,
     Regions,
     Screw,
+    Spring,
 )  # fmt: skip
 from chladni.sim.errors import InputError
 from chladni.sim.quantity import quantities
@@ -31,7 +37,14 @@ SECTIONS = {
     "regions": Regions,
     "electronics": Electronics,
 }
-OPTIONAL_KEYS = ("screws", "magnet")
+FEATURE_CLASSES = {
+    "screws": Screw,
+    "pins": Pin,
+    "springs": Spring,
+    "masses": Mass,
+    "holes": Hole,
+}
+OPTIONAL_KEYS = (*FEATURE_CLASSES, "magnet")
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -83,10 +96,13 @@ def board_from_document(document: dict[str, Any]) -> Board:
     known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
     _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
     parts: dict[str, Any] = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
+    features: dict[str, Any] = {
+        key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
+    }
     magnet = _part(Magnet, document["magnet"], "magnet") if "magnet" in document else None
     return Board(
         name=document["name"],
-        screws=_parts(Screw, document.get("screws", []), "screws"),
+        **features,
         magnet=magnet,
         actuators=_parts(Actuator, document["actuators"], "actuators"),
         **parts,
@@ -106,15 +122,34 @@ def _part(cls: type[Part], table: object, where: str) -> Part:
     specs = quantities(cls)
     fields = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
     keys = [specs[name].key if name in specs else name for name in fields]
-    _check_keys(table, keys, required=keys, where=f"{where}.")
+    required = [
+        key
+        for key, field in zip(keys, dataclasses.fields(cls), strict=True)  # type: ignore[arg-type]
+        if field.default is dataclasses.MISSING
+    ]
+    _check_keys(table, keys, required=required, where=f"{where}.")
     values = {}
     for name, key in zip(fields, keys, strict=True):
+        if key not in table:
+            continue
         if name in specs:
             specs[name].check(table[key], where=f"{where}.{key}")
             values[name] = specs[name].to_si(table[key])
         else:
-            values[name] = table[key]
+            values[name] = _edges(table[key]) if name == "edges" else table[key]
     return cls(**values)
+
+
+def _edges(value: object) -> Edges:
+    """One word for all four edges, or a table with a word for each that is not free."""
+    if isinstance(value, dict):
+        names = list(Edges().kinds())
+        _check_keys(value, names, required=[], where="plate.edges.")
+        return Edges(**value)
+    if value not in EDGE_KINDS:
+        expected = "one of: " + ", ".join(map(repr, EDGE_KINDS)) + ", or a table by edge"
+        raise InputError("plate.edges", value, expected)
+    return Edges(value, value, value, value)
 
 
 def _check_keys(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.sim.board import SAME_PLACE, Board
+from chladni.sim.ritz.symmetry import find_mirrors
+from chladni.sim.transfer import plate_geometry
 
 
 @dataclass(frozen=True)
@@ -31,10 +33,9 @@ def _permutation(board: Board, sign_x: float, sign_y: float) -> tuple[int, ...] 
     order = _matches(places, places * (sign_x, sign_y))
     if order is None:
         return None
-    for radius in {screw.radius for screw in board.screws}:
-        alike = np.array([screw.at for screw in board.screws if screw.radius == radius])
-        if _matches(alike, alike * (sign_x, sign_y)) is None:
-            return None
+    mirrors = find_mirrors(plate_geometry(board))
+    if not (mirrors.x if sign_x < 0 else mirrors.y):
+        return None
     return order
 
 

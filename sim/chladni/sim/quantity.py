@@ -79,11 +79,19 @@ class Quantity:
 
 
 def quantity(
-    key: str, scale: float, low: float, high: float, *, count: int = 1, integer: bool = False
+    key: str,
+    scale: float,
+    low: float,
+    high: float,
+    *,
+    count: int = 1,
+    integer: bool = False,
+    default: Any = dataclasses.MISSING,
 ) -> Any:
-    """A dataclass field for a `Quantity`; see there for the parameters."""
+    """A dataclass field for a `Quantity`; see there for the parameters. `default` is in SI."""
     return dataclasses.field(
-        metadata={"quantity": Quantity(key, scale, low, high, count=count, integer=integer)}
+        default=default,
+        metadata={"quantity": Quantity(key, scale, low, high, count=count, integer=integer)},
     )
 
 

@@ -7,11 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board import MM, Board
+from chladni.sim.board import MM, Board, Mass, Screw
 from chladni.sim.errors import InputError
 from chladni.sim.loads import Load
 from chladni.sim.response import PlateModel, Response
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, RimSupport
+from chladni.sim.ritz.geometry import (
+    EdgeSupports,
+    Inclusion,
+    PlateGeometry,
+    PointFeature,
+    RimSupport,
+)
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.simply_supported import SimplySupportedPlate
 
@@ -50,23 +56,55 @@ class TransferFields:
 def plate_model(board: Board) -> PlateModel:
     """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
     plate = board.plate
-    if plate.edges == "simply supported":
+    features = (board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet)
+    if plate.edges.are_all("simply supported") and not any(features):
         return SimplySupportedPlate(
             *plate.size, plate.bending_stiffness, plate.areal_mass, plate.loss_factor
         )
-    geometry = PlateGeometry(
+    return RitzPlate(plate_geometry(board), plate.loss_factor)
+
+
+def plate_geometry(board: Board) -> PlateGeometry:
+    """A board's plate with everything that holds it and sits on it."""
+    plate, magnet = board.plate, board.magnet
+    discs = [
+        Inclusion(*actuator.at, magnet.radius, magnet.areal_mass, magnet.stiffness_ratio)
+        for actuator in (board.actuators if magnet else ())
+        if magnet
+    ]
+    discs += [_glued_disc(mass) for mass in board.masses if mass.radius > 0.0]
+    discs += [Inclusion(*hole.at, hole.radius, -plate.areal_mass, 0.0) for hole in board.holes]
+    points = [PointFeature(*pin.at, is_pinned=True) for pin in board.pins]
+    points += [PointFeature(*spring.at, stiffness=spring.stiffness) for spring in board.springs]
+    points += [PointFeature(*m.at, mass=m.mass) for m in board.masses if m.radius == 0.0]
+    return PlateGeometry(
         *plate.size,
         plate.bending_stiffness,
         plate.poissons_ratio,
         plate.areal_mass,
-        rims=tuple(RimSupport(*screw.at, screw.radius) for screw in board.screws),
-        inclusions=tuple(
-            Inclusion(*a.at, m.radius, m.areal_mass, m.stiffness_ratio)
-            for a in board.actuators
-            for m in ([board.magnet] if board.magnet else [])
-        ),
+        rims=tuple(_rim(screw) for screw in board.screws),
+        inclusions=tuple(discs),
+        points=tuple(points),
+        edges=EdgeSupports(**plate.edges.kinds()),
     )
-    return RitzPlate(geometry, plate.loss_factor)
+
+
+def _rim(screw: Screw) -> RimSupport:
+    return RimSupport(
+        *screw.at,
+        screw.radius,
+        holds_deflection=screw.support != "sprung",
+        holds_slope=screw.support == "clamped",
+        stiffness=screw.stiffness,
+        rotational=screw.rotational_stiffness,
+    )
+
+
+def _glued_disc(mass: Mass) -> Inclusion:
+    """A cylinder on the plate: its extent across gives m r²/4 by itself, its height m h²/12."""
+    areal = mass.mass / (np.pi * mass.radius**2)
+    rotary = areal * mass.height**2 / 12.0
+    return Inclusion(*mass.at, mass.radius, areal, mass.stiffness_ratio, rotary)
 
 
 def transfer_fields(

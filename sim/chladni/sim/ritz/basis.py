@@ -23,8 +23,8 @@ EDGE_ZONE = 0.02
 class Basis:
     """Functions of one geometry at one resolution: nx·ny polynomials, then circle by circle.
 
-    Rims come before inclusions, inclusions before points. `size` counts the functions, `polynomials` the
-    polynomials; polynomial (i, j) stands at i·ny + j.
+    Rims come before inclusions, inclusions before points. `size` counts the functions,
+    `polynomials` the polynomials; polynomial (i, j) stands at i·ny + j.
     """
 
     def __init__(self, geometry: PlateGeometry, resolution: Resolution) -> None:

@@ -1,0 +1,142 @@
+"""What a board may be: ranges, places and supports, each fault named by its key."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chladni.sim.board import (
+    EDGE_KINDS,
+    FEATURES,
+    MM,
+    NAME_PATTERN,
+    SAME_PLACE,
+    SCREW_SUPPORTS,
+    Board,
+)  # fmt: skip
+from chladni.sim.errors import InputError
+from chladni.sim.quantity import check_ranges
+
+
+def check_board(board: Board) -> None:
+    """Raise `InputError` at the first thing wrong with a board."""
+    if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
+        raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
+    for edge, kind in board.plate.edges.kinds().items():
+        if kind not in EDGE_KINDS:
+            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
+            raise InputError(f"plate.edges.{edge}", kind, expected)
+    for section in ("plate", "magnet", "drive", "image", "regions", "electronics"):
+        part = getattr(board, section)
+        if part is not None:
+            check_ranges(part, section)
+    for section in FEATURES:
+        for index, feature in enumerate(getattr(board, section)):
+            check_ranges(feature, f"{section}[{index}]")
+    _check_supports(board)
+    _check_actuators(board)
+    _check_places(board)
+    smallest = min(board.plate.size)
+    if board.plate.thickness > smallest / 10.0:
+        raise InputError(
+            "plate.thickness_mm",
+            board.plate.thickness / MM,
+            f"at most {smallest / 10.0 / MM:g}, a tenth of the short side: thin-plate theory",
+        )
+    if board.regions.pitch > smallest:
+        raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+
+
+def _check_supports(board: Board) -> None:
+    """Refuse what has no answer on a thin plate: a slope held, or resisted, at a point."""
+    for index, screw in enumerate(board.screws):
+        where = f"screws[{index}]"
+        if screw.support not in SCREW_SUPPORTS:
+            expected = "one of: " + ", ".join(map(repr, SCREW_SUPPORTS))
+            raise InputError(f"{where}.support", screw.support, expected)
+        if screw.radius <= 0.0:
+            raise InputError(
+                f"{where}.radius_mm",
+                0.0,
+                "a radius above 0: a clamp at a point has no limit on a thin plate; use a pin",
+            )
+        is_sprung = screw.stiffness > 0.0 or screw.rotational_stiffness > 0.0
+        if is_sprung != (screw.support == "sprung"):
+            raise InputError(
+                f"{where}.support",
+                screw.support,
+                "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
+            )
+    for index, spring in enumerate(board.springs):
+        if spring.rotational_stiffness > 0.0:
+            raise InputError(
+                f"springs[{index}].rotational_n_mm_per_rad",
+                spring.rotational_stiffness / MM,
+                "nothing: a rotational spring at a point has no limit on a thin plate; "
+                "use a sprung screw, which has a rim",
+            )
+    for index, mass in enumerate(board.masses):
+        if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
+            raise InputError(
+                f"masses[{index}].radius_mm", 0.0,
+                "a radius above 0 for a mass with a height or a stiffness: both need an area",
+            )  # fmt: skip
+
+
+def _check_actuators(board: Board) -> None:
+    if not 1 <= len(board.actuators) <= 64:
+        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
+    names = [actuator.name for actuator in board.actuators]
+    for index, actuator in enumerate(board.actuators):
+        check_ranges(actuator, f"actuators[{index}]")
+        if not isinstance(actuator.name, str) or not actuator.name:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
+        if actuator.name in names[:index]:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
+        for other in board.actuators[:index]:
+            if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
+                raise InputError(
+                    f"actuators[{index}].at_mm",
+                    _mm(actuator.at),
+                    f"a place of its own; {other.name!r} is there already",
+                )
+    pins = board.electronics.pwm_pins
+    if len(pins) != len(board.actuators) or len(set(pins)) != len(pins):
+        raise InputError(
+            "electronics.pwm_pins",
+            list(pins),
+            f"{len(board.actuators)} different pins, one per actuator",
+        )
+
+
+def _check_places(board: Board) -> None:
+    half = np.array(board.plate.size) / 2.0
+    for index, actuator in enumerate(board.actuators):
+        if not board.contains(*actuator.at):
+            raise InputError(
+                f"actuators[{index}].at_mm",
+                _mm(actuator.at),
+                f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
+            )
+    discs = [
+        (f"{section}[{i}]", feature.at, getattr(feature, "radius", 0.0))
+        for section in FEATURES
+        for i, feature in enumerate(getattr(board, section))
+    ]
+    if board.magnet:
+        magnet = board.magnet.radius
+        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
+    for index, (name, at, radius) in enumerate(discs):
+        inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
+        if not np.all(inside):
+            what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
+            raise InputError(
+                f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
+            )
+        for other, place, other_radius in discs[:index]:
+            clear = np.hypot(*np.subtract(at, place)) > radius + other_radius
+            if not clear:
+                raise InputError(f"{name}.at_mm", _mm(at), f"a place clear of {other}")
+
+
+def _mm(place: tuple[float, float]) -> list[float]:
+    return [float(f"{value / MM:.9g}") for value in place]
