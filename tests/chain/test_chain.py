@@ -106,7 +106,7 @@ def test_field_of_an_actuator_and_of_a_target(chladni: CommandLine, tmp_path: Pa
     for number, option in enumerate((["--actuator", "top-left"], ["--target=-24.25,43.35"])):
         made = chladni("field", "paper", *option, "-o", tmp_path / f"{number}.npz", "--json")
         assert made.code == 0
-        assert made.json["error_estimate"] <= 1e-4
+        assert made.json["error_estimate"] <= 1e-3
     with np.load(tmp_path / "0.npz") as first, np.load(tmp_path / "1.npz") as second:
         assert np.array_equal(first["displacement"], second["displacement"])
 

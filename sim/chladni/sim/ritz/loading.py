@@ -23,7 +23,7 @@ from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
 from chladni.sim.ritz.symmetry import SAME_PLACE, Parity, ParityBasis
-from chladni.sim.ritz.tables import BasisTable
+from chladni.sim.ritz.tables import ANGULAR_POINTS, RADIAL_POINTS, BasisTable
 
 FloatArray = NDArray[np.float64]
 
@@ -71,6 +71,11 @@ class LoadCase:
         )
         self._classes: dict[Parity, ClassLoad] = {}
 
+    @property
+    def is_direct(self) -> bool:
+        """Whether the basis carries every load without a deflection of its own."""
+        return all(self._direct)
+
     def in_class(self, parity: ParityBasis) -> ClassLoad:
         """The loads projected onto a parity class."""
         if parity.parity not in self._classes:
@@ -95,7 +100,7 @@ class LoadCase:
 
     def field_on(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """The endless plate's static deflection on a grid, shape (loads, nx, ny), m/N."""
-        if all(self._direct):
+        if self.is_direct:
             return np.zeros((len(self._loads), x.size, y.size))
         px, py = np.meshgrid(x, y, indexing="ij")
         values = self._family(px.ravel(), py.ravel(), (0, 0))
@@ -158,7 +163,7 @@ def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
             np.hypot(load.x - disc.x, load.y - disc.y) < SAME_PLACE
             and abs(load.radius - disc.radius) < SAME_PLACE
         ):
-            return quadrature.disc(disc.x, disc.y, disc.radius, 8, 24)
+            return quadrature.disc(disc.x, disc.y, disc.radius, RADIAL_POINTS, ANGULAR_POINTS)
     points = quadrature.disc(load.x, load.y, load.radius, DIRECT_RADIAL, DIRECT_ANGULAR)
     keep = _on_plate(geometry, points.x, points.y)
     return Points(points.x[keep], points.y[keep], points.weights[keep])

@@ -37,6 +37,7 @@ class ClassModes:
         subset: NDArray[np.intp],
     ) -> None:  # fmt: skip
         self._subset = subset
+        self._size = stiffness.shape[0]
         square = np.ix_(subset, subset)
         self._stiffness, self._mass = stiffness[square], mass[square]
         # Energy at a typical frequency makes the scale: every function counts as one.
@@ -60,43 +61,69 @@ class ClassModes:
         return right[rank:].T, inverse
 
     @cached_property
-    def _modes(self) -> tuple[FloatArray, FloatArray]:
-        """(ω², coefficients of mass-normalised modes), lowest first."""
+    def _whitened(self) -> tuple[FloatArray, FloatArray]:
+        """(μ, vectors): vectors with K + σM = 1 and M = diag μ, the lowest modes first.
+
+        μ = 1/(ω² + σ) is largest for the lowest modes, so they come out best. The stiffest
+        combinations have a μ lost in rounding; as forces bend them all the same they stay, and
+        nothing is divided by μ.
+        """
         null = self._split[0] * self._scale[:, None]
         stiffness = null.T @ self._stiffness @ null
         mass = null.T @ self._mass @ null
         energy, vectors = np.linalg.eigh(stiffness + self._shift * mass)
         keep = energy > REDUNDANT * energy[-1]
         whiten = vectors[:, keep] / np.sqrt(energy[keep])
-        # Mass over shifted energy is largest for the lowest modes, so they come out best.
         ratio, turn = np.linalg.eigh(whiten.T @ mass @ whiten)
-        good = ratio[::-1] > REDUNDANT * ratio[-1]
-        ratio, turn = ratio[::-1][good], turn[:, ::-1][:, good]
-        modes = null @ (whiten @ (turn / np.sqrt(ratio)))
-        return 1.0 / ratio - self._shift, modes
+        return np.maximum(ratio[::-1], 0.0), null @ (whiten @ turn[:, ::-1])
+
+    @cached_property
+    def _has_frequency(self) -> NDArray[np.bool_]:
+        ratio = self._whitened[0]
+        return np.asarray(ratio > REDUNDANT * ratio[0])
 
     @property
     def omega_squared(self) -> FloatArray:
-        """ω² of every mode, ascending, (rad/s)²."""
-        return self._modes[0]
+        """ω² of every mode whose frequency is known, ascending, (rad/s)²."""
+        return np.asarray(1.0 / self._whitened[0][self._has_frequency] - self._shift)
 
     @property
     def modes(self) -> FloatArray:
-        """Mass-normalised modes as coefficients of the subset, shape (subset, modes)."""
-        return self._modes[1]
+        """Mass-normalised modes in the order of `omega_squared`; (class size, modes)."""
+        ratio, vectors = self._whitened
+        result = np.zeros((self._size, int(self._has_frequency.sum())))
+        result[self._subset] = vectors[:, self._has_frequency] / np.sqrt(ratio[self._has_frequency])
+        return result
 
     def respond(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
-        """Coefficients of the class (size, loads) at one frequency."""
+        """Coefficients of the class (size, loads) at one frequency, by modes."""
+        particular, own = self._prepare(load, omega, loss_factor)
+        ratio, vectors = self._whitened
+        stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
+        gain = 1.0 / (stiffness - omega**2 * ratio)
+        return self._spread(particular + vectors @ (gain[:, None] * (vectors.T @ own)), load)
+
+    def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
+        """The same for one frequency alone, without modes: cheaper where no other follows."""
+        particular, own = self._prepare(load, omega, loss_factor)
+        null = self._split[0] * self._scale[:, None]
+        dynamic = (1.0 + 1j * loss_factor) * self._stiffness - omega**2 * self._mass
+        reduced = null.T @ dynamic @ null
+        return self._spread(particular + null @ np.linalg.solve(reduced, null.T @ own), load)
+
+    def _prepare(
+        self, load: ClassLoad, omega: float, loss_factor: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """A displacement that meets the supports, and the force that is left to the free part."""
         factor = 1.0 + 1j * loss_factor
-        force = load.force + omega**2 / factor * load.inertia
+        own = (load.force + omega**2 / factor * load.inertia)[self._subset]
         particular = -self._inverse_supports(load.supports) / factor
-        own = force[self._subset]
         if particular.any():
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
-        squares, modes = self._modes
-        gain = 1.0 / (squares * factor - omega**2)
-        solution = particular + modes @ (gain[:, None] * (modes.T @ own))
-        result = np.zeros((load.force.shape[0], own.shape[1]), dtype=np.complex128)
+        return np.asarray(particular, dtype=np.complex128), np.asarray(own, dtype=np.complex128)
+
+    def _spread(self, solution: ComplexArray, load: ClassLoad) -> ComplexArray:
+        result = np.zeros((load.force.shape[0], solution.shape[1]), dtype=np.complex128)
         result[self._subset] = solution
         return result
 

@@ -20,11 +20,11 @@ FloatArray = NDArray[np.float64]
 
 RIM_POINTS = 32
 """Points on a rim; the error falls as (radius / distance to the next feature)^(32 − order)."""
-RADIAL_POINTS = 8
-ANGULAR_POINTS = 24
-"""Points on a glued disc: exact for polynomials of degree 14, well beyond what bends there."""
+RADIAL_POINTS = 12
+ANGULAR_POINTS = 36
+"""Points on a glued disc: exact for polynomials of degree 22, well beyond what bends there."""
 EDGE_POINTS = 96
-"""Points on an edge; rim functions are analytic there, load discs that overhang it have a kink."""
+"""Points on an edge beyond two per polynomial; a load disc that overhangs it makes a kink there."""
 
 
 class Table(Protocol):
@@ -175,7 +175,8 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     geometry = basis.geometry
     images = float(len(mirrors.images))
     edges = []
-    for axis, side, whole in quadrature.edges(geometry.width, geometry.length, EDGE_POINTS):
+    edge_points = EDGE_POINTS + 2 * max(basis.resolution.nx, basis.resolution.ny)
+    for axis, side, whole in quadrature.edges(geometry.width, geometry.length, edge_points):
         points = _fundamental(whole, mirrors, images)
         if points.x.size:
             edges.append(Edge(points, axis, side))
