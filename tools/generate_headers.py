@@ -54,7 +54,13 @@ def table_header() -> str:
         "kMaxSpanUm": (f"{table_format.MAX_SPAN_UM}U", ""),
         "kMinFrequencyMhz": (f"{table_format.MIN_FREQUENCY_MHZ}U", "millihertz"),
         "kMaxFrequencyMhz": (f"{table_format.MAX_FREQUENCY_MHZ}U", ""),
-        "kMaxTimeUs": (f"{table_format.MAX_TIME_US}U", ""),
+        "kMinRampUs": (f"{table_format.MIN_RAMP_US}U", ""),
+        "kMaxRampUs": (f"{table_format.MAX_RAMP_US}U", ""),
+        "kMinTouchTimeoutUs": (f"{table_format.MIN_TOUCH_TIMEOUT_US}U", ""),
+        "kMaxTouchTimeoutUs": (f"{table_format.MAX_TOUCH_TIMEOUT_US}U", ""),
+        "kMinOnUs": (f"{table_format.MIN_ON_US}U", ""),
+        "kMaxOnUs": (f"{table_format.MAX_ON_US}U", ""),
+        "kMaxGains": (f"{table_format.MAX_GAINS}U", "gain pairs the device holds in RAM"),
     }
     for name, (value, note) in constants.items():
         comment = f"  // {note}" if note else ""

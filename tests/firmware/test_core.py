@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +13,7 @@ from hypothesis import strategies as st
 from chladni.host import _emulator
 from chladni.host.demodulate import PURITY_PERIODS, Play, drive_phasors, first_change, sfdr_db
 from chladni.host.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
+from chladni.sim.errors import InputError
 from chladni.tables import format as f
 from made_up import MAX_ON_MS, RAMP_MS, TIMEOUT_MS, make_table
 
@@ -28,6 +32,16 @@ def random_table() -> f.Table:
     rng = np.random.default_rng(4)
     drives = rng.normal(size=(406, 5)) + 1j * rng.normal(size=(406, 5))
     return make_table(10.0 * drives / np.abs(drives).max(axis=1, keepdims=True), 14, 29)
+
+
+def forge(data: bytes, **fields: int) -> bytes:
+    """A table with header fields changed and the CRC made right again."""
+    forged = bytearray(data)
+    for name, value in fields.items():
+        field = next(item for item in f.HEADER_FIELDS if item.name == name)
+        struct.pack_into("<" + field.code, forged, f.header_offsets()[name], value)
+    struct.pack_into("<I", forged, len(forged) - 4, zlib.crc32(forged[:-4]))
+    return bytes(forged)
 
 
 def periods(recording: Recording, milliseconds: float) -> int:
@@ -208,10 +222,78 @@ def test_a_table_for_another_number_of_channels_is_refused(table: f.Table) -> No
         Emulator(b"\xff" * 100, channels=5)
 
 
-def test_a_table_too_large_for_ram_is_refused() -> None:
-    big = make_table(np.ones((4096, 5)), 64, 64)
+def test_a_table_too_large_for_ram_is_refused_by_both_sides(table: f.Table) -> None:
+    big = make_table(np.ones((2560, 5)), 64, 40)
+    with pytest.raises(InputError, match="RAM"):
+        f.pack(big)
+    forged = forge(f.pack(table), columns=64, rows=40, total_bytes=72 + 4 + 2560 * 20)
     with pytest.raises(EmulatorError, match="too large"):
-        Emulator(big)
+        Emulator(forged, channels=5)
+
+
+def test_the_device_refuses_limits_that_are_none(table: f.Table) -> None:
+    """A ramp of 20 s would leave the outputs on 20 s after lift-up."""
+    for field, value in (
+        ("ramp_us", 20_000_000), ("touch_timeout_us", 5_000), ("max_on_us", 1_000_000_000),
+        ("reserved", 1),
+    ):  # fmt: skip
+        with pytest.raises(EmulatorError, match="out of range"):
+            Emulator(forge(f.pack(table), **{field: value}), channels=5)
+
+
+def test_a_lift_that_is_never_reported_does_not_leave_the_device_dead(table: f.Table) -> None:
+    emulator = Emulator(table)
+    emulator.touch(TouchEvent(0.0, (0.0, 0.0)))
+    emulator.run(MAX_ON_MS + 100.0)
+    assert emulator.core.state == "spent"
+    emulator.core.lose_next_lift()
+    emulator.touch(TouchEvent(MAX_ON_MS + 110.0, None))
+    emulator.touch(TouchEvent(MAX_ON_MS + 400.0, (0.0, 0.0)))
+    recording = emulator.run(400.0)
+    assert recording.duty_steps[-1].any()
+    assert emulator.core.state == "playing"
+
+
+def test_a_new_touch_during_the_old_fade_has_its_whole_on_time() -> None:
+    slow = make_table(np.array([[10.0]]))
+    slow = f.Table(**(vars(slow) | {"limits": f.Limits(50_000, 60_000, 400_000)}))
+    emulator = Emulator(slow)
+    for event in (
+        TouchEvent(0.0, (0.0, 0.0)), TouchEvent(350.0, None), TouchEvent(365.0, (0.0, 0.0)),
+    ):  # fmt: skip
+        emulator.touch(event)
+    emulator.run(365.0 + 390.0)
+    assert emulator.core.state == "playing"
+    emulator.run(60.0)
+    assert emulator.core.state == "spent"
+
+
+def test_a_late_move_does_not_revive_a_touch_that_was_ended(random_table: f.Table) -> None:
+    """The main loop hangs while the on-time runs out; then the finger has moved on."""
+    emulator = Emulator(random_table)
+    emulator.touch(TouchEvent(0.0, (0.0, 0.0)))
+    emulator.run(MAX_ON_MS - 20.0)
+    emulator.core.hang_main_loop(True)
+    emulator.touch(TouchEvent(MAX_ON_MS - 15.0, (20.0, 40.0)))
+    emulator.run(40.0)
+    emulator.core.hang_main_loop(False)
+    recording = emulator.run(200.0)
+    assert not recording.duty_steps[periods(recording, 5.0) :].any()
+    assert emulator.core.state == "spent"
+
+
+def test_power_on_is_needed_and_leaves_the_pins_low(table: f.Table) -> None:
+    core = _emulator.Emulator(
+        channels=5, pwm_bits=10, level=0.8, panel_period_us=10000, flash_sectors=2
+    )
+    with pytest.raises(RuntimeError, match="not powered on"):
+        core.run_us(1000)
+    emulator = Emulator(table)
+    emulator.touch(TouchEvent(0.0, (0.0, 0.0)))
+    emulator.run(50.0)
+    emulator.core.boot()
+    emulator.core.silence_panel(True)
+    assert not emulator.run(20.0).duty_steps.any()
 
 
 def test_console_plays_lifts_and_explains(table: f.Table) -> None:

@@ -50,6 +50,8 @@ def test_a_duty_of_two_to_the_bits_overflows() -> None:
         pwm.write(period=1, channel=0, duty=1024)
     with pytest.raises(RuntimeError, match="channel 1"):
         pwm.write(period=2, channel=1, duty=0)
+    with pytest.raises(ValueError, match="channels"):
+        _emulator.Pwm(channels=100, bits=10)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 import subprocess
 import sys
@@ -149,6 +150,9 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
         (["field", "paper", "--target", "99,0", "-o", "f.npz"], "target"),
         (["field", "paper", "--target", "0,0", "-o", "missing/f.npz"], "-o"),
         (["field", "paper", "--drive", "none.json", "-o", "f.npz"], "--drive"),
+        (["solve", "paper", "--target", "0,0", "--seed", "-1"], "seed"),
+        (["table", "show", "/dev/zero"], "regular file"),
+        (["field", "paper", "--target", "0,0", "-o", "/dev/null"], "-o"),
         (["table", "build", "paper", "-o", "missing/t.chl"], "-o"),
         (["table", "build", "paper", "-o", "t.chl", "--jobs", "0"], "--jobs"),
         (["table", "show", "none.chl"], "none.chl"),
@@ -179,6 +183,7 @@ def test_bad_arguments(
         (["--touch", "50,0@5", "--ms", "200"], "target"),
         (["--touch", "0,0@500", "--ms", "200"], "--touch"),
         (["--touch", "0,0@5", "--ms", "20"], "--ms"),
+        (["--touch", "0,0@5", "--touch", "9,9@50", "--lift", "50", "--ms", "200"], "--lift"),
         (["--touch", "0,0@5", "--ms", "-1"], "--ms"),
         (["--touch", "0,0@5", "--ms", "200", "--lift", "900"], "--lift"),
         (["--touch", "0,0@5", "--ms", "200", "--level", "2"], "--level"),
@@ -198,7 +203,10 @@ def test_bad_scenarios(
 @pytest.mark.parametrize(
     "text",
     ["[]", "{}", "not json", '{"drive": [1, 2, 3, 4, 5]}',
-     '{"drive": [{"actuator": "x", "gain": 1, "phase_deg": 0}]}'],
+     '{"drive": [{"actuator": "x", "gain": 1, "phase_deg": 0}]}',
+     json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 1.0, "phase_deg": 0.0}]}),
+     json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 10**400, "phase_deg": 0.0}]}),
+     "[" * 100_000],
 )  # fmt: skip
 def test_bad_drive_files(chladni: CommandLine, tmp_path: Path, text: str) -> None:
     path, out = tmp_path / "d.json", tmp_path / "f.npz"
@@ -207,6 +215,31 @@ def test_bad_drive_files(chladni: CommandLine, tmp_path: Path, text: str) -> Non
     assert answer.code == 2
     assert "d.json: " in answer.err
     assert not out.exists()
+
+
+def test_boards_that_no_table_can_hold_are_refused_before_solving(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """Solving 42,000 regions first would take an hour."""
+    out = tmp_path / "t.chl"
+    for old, new, named in (
+        ("pitch_mm = 5.0", "pitch_mm = 0.5", "table.regions"),
+        ("max_gain = 10.0", "max_gain = 0.0014", "drive.max_gain"),
+        ("frequency_hz = 160.0", "frequency_hz = 1500.0", "table.frequency_mhz"),
+    ):
+        answer = chladni("table", "build", board_file(tmp_path, old, new), "-o", out)
+        assert answer.code == 2
+        assert named in answer.err
+        assert not out.exists()
+
+
+def test_names_that_look_like_markup_are_shown_as_they_are(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    path = board_file(tmp_path, 'name = "centre"', 'name = "[/b]"')
+    answer = chladni("board", "show", path)
+    assert answer.code == 0
+    assert "[/b]" in answer.out
 
 
 def test_the_installed_command_shows_no_traceback(tmp_path: Path) -> None:

@@ -122,6 +122,7 @@ FAULTS = [
     ("image.points", [179.5, 367], "image.points"),
     ("regions.pitch_mm", 100.0, "regions.pitch_mm"),
     ("electronics.pwm_pins", [2, 4], "electronics.pwm_pins"),
+    ("electronics.touch_timeout_ms", 10.0, "electronics.touch_timeout_ms"),
     ("electronics.pwm_bits", 13, "electronics.pwm_bits"),
     ("name", "a name that is far too long", "name"),
     ("drive", None, "drive"),

@@ -96,6 +96,11 @@ FORGERIES = [
     ({"width_um": 0}, "width_um"),
     ({"frequency_mhz": 0}, "frequency_mhz"),
     ({"max_on_us": 0xFFFFFFFF}, "max_on_us"),
+    ({"ramp_us": 20_000_000}, "ramp_us"),
+    ({"touch_timeout_us": 5_000}, "touch_timeout_us"),
+    ({"reserved": 1}, "reserved"),
+    ({"board_name": b"\xff\xe9name"}, "board_name"),
+    ({"board_name": b"A" * 16}, "board_name"),
 ]
 
 

@@ -20,6 +20,7 @@ constexpr BaseType_t kSynthesisCore = 1;
 // In internal RAM (.bss), where the interrupt finds it while the flash cache is off.
 Device device;
 TaskHandle_t main_task = nullptr;
+bool is_synthesis_running = false;  // written before the notification that main_task waits for
 
 void IRAM_ATTR set_duty(void*, uint32_t channel, uint32_t duty_steps) {
   chip::pwm_set_duty(channel, duty_steps);
@@ -42,7 +43,8 @@ Hal make_hal() {
 void set_up_synthesis(void*) {
   esp_err_t status = chip::pwm_start();
   if (status == ESP_OK) status = chip::sample_timer_start(device);
-  if (status != ESP_OK) {
+  is_synthesis_running = status == ESP_OK;
+  if (!is_synthesis_running) {
     chip::gates_low();
     chip::console_print("synthesis did not start:");
     chip::console_print(esp_err_to_name(status));
@@ -59,9 +61,14 @@ extern "C" void app_main() {
   if (!chip::table_partition_open()) chip::console_print("no partition named tables");
   device.start(make_hal(), chip::kSettings);
   main_task = xTaskGetCurrentTaskHandle();
-  xTaskCreatePinnedToCore(set_up_synthesis, "synthesis", kSetupStackBytes, nullptr, 10, nullptr,
-                          kSynthesisCore);
-  ulTaskNotifyTake(pdTRUE, portMAX_DELAY);
+  if (xTaskCreatePinnedToCore(set_up_synthesis, "synthesis", kSetupStackBytes, nullptr, 10, nullptr,
+                              kSynthesisCore) != pdPASS) {
+    chip::console_print("no memory for the synthesis task");
+  } else {
+    ulTaskNotifyTake(pdTRUE, portMAX_DELAY);
+  }
+  // Without its interrupt the device must not answer touches; the console says why above.
+  while (!is_synthesis_running) vTaskDelay(portMAX_DELAY);
   device.command("info");
   for (;;) {
     chip::console_poll(device);

@@ -24,12 +24,19 @@ DRAM_ATTR std::atomic<uint32_t> dropped{0};
 }  // namespace
 
 void gates_low() {
+  uint64_t pins = 0;
   for (const gpio_num_t pin : kPwmPins) {
-    gpio_reset_pin(pin);
-    gpio_set_direction(pin, GPIO_MODE_OUTPUT);
+    // The level first: the register may still hold a 1 from before a software reset.
     gpio_set_level(pin, 0);
-    gpio_set_pull_mode(pin, GPIO_PULLDOWN_ONLY);
+    pins |= 1ULL << static_cast<uint32_t>(pin);
   }
+  gpio_config_t config{};
+  config.pin_bit_mask = pins;
+  config.mode = GPIO_MODE_OUTPUT;
+  config.pull_up_en = GPIO_PULLUP_DISABLE;
+  config.pull_down_en = GPIO_PULLDOWN_ENABLE;
+  config.intr_type = GPIO_INTR_DISABLE;
+  gpio_config(&config);
 }
 
 esp_err_t pwm_start() {

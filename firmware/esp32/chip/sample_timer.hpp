@@ -1,4 +1,4 @@
-// The sample interrupt: every fourth carrier period, in the middle of one.
+// The sample interrupt: every fourth carrier period, at a fixed but so far unaligned point of one.
 #pragma once
 
 #include "core/device.hpp"

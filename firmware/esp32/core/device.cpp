@@ -24,9 +24,9 @@ TableStatus Device::start(const Hal& hal, const DeviceSettings& settings) {
   synthesis.pwm_bits = settings.pwm_bits;
   // Without a table the synthesis still runs, and holds every output at 0.
   synthesis.frequency_mhz = table_.is_loaded() ? table_.frequency_mhz() : 160000U;
-  synthesis.ramp_us = table_.ramp_us();
-  synthesis.touch_timeout_us = table_.touch_timeout_us();
-  synthesis.max_on_us = table_.max_on_us();
+  synthesis.ramp_us = table_.is_loaded() ? table_.ramp_us() : 0U;
+  synthesis.touch_timeout_us = table_.is_loaded() ? table_.touch_timeout_us() : 0U;
+  synthesis.max_on_us = table_.is_loaded() ? table_.max_on_us() : 0U;
   const bool fits = synthesis_.start(synthesis);
   if (table_status_ == TableStatus::kOk && !fits) table_status_ = TableStatus::kBadField;
   if (table_status_ == TableStatus::kOk) state_ = DeviceState::kIdle;
@@ -34,7 +34,7 @@ TableStatus Device::start(const Hal& hal, const DeviceSettings& settings) {
 }
 
 void Device::poll() {
-  if (state_ == DeviceState::kPlaying && !is_drive_pending_) {
+  if (state_ == DeviceState::kPlaying && !is_start_pending_) {
     const FadeCause cause = synthesis_.fade_cause();
     if (cause == FadeCause::kMaxOn) state_ = DeviceState::kSpent;
     if (cause == FadeCause::kTouchTimeout) state_ = DeviceState::kIdle;
@@ -54,15 +54,25 @@ void Device::poll() {
       break;
   }
   if (state_ == DeviceState::kPlaying && is_drive_pending_) {
-    is_drive_pending_ = !synthesis_.play(table_.drive(region_), settings_.level_q15);
+    if (synthesis_.play(table_.drive(region_), settings_.level_q15, is_start_pending_)) {
+      is_drive_pending_ = false;
+      is_start_pending_ = false;
+    }
+  }
+  // The lift-up may never be reported: a panel that has long been silent counts as one.
+  const uint32_t now_us = hal_.now_us(hal_.context);
+  if (state_ == DeviceState::kSpent && now_us - last_contact_us_ >= table_.touch_timeout_us()) {
+    state_ = DeviceState::kIdle;
   }
   if (is_release_pending_) is_release_pending_ = !synthesis_.release();
 }
 
 void Device::contact(Place place) {
+  last_contact_us_ = hal_.now_us(hal_.context);
   if (state_ == DeviceState::kNoTable || state_ == DeviceState::kSpent) return;
   const uint32_t region = table_.region_at(place);
-  if (state_ != DeviceState::kPlaying || region != region_) is_drive_pending_ = true;
+  if (state_ != DeviceState::kPlaying) is_start_pending_ = true;
+  if (is_start_pending_ || region != region_) is_drive_pending_ = true;
   region_ = region;
   state_ = DeviceState::kPlaying;
   is_release_pending_ = false;
@@ -73,6 +83,7 @@ void Device::lifted() {
   if (state_ == DeviceState::kPlaying) is_release_pending_ = true;
   if (state_ != DeviceState::kNoTable) state_ = DeviceState::kIdle;
   is_drive_pending_ = false;
+  is_start_pending_ = false;
 }
 
 void Device::command(const char* line) {

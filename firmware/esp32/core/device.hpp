@@ -50,6 +50,8 @@ class Device {
   TableStatus table_status_ = TableStatus::kNone;
   uint32_t region_ = 0;
   bool is_drive_pending_ = false;
+  bool is_start_pending_ = false;
+  uint32_t last_contact_us_ = 0;
   bool is_release_pending_ = false;
   // A touch from the console lasts until "lift", so it is kept alive here.
   bool is_console_touch_ = false;

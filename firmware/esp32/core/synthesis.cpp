@@ -69,8 +69,9 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   namespace f = table_format;
   if (settings.frequency_mhz < f::kMinFrequencyMhz) return false;
   if (settings.frequency_mhz > f::kMaxFrequencyMhz) return false;
-  if (settings.ramp_us > f::kMaxTimeUs || settings.touch_timeout_us > f::kMaxTimeUs) return false;
-  if (settings.max_on_us > f::kMaxTimeUs) return false;
+  if (settings.ramp_us > f::kMaxRampUs) return false;
+  if (settings.touch_timeout_us > f::kMaxTouchTimeoutUs) return false;
+  if (settings.max_on_us > f::kMaxOnUs) return false;
   settings_ = settings;
   phase_step_u32_ = phase_step_u32(settings.frequency_mhz, settings.pwm_bits);
   half_span_ = static_cast<int32_t>(half_span_steps(settings.pwm_bits));
@@ -82,8 +83,9 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   return true;
 }
 
-bool Synthesis::play(const Drive& drive, uint32_t level_q15) {
+bool Synthesis::play(const Drive& drive, uint32_t level_q15, bool starts_touch) {
   Command command{};
+  command.starts_touch = starts_touch;
   const auto level = static_cast<int32_t>(level_q15 > 32767U ? 32767U : level_q15);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     int32_t in_phase = (drive[k].in_phase_q15 * level) >> 15;
@@ -117,7 +119,7 @@ bool Synthesis::post(const Command& command) {
   if (command_waits_.load(std::memory_order_acquire)) return false;
   command_ = command;
   // What ended the last touch must not be taken for the end of this one.
-  if (!command.is_release) fade_cause_.store(FadeCause::kNone, std::memory_order_relaxed);
+  if (command.starts_touch) fade_cause_.store(FadeCause::kNone, std::memory_order_relaxed);
   command_waits_.store(true, std::memory_order_release);
   return true;
 }
@@ -176,11 +178,12 @@ void Synthesis::take(const Command& command) {
     if (output_.load(std::memory_order_relaxed) == Output::kPlaying) fade(FadeCause::kReleased);
     return;
   }
-  if (output_.load(std::memory_order_relaxed) == Output::kOff) {
-    // From silence every wave starts at the same phase, so the same touch plays the same.
-    phase_u32_ = 0;
-    on_samples_ = 0;
-  }
+  const Output output = output_.load(std::memory_order_relaxed);
+  // A move comes too late once a deadline has ended its touch: only a new touch starts the clock.
+  if (!command.starts_touch && output != Output::kPlaying) return;
+  if (command.starts_touch) on_samples_ = 0;
+  // From silence every wave starts at the same phase, so the same touch plays the same.
+  if (output == Output::kOff) phase_u32_ = 0;
   quiet_samples_ = 0;
   ramp_left_ = ramp_samples_;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
@@ -188,7 +191,6 @@ void Synthesis::take(const Command& command) {
     aim(channels_[k].quadrature_q30, command.quadrature_q30[k]);
     aim(channels_[k].bias_q16, command.bias_q16[k]);
   }
-  fade_cause_.store(FadeCause::kNone, std::memory_order_release);
   output_.store(Output::kPlaying, std::memory_order_release);
 }
 

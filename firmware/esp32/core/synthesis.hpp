@@ -65,8 +65,10 @@ class Synthesis {
   // Outputs are off until the first drive. False if a setting is out of range.
   bool start(const SynthesisSettings& settings);
 
-  // Go to a drive, scaled by `level_q15` (0 to 32767). False while the last one waits to be taken.
-  bool play(const Drive& drive, uint32_t level_q15);
+  // Go to a drive, scaled by `level_q15` (0 to 32767). `starts_touch` starts the on-time anew;
+  // without it the drive is a move within a touch, and void if that touch has been ended.
+  // False while the last command waits to be taken.
+  bool play(const Drive& drive, uint32_t level_q15, bool starts_touch);
   // Fade out.
   bool release();
   // The finger is still there.
@@ -81,6 +83,7 @@ class Synthesis {
  private:
   struct Command {
     bool is_release;
+    bool starts_touch;
     std::array<int32_t, kMaxChannels> in_phase_q30;
     std::array<int32_t, kMaxChannels> quadrature_q30;
     std::array<int32_t, kMaxChannels> bias_q16;

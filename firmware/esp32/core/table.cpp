@@ -89,8 +89,9 @@ TableStatus Table::read_header(const Hal& hal, uint32_t channels, uint32_t* payl
       in_range(width_um_, 1, f::kMaxSpanUm) && in_range(length_um_, 1, f::kMaxSpanUm) &&
       columns_ * rows_ <= f::kMaxRegions &&
       in_range(frequency_mhz_, f::kMinFrequencyMhz, f::kMaxFrequencyMhz) &&
-      in_range(ramp_us_, 1, f::kMaxTimeUs) && in_range(touch_timeout_us_, 1, f::kMaxTimeUs) &&
-      in_range(max_on_us_, 1, f::kMaxTimeUs);
+      in_range(ramp_us_, f::kMinRampUs, f::kMaxRampUs) &&
+      in_range(touch_timeout_us_, f::kMinTouchTimeoutUs, f::kMaxTouchTimeoutUs) &&
+      in_range(max_on_us_, f::kMinOnUs, f::kMaxOnUs) && read_u16(h + f::kAtReserved) == 0;
   if (!fields_fit) return TableStatus::kBadField;
   if (actuators_ != channels) return TableStatus::kWrongActuators;
   const uint32_t gains = columns_ * rows_ * actuators_;
@@ -98,7 +99,7 @@ TableStatus Table::read_header(const Hal& hal, uint32_t channels, uint32_t* payl
   if (read_u32(h + f::kAtTotalBytes) != f::kHeaderBytes + *payload_bytes + f::kCrcBytes) {
     return TableStatus::kBadSize;
   }
-  if (gains > kTableGains) return TableStatus::kTooLarge;
+  if (gains > f::kMaxGains) return TableStatus::kTooLarge;
   running_crc_ = crc32_feed(kCrc32Start, h, f::kHeaderBytes);
   return TableStatus::kOk;
 }

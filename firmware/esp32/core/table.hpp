@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/generated/table_format.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis.hpp"
 
@@ -23,9 +24,6 @@ enum class TableStatus : uint8_t {
 };
 
 const char* to_text(TableStatus status);
-
-// 40 KiB: 2,048 regions of five channels.
-constexpr uint32_t kTableGains = 10240;
 
 class Table {
  public:
@@ -59,7 +57,7 @@ class Table {
   uint32_t touch_timeout_us_ = 0;
   uint32_t max_on_us_ = 0;
   uint32_t running_crc_ = 0;
-  std::array<Gain, kTableGains> gains_{};
+  std::array<Gain, table_format::kMaxGains> gains_{};
 };
 
 }  // namespace chladni

@@ -50,7 +50,10 @@ NB_MODULE(_emulator, m) {
   nb::class_<Pwm>(m, "Pwm")
       .def(
           "__init__",
-          [](Pwm* self, uint32_t channels, uint32_t bits) { new (self) Pwm(channels, bits); },
+          [](Pwm* self, uint32_t channels, uint32_t bits) {
+            const EmulatorSettings ok = checked(channels, bits, 0.0, 0, 1);
+            new (self) Pwm(ok.channels, ok.pwm_bits);
+          },
           nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
       .def(
           "write",
@@ -89,7 +92,14 @@ NB_MODULE(_emulator, m) {
           nb::arg("at_us"))
       .def("hang_main_loop", &Emulator::set_main_loop_hung, nb::arg("hung"))
       .def("silence_panel", &Emulator::set_panel_silent, nb::arg("silent"))
-      .def("command", &Emulator::command, nb::arg("line"))
+      .def("lose_next_lift", &Emulator::lose_next_lift)
+      .def(
+          "command",
+          [](Emulator& self, const std::string& line) {
+            self.command(line);
+            raise_if(self.fault());
+          },
+          nb::arg("line"))
       .def(
           "erase_sector",
           [](Emulator& self, uint32_t offset) { raise_if(self.flash().erase_sector(offset)); },

@@ -36,6 +36,8 @@ Hal Emulator::hal() {
 
 TableStatus Emulator::boot() {
   // The device holds atomics and cannot be assigned; power-on means made anew in place.
+  pwm_.reset();
+  is_booted_ = true;
   device_.~Device();
   new (&device_) Device();
   return device_.start(hal(), {settings_.channels, settings_.pwm_bits, settings_.level_q15});
@@ -51,6 +53,7 @@ Touch Emulator::report(Place* place) {
     is_finger_down_ = event.is_down;
     if (event.is_down) finger_ = event.place;
   }
+  if (is_lift_unreported_ && is_next_lift_lost_) is_lift_unreported_ = is_next_lift_lost_ = false;
   if (is_panel_silent_ || now < next_report_us_) return Touch::kNothingNew;
   if (is_finger_down_) {
     next_report_us_ = now + settings_.panel_period_us;
@@ -66,6 +69,7 @@ Touch Emulator::report(Place* place) {
 
 void Emulator::run_us(uint64_t microseconds) {
   const uint64_t end = now_us() + microseconds;
+  if (!is_booted_) note("the board is not powered on");
   while (now_us() < end && fault_.empty()) {
     pwm_.begin_period();
     if (period_ % kCarrierPeriodsPerSample == 0) device_.sample();

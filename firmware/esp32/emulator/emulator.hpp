@@ -1,7 +1,8 @@
 // A board on a PC: the firmware core on a virtual clock, with flash, PWM and a finger.
 //
-// Time is counted in carrier periods. The sample interrupt comes in the middle of every fourth
-// one, as on the chip; the main loop turns once a millisecond; the panel reports at its own rate.
+// Time is counted in carrier periods. The sample interrupt comes once in every fourth one and its
+// duties are latched together when the next begins; the main loop turns once a millisecond, never
+// in the middle of a sample; the panel reports at its own rate.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,15 @@ class Emulator {
   void set_main_loop_hung(bool is_hung) { is_main_loop_hung_ = is_hung; }
   // The panel stops reporting, lift-up included.
   void set_panel_silent(bool is_silent) { is_panel_silent_ = is_silent; }
-  void command(const std::string& line) { device_.command(line.c_str()); }
+  // The next lift-up is never reported.
+  void lose_next_lift() { is_next_lift_lost_ = true; }
+  void command(const std::string& line) {
+    if (is_booted_) {
+      device_.command(line.c_str());
+    } else {
+      note("the board is not powered on");
+    }
+  }
 
   Flash& flash() { return flash_; }
   Pwm& pwm() { return pwm_; }
@@ -75,6 +84,8 @@ class Emulator {
   bool is_finger_down_ = false;
   Place finger_{};
   bool is_lift_unreported_ = false;
+  bool is_booted_ = false;
+  bool is_next_lift_lost_ = false;
   bool is_main_loop_hung_ = false;
   bool is_panel_silent_ = false;
   std::string fault_;

@@ -46,6 +46,13 @@ class Pwm {
     return taken;
   }
 
+  // Power on: every output low.
+  void reset() {
+    next_.fill(0);
+    latched_.fill(0);
+    written_.fill(kNever);
+  }
+
   uint32_t channels() const { return channels_; }
   uint32_t bits() const { return bits_; }
 

@@ -41,6 +41,9 @@ table_app = typer.Typer(help="Build and read drive tables.", no_args_is_help=Tru
 app.add_typer(board_app, name="board")
 app.add_typer(table_app, name="table")
 
+LARGEST_GAIN = 1e9
+"""Beyond any drive; keeps fields finite."""
+
 BoardArgument = Annotated[
     str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
 ]
@@ -124,22 +127,26 @@ def _read_drive(path: Path, board: Board) -> np.ndarray[Any, np.dtype[np.complex
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError("--drive", error.strerror, "a readable file", file=file) from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError("--drive", str(error), "JSON", file=file) from None
     entries = document.get("drive") if isinstance(document, dict) else None
     if not isinstance(entries, list) or len(entries) != len(board.actuators):
         expected = f"a list of {len(board.actuators)} drives, one per actuator"
         raise InputError("drive", entries, expected, file=file)
     values = np.zeros(len(entries), dtype=np.complex128)
+    seen: set[int] = set()
     for k, entry in enumerate(entries):
         try:
             index = _index_of(board, entry["actuator"])
             gain, phase = float(entry["gain"]), float(entry["phase_deg"])
-        except (KeyError, TypeError, ValueError, InputError):
+        except (KeyError, TypeError, ValueError, OverflowError, InputError):
             expected = "actuator (of the board), gain and phase_deg"
             raise InputError(f"drive[{k}]", entry, expected, file=file) from None
-        if not (np.isfinite(gain) and np.isfinite(phase)):
-            raise InputError(f"drive[{k}]", entry, "finite numbers", file=file)
+        if not (abs(gain) <= LARGEST_GAIN and np.isfinite(phase)):
+            raise InputError(f"drive[{k}]", entry, f"gains up to {LARGEST_GAIN:g}", file=file)
+        if index in seen:
+            raise InputError(f"drive[{k}]", entry, "each actuator once", file=file)
+        seen.add(index)
         values[index] = gain * np.exp(1j * np.radians(phase))
     return values
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
@@ -40,10 +41,11 @@ def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
     if as_json:
         sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
         return
-    table = RichTable(title=title or None, show_header=False, title_justify="left")
+    table = RichTable(title=escape(title) or None, show_header=False, title_justify="left")
     for key, value in result.items():
         for row_key, text in _rows(key, value):
-            table.add_row(row_key, text)
+            # Names come from files; what looks like markup in them is a name all the same.
+            table.add_row(escape(row_key), escape(text))
     Console().print(table)
 
 
@@ -70,8 +72,8 @@ def _text(value: Any) -> str:
 
 def check_output(path: Path, option: str) -> Path:
     """A path that can be written, found out before any work is done."""
-    if path.is_dir():
-        raise InputError(option, str(path), "a file name, not a folder")
+    if path.exists() and not path.is_file():
+        raise InputError(option, str(path), "a file name, not a folder or a device")
     if not path.parent.is_dir():
         raise InputError(option, str(path), "a file in a folder that exists")
     if not os.access(path.parent, os.W_OK):
@@ -81,6 +83,7 @@ def check_output(path: Path, option: str) -> Path:
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write a file beside its place and rename it, so that nobody ever sees half of it."""
+    path = path.resolve()  # through a link: the file it names is replaced, not the link
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as file:

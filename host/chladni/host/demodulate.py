@@ -99,7 +99,7 @@ def _sfdr(
     bins_hz = np.arange(spectrum.size) * carrier_hz / PURITY_PERIODS
     fundamental = round(frequency_hz * PURITY_PERIODS / carrier_hz)
     spurs = (bins_hz >= BAND_HZ[0]) & (bins_hz <= BAND_HZ[1])
-    near = slice(fundamental - FUNDAMENTAL_BINS, fundamental + FUNDAMENTAL_BINS + 1)
+    near = slice(max(fundamental - FUNDAMENTAL_BINS, 0), fundamental + FUNDAMENTAL_BINS + 1)
     peak = spectrum[near].max()
     spurs[near] = False
     return float(20.0 * np.log10(peak / spectrum[spurs].max()))

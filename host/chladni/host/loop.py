@@ -160,15 +160,19 @@ def _steady_play(
     ramp_ms = table.limits.ramp_us / 1e3
     panel_ms = 12.0  # one report of the panel and one turn of the main loop
     begin_ms = last.at_ms + panel_ms + ramp_ms + SETTLE_MS
-    lifts = [e.at_ms for e in events if e.place_mm is None and e.at_ms > last.at_ms]
-    longest_ms = events[0].at_ms + table.limits.max_on_us / 1e3
+    lifts = [e.at_ms for e in events if e.place_mm is None]
+    after = [at for at in lifts if at >= last.at_ms]
+    # The on-time counts from the first contact since the finger was last lifted.
+    before = max([at for at in lifts if at < last.at_ms], default=-1.0)
+    contact_ms = min(e.at_ms for e in events if e.place_mm is not None and e.at_ms > before)
+    longest_ms = contact_ms + table.limits.max_on_us / 1e3
     total_ms = recording.duty_steps.shape[0] / recording.carrier_hz * 1e3
-    end_ms = min([total_ms, longest_ms, *lifts])
+    end_ms = min([total_ms, longest_ms, *after])
     needed = LEAST_WAVES / table.frequency_hz * 1e3
     if end_ms - begin_ms < needed:
-        raise InputError(
-            "--ms", total_ms, f"at least {begin_ms + needed:.0f}, so that the last touch settles"
-        )
+        what = f"a last touch that plays {begin_ms + needed - last.at_ms:.0f} ms at least"
+        limit = "the table's max_on" if end_ms == longest_ms else "its lift or the end of the run"
+        raise InputError("--touch, --lift, --ms", f"{end_ms - last.at_ms:.0f} ms to {limit}", what)
     return Play(
         int(begin_ms * 1e-3 * recording.carrier_hz), int(end_ms * 1e-3 * recording.carrier_hz)
     )

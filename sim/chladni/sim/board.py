@@ -186,7 +186,7 @@ class Electronics:
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
     pwm_bits: int = quantity("pwm_bits", 1.0, 10, 12, integer=True)
     ramp_ms: float = quantity("ramp_ms", 1.0, 0.5, 1000.0)
-    touch_timeout_ms: float = quantity("touch_timeout_ms", 1.0, 5.0, 5000.0)
+    touch_timeout_ms: float = quantity("touch_timeout_ms", 1.0, 30.0, 5000.0)
     max_on_s: float = quantity("max_on_s", 1.0, 0.1, 60.0)
 
 

@@ -15,7 +15,7 @@ from chladni.sim import metrics
 from chladni.sim.board import Board
 from chladni.sim.energy import compose
 from chladni.sim.mirrors import BoardMirrors, board_mirrors
-from chladni.tables.format import Limits, Table, dequantise, pack, quantise
+from chladni.tables.format import Limits, Table, check_fits, dequantise, pack, quantise
 from chladni.tables.regions import RegionGrid, region_grid
 from chladni.tables.solve import SEED, scene_of, solve
 
@@ -78,6 +78,8 @@ def build_table(
     """
     started = time.perf_counter()
     grid, mirrors = region_grid(board), board_mirrors(board)
+    empty = np.zeros((grid.count, len(board.actuators)), dtype=np.complex128)
+    check_fits(_table(board, grid, empty))
     sources = _sources(grid, mirrors, len(board.actuators))
     places = sorted({source for source, _ in sources})
     solved: dict[int, _Solved] = {}
@@ -86,15 +88,7 @@ def build_table(
         if progress:
             progress(number, len(places))
     drives = np.stack([solved[source].drive[list(permutation)] for source, permutation in sources])
-    table = Table(
-        board_name=board.name,
-        board_fingerprint=board.fingerprint(),
-        frequency_hz=board.drive.frequency_hz,
-        grid=grid,
-        full_scale_gain=board.drive.max_gain,
-        limits=_limits(board),
-        iq=quantise(drives, board.drive.max_gain),
-    )
+    table = _table(board, grid, drives)
     every = [solved[source] for source, _ in sources]
     losses = np.array([item.ssim_loss for item in every])
     scores = np.array([item.ssim for item in every])
@@ -109,6 +103,18 @@ def build_table(
         field_error_db_max=max(item.field_error_db for item in every),
     )
     return table, report
+
+
+def _table(board: Board, grid: RegionGrid, drives: ComplexArray) -> Table:
+    return Table(
+        board_name=board.name,
+        board_fingerprint=board.fingerprint(),
+        frequency_hz=board.drive.frequency_hz,
+        grid=grid,
+        full_scale_gain=board.drive.max_gain,
+        limits=_limits(board),
+        iq=quantise(drives, board.drive.max_gain),
+    )
 
 
 def _limits(board: Board) -> Limits:

@@ -34,9 +34,16 @@ MAX_SPAN_UM = 500_000
 MAX_CELLS_PER_SIDE = 2048
 MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ = 1_000, 1_000_000
 """1 to 1000 Hz: beyond, a wave has too few samples for the synthesis."""
-MAX_TIME_US = 1_000_000_000
-"""So that every time in samples fits 32 bits at any carrier."""
+MIN_RAMP_US, MAX_RAMP_US = 500, 1_000_000
+MIN_TOUCH_TIMEOUT_US, MAX_TOUCH_TIMEOUT_US = 30_000, 5_000_000
+"""Three reports of a panel at the least, or a held finger would flicker."""
+MIN_ON_US, MAX_ON_US = 100_000, 60_000_000
+MAX_GAINS = 10_240
+"""Gain pairs that fit into 40 KiB of the device's RAM: 2048 regions of five channels."""
 CRC_BYTES = 4
+BOARD_NAME_BYTES = 16
+LARGEST_FILE = 1 << 20
+"""Nothing larger is read: no table comes near it."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +69,9 @@ class Field:
 
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLD".'),
-    Field("version_major", "u8", "A reader refuses another number than its own."),
-    Field("version_minor", "u8", "Grows with additions that an old reader may ignore."),
-    Field("header_bytes", "u16", "Where the payload begins."),
+    Field("version_major", "u8", "0. A reader refuses another."),
+    Field("version_minor", "u8", "1. A reader refuses a larger one."),
+    Field("header_bytes", "u16", "72: where the payload begins."),
     Field("total_bytes", "u32", "Whole file, its CRC included."),
     Field("board_fingerprint", "u64", "64 bits of the SHA-256 of the board's physical numbers."),
     Field("board_name", "char16", "ASCII, filled up with zeros, at least one of them."),
@@ -154,15 +161,24 @@ def pack(table: Table) -> bytes:
     InputError
         More actuators, regions or millimetres than the format holds.
     """
+    check_fits(table)
     head = _header_values(table)
-    _check_fields(
-        head, lambda field, value, expected: InputError(f"table.{field}", value, expected)
-    )
     payload = np.ascontiguousarray(table.iq.astype("<i2")).tobytes()
     head["total_bytes"] = HEADER_BYTES + len(payload) + CRC_BYTES
     header = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
     body = header + payload
     return body + struct.pack("<I", zlib.crc32(body))
+
+
+def check_fits(table: Table) -> None:
+    """Raise `InputError` unless the format and the device can hold a table like this.
+
+    Only sizes and limits are looked at, so it can be asked before any drive is solved.
+    """
+    head = _header_values(table)
+    check_header(head, lambda field, value, expected: InputError(f"table.{field}", value, expected))
+    if abs(head["full_scale_gain_milli"] / 1000.0 - table.full_scale_gain) > 1e-9:
+        raise InputError("drive.max_gain", table.full_scale_gain, "whole thousandths, from 0.001")
 
 
 def _header_values(table: Table) -> dict[str, Any]:
@@ -221,7 +237,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     computed = zlib.crc32(data[:-CRC_BYTES])
     if stored != computed:
         raise refuse("crc", f"{stored:#010x}", f"{computed:#010x}: the bytes are damaged")
-    _check_fields(head, refuse)
+    check_header(head, refuse)
     shape = (head["columns"] * head["rows"], head["actuators"], 2)
     expected = HEADER_BYTES + 2 * int(np.prod(shape)) + CRC_BYTES
     if expected != len(data):
@@ -239,7 +255,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     )
 
 
-def _check_fields(head: dict[str, Any], refuse: Callable[[str, object, str], InputError]) -> None:
+def check_header(head: dict[str, Any], refuse: Callable[[str, object, str], InputError]) -> None:
     """Ranges that a right CRC does not vouch for."""
     for name, low, high in (
         ("actuators", 1, MAX_ACTUATORS),
@@ -250,20 +266,33 @@ def _check_fields(head: dict[str, Any], refuse: Callable[[str, object, str], Inp
         ("length_um", 1, MAX_SPAN_UM),
         ("frequency_mhz", MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ),
         ("full_scale_gain_milli", 1, 0xFFFFFFFF),
-        ("ramp_us", 1, MAX_TIME_US),
-        ("touch_timeout_us", 1, MAX_TIME_US),
-        ("max_on_us", 1, MAX_TIME_US),
+        ("reserved", 0, 0),
+        ("ramp_us", MIN_RAMP_US, MAX_RAMP_US),
+        ("touch_timeout_us", MIN_TOUCH_TIMEOUT_US, MAX_TOUCH_TIMEOUT_US),
+        ("max_on_us", MIN_ON_US, MAX_ON_US),
     ):
         if not low <= head[name] <= high:
             raise refuse(name, head[name], f"{low} to {high}")
     if head["columns"] * head["rows"] > MAX_REGIONS:
         raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
+    gains = head["columns"] * head["rows"] * head["actuators"]
+    if gains > MAX_GAINS:
+        expected = f"at most {MAX_GAINS} gains, what the device's RAM holds"
+        raise refuse("regions", f"{gains // head['actuators']} × {head['actuators']}", expected)
+    name = head["board_name"]
+    if not (name.isascii() and name.rstrip(b"\0").decode("ascii", "replace").isprintable()):
+        raise refuse("board_name", name, "printable ASCII letters")
+    if len(name) == BOARD_NAME_BYTES and not name.endswith(b"\0"):
+        raise refuse("board_name", name, "an ending zero")
 
 
 def read_table(path: str | Path) -> Table:
     """Read a table file; `InputError` names file and field."""
     try:
-        data = Path(path).read_bytes()
+        if Path(path).exists() and not Path(path).is_file():
+            raise InputError("TABLE", "no regular file", "a table file", file=str(path))
+        with Path(path).open("rb") as file:
+            data = file.read(LARGEST_FILE)
     except OSError as error:
         raise InputError("TABLE", error.strerror, "a readable file", file=str(path)) from None
     return unpack(data, file=str(path))

@@ -126,6 +126,8 @@ def solve(
     """
     if method not in METHODS:
         raise InputError("method", method, "one of: " + ", ".join(METHODS))
+    if seed < 0:
+        raise InputError("seed", seed, "a whole number of at least 0")
     if steps is not None and steps < 1:
         raise InputError("steps", steps, "a whole number of at least 1")
     place = check_target(board, target_mm)

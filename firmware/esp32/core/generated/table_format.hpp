@@ -20,7 +20,13 @@ constexpr uint32_t kMaxCellsPerSide = 2048U;
 constexpr uint32_t kMaxSpanUm = 500000U;
 constexpr uint32_t kMinFrequencyMhz = 1000U;  // millihertz
 constexpr uint32_t kMaxFrequencyMhz = 1000000U;
-constexpr uint32_t kMaxTimeUs = 1000000000U;
+constexpr uint32_t kMinRampUs = 500U;
+constexpr uint32_t kMaxRampUs = 1000000U;
+constexpr uint32_t kMinTouchTimeoutUs = 30000U;
+constexpr uint32_t kMaxTouchTimeoutUs = 5000000U;
+constexpr uint32_t kMinOnUs = 100000U;
+constexpr uint32_t kMaxOnUs = 60000000U;
+constexpr uint32_t kMaxGains = 10240U;  // gain pairs the device holds in RAM
 
 // Byte offsets of the header's fields.
 constexpr uint32_t kAtMagic = 0U;  // char4

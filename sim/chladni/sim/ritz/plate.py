@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 RESONANCE_BAND = 1e-6
 """As for the simply supported plate: closer to a mode than this, relative, nothing is left."""
 MODE_TOLERANCE = 1e-3
-"""What chooses the level the natural frequencies are computed at; on `prototype` they come out within 2e-5."""
+"""Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
 
 
 class RitzPlate:
