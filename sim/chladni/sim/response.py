@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.loads import Load
+from chladni.sim.modes import ModeShapes
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -27,11 +28,24 @@ class Response:
         Modes (or Ritz functions) that carry the field.
     error_estimate
         Relative L² error over the board, the largest of the loads.
+    frequency_hz
+        Of the drive.
     """
 
     values: ComplexArray
     modes_used: int
     error_estimate: float
+    frequency_hz: float
+
+    @property
+    def velocity(self) -> ComplexArray:
+        """iω times the displacement, m/(s·N)."""
+        return np.asarray(2j * np.pi * self.frequency_hz * self.values)
+
+    @property
+    def acceleration(self) -> ComplexArray:
+        """−ω² times the displacement, m/(s²·N)."""
+        return np.asarray(-((2.0 * np.pi * self.frequency_hz) ** 2) * self.values)
 
 
 class PlateModel(Protocol):
@@ -39,6 +53,30 @@ class PlateModel(Protocol):
 
     def natural_frequencies(self, count: int) -> FloatArray:
         """The lowest natural frequencies without loss, Hz, shape (count,)."""
+
+    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+        """The lowest modes on the grid x × y (m), and what unit loads do to them."""
+
+    def respond_at(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        points: FloatArray,
+        *,
+        tolerance: float,
+    ) -> ComplexArray:
+        """Displacement per newton at scattered points for many frequencies.
+
+        Parameters
+        ----------
+        points
+            Shape (points, 2), m.
+
+        Returns
+        -------
+        ComplexArray
+            Shape (loads, frequencies, points), m/N.
+        """
 
     def respond(
         self,

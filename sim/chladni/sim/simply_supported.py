@@ -11,6 +11,7 @@ from scipy.special import j1
 
 from chladni.sim.errors import ResonanceError
 from chladni.sim.loads import Load
+from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
 
 FloatArray = NDArray[np.float64]
@@ -89,7 +90,42 @@ class SimplySupportedPlate:
             values[k] = shape_x @ (weights @ shape_y.T)
             energies.append(float(np.sum(np.abs(weights) ** 2)))
         error = np.sqrt(self._tail(radius, omega) / max(min(energies), np.finfo(float).tiny))
-        return Response(values, int(inside.sum()), float(error))
+        return Response(values, int(inside.sum()), float(error), frequency_hz)
+
+    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+        """The lowest modes on the grid x × y, and what unit loads do to them."""
+        index = np.arange(1, count + 2)
+        squares = self._omega_squared(index, index)
+        order = np.argsort(squares, axis=None, kind="stable")[:count]
+        m, n = np.unravel_index(order, squares.shape)
+        wave_x, wave_y = self._waves(index, index)
+        norm = 2.0 / np.sqrt(self.width * self.length * self.areal_mass)
+        along_x = np.sin(np.outer(wave_x[m], x + self.width / 2.0))
+        along_y = np.sin(np.outer(wave_y[n], y + self.length / 2.0))
+        work = np.array([self._participation(load, wave_x, wave_y)[m, n] for load in loads])
+        return ModeShapes(
+            np.sqrt(squares[m, n]) / (2.0 * np.pi),
+            norm * along_x[:, :, None] * along_y[:, None, :],
+            norm * work.reshape(len(loads), count),
+        )
+
+    def respond_at(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        points: FloatArray,
+        *,
+        tolerance: float,
+    ) -> ComplexArray:
+        """Displacement per newton at points (points, 2); shape (loads, frequencies, points)."""
+        result = np.empty((len(loads), frequencies_hz.size, len(points)), dtype=np.complex128)
+        for k, frequency in enumerate(frequencies_hz.tolist()):
+            for j, (x, y) in enumerate(points):
+                result[:, k, j] = self.respond(
+                    loads, frequency_hz=frequency, x=np.array([x]), y=np.array([y]),
+                    tolerance=tolerance,
+                ).values[:, 0, 0]  # fmt: skip
+        return result
 
     @property
     def _stiffness_factor(self) -> complex | float:

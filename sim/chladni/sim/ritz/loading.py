@@ -49,11 +49,13 @@ class ClassLoad:
 class LoadCase:
     """Several loads, each treated in the way that suits its place."""
 
-    def __init__(self, assembly: Assembly, loads: Sequence[Load]) -> None:
+    def __init__(
+        self, assembly: Assembly, loads: Sequence[Load], *, always_direct: bool = False
+    ) -> None:
         self._assembly = assembly
         self._loads = list(loads)
         geometry = assembly.basis.geometry
-        self._direct = [_is_direct(geometry, load) for load in loads]
+        self._direct = [always_direct or _is_direct(geometry, load) for load in loads]
         self._share = [1.0 / _covered(geometry, load) for load in loads]
         self._tables: Tables | None = None
         if not all(self._direct):
@@ -103,8 +105,12 @@ class LoadCase:
         if self.is_direct:
             return np.zeros((len(self._loads), x.size, y.size))
         px, py = np.meshgrid(x, y, indexing="ij")
-        values = self._family(px.ravel(), py.ravel(), (0, 0))
-        return np.asarray(values.T.reshape(len(self._loads), x.size, y.size))
+        values = self.deflection(px.ravel(), py.ravel())
+        return values.reshape(len(self._loads), x.size, y.size)
+
+    def deflection(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """The same at scattered points, shape (loads, points)."""
+        return self._family(x, y, (0, 0)).T
 
     def _family(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
         stiffness = self._assembly.basis.geometry.bending_stiffness

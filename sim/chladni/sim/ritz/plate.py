@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.errors import ResonanceError
 from chladni.sim.loads import Load
+from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.scaling import (
@@ -22,6 +23,7 @@ from chladni.sim.ritz.solver import Solver
 from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 RESONANCE_BAND = 1e-6
 """As for the simply supported plate: closer to a mode than this, relative, nothing is left."""
@@ -99,7 +101,35 @@ class RitzPlate:
                 break
             level += 1
         values = solver.field(case, solution, self.loss_factor, x, y)
-        return Response(values, solver.basis.size, error)
+        return Response(values, solver.basis.size, error, frequency_hz)
+
+    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+        """The lowest modes on the grid x × y, and what unit loads do to them."""
+        return self.mode_solver(count).mode_shapes(count, loads, x, y)
+
+    def respond_at(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        points: FloatArray,
+        *,
+        tolerance: float,
+    ) -> ComplexArray:
+        """Displacement per newton at points (points, 2); shape (loads, frequencies, points).
+
+        One modal solution serves all frequencies; the basis is chosen at the highest of them.
+        """
+        highest = float(frequencies_hz.max())
+        level = first_level(self.geometry, tolerance)
+        solver = self._solver(wave_number(self.geometry, 2.0 * np.pi * highest), level)
+        case = solver.case(loads)
+        result = np.empty((len(loads), frequencies_hz.size, len(points)), dtype=np.complex128)
+        for k, frequency in enumerate(frequencies_hz.tolist()):
+            self._refuse_resonance(solver, frequency)
+            omega = 2.0 * np.pi * frequency
+            solution = solver.coefficients(case, omega, self.loss_factor)
+            result[:, k] = solver.at_points(case, solution, self.loss_factor, points)
+        return result
 
     def _solver(self, waves: float, level: int) -> Solver:
         resolution = self._resolution or resolution_for(self.geometry, waves, level)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.loads import Load
+from chladni.sim.modes import ModeShapes
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
@@ -18,7 +19,9 @@ from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.loading import LoadCase
 from chladni.sim.ritz.modal import ClassModes
+from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+from chladni.sim.ritz.tables import BasisTable
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -50,6 +53,8 @@ class Solver:
         area_points = tuple(2 * (5 * n // 4 + 12) for n in (resolution.nx, resolution.ny))
         self.assembly = Assembly(self.basis, mirrors, (area_points[0], area_points[1]))
         self._last_case: tuple[tuple[Load, ...], LoadCase] | None = None
+        self._works: dict[Load, LoadCase] = {}
+        self._last_points: tuple[bytes, BasisTable] | None = None
         self._grids: dict[bytes, GridTable] = {}
 
     @cached_property
@@ -100,6 +105,60 @@ class Solver:
             values += case.field_on(x, y) / (1.0 + 1j * loss_factor)
         grid.clear_cut_out(values)
         return values
+
+    def at_points(
+        self, case: LoadCase, coefficients: list[ComplexArray], loss_factor: float,
+        points: FloatArray,
+    ) -> ComplexArray:  # fmt: skip
+        """Displacements at points (points, 2), shape (loads, points)."""
+        x, y = points[:, 0], points[:, 1]
+        table = self._point_table(points)
+        values = sum(
+            table.values(c.basis, (0, 0)) @ own
+            for c, own in zip(self.classes, coefficients, strict=True)
+        )
+        result = np.asarray(values).T
+        if not case.is_direct:
+            result = result + case.deflection(x, y) / (1.0 + 1j * loss_factor)
+        for centre_x, centre_y, radius in self.geometry.cut_out:
+            result[:, np.hypot(x - centre_x, y - centre_y) <= radius] = 0.0
+        return np.asarray(result)
+
+    def mode_shapes(
+        self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray
+    ) -> ModeShapes:
+        """The lowest modes of all classes on the grid x × y, and unit loads' work on them."""
+        found = [(value, k, j) for k, c in enumerate(self.classes)
+                 for j, value in enumerate(c.modes.omega_squared[:count])]  # fmt: skip
+        lowest = sorted(found)[:count]
+        grid = self._grid(x, y)
+        shapes, work = [], []
+        for _, k, j in lowest:
+            cls = self.classes[k]
+            mode = cls.modes.modes[:, [j]]
+            field = grid.fields([cls.basis], [mode.astype(np.complex128)])
+            grid.clear_cut_out(field)
+            shapes.append(field[0].real)
+            work.append([float(self._work(load).in_class(cls.basis).force[:, 0] @ mode[:, 0])
+                         for load in loads])  # fmt: skip
+        frequencies = np.sqrt(np.maximum([value for value, _, _ in lowest], 0.0)) / (2.0 * np.pi)
+        participation = np.array(work).reshape(len(lowest), len(loads)).T
+        return ModeShapes(np.asarray(frequencies), np.stack(shapes), participation)
+
+    def _work(self, load: Load) -> LoadCase:
+        """A load as plain work on the basis, without a deflection of its own."""
+        if load not in self._works:
+            self._works[load] = LoadCase(self.assembly, [load], always_direct=True)
+        return self._works[load]
+
+    def _point_table(self, points: FloatArray) -> BasisTable:
+        """The basis at scattered points; the last one is kept, for the next frequency."""
+        key = points.tobytes()
+        if self._last_points is None or self._last_points[0] != key:
+            weights = np.ones(len(points))
+            table = BasisTable(self.basis, Points(points[:, 0], points[:, 1], weights))
+            self._last_points = (key, table)
+        return self._last_points[1]
 
     def error_estimate(
         self, case: LoadCase, fine: list[ComplexArray], omega: float, loss_factor: float
