@@ -126,7 +126,9 @@ FAULTS = [
     ("electronics.pwm_bits", 13, "electronics.pwm_bits"),
     ("name", "a name that is far too long", "name"),
     ("drive", None, "drive"),
-    ("coil", {"turns": 150}, "coil"),
+    ("coil.turns", 150, "coil.turns"),
+    ("coil.resistance_ohm", 0.0, "coil.resistance_ohm"),
+    ("motor", {"turns": 150}, "motor"),
 ]
 
 

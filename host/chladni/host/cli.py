@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import sys
-import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from chladni.host import plate_commands
 from chladni.host.console import (
     answer,
     check_output,
@@ -22,11 +21,11 @@ from chladni.host.console import (
 )  # fmt: skip
 from chladni.host.emulator import LEVEL, TouchEvent
 from chladni.host.loop import board_of, run_loop
+from chladni.host.options import BoardArgument, JsonOption, SeedOption
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
-from chladni.sim.energy import compose, energy_image
 from chladni.sim.errors import ChladniError, InputError
-from chladni.sim.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.transfer import plate_model
 from chladni.tables.build import build_table
 from chladni.tables.format import pack, read_table
 from chladni.tables.scorecard import score
@@ -41,14 +40,7 @@ table_app = typer.Typer(help="Build and read drive tables.", no_args_is_help=Tru
 app.add_typer(board_app, name="board")
 app.add_typer(table_app, name="table")
 
-LARGEST_GAIN = 1e9
-"""Beyond any drive; keeps fields finite."""
-
-BoardArgument = Annotated[
-    str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON object.")]
-SeedOption = Annotated[int, typer.Option(help="Seed of the random starts.")]
+plate_commands.register(app)
 
 
 @board_app.command("show")
@@ -68,87 +60,6 @@ def board_show(board: BoardArgument, as_json: JsonOption = False) -> None:
         "fingerprint": f"{loaded.fingerprint():#018x}",
     }
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
-
-
-@app.command()
-def field(
-    board: BoardArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.npz).")],
-    target: Annotated[str | None, typer.Option(help="Unit load at X,Y (mm).")] = None,
-    actuator: Annotated[str | None, typer.Option(help="Unit drive of one actuator.")] = None,
-    drive: Annotated[Path | None, typer.Option(help="Drive from `chladni solve --json`.")] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Compute a displacement field and its energy image."""
-    if sum(option is not None for option in (target, actuator, drive)) != 1:
-        raise InputError("--target, --actuator, --drive", "none or several", "exactly one of them")
-    check_output(output, "-o")
-    loaded = load_board(board)
-    if actuator is not None:
-        _index_of(loaded, actuator)
-    amplitudes = _read_drive(drive, loaded) if drive is not None else None
-    started = time.perf_counter()
-    if target is not None:
-        response = target_field(loaded, parse_place(target, "--target"))
-        values, modes, error = response.values[0], response.modes_used, response.error_estimate
-    else:
-        fields = transfer_fields(loaded)
-        modes, error = fields.modes_used, fields.error_estimate
-        if actuator is not None:
-            values = fields.values[_index_of(loaded, actuator)]
-        else:
-            assert amplitudes is not None
-            values = compose(fields.values, amplitudes)
-    seconds = time.perf_counter() - started
-    write_arrays(
-        output,
-        x_mm=loaded.x / MM,
-        y_mm=loaded.y / MM,
-        displacement=values,
-        energy=energy_image(values),
-    )
-    result = {
-        "path": str(output), "modes_used": modes, "error_estimate": error, "seconds": seconds,
-    }  # fmt: skip
-    answer(result, as_json=as_json, title=f"Field on {loaded.name}")
-
-
-def _index_of(board: Board, actuator: str) -> int:
-    names = [item.name for item in board.actuators]
-    if actuator not in names:
-        raise InputError("--actuator", actuator, "one of: " + ", ".join(names))
-    return names.index(actuator)
-
-
-def _read_drive(path: Path, board: Board) -> np.ndarray[Any, np.dtype[np.complex128]]:
-    """A drive as `chladni solve --json` writes it."""
-    file = str(path)
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("--drive", error.strerror, "a readable file", file=file) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError("--drive", str(error), "JSON", file=file) from None
-    entries = document.get("drive") if isinstance(document, dict) else None
-    if not isinstance(entries, list) or len(entries) != len(board.actuators):
-        expected = f"a list of {len(board.actuators)} drives, one per actuator"
-        raise InputError("drive", entries, expected, file=file)
-    values = np.zeros(len(entries), dtype=np.complex128)
-    seen: set[int] = set()
-    for k, entry in enumerate(entries):
-        try:
-            index = _index_of(board, entry["actuator"])
-            gain, phase = float(entry["gain"]), float(entry["phase_deg"])
-        except (KeyError, TypeError, ValueError, OverflowError, InputError):
-            expected = "actuator (of the board), gain and phase_deg"
-            raise InputError(f"drive[{k}]", entry, expected, file=file) from None
-        if not (abs(gain) <= LARGEST_GAIN and np.isfinite(phase)):
-            raise InputError(f"drive[{k}]", entry, f"gains up to {LARGEST_GAIN:g}", file=file)
-        if index in seen:
-            raise InputError(f"drive[{k}]", entry, "each actuator once", file=file)
-        seen.add(index)
-        values[index] = gain * np.exp(1j * np.radians(phase))
-    return values
 
 
 @app.command("solve")

@@ -191,6 +191,23 @@ class Electronics:
 
 
 @dataclass(frozen=True)
+class Coil:
+    """One actuator as an electro-mechanical resonator (the paper's section II). SI units.
+
+    The moving part is the magnet with its share of the board on the latch; `mechanical_q` leaves
+    out what the coil's resistance damps.
+    """
+
+    resistance: float = quantity("resistance_ohm", 1.0, 0.01, 1e5)
+    inductance: float = quantity("inductance_mh", 1e-3, 0.0, 1e4)
+    force_factor: float = quantity("force_factor_n_per_a", 1.0, 1e-4, 1e4)
+    moving_mass: float = quantity("moving_mass_g", 1e-3, 1e-3, 1e6)
+    resonance_hz: float = quantity("resonance_hz", 1.0, 1.0, 20000.0)
+    mechanical_q: float = quantity("mechanical_q", 1.0, 0.5, 1e5)
+    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3)
+
+
+@dataclass(frozen=True)
 class Board:
     """Everything the chain needs to know about a board; validated when made.
 
@@ -213,6 +230,7 @@ class Board:
     springs: tuple[Spring, ...] = ()
     masses: tuple[Mass, ...] = ()
     holes: tuple[Hole, ...] = ()
+    coil: Coil | None = None
 
     def __post_init__(self) -> None:
         # Here, because the checks need the classes above.
@@ -231,11 +249,11 @@ class Board:
         return _axis(self.plate.size[1], self.image.points[1])
 
     def fingerprint(self) -> int:
-        """64 bits of the SHA-256 of what a drive depends on: not name, image or electronics."""
+        """64 bits of the SHA-256 of what drives depend on: not name, image, coil, electronics."""
         physical = {
             key: value
             for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image")
+            if key not in ("name", "electronics", "image", "coil")
         }
         text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
@@ -278,6 +296,8 @@ def to_document(board: Board) -> dict[str, Any]:
             document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
+    if board.coil:
+        document["coil"] = table(board.coil)
     document["actuators"] = [table(actuator) for actuator in board.actuators]
     for section in ("drive", "image", "regions", "electronics"):
         document[section] = table(getattr(board, section))

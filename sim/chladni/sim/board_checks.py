@@ -25,7 +25,7 @@ def check_board(board: Board) -> None:
         if kind not in EDGE_KINDS:
             expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
             raise InputError(f"plate.edges.{edge}", kind, expected)
-    for section in ("plate", "magnet", "drive", "image", "regions", "electronics"):
+    for section in ("plate", "magnet", "coil", "drive", "image", "regions", "electronics"):
         part = getattr(board, section)
         if part is not None:
             check_ranges(part, section)

@@ -12,6 +12,7 @@ from chladni.sim.board import (
     EDGE_KINDS,
     Actuator,
     Board,
+    Coil,
     Drive,
     Edges,
     Electronics,
@@ -44,7 +45,7 @@ FEATURE_CLASSES = {
     "masses": Mass,
     "holes": Hole,
 }
-OPTIONAL_KEYS = (*FEATURE_CLASSES, "magnet")
+OPTIONAL_KEYS = (*FEATURE_CLASSES, "magnet", "coil")
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -104,6 +105,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
         name=document["name"],
         **features,
         magnet=magnet,
+        coil=_part(Coil, document["coil"], "coil") if "coil" in document else None,
         actuators=_parts(Actuator, document["actuators"], "actuators"),
         **parts,
     )

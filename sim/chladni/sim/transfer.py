@@ -136,7 +136,7 @@ def transfer_fields(
     """
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
-    loads = [_load(board, *actuator.at) for actuator in board.actuators]
+    loads = actuator_loads(board)
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
@@ -166,6 +166,11 @@ def target_field(
     return model.respond(
         [_load(board, *place)], frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
+
+
+def actuator_loads(board: Board) -> list[Load]:
+    """A unit load per actuator: its magnet's disc, or a point."""
+    return [_load(board, *actuator.at) for actuator in board.actuators]
 
 
 def check_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:
