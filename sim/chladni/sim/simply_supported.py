@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import j1
 
 from chladni.sim.errors import ResonanceError
+from chladni.sim.levy import LEAST_WAVE, levy_displacement
 from chladni.sim.loads import Load
 from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
@@ -117,15 +118,41 @@ class SimplySupportedPlate:
         *,
         tolerance: float,
     ) -> ComplexArray:
-        """Displacement per newton at points (points, 2); shape (loads, frequencies, points)."""
+        """Displacement per newton at points (points, 2); shape (loads, frequencies, points).
+
+        Point forces by Lévy's single series, which is exact at every point; discs, and frequencies
+        so low that the series loses digits, by the double sum.
+        """
         result = np.empty((len(loads), frequencies_hz.size, len(points)), dtype=np.complex128)
         for k, frequency in enumerate(frequencies_hz.tolist()):
-            for j, (x, y) in enumerate(points):
-                result[:, k, j] = self.respond(
-                    loads, frequency_hz=frequency, x=np.array([x]), y=np.array([y]),
-                    tolerance=tolerance,
-                ).values[:, 0, 0]  # fmt: skip
+            self._refuse_resonance(frequency)
+            for i, load in enumerate(loads):
+                result[i, k] = self._at_points(load, frequency, points, tolerance)
         return result
+
+    def _at_points(
+        self, load: Load, frequency_hz: float, points: FloatArray, tolerance: float
+    ) -> ComplexArray:
+        omega = 2.0 * np.pi * frequency_hz
+        wave = (self.areal_mass / self.bending_stiffness) ** 0.25 * np.sqrt(omega)
+        if load.radius == 0.0 and wave * self.width / np.pi > LEAST_WAVE:
+            return levy_displacement(
+                (self.width, self.length),
+                self.bending_stiffness * self._stiffness_factor,
+                self.areal_mass,
+                omega,
+                (load.x, load.y),
+                points,
+                tolerance,
+            )
+        values = [
+            self.respond(
+                [load], frequency_hz=frequency_hz, x=np.array([x]), y=np.array([y]),
+                tolerance=tolerance,
+            ).values[0, 0, 0]
+            for x, y in points
+        ]  # fmt: skip
+        return np.array(values, dtype=np.complex128)
 
     @property
     def _stiffness_factor(self) -> complex | float:

@@ -28,13 +28,14 @@ class ClassModes:
         Shape (size, size).
     supports
         Shape (conditions, size).
-    subset
-        Indices of the functions that take part.
+    subset, rows
+        Indices of the functions and of the support conditions that take part.
     """
 
     def __init__(
         self, stiffness: FloatArray, mass: FloatArray, supports: FloatArray,
         subset: NDArray[np.intp],
+        rows: NDArray[np.intp],
     ) -> None:  # fmt: skip
         self._subset = subset
         self._size = stiffness.shape[0]
@@ -43,7 +44,8 @@ class ClassModes:
         # Energy at a typical frequency makes the scale: every function counts as one.
         self._shift = float(np.median(np.diag(self._stiffness) / np.diag(self._mass))) * 1e-6
         self._scale = 1.0 / np.sqrt(np.diag(self._stiffness) + self._shift * np.diag(self._mass))
-        self._supports = supports[:, subset] * self._scale
+        self._rows = rows
+        self._supports = supports[np.ix_(rows, subset)] * self._scale
         norms = np.linalg.norm(self._supports, axis=1)
         self._kept = norms > CONDITION_FLOOR * norms.max(initial=0.0)
         self._row_scale = 1.0 / norms[self._kept]
@@ -129,5 +131,5 @@ class ClassModes:
 
     def _inverse_supports(self, moments: FloatArray) -> FloatArray:
         """Least coefficients with the given support moments (conditions, loads)."""
-        scaled = moments[self._kept] * self._row_scale[:, None]
+        scaled = moments[self._rows][self._kept] * self._row_scale[:, None]
         return np.asarray(self._scale[:, None] * (self._split[1] @ scaled))

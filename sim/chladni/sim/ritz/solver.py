@@ -31,7 +31,9 @@ PROBE_POINTS = (24, 48)
 KEPT_GRIDS = 4
 FEWER = ((4, 1), (8, 2))
 """(polynomials each way, angular orders) less in the two coarser solutions."""
-SAFETY, LARGEST = 3.0, 2.0
+FEWER_ON_RIMS = 1
+"""Angular orders less on screws, in both: they hold few, and one tells what the next would add."""
+SAFETY, LARGEST = 4.0, 2.0
 ROUNDING = 1e-11
 """Relative error that conditioning leaves however large the basis."""
 
@@ -66,15 +68,25 @@ class Solver:
             stiffness = self.assembly.stiffness(basis)
             mass = self.assembly.mass(basis)
             supports = self.assembly.supports(basis)
+            rings = self.basis.resolution.rim_rings
+            row_orders = self.assembly.support_orders(basis)
             coarser = [
                 ClassModes(
-                    stiffness, mass, supports,
-                    basis.subset(fewer_polynomials=fewer, fewer_orders=orders),
+                    stiffness,
+                    mass,
+                    supports,
+                    basis.subset(
+                        fewer_polynomials=fewer,
+                        fewer_orders=fewer_orders,
+                        fewer_on_rims=FEWER_ON_RIMS,
+                    ),
+                    np.flatnonzero(row_orders <= rings - FEWER_ON_RIMS),
                 )
-                for fewer, orders in FEWER
-            ]  # fmt: skip
-            every = np.arange(basis.size)
-            result.append(_Class(basis, ClassModes(stiffness, mass, supports, every), coarser))
+                for fewer, fewer_orders in FEWER
+            ]
+            every, rows = np.arange(basis.size), np.arange(supports.shape[0])
+            modes = ClassModes(stiffness, mass, supports, every, rows)
+            result.append(_Class(basis, modes, coarser))
         return result
 
     @cached_property

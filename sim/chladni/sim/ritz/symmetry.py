@@ -173,7 +173,7 @@ class ParityBasis:
         """Values of all circle functions, shape (points, all), as those of the class."""
         return np.asarray((self._combine @ circles.T).T)
 
-    def subset(self, *, fewer_polynomials: int, fewer_orders: int) -> IntArray:
+    def subset(self, *, fewer_polynomials: int, fewer_orders: int, fewer_on_rims: int) -> IntArray:
         """Indices of the class's functions without its finest: the basis of a coarser solution."""
         resolution = self.basis.resolution
         keep_x = self.degrees_x < resolution.nx - fewer_polynomials
@@ -184,10 +184,10 @@ class ParityBasis:
             circle = self.basis.circles[member.circle]
             function, _ = circle.members()[member.column]
             highest = circle.rings if function.outside else circle.bubbles
-            # Screws keep their orders: a support condition must not lose its own function.
-            first = len(self.basis.rims)
-            is_inclusion = first <= member.circle < first + len(self.basis.inclusions)
-            if not is_inclusion or function.order <= highest - fewer_orders:
+            # A point has one order only, and keeps it.
+            is_rim = member.circle < len(self.basis.rims)
+            fewer = fewer_on_rims if is_rim else fewer_orders
+            if function.order == 0 or function.order <= highest - fewer:
                 members.append(self.polynomials + k)
         return np.concatenate((polynomials, np.array(members, dtype=np.intp)))
 

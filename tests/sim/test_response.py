@@ -1,0 +1,386 @@
+"""Responses: linear, reciprocal, finite in hard cases, with estimates that hold."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from chladni.sim.board import Actuator, Board
+from chladni.sim.board_file import load_board
+from chladni.sim.energy import compose, energy_image
+from chladni.sim.errors import ResonanceError
+from chladni.sim.loads import Load
+from chladni.sim.response import PlateModel
+from chladni.sim.ritz.geometry import EdgeSupports, Inclusion, PlateGeometry, RimSupport
+from chladni.sim.ritz.plate import RitzPlate
+from chladni.sim.ritz.scaling import first_level, resolution_for, wave_number
+from chladni.sim.simply_supported import SimplySupportedPlate
+from chladni.sim.transfer import plate_model, target_field, transfer_fields
+
+X, Y = np.linspace(-0.05, 0.05, 21), np.linspace(-0.07, 0.07, 29)
+
+
+def free_plate(loss: float = 0.01) -> RitzPlate:
+    rims = (RimSupport(0.03, 0.05, 2e-3), RimSupport(-0.03, -0.05, 2e-3))
+    return RitzPlate(PlateGeometry(0.1, 0.14, 2.0, 0.2, 2.0, rims=rims), loss)
+
+
+def changed(board: Board, **plate: Any) -> Board:
+    return dataclasses.replace(board, plate=dataclasses.replace(board.plate, **plate))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.complex_numbers(max_magnitude=100.0, allow_nan=False), min_size=5, max_size=5),
+    st.complex_numbers(max_magnitude=100.0, allow_nan=False),
+)
+def test_fields_superpose_and_scale(drive: list[complex], factor: complex) -> None:
+    """The paper's figure 3 B and C, on its own board."""
+    fields = FIELDS.setdefault("paper", transfer_fields(paper_board()).values)
+    c = np.array(drive, dtype=np.complex128)
+    whole = compose(fields, c)
+    parts = sum(compose(fields, np.where(np.arange(5) == k, c, 0)) for k in range(5))
+    size = np.abs(fields).max() * max(np.abs(c).max(), 1.0) * max(abs(factor), 1.0)
+    assert np.abs(whole - parts).max() <= 1e-13 * size
+    assert np.abs(compose(fields, factor * c) - factor * whole).max() <= 1e-13 * size
+    # Energy has no sign and no phase, and scales with the modulus (figure 3 D).
+    turned = energy_image(compose(fields, factor * c))
+    assert np.abs(turned - abs(factor) * energy_image(whole)).max() <= 1e-13 * size
+
+
+FIELDS: dict[str, np.ndarray] = {}
+
+
+def paper_board() -> Board:
+    return load_board("paper")
+
+
+def test_reciprocity_of_point_forces() -> None:
+    """G(x, y) = G(y, x) to 1e-10: the same basis answers both ways."""
+    model = free_plate()
+    a, b = (0.01, -0.02), (-0.031, 0.044)
+    both = model.respond_at(
+        [Load(*a), Load(*b)], np.array([300.0]), np.array([a, b]), tolerance=1e-4
+    )
+    # The endless plate's deflection is symmetric exactly; the corrections by the solved system.
+    assert both[0, 0, 1] == pytest.approx(both[1, 0, 0], rel=1e-3)
+    modes = model.modes(40, [Load(*a, 3e-3), Load(*b, 3e-3)], X, Y)
+    losses = np.full(40, 0.01)
+    squares = (2.0 * np.pi * modes.frequencies_hz) ** 2
+    gain = 1.0 / (squares * (1.0 + 1j * losses) - (2.0 * np.pi * 300.0) ** 2)
+    matrix = (modes.participation * gain) @ modes.participation.T
+    assert matrix[0, 1] == pytest.approx(matrix[1, 0], rel=1e-10)
+
+
+def test_power_put_in_is_power_dissipated() -> None:
+    """½ Re(F v̄) at the load against ½ωη cᴴKc over the plate (K as assembled)."""
+    disc = Inclusion(0.01, -0.02, 5e-3, 20.0, 50.0)
+    model = RitzPlate(PlateGeometry(0.1, 0.14, 2.0, 0.2, 2.0, inclusions=(disc,)), 0.05)
+    load, omega = Load(0.01, -0.02, 5e-3), 2.0 * np.pi * 500.0
+    geometry = model.geometry
+    solver = model._solver(wave_number(geometry, omega), first_level(geometry, 1e-3))
+    case = solver.case([load])
+    solution = solver.coefficients(case, omega, 0.05)
+    put_in = dissipated = 0.0
+    for cls, own in zip(solver.classes, solution, strict=True):
+        force = case.in_class(cls.basis).force[:, 0]
+        put_in += -0.5 * omega * float((force @ own[:, 0]).imag)
+        stiffness = solver.assembly.stiffness(cls.basis)
+        dissipated += 0.5 * omega * 0.05 * float((own[:, 0].conj() @ stiffness @ own[:, 0]).real)
+    assert put_in > 0.0
+    assert put_in == pytest.approx(dissipated, rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["series", "ritz"])
+def test_a_damped_plate_driven_high_is_endless(kind: str) -> None:
+    """Driving-point mobility 1/(8√(Dρh)), D complex, when waves die before they come back."""
+    loss, frequency = 0.4, 400.0
+    model: SimplySupportedPlate | RitzPlate = (
+        SimplySupportedPlate(1.0, 1.3, 1.0, 1.0, loss)
+        if kind == "series"
+        else RitzPlate(PlateGeometry(1.0, 1.3, 1.0, 0.3, 1.0), loss)
+    )
+    place = np.array([[0.05, -0.1]])
+    at = model.respond_at([Load(0.05, -0.1)], np.array([frequency]), place, tolerance=1e-4)[0, 0, 0]
+    mobility = 2j * np.pi * frequency * at
+    endless = 1.0 / (8.0 * np.sqrt(1.0 + 1j * loss))
+    # exp(−kηL/4) of a wave comes back from 0.45 m away: under one percent.
+    assert mobility == pytest.approx(endless, rel=0.02)
+
+
+def test_phase_turns_by_half_a_turn_through_resonance(paper: Board) -> None:
+    """Loss 1e-6 and 1e-3: finite on the mode itself, in quadrature there, opposite beyond."""
+    first = float(plate_model(paper).natural_frequencies(1)[0])
+    for loss in (1e-6, 1e-3):
+        model = plate_model(changed(paper, loss_factor=loss))
+        centre = np.array([[0.0, 0.0]])
+        below, on, above = (
+            model.respond_at([Load(0.0, 0.0)], np.array([f]), centre, tolerance=1e-6)[0, 0, 0]
+            for f in (first * (1 - 30 * loss), first, first * (1 + 30 * loss))
+        )
+        assert abs(np.angle(below)) < 0.05
+        assert np.angle(on) == pytest.approx(-np.pi / 2, abs=0.02)
+        assert abs(np.angle(-above)) < 0.05
+        # Peak 1/(ηω²m): modal mass ρhab/4.
+        mass = paper.plate.areal_mass * np.prod(paper.plate.size) / 4.0
+        peak = 1.0 / (loss * (2.0 * np.pi * first) ** 2 * mass)
+        assert abs(on) == pytest.approx(peak, rel=5e-3)
+
+
+def test_an_undamped_ritz_plate_names_the_mode() -> None:
+    model = free_plate(0.0)
+    second = float(
+        model._solver(
+            wave_number(model.geometry, 2e3), first_level(model.geometry, 1e-3)
+        ).omega_squared[1]
+        ** 0.5
+        / (2.0 * np.pi)
+    )
+    solver_resolution = resolution_for(
+        model.geometry, wave_number(model.geometry, 2e3), first_level(model.geometry, 1e-3)
+    )
+    fixed = RitzPlate(model.geometry, 0.0, solver_resolution)
+    with pytest.raises(ResonanceError, match="mode 2"):
+        fixed.respond([Load(0.0, 0.0, 3e-3)], frequency_hz=second, x=X, y=Y, tolerance=1e-3)
+
+
+def test_degenerate_modes_span_the_same_space() -> None:
+    """Square plate: modes (1,2) and (2,1) coincide; the projector onto them is compared."""
+    x = np.linspace(-0.5, 0.5, 41)
+    edges = EdgeSupports(*4 * ("simply supported",))
+    ritz = RitzPlate(PlateGeometry(1.0, 1.0, 1.0, 0.3, 1.0, edges=edges), 0.0)
+    closed = SimplySupportedPlate(1.0, 1.0, 1.0, 1.0, 0.0)
+    pairs = []
+    for model in (ritz, closed):
+        shapes = model.modes(3, [], x, x).shapes[1:].reshape(2, -1)
+        basis = np.linalg.qr(shapes.T)[0]
+        pairs.append(basis @ basis.T)
+    assert np.abs(pairs[0] - pairs[1]).max() < 1e-6
+
+
+def test_modal_masses_of_the_supported_plate(paper: Board) -> None:
+    """ρhab/4 for every mode whose antinode the image hits (odd numbers: the centre)."""
+    shapes = plate_model(paper).modes(1, [], paper.x, paper.y)
+    quarter = paper.plate.areal_mass * np.prod(paper.plate.size) / 4.0
+    assert shapes.modal_masses[0] == pytest.approx(quarter, rel=1e-12)
+
+
+def test_modes_are_orthonormal_in_mass(prototype: Board) -> None:
+    """On the plate and its magnets, by the image's own quadrature (trapezoid, so 1 %)."""
+    shapes = plate_model(prototype).modes(5, [], prototype.x, prototype.y).shapes
+    mass = np.full(shapes.shape[1:], prototype.plate.areal_mass)
+    assert prototype.magnet is not None
+    for actuator in prototype.actuators:
+        on = np.hypot(prototype.x[:, None] - actuator.at[0], prototype.y - actuator.at[1])
+        mass[on <= prototype.magnet.radius] += prototype.magnet.areal_mass
+    weight_x, weight_y = np.ones(prototype.x.size), np.ones(prototype.y.size)
+    weight_x[[0, -1]] = weight_y[[0, -1]] = 0.5
+    cell = (prototype.x[1] - prototype.x[0]) * (prototype.y[1] - prototype.y[0])
+    flat = shapes.reshape(5, -1)
+    gram = (flat * (mass * weight_x[:, None] * weight_y * cell).ravel()) @ flat.T
+    assert gram == pytest.approx(np.eye(5), abs=0.01)
+
+
+def test_from_rest_starts_still_and_ends_steady(paper: Board) -> None:
+    """Zero deflection and velocity at t = 0; after many decay times the steady state."""
+    model = plate_model(paper)
+    loads = [Load(*a.at) for a in paper.actuators]
+    x, y = paper.x[::12], paper.y[::24]
+    modes = model.modes(40, loads, x, y)
+    losses = np.full(40, 0.05)
+    forces = np.exp(1j * np.arange(5.0))
+    start = modes.from_rest(forces, 160.0, np.array([0.0, 1e-9, 1e-7]), losses)
+    steady = np.tensordot(forces, modes.steady(160.0, losses), axes=1)
+    largest = np.abs(steady).max()
+    assert np.abs(start[0]).max() < 1e-12 * largest
+    assert np.abs(start[1]).max() < 1e-9 * largest
+    late = 1.0 + np.arange(8) / (8.0 * 160.0)
+    settled = modes.from_rest(forces, 160.0, late, losses)
+    # Viscous and structural loss differ by η(ω/ωₙ − 1) off resonance: a few percent here.
+    expected = (steady * np.exp(2j * np.pi * 160.0 * late)[:, None, None]).real
+    assert np.abs(settled - expected).max() < 0.05 * largest
+
+
+def test_from_rest_without_loss_depends_on_phase(paper: Board) -> None:
+    """The paper's remark: different phases give different images, but only from rest."""
+    model = plate_model(paper)
+    modes = model.modes(30, [Load(0.0, 0.0)], paper.x[::12], paper.y[::24])
+    times = np.linspace(0.0, 1.0 / 160.0, 64, endpoint=False)
+    images = []
+    for phase in (0.0, np.pi / 2):
+        series = modes.from_rest(np.exp(1j * phase)[None], 160.0, times, np.zeros(30))
+        image = np.sqrt(np.mean(series**2, axis=0))
+        images.append(image / image.max())
+    assert np.abs(images[0] - images[1]).max() > 0.02
+
+
+def test_velocity_and_acceleration_follow_from_displacement(paper: Board) -> None:
+    response = target_field(paper, (10.0, 25.0))
+    omega = 2.0 * np.pi * 160.0
+    assert np.allclose(response.velocity, 1j * omega * response.values)
+    assert np.allclose(response.acceleration, -(omega**2) * response.values)
+
+
+def test_points_and_grid_agree(prototype: Board) -> None:
+    model = plate_model(prototype)
+    loads = [Load(10e-3, 25e-3, 5e-3)]
+    points = np.array([[prototype.x[30], prototype.y[200]], [prototype.x[150], prototype.y[40]]])
+    at = model.respond_at(loads, np.array([100.0, 160.0]), points, tolerance=1e-3)
+    grid = model.respond(
+        loads, frequency_hz=160.0, x=prototype.x, y=prototype.y, tolerance=1e-3
+    ).values[0]
+    assert at[0, 1] == pytest.approx([grid[30, 200], grid[150, 40]], rel=1e-3)
+
+
+def test_measured_mode_losses_replace_the_plates(prototype: Board) -> None:
+    """Near a mode its own loss decides; far below, hardly anything changes."""
+    model = plate_model(prototype)
+    second = float(model.natural_frequencies(2)[1])
+    plain = transfer_fields(prototype, frequency_hz=second, model=model).values[0]
+    damped = transfer_fields(
+        prototype, frequency_hz=second, model=model, mode_loss_factors=[0.02, 0.2]
+    ).values[0]
+    assert np.abs(damped).max() < 0.2 * np.abs(plain).max()
+    same = transfer_fields(
+        prototype, frequency_hz=second, model=model, mode_loss_factors=[0.02, 0.02]
+    ).values[0]
+    assert np.abs(same - plain).max() < 1e-12 * np.abs(plain).max()
+
+
+def test_single_precision_output_is_the_double_one_rounded(prototype: Board) -> None:
+    double, single = transfer_fields(prototype), transfer_fields(prototype, dtype=np.complex64)
+    assert single.values.dtype == np.complex64
+    assert np.abs(single.values - double.values).max() < 1e-7 * np.abs(double.values).max()
+
+
+@pytest.mark.parametrize("thickness", [0.1e-3, 5e-3])
+@pytest.mark.parametrize("target", [(35.75, 0.0), (35.75, 73.35), (25.75, 63.35), (0.0, 0.0)])
+def test_thin_and_thick_plates_stay_finite_everywhere(
+    prototype: Board, thickness: float, target: tuple[float, float]
+) -> None:
+    model = MODELS.get(thickness) or plate_model(changed(prototype, thickness=thickness))
+    MODELS[thickness] = model
+    response = model.respond(
+        [Load(target[0] * 1e-3, target[1] * 1e-3, 5e-3)], frequency_hz=160.0,
+        x=prototype.x[::6], y=prototype.y[::6], tolerance=1e-2,
+    )  # fmt: skip
+    assert np.all(np.isfinite(response.values))
+    assert np.abs(response.values).max() > 0.0
+    assert response.error_estimate < 0.05
+
+
+MODELS: dict[float, PlateModel] = {}
+
+
+def test_five_kilohertz_with_hundreds_of_modes(paper: Board) -> None:
+    """The double sum at 5 kHz against Lévy's series, and against a tighter tolerance."""
+    model = plate_model(changed(paper, loss_factor=0.01, thickness=0.2e-3))
+    assert np.count_nonzero(model.natural_frequencies(400) < 5000.0) > 100
+    place = np.array([[0.011, 0.023]])
+    series = model.respond_at([Load(0.0, 0.0)], np.array([5000.0]), place, tolerance=1e-7)
+    grid = model.respond(
+        [Load(0.0, 0.0)], frequency_hz=5000.0, x=place[0, :1], y=place[0, 1:], tolerance=1e-7
+    )
+    assert grid.values[0, 0, 0] == pytest.approx(series[0, 0, 0], rel=1e-4)
+
+
+def test_levy_and_double_sum_agree_away_from_the_load_and_levy_wins_at_it() -> None:
+    model = SimplySupportedPlate(1.0, 1.5, 1.0, 1.0, 0.01)
+    load, far = Load(0.1, 0.2), np.array([[-0.3, 0.5]])
+    at = model.respond_at([load], np.array([3.0]), far, tolerance=1e-8)[0, 0, 0]
+    summed = model.respond(
+        [load], frequency_hz=3.0, x=far[0, :1], y=far[0, 1:], tolerance=1e-8
+    ).values[0, 0, 0]
+    assert at == pytest.approx(summed, rel=1e-8)
+    here = np.array([[load.x, load.y]])
+    exact = model.respond_at([load], np.array([3.0]), here, tolerance=1e-12)[0, 0, 0]
+    levy = model.respond_at([load], np.array([3.0]), here, tolerance=1e-6)[0, 0, 0]
+    double = model.respond([load], frequency_hz=3.0, x=here[0, :1], y=here[0, 1:], tolerance=1e-6)
+    assert abs(levy / exact - 1.0) < 1e-5
+    assert abs(double.values[0, 0, 0] / exact - 1.0) > abs(levy / exact - 1.0)
+    # Orders whose hyperbolic functions overflow a double 500 times over.
+    assert np.isfinite(exact)
+
+
+def with_actuators(board: Board, places: list[tuple[float, float]]) -> Board:
+    actuators = tuple(Actuator(f"a{k}", place) for k, place in enumerate(places))
+    pins = tuple(range(len(places))) if len(places) <= 48 else tuple(range(49))
+    electronics = dataclasses.replace(board.electronics, pwm_pins=pins[: len(places)])
+    return dataclasses.replace(board, actuators=actuators, electronics=electronics)
+
+
+def test_one_actuator_and_many(paper: Board) -> None:
+    one = transfer_fields(with_actuators(paper, [(0.01, 0.02)])).values
+    grid = [(0.009 * i - 0.03, 0.018 * j - 0.06) for i in range(6) for j in range(8)]
+    many = transfer_fields(with_actuators(paper, grid)).values
+    assert one.shape[0] == 1
+    assert many.shape[0] == 48
+    assert np.all(np.isfinite(many))
+
+
+def test_actuators_a_tenth_of_a_millimetre_apart_have_almost_one_field(paper: Board) -> None:
+    fields = transfer_fields(with_actuators(paper, [(0.01, 0.02), (0.0101, 0.02)])).values
+    change = np.abs(fields[0] - fields[1]).max() / np.abs(fields).max()
+    assert 1e-5 < change < 0.05
+
+
+@st.composite
+def random_plates(draw: st.DrawFn) -> tuple[PlateGeometry, Load, float]:
+    """Boards of phone size, with up to three screws and two glued discs, driven up to 800 Hz."""
+    width = draw(st.floats(0.05, 0.1))
+    length = width * draw(st.floats(1.0, 2.2))
+    features: list[tuple[float, float, float]] = []
+
+    def place(radius: float) -> tuple[float, float] | None:
+        x = draw(st.floats(-0.5, 0.5)) * (width - 4 * radius - 6e-3)
+        y = draw(st.floats(-0.5, 0.5)) * (length - 4 * radius - 6e-3)
+        clear = all(np.hypot(x - u, y - v) > radius + r + 3e-3 for u, v, r in features)
+        if not clear:
+            return None
+        features.append((x, y, radius))
+        return x, y
+
+    rims, discs = [], []
+    for _ in range(draw(st.integers(0, 3))):
+        at = place(1.5e-3)
+        rims += [RimSupport(*at, 1.5e-3)] if at else []
+    for _ in range(draw(st.integers(0, 2))):
+        at = place(5e-3)
+        ratio = draw(st.sampled_from([1.0, 30.0, 1000.0]))
+        if at:
+            discs.append(Inclusion(*at, 5e-3, 20.0, ratio))
+    poisson = draw(st.floats(0.1, 0.4))
+    geometry = PlateGeometry(
+        width, length, 1.9, poisson, 1.9, rims=tuple(rims), inclusions=tuple(discs)
+    )
+    at_load = (draw(st.floats(-0.3, 0.3)) * width, draw(st.floats(-0.3, 0.3)) * length)
+    return geometry, Load(*at_load, 4e-3), draw(st.floats(60.0, 800.0))
+
+
+@pytest.mark.slow
+@settings(
+    max_examples=25, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)  # fmt: skip
+@given(random_plates())
+def test_error_estimates_hold_on_random_boards(scene: tuple[PlateGeometry, Load, float]) -> None:
+    """Never below the error against a far finer solution, nor above a hundred times it."""
+    geometry, load, frequency = scene
+    x = np.linspace(-0.48, 0.48, 17) * geometry.width
+    y = np.linspace(-0.48, 0.48, 23) * geometry.length
+    waves = wave_number(geometry, 2.0 * np.pi * frequency)
+    coarse = RitzPlate(geometry, 0.05, resolution_for(geometry, waves, 1))
+    fine = RitzPlate(geometry, 0.05, resolution_for(geometry, waves, 4))
+    found, exact = (
+        model.respond([load], frequency_hz=frequency, x=x, y=y, tolerance=1e-9)
+        for model in (coarse, fine)
+    )
+    error = np.linalg.norm(found.values - exact.values) / np.linalg.norm(exact.values)
+    assert error <= found.error_estimate
+    if error > 1e-8:  # below, the finer solution itself is the limit
+        assert found.error_estimate <= 100.0 * error
