@@ -41,7 +41,7 @@ def test_series_sum_to_their_waves(waveform: Waveform, shape: object) -> None:
     """Away from jumps, where a series rings, 999 harmonics are within a percent."""
     assert callable(shape)
     t = np.arange(1000) / 1000.0
-    summed = synthesise(harmonics(waveform, 999), 1000)
+    summed = synthesise(harmonics(waveform, 999), 2000)[::2]
     smooth = np.minimum(np.abs(t - 0.5), np.minimum(t, 1.0 - t)) > 0.03
     assert np.abs(summed - shape(t))[smooth].max() < 0.02
     assert np.sum(np.abs(harmonics(waveform, 20000)) ** 2) / 2.0 == pytest.approx(1.0, abs=1e-3)

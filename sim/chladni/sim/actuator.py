@@ -80,15 +80,15 @@ def wave_response(coil: Coil, waveform: Waveform, frequencies_hz: FloatArray) ->
         fundamental=np.abs(answer[:, 0]),
         rms=np.sqrt(power.sum(axis=1)),
         distortion=higher / np.sqrt(power[:, 0]),
-        likeness=np.array([likeness(drive, row) for row in answer]),
+        likeness=likeness(drive, answer),
     )
 
 
-def likeness(first: ComplexArray, second: ComplexArray) -> float:
-    """Largest correlation of two periodic waves over all delays, from their harmonics."""
+def likeness(first: ComplexArray, second: ComplexArray) -> FloatArray:
+    """Largest correlation of periodic waves over all delays, from harmonics (…, harmonics)."""
     cross = synthesise(first * second.conj(), PERIOD_POINTS)
-    norm = np.linalg.norm(first) * np.linalg.norm(second)
-    return float(np.abs(cross).max() / norm) if norm > 0.0 else 0.0
+    norm = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
+    return np.asarray(np.abs(cross).max(axis=-1) / np.maximum(norm, 1e-300))
 
 
 def motion(coil: Coil, waveform: Waveform, frequency_hz: float, points: int) -> FloatArray:

@@ -47,7 +47,20 @@ def harmonics(waveform: Waveform, count: int) -> ComplexArray:
 
 
 def synthesise(amplitudes: ComplexArray, points: int) -> NDArray[np.float64]:
-    """One period of Re Σ cₙ exp(inωt) at evenly spaced instants, shape (points,)."""
-    phase = 2.0 * np.pi * np.arange(points) / points
-    n = np.arange(1, amplitudes.size + 1)
-    return np.asarray((amplitudes @ np.exp(1j * np.outer(n, phase))).real)
+    """One period of Re Σ cₙ exp(inωt) at evenly spaced instants.
+
+    Parameters
+    ----------
+    amplitudes
+        Shape (…, harmonics); harmonics from half of `points` on cannot be shown and are left out.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        Shape (…, points).
+    """
+    kept = amplitudes[..., : (points - 1) // 2]
+    silent = np.zeros((*kept.shape[:-1], 1))
+    # irfft divides by the points and counts each harmonic twice.
+    spectrum = np.concatenate((silent, kept), axis=-1) * (points / 2.0)
+    return np.asarray(np.fft.irfft(spectrum, points, axis=-1))

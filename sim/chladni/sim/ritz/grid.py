@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from chladni.sim.ritz.symmetry import SAME_PLACE, Mirrors, Parity, ParityBasis
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.intp]
 
 
 class GridTable:
@@ -37,16 +40,36 @@ class GridTable:
         ComplexArray
             Shape (loads, nx, ny).
         """
+        parts = {
+            (parity.parity.odd_x, parity.parity.odd_y): self._part(parity, own)
+            for parity, own in zip(parities, coefficients, strict=True)
+        }
         loads = coefficients[0].shape[1]
-        total = np.zeros((loads, self.x.size, self.y.size), dtype=np.complex128)
-        for parity, own in zip(parities, coefficients, strict=True):
-            self._add_unfolded(total, parity, self._part(parity, own))
+        total = np.empty((loads, self.x.size, self.y.size), dtype=np.complex128)
+        for flip_x in (False, True) if self._fold_x else (False,):
+            # First over the parities in x, then over those in y: half the sums of all four.
+            in_x: dict[bool, ComplexArray] = {}
+            for (odd_x, odd_y), part in parts.items():
+                signed = -part if flip_x and odd_x else part
+                in_x[odd_y] = in_x[odd_y] + signed if odd_y in in_x else signed
+            for flip_y in (False, True) if self._fold_y else (False,):
+                own = in_x.get(False, 0.0) + (-1.0 if flip_y else 1.0) * in_x.get(True, 0.0)
+                self._place(total, np.asarray(own), flip_x=flip_x, flip_y=flip_y)
         return total
 
     def clear_cut_out(self, values: ComplexArray) -> None:
         """Set fields to zero where a screw holds the plate or a hole leaves none, in place."""
+        rows, columns = self._cut_out
+        values[:, rows, columns] = 0.0
+
+    @cached_property
+    def _cut_out(self) -> tuple[IntArray, IntArray]:
+        """Indices of the points where there is no plate to move."""
+        cut = np.zeros((self.x.size, self.y.size), dtype=bool)
         for x, y, radius in self._basis.geometry.cut_out:
-            values[:, np.hypot(self.x[:, None] - x, self.y - y) <= radius] = 0.0
+            cut |= np.hypot(self.x[:, None] - x, self.y - y) <= radius
+        rows, columns = np.nonzero(cut)
+        return rows, columns
 
     def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> ComplexArray:
         """The fundamental part of the fields, shape (loads, part of nx, part of ny).
@@ -76,20 +99,18 @@ class GridTable:
             self._by_class[key] = parity.combine(self._circles)
         return self._by_class[key]
 
-    def _add_unfolded(self, total: ComplexArray, parity: ParityBasis, part: ComplexArray) -> None:
-        """Add a class's field to `total`, its mirror images with the signs of its parity."""
+    def _place(
+        self, total: ComplexArray, part: ComplexArray, *, flip_x: bool, flip_y: bool
+    ) -> None:
+        """Write the fundamental part, or a mirror image of it, to where it belongs."""
         nx, ny = part.shape[1:]
-        for flip_x in (False, True) if self._fold_x else (False,):
-            for flip_y in (False, True) if self._fold_y else (False,):
-                sign = -1.0 if (flip_x and parity.parity.odd_x) else 1.0
-                sign *= -1.0 if (flip_y and parity.parity.odd_y) else 1.0
-                # An odd count has its middle line in the part already.
-                rows = slice(self.x.size - nx, None) if not flip_x else slice(self.x.size - nx)
-                columns = slice(self.y.size - ny, None) if not flip_y else slice(self.y.size - ny)
-                own = part[:, :: -1 if flip_x else 1, :: -1 if flip_y else 1]
-                own = own[:, : self.x.size - nx if flip_x else nx]
-                own = own[:, :, : self.y.size - ny if flip_y else ny]
-                total[:, rows, columns] += sign * own
+        # An odd count has its middle line in the part, and the image leaves it out.
+        left, below = self.x.size - nx, self.y.size - ny
+        rows = slice(0, left) if flip_x else slice(left, None)
+        columns = slice(0, below) if flip_y else slice(below, None)
+        own = part[:, :: -1 if flip_x else 1, :: -1 if flip_y else 1]
+        own = own[:, : left if flip_x else nx, : below if flip_y else ny]
+        total[:, rows, columns] = own
 
 
 def _is_mirrored(points: FloatArray) -> bool:
