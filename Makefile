@@ -39,8 +39,11 @@ lint: venv  ## ruff, mypy, clang-format, generated headers
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'firmware/*.cpp' 'firmware/*.hpp')
 	$(BIN)/python tools/generate_headers.py --check
 
-bench: venv  ## speed against error, one core
-	$(BIN)/python bench/solve.py
+bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
+	cat bench/about.md > docs/performance.md.part
+	$(BIN)/python bench/plate.py >> docs/performance.md.part
+	$(BIN)/python bench/solve.py >> docs/performance.md.part
+	mv docs/performance.md.part docs/performance.md
 
 headers: venv  ## write the C++ headers that Python declares
 	$(BIN)/python tools/generate_headers.py
