@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from chladni.sim.board import Board
 from chladni.sim.loads import Load
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
@@ -21,6 +24,7 @@ from chladni.sim.ritz.geometry import (
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.symmetry import ParityBasis
 from chladni.sim.simply_supported import SimplySupportedPlate
+from chladni.sim.transfer import plate_model
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
 from plate_fem.plate import Inclusion as FemInclusion
@@ -171,3 +175,21 @@ def test_order_60_is_well_conditioned() -> None:
     scale = 1.0 / np.sqrt(np.diag(energy))
     eigenvalues = np.linalg.eigvalsh(energy * scale * scale[:, None])
     assert eigenvalues[-1] / eigenvalues[0] < 1e6
+
+
+def test_a_square_rounded_all_the_way_is_a_circular_plate() -> None:
+    """Free circular plate, ν = 0.3, ωR²√(ρh/D): 5.358, 9.003, 12.439, 20.475 (Leissa)."""
+    geometry = PlateGeometry(2.0, 2.0, 1.0, 0.3, 1.0, corner_radius=1.0)
+    found = 2.0 * np.pi * RitzPlate(geometry, 0.0).natural_frequencies(10)[3:]
+    expected = [5.358, 5.358, 9.003, 12.439, 12.439, 20.475, 20.475]
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_round_corners_hardly_change_the_prototype(prototype: Board) -> None:
+    """5 mm: what the shipped board leaves out, as docs/physics.md states it."""
+    rounded = dataclasses.replace(prototype.plate, corner_radius=5e-3)
+    square = plate_model(prototype).natural_frequencies(10)
+    change = plate_model(dataclasses.replace(prototype, plate=rounded)).natural_frequencies(10)
+    relative = change / square - 1.0
+    assert np.abs(relative).max() < 3e-4
+    assert np.abs(relative).max() > 1e-5

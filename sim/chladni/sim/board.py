@@ -59,6 +59,7 @@ class Plate:
     density: float = quantity("density_kg_m3", 1.0, 1.0, 30000.0)
     loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0)
     edges: Edges = Edges()
+    corner_radius: float = quantity("corner_radius_mm", MM, 0.0, 2500.0, default=0.0)
 
     @property
     def bending_stiffness(self) -> float:

@@ -66,6 +66,14 @@ def _check_supports(board: Board) -> None:
                 screw.support,
                 "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
             )
+    radius = board.plate.corner_radius
+    fits = 2.0 * radius <= min(board.plate.size) and board.plate.edges.are_all("free")
+    if radius > 0.0 and not fits:
+        raise InputError(
+            "plate.corner_radius_mm",
+            float(f"{radius / MM:.9g}"),
+            "at most half the short side, and all edges free",
+        )
     for index, spring in enumerate(board.springs):
         if spring.rotational_stiffness > 0.0:
             raise InputError(
@@ -110,6 +118,7 @@ def _check_actuators(board: Board) -> None:
 
 def _check_places(board: Board) -> None:
     half = np.array(board.plate.size) / 2.0
+    corner = board.plate.corner_radius
     for index, actuator in enumerate(board.actuators):
         if not board.contains(*actuator.at):
             raise InputError(
@@ -127,7 +136,9 @@ def _check_places(board: Board) -> None:
         discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
     for index, (name, at, radius) in enumerate(discs):
         inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
-        if not np.all(inside):
+        beyond = np.maximum(np.abs(at) - (half - corner), 0.0)
+        rounded_off = np.all(beyond > 0.0) and np.hypot(*beyond) + radius > corner
+        if not np.all(inside) or rounded_off:
             what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
             raise InputError(
                 f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"

@@ -88,6 +88,7 @@ def plate_geometry(board: Board) -> PlateGeometry:
         inclusions=tuple(discs),
         points=tuple(points),
         edges=EdgeSupports(**plate.edges.kinds()),
+        corner_radius=plate.corner_radius,
     )
 
 

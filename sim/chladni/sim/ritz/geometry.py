@@ -109,6 +109,8 @@ class PlateGeometry:
         ρh, kg/m².
     rims, inclusions, points, edges
         Features and supports.
+    corner_radius
+        Of all four corners, m; where it is above 0 all edges are free.
     """
 
     width: float
@@ -120,6 +122,7 @@ class PlateGeometry:
     inclusions: tuple[Inclusion, ...] = ()
     points: tuple[PointFeature, ...] = ()
     edges: EdgeSupports = EdgeSupports()
+    corner_radius: float = 0.0
 
     def distance_to_edge(self, x: float, y: float) -> float:
         """From a place to the nearest edge, m; negative off the plate."""

@@ -49,6 +49,25 @@ def corners(width: float, length: float) -> Points:
     return Points(sign_x * width / 2.0, sign_y * length / 2.0, sign_x * sign_y)
 
 
+def corner_offcuts(width: float, length: float, radius: float, count: int) -> Points:
+    """What rounding the corners cuts off: between each corner and its arc.
+
+    In polar coordinates about the arc's centre the offcut lies between the arc and the two edges,
+    so `count` × `count` Gauss points on either side of its diagonal see a smooth region.
+    """
+    nodes, weights = gauss_points(1.0, count)
+    share, angle = nodes + 0.5, (nodes + 0.5) * (np.pi / 4.0)
+    reach = radius / np.cos(angle)[:, None]
+    distance = radius + (reach - radius) * share
+    area = distance * (reach - radius) * weights * (weights * np.pi / 4.0)[:, None]
+    along, across = distance * np.cos(angle)[:, None], distance * np.sin(angle)[:, None]
+    u = np.concatenate((along.ravel(), across.ravel())) + width / 2.0 - radius
+    v = np.concatenate((across.ravel(), along.ravel())) + length / 2.0 - radius
+    single = Points(u, v, np.tile(area.ravel(), 2))
+    signs = [(sx, sy) for sx in (1.0, -1.0) for sy in (1.0, -1.0)]
+    return join([Points(sx * single.x, sy * single.y, single.weights) for sx, sy in signs])
+
+
 def disc(x: float, y: float, radius: float, radial: int, angular: int) -> Points:
     """Gauss × trapezoid points on a disc: exact for degree min(2·radial − 2, angular − 1)."""
     nodes, weights = gauss_points(radius, radial)

@@ -23,6 +23,8 @@ RIM_POINTS = 32
 RADIAL_POINTS = 12
 ANGULAR_POINTS = 36
 """Points on a glued disc: exact for polynomials of degree 22, well beyond what bends there."""
+OFFCUT_POINTS = 16
+"""Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
 EDGE_POINTS = 96
 """Points on an edge beyond two per polynomial; a load disc that overhangs it makes a kink there."""
 
@@ -185,12 +187,16 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         quadrature.disc(i.x, i.y, i.radius, RADIAL_POINTS, ANGULAR_POINTS)
         for i in geometry.inclusions
     ]
-    index = np.repeat(np.arange(len(discs)), RADIAL_POINTS * ANGULAR_POINTS)
+    # Offcuts of rounded corners count as one more disc, from which the plate is taken away.
+    added = [(i.stiffness_ratio - 1.0, i.areal_mass, i.rotary) for i in geometry.inclusions]
+    if geometry.corner_radius > 0.0:
+        sides = (geometry.width, geometry.length)
+        discs.append(quadrature.corner_offcuts(*sides, geometry.corner_radius, OFFCUT_POINTS))
+        added.append((-1.0, -geometry.areal_mass, 0.0))
+    index = np.repeat(np.arange(len(discs)), [d.x.size for d in discs])
     merged = quadrature.join(discs)
-    keep = mirrors.holds(merged.x, merged.y)
-    added = np.array([i.stiffness_ratio - 1.0 for i in geometry.inclusions])
-    mass = np.array([i.areal_mass for i in geometry.inclusions])
-    rotary = np.array([i.rotary for i in geometry.inclusions])
+    index = index[mirrors.holds(merged.x, merged.y)]
+    table = np.array(added).reshape(len(added), 3)
     point_index, features = _point_features(basis, mirrors)
     gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
     gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
@@ -205,9 +211,9 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         edges=edges,
         corners=corners,
         discs=_fundamental(merged, mirrors, images),
-        disc_stiffness=added[index[keep]] if discs else np.zeros(0),
-        disc_mass=mass[index[keep]] if discs else np.zeros(0),
-        disc_rotary=rotary[index[keep]] if discs else np.zeros(0),
+        disc_stiffness=table[index, 0],
+        disc_mass=table[index, 1],
+        disc_rotary=table[index, 2],
         point_index=point_index,
         points=features,
         area=area,
