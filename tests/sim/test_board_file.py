@@ -102,7 +102,7 @@ FAULTS = [
     ("screws.0.stiffness_n_per_mm", 5.0, "screws[0].support"),
     ("plate.corner_radius_mm", 36.0, "plate.corner_radius_mm"),
     ("plate.corner_radius_mm", -1.0, "plate.corner_radius_mm"),
-    ("plate.corner_radius_mm", 30.0, "screws[0].at_mm"),
+    ("plate.corner_radius_mm", 33.0, "screws[0].at_mm"),
     ("pins", [{"at_mm": [0.0, 0.0]}], "actuators[0].at_mm"),
     ("pins", [{"at_mm": [99.0, 0.0]}], "pins[0].at_mm"),
     (
