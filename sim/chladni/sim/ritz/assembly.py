@@ -267,25 +267,31 @@ class Assembly:
 
 
 def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Tables:
-    """All sets of points but the area's in one evaluation: the calls cost more than the points."""
-    edges = [edge.points for edge in sets.edges]
+    """Sets of points in two evaluations, for the calls cost more than the points.
+
+    The edges stand apart: third derivatives are wanted nowhere else.
+    """
+    edges = _shared([edge.points for edge in sets.edges], make)
     rims = [rim.points for rim in sets.rims.values()]
-    groups = [*edges, sets.corners, sets.discs, sets.points, *rims]
-    shared = SharedTable(make(quadrature.join(groups)))
+    corners, discs, points, *on_rims = _shared([sets.corners, sets.discs, sets.points, *rims], make)
+    return Tables(
+        edges=list(edges),
+        corners=corners,
+        discs=discs,
+        points=points,
+        area=area,
+        rims=dict(zip(sets.rims, on_rims, strict=True)),
+    )
+
+
+def _shared(groups: list[Points], make: Callable[[Points], Table]) -> list[TablePart]:
+    """Several sets of points as parts of one table."""
+    whole = SharedTable(make(quadrature.join(groups)))
     ends = np.cumsum([group.x.size for group in groups]).tolist()
-    parts = [
-        TablePart(shared, slice(end - group.x.size, end))
+    return [
+        TablePart(whole, slice(end - group.x.size, end))
         for group, end in zip(groups, ends, strict=True)
     ]
-    after_edges = len(edges)
-    return Tables(
-        edges=list(parts[:after_edges]),
-        corners=parts[after_edges],
-        discs=parts[after_edges + 1],
-        points=parts[after_edges + 2],
-        area=area,
-        rims=dict(zip(sets.rims, parts[after_edges + 3 :], strict=True)),
-    )
 
 
 def _on_rim(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
