@@ -181,7 +181,8 @@ class Regions:
 class Electronics:
     """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
 
-    The carrier is 80 MHz / 2^pwm_bits (ESP32 LEDC).
+    `pwm_pins` is empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits
+    (ESP32 LEDC).
     """
 
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)

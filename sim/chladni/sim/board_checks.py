@@ -108,11 +108,11 @@ def _check_actuators(board: Board) -> None:
                     f"a place of its own; {other.name!r} is there already",
                 )
     pins = board.electronics.pwm_pins
-    if len(pins) != len(board.actuators) or len(set(pins)) != len(pins):
+    if pins and (len(pins) != len(board.actuators) or len(set(pins)) != len(pins)):
         raise InputError(
             "electronics.pwm_pins",
             list(pins),
-            f"{len(board.actuators)} different pins, one per actuator",
+            f"{len(board.actuators)} different pins, one per actuator, or none",
         )
 
 
