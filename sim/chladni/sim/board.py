@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.quantity import quantities, quantity
+from chladni.sim.ritz.geometry import EdgeKind
 
 FloatArray = NDArray[np.float64]
 
 MM = 1e-3
-EdgeKind = Literal["free", "simply supported", "clamped"]
-EDGE_KINDS: tuple[EdgeKind, ...] = ("free", "simply supported", "clamped")
 ScrewSupport = Literal["clamped", "pinned", "sprung"]
 SCREW_SUPPORTS: tuple[ScrewSupport, ...] = ("clamped", "pinned", "sprung")
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")

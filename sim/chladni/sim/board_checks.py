@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from chladni.sim.board import (
-    EDGE_KINDS,
     FEATURES,
     MM,
     NAME_PATTERN,
@@ -15,6 +14,7 @@ from chladni.sim.board import (
 )  # fmt: skip
 from chladni.sim.errors import InputError
 from chladni.sim.quantity import check_ranges
+from chladni.sim.ritz.geometry import EDGE_KINDS
 
 
 def check_board(board: Board) -> None:

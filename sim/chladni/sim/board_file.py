@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board import (
-    EDGE_KINDS,
     Actuator,
     Board,
     Coil,
@@ -28,6 +27,7 @@ from chladni.sim.board import (
 )  # fmt: skip
 from chladni.sim.errors import InputError
 from chladni.sim.quantity import quantities
+from chladni.sim.ritz.geometry import EDGE_KINDS
 
 Part = TypeVar("Part")
 

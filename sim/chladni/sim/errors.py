@@ -35,6 +35,11 @@ class InputError(ChladniError):
         return InputError(self.field, self.value, self.expected, file=file)
 
 
+RESONANCE_BAND = 1e-6
+"""An undamped drive closer than this to a mode, relative in frequency, has lost half the digits
+of 1/(ω²ₘₙ − ω²) and means nothing on a real plate."""
+
+
 class ResonanceError(ChladniError):
     """An undamped plate is driven at one of its modes, where its response has no bound.
 

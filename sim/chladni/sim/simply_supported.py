@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import j1
 
-from chladni.sim.errors import ResonanceError
+from chladni.sim.errors import RESONANCE_BAND, ResonanceError
 from chladni.sim.levy import LEAST_WAVE, levy_displacement
 from chladni.sim.loads import Load
 from chladni.sim.modes import ModeShapes
@@ -18,9 +18,6 @@ from chladni.sim.response import Response
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-RESONANCE_BAND = 1e-6
-"""An undamped drive closer than this to a mode, relative in frequency, has lost half the digits
-of 1/(ω²ₘₙ − ω²) and means nothing on a real plate."""
 MAX_MODES_PER_SIDE = 2000
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.errors import ResonanceError
+from chladni.sim.errors import RESONANCE_BAND, ResonanceError
 from chladni.sim.loads import Load
 from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
@@ -25,8 +25,6 @@ from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-RESONANCE_BAND = 1e-6
-"""As for the simply supported plate: closer to a mode than this, relative, nothing is left."""
 MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
 
