@@ -118,15 +118,14 @@ class Assembly:
                 rows.append(self.basis.geometry.width * moments @ table.values(parity, slope_of))
         return np.concatenate(rows)
 
-    def support_orders(self, parity: ParityBasis) -> NDArray[np.intp]:
+    def support_orders(self, conditions: int) -> NDArray[np.intp]:
         """Angular order of every row of `supports` that belongs to a rim, 0 for the others."""
         orders: list[int] = []
         for k, support in enumerate(self.basis.geometry.rims):
             if k in self.sets.rims:
                 own = [m for m in range(self.basis.rims[k].rings + 1) for _ in range(2 if m else 1)]
                 orders += own * (int(support.holds_deflection) + int(support.holds_slope))
-        count = self.supports(parity).shape[0]
-        return np.array(orders + [0] * (count - len(orders)), dtype=np.intp)
+        return np.array(orders + [0] * (conditions - len(orders)), dtype=np.intp)
 
     def _edge_moments(self, parity: ParityBasis, edge: Edge) -> FloatArray:
         """Weighted Legendre polynomials of the class along an edge; shape (degrees, points)."""

@@ -21,15 +21,15 @@ class GridTable:
     def __init__(self, basis: Basis, mirrors: Mirrors, x: FloatArray, y: FloatArray) -> None:
         self.x, self.y = x, y
         self._basis = basis
-        self._fold_x = mirrors.x and _is_mirrored(x)
-        self._fold_y = mirrors.y and _is_mirrored(y)
+        self._fold_x = mirrors.x and is_mirrored(x)
+        self._fold_y = mirrors.y and is_mirrored(y)
         part_x = x[x.size // 2 :] if self._fold_x else x
         part_y = y[y.size // 2 :] if self._fold_y else y
         self._shape = (part_x.size, part_y.size)
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)
         px, py = np.meshgrid(part_x, part_y, indexing="ij")
-        self._by_class: dict[Parity, FloatArray] = {}
+        self._by_class: dict[Parity, tuple[FloatArray, FloatArray, FloatArray]] = {}
         self._circles = basis.enrichment_values(px.ravel(), py.ravel(), (0, 0))
 
     def fields(self, parities: list[ParityBasis], coefficients: list[ComplexArray]) -> ComplexArray:
@@ -48,13 +48,16 @@ class GridTable:
         total = np.empty((loads, self.x.size, self.y.size), dtype=np.complex128)
         for flip_x in (False, True) if self._fold_x else (False,):
             # First over the parities in x, then over those in y: half the sums of all four.
-            in_x: dict[bool, ComplexArray] = {}
+            in_x: dict[bool, FloatArray] = {}
             for (odd_x, odd_y), part in parts.items():
-                signed = -part if flip_x and odd_x else part
-                in_x[odd_y] = in_x[odd_y] + signed if odd_y in in_x else signed
+                sign = -1.0 if flip_x and odd_x else 1.0
+                in_x[odd_y] = in_x[odd_y] + sign * part if odd_y in in_x else sign * part
             for flip_y in (False, True) if self._fold_y else (False,):
-                own = in_x.get(False, 0.0) + (-1.0 if flip_y else 1.0) * in_x.get(True, 0.0)
-                self._place(total, np.asarray(own), flip_x=flip_x, flip_y=flip_y)
+                own = in_x[False]
+                if True in in_x:
+                    own = own - in_x[True] if flip_y else own + in_x[True]
+                self._place(total.real, own[:loads], flip_x=flip_x, flip_y=flip_y)
+                self._place(total.imag, own[loads:], flip_x=flip_x, flip_y=flip_y)
         return total
 
     def clear_cut_out(self, values: ComplexArray) -> None:
@@ -77,37 +80,41 @@ class GridTable:
         rows, columns = np.nonzero(cut)
         return rows, columns
 
-    def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> ComplexArray:
-        """The fundamental part of the fields, shape (loads, part of nx, part of ny).
+    def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> FloatArray:
+        """The fundamental part of the fields, real parts then imaginary: (2 · loads, nx, ny).
 
-        Real and imaginary parts go through as separate loads: the tables are real, and a complex
-        product would cost four times as much. A part that is all zero is left out.
+        They go through as separate loads: the tables are real, and a complex product would cost
+        four times as much. Loads without a share in this class are left out.
         """
-        loads = coefficients.shape[1]
-        whole = np.concatenate((coefficients.real, coefficients.imag), axis=1)
-        used = np.flatnonzero(whole.any(axis=0))
-        own = whole[:, used]
+        along_x, along_y, circles = self._class_tables(parity)
+        whole = np.concatenate((coefficients.real, coefficients.imag), axis=1).T
+        used = np.flatnonzero(whole.any(axis=1))
+        own = whole[used]
         p = parity.polynomials
-        along_x = self._along_x[:, parity.degrees_x]
-        along_y = self._along_y[:, parity.degrees_y]
-        grid = own[:p].T.reshape(used.size, parity.degrees_x.size, parity.degrees_y.size)
-        values = np.zeros((2 * loads, *self._shape))
-        values[used] = along_x @ grid @ along_y.T
-        values[used] += (own[p:].T @ self._class_circles(parity).T).reshape(-1, *self._shape)
-        result = np.empty((loads, *self._shape), dtype=np.complex128)
-        result.real, result.imag = values[:loads], values[loads:]
-        return result
+        grid = own[:, :p].reshape(used.size, along_x.shape[1], along_y.shape[0])
+        part = (own[:, p:] @ circles).reshape(used.size, *self._shape)
+        part += along_x @ (grid @ along_y)
+        if used.size == len(whole):
+            return np.asarray(part)
+        values = np.zeros((len(whole), *self._shape))
+        values[used] = part
+        return values
 
-    def _class_circles(self, parity: ParityBasis) -> FloatArray:
-        """Circle functions of a class on the grid, shape (points, members); kept for next time."""
+    def _class_tables(self, parity: ParityBasis) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A class on the grid, kept for next time: along x, along y, and its circle functions.
+
+        Shapes (nx, degrees), (degrees, ny) and (members, points).
+        """
         key = parity.parity
         if key not in self._by_class:
-            self._by_class[key] = parity.combine(self._circles)
+            self._by_class[key] = (
+                np.ascontiguousarray(self._along_x[:, parity.degrees_x]),
+                np.ascontiguousarray(self._along_y[:, parity.degrees_y].T),
+                np.ascontiguousarray(parity.combine(self._circles).T),
+            )
         return self._by_class[key]
 
-    def _place(
-        self, total: ComplexArray, part: ComplexArray, *, flip_x: bool, flip_y: bool
-    ) -> None:
+    def _place(self, total: FloatArray, part: FloatArray, *, flip_x: bool, flip_y: bool) -> None:
         """Write the fundamental part, or a mirror image of it, to where it belongs."""
         nx, ny = part.shape[1:]
         # An odd count has its middle line in the part, and the image leaves it out.
@@ -119,5 +126,6 @@ class GridTable:
         total[:, rows, columns] = own
 
 
-def _is_mirrored(points: FloatArray) -> bool:
+def is_mirrored(points: FloatArray) -> bool:
+    """Whether points along a line are their own mirror image about zero."""
     return bool(np.all(np.abs(points + points[::-1]) < SAME_PLACE))

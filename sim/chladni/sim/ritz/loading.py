@@ -38,12 +38,12 @@ class ClassLoad:
     """Loads as one parity class meets them, each of shape (class size or conditions, loads).
 
     `force` acts at every frequency, `inertia` times ω²/(1 + iη), and the solution's support
-    moments must cancel `supports`/(1 + iη).
+    moments must cancel `supports`/(1 + iη); None where the loads bring no deflection of their own.
     """
 
     force: FloatArray
     inertia: FloatArray
-    supports: FloatArray
+    supports: FloatArray | None
 
 
 class LoadCase:
@@ -86,9 +86,8 @@ class LoadCase:
 
     def _project(self, parity: ParityBasis) -> ClassLoad:
         size, count = parity.size, len(self._loads)
-        conditions = self._assembly.supports(parity).shape[0]
         force, inertia = np.zeros((size, count)), np.zeros((size, count))
-        supports = np.zeros((conditions, count))
+        supports: FloatArray | None = None
         if any(self._direct):
             force += (self._shares @ self._spread.values(parity, (0, 0))).T
         if self._tables is not None:

@@ -19,6 +19,10 @@ CONDITION_FLOOR = 1e-9
 """A support condition this much smaller than the largest holds by parity alone."""
 
 
+SOLVED_BEFORE_MODES = 3
+"""Modes cost as much as about five solutions without them."""
+
+
 class ClassModes:
     """Modes of (stiffness, mass) over the `subset` of functions that obeys `supports`.
 
@@ -38,6 +42,7 @@ class ClassModes:
         rows: NDArray[np.intp],
     ) -> None:  # fmt: skip
         self._subset = subset
+        self._solved = 0
         self._size = stiffness.shape[0]
         square = np.ix_(subset, subset)
         self._stiffness, self._mass = stiffness[square], mass[square]
@@ -103,10 +108,14 @@ class ClassModes:
         ratio, vectors = self._whitened
         stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
         gain = 1.0 / (stiffness - omega**2 * ratio)
-        return self._spread(particular + vectors @ (gain[:, None] * (vectors.T @ own)), load)
+        modal = gain[:, None] * _product(vectors.T, own)
+        return self._spread(particular + _product(vectors, modal), load)
 
     def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
-        """The same for one frequency alone, without modes: cheaper where no other follows."""
+        """The same without modes: cheaper for one frequency, and by modes once more are asked."""
+        if self._solved >= SOLVED_BEFORE_MODES:
+            return self.respond(load, omega, loss_factor)
+        self._solved += 1
         particular, own = self._prepare(load, omega, loss_factor)
         null = self._split[0] * self._scale[:, None]
         dynamic = (1.0 + 1j * loss_factor) * self._stiffness - omega**2 * self._mass
@@ -119,10 +128,11 @@ class ClassModes:
         """A displacement that meets the supports, and the force that is left to the free part."""
         factor = 1.0 + 1j * loss_factor
         own = (load.force + omega**2 / factor * load.inertia)[self._subset]
-        particular = -self._inverse_supports(load.supports) / factor
-        if particular.any():
+        particular: ComplexArray = np.zeros(own.shape, dtype=np.complex128)
+        if load.supports is not None and load.supports.any():
+            particular = np.asarray(-self._inverse_supports(load.supports) / factor)
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
-        return np.asarray(particular, dtype=np.complex128), np.asarray(own, dtype=np.complex128)
+        return particular, np.asarray(own, dtype=np.complex128)
 
     def _spread(self, solution: ComplexArray, load: ClassLoad) -> ComplexArray:
         result = np.zeros((load.force.shape[0], solution.shape[1]), dtype=np.complex128)
@@ -133,3 +143,12 @@ class ClassModes:
         """Least coefficients with the given support moments (conditions, loads)."""
         scaled = moments[self._rows][self._kept] * self._row_scale[:, None]
         return np.asarray(self._scale[:, None] * (self._split[1] @ scaled))
+
+
+def _product(matrix: FloatArray, columns: ComplexArray) -> ComplexArray:
+    """A real matrix times a few complex columns, without a complex copy of the matrix."""
+    count = columns.shape[1]
+    both = matrix @ np.concatenate((columns.real, columns.imag), axis=1)
+    result = np.empty((matrix.shape[0], count), dtype=np.complex128)
+    result.real, result.imag = both[:, :count], both[:, count:]
+    return result

@@ -12,6 +12,7 @@ from chladni.sim.loads import Load
 from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
+from chladni.sim.ritz.orbits import orbits_of
 from chladni.sim.ritz.scaling import (
     LEVELS,
     first_level,
@@ -89,16 +90,17 @@ class RitzPlate:
         omega = 2.0 * np.pi * frequency_hz
         waves = wave_number(self.geometry, omega)
         level = first_level(self.geometry, tolerance)
+        orbits = orbits_of(loads, self.mirrors, x, y)
         while True:
             solver = self._solver(waves, level)
             self._refuse_resonance(solver, frequency_hz)
-            case = solver.case(loads)
+            case = solver.case(orbits.distinct)
             solution = solver.coefficients(case, omega, self.loss_factor)
             error = solver.error_estimate(case, solution, omega, self.loss_factor)
             if error <= tolerance or level == LEVELS - 1 or self._resolution:
                 break
             level += 1
-        values = solver.field(case, solution, self.loss_factor, x, y)
+        values = orbits.unfold(solver.field(case, solution, self.loss_factor, x, y))
         return Response(values, solver.basis.size, error, frequency_hz)
 
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:

@@ -69,7 +69,7 @@ class Solver:
             mass = self.assembly.mass(basis)
             supports = self.assembly.supports(basis)
             rings = self.basis.resolution.rim_rings
-            row_orders = self.assembly.support_orders(basis)
+            row_orders = self.assembly.support_orders(supports.shape[0])
             coarser = [
                 ClassModes(
                     stiffness,
