@@ -53,9 +53,7 @@ class GridTable:
                 sign = -1.0 if flip_x and odd_x else 1.0
                 in_x[odd_y] = in_x[odd_y] + sign * part if odd_y in in_x else sign * part
             for flip_y in (False, True) if self._fold_y else (False,):
-                own = in_x[False]
-                if True in in_x:
-                    own = own - in_x[True] if flip_y else own + in_x[True]
+                own = _even_and_odd(in_x, -1.0 if flip_y else 1.0)
                 self._place(total.real, own[:loads], flip_x=flip_x, flip_y=flip_y)
                 self._place(total.imag, own[loads:], flip_x=flip_x, flip_y=flip_y)
         return total
@@ -124,6 +122,14 @@ class GridTable:
         own = part[:, :: -1 if flip_x else 1, :: -1 if flip_y else 1]
         own = own[:, : left if flip_x else nx, : below if flip_y else ny]
         total[:, rows, columns] = own
+
+
+def _even_and_odd(in_x: dict[bool, FloatArray], sign: float) -> FloatArray:
+    """The even part plus `sign` times the odd one, either of which may be missing."""
+    if True not in in_x:
+        return in_x[False]
+    odd = in_x[True] if sign > 0 else -in_x[True]
+    return in_x[False] + odd if False in in_x else odd
 
 
 def is_mirrored(points: FloatArray) -> bool:
