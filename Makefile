@@ -6,7 +6,7 @@ endif
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-NATIVE_SOURCES := $(shell find firmware -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
+NATIVE_SOURCES := $(shell find firmware tables/kernel wheel -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
 # One BLAS thread per process: the small matrices here gain nothing from more, and joblib's
 # processes would fight over the cores.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -36,7 +36,7 @@ lint: venv  ## ruff, mypy, clang-format, generated headers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'firmware/*.cpp' 'firmware/*.hpp')
+	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.cpp' '*.hpp')
 	$(BIN)/python tools/generate_headers.py --check
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
