@@ -68,20 +68,17 @@ void check(const Objective& self, const Vector& vector, const char* message) {
 
 NB_MODULE(_kernel, module) {
   nb::class_<SharedFields>(module, "Fields")
-      .def("__init__",
-           [](SharedFields* self, const Planes& planes) {
-             new (self) SharedFields(make_fields(planes));
-           })
+      .def("__init__", [](SharedFields* self,
+                          const Planes& planes) { new (self) SharedFields(make_fields(planes)); })
       .def_prop_ro("shape", [](const SharedFields& self) {
         return nb::make_tuple(self.fields->count(), self.fields->nx(), self.fields->ny());
       });
   nb::class_<Objective>(module, "Objective")
       .def("__init__",
-           [](Objective* self, const SharedFields& fields, const Image& target,
-              double weight_ssim, double weight_contrast, const Image& inside,
-              const Image& outside) {
-             new (self) Objective(make_objective(fields, target, weight_ssim, weight_contrast,
-                                                 inside, outside));
+           [](Objective* self, const SharedFields& fields, const Image& target, double weight_ssim,
+              double weight_contrast, const Image& inside, const Image& outside) {
+             new (self) Objective(
+                 make_objective(fields, target, weight_ssim, weight_contrast, inside, outside));
            })
       .def_prop_ro("evaluations", &Objective::evaluations)
       .def("evaluate",

@@ -45,8 +45,7 @@ void update(double* curvature, const Vector& step, const Vector& change) {
   const double factor = (1.0 + dot(change, hy) / r) / r;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
-      curvature[i * n + j] +=
-          factor * step[i] * step[j] - (hy[i] * step[j] + step[i] * hy[j]) / r;
+      curvature[i * n + j] += factor * step[i] * step[j] - (hy[i] * step[j] + step[i] * hy[j]) / r;
     }
   }
 }
@@ -114,8 +113,7 @@ double Objective::evaluate(const double* drive, double* gradient) {
 }
 
 // sign * weight * ln(z'Az), with its gradient added.
-double Objective::add_form(const Vector& form, const double* drive, double sign,
-                           double* gradient) {
+double Objective::add_form(const Vector& form, const double* drive, double sign, double* gradient) {
   const std::size_t n = size();
   double value = 0.0;
   for (std::size_t i = 0; i < n; ++i) {

@@ -24,7 +24,8 @@ constexpr std::size_t kPad = kWindow - 1;
 CHLADNI_VECTORISED
 void sum_of_seven(const double* __restrict in, double* __restrict out, std::size_t count) {
   for (std::size_t j = 0; j < count; ++j) {
-    out[j] = ((in[j] + in[j + 1]) + (in[j + 2] + in[j + 3])) + ((in[j + 4] + in[j + 5]) + in[j + 6]);
+    out[j] =
+        ((in[j] + in[j + 1]) + (in[j + 2] + in[j + 3])) + ((in[j + 4] + in[j + 5]) + in[j + 6]);
   }
 }
 
@@ -90,7 +91,8 @@ double similarity(const double* __restrict sums, const double* __restrict target
     total += s;
     by_variance[j] = v;
     by_covariance[j] = c;
-    by_mean[j] = 2.0 * y * a2 * below - 2.0 * x * s * (b2 * below) - kSample * (c * y + 2.0 * v * x);
+    by_mean[j] =
+        2.0 * y * a2 * below - 2.0 * x * s * (b2 * below) - kSample * (c * y + 2.0 * v * x);
   }
   return total;
 }
@@ -124,19 +126,23 @@ Ssim::Ssim(std::shared_ptr<const Fields> fields, const double* target)
   const std::size_t windows = (nx - kPad) * (ny - kPad);
   target_mean_.resize(windows);
   target_variance_.resize(windows);
+  const std::size_t count = ny - kPad;
+  std::vector<double> columns(2 * ny), sums(2 * count);
   for (std::size_t i = 0; i + kPad < nx; ++i) {
-    for (std::size_t j = 0; j + kPad < ny; ++j) {
-      double sum = 0.0, squares = 0.0;
-      for (std::size_t a = i; a < i + kWindow; ++a) {
-        for (std::size_t b = j; b < j + kWindow; ++b) {
-          const double value = target_[a * ny + b];
-          sum += value;
-          squares += value * value;
-        }
+    std::fill(columns.begin(), columns.end(), 0.0);
+    for (std::size_t row = i; row < i + kWindow; ++row) {
+      for (std::size_t j = 0; j < ny; ++j) {
+        const double value = target_[row * ny + j];
+        columns[j] += value;
+        columns[ny + j] += value * value;
       }
-      const double mean = sum / kSamples;
-      target_mean_[i * (ny - kPad) + j] = mean;
-      target_variance_[i * (ny - kPad) + j] = kSample * (squares / kSamples - mean * mean);
+    }
+    sum_of_seven(columns.data(), sums.data(), count);
+    sum_of_seven(columns.data() + ny, sums.data() + count, count);
+    for (std::size_t j = 0; j < count; ++j) {
+      const double mean = sums[j] / kSamples;
+      target_mean_[i * count + j] = mean;
+      target_variance_[i * count + j] = kSample * (sums[count + j] / kSamples - mean * mean);
     }
   }
   real_.resize(points);
@@ -210,8 +216,8 @@ void Ssim::add_row(std::size_t row, const Range& range) {
   double* kept = rows_.data() + 3 * (row % kWindow) * ny;
   const double scale = range.span > 0.0 ? 1.0 / range.span : 0.0;
   for (std::size_t j = 0; j < ny; ++j) {
-    const double value = scale > 0.0 ? (static_cast<double>(magnitude[j]) - range.bottom) * scale
-                                     : 0.0;
+    const double value =
+        scale > 0.0 ? (static_cast<double>(magnitude[j]) - range.bottom) * scale : 0.0;
     const double square = value * value, product = value * target[j];
     image[j] = value;
     column_sums_[j] += value - kept[j];
@@ -264,8 +270,8 @@ void Ssim::image_row(std::size_t row, const Range& range, double* gradient) {
   const std::size_t ny = fields_->ny(), first = row * ny;
   const double windows = static_cast<double>((fields_->nx() - kPad) * (ny - kPad));
   slopes(spread_sums_.data(), image_.data() + first, target_.data() + first,
-         magnitude_.data() + first, weight_.data(), 1.0 / (kSamples * windows), ny, ny,
-         &slope_sum_, &slope_by_image_);
+         magnitude_.data() + first, weight_.data(), 1.0 / (kSamples * windows), ny, ny, &slope_sum_,
+         &slope_by_image_);
   thread_local std::vector<double> part;
   part.assign(size(), 0.0);
   project_row(*fields_, first, ny, real_.data() + first, imaginary_.data() + first, weight_.data(),

@@ -140,7 +140,7 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
         (["solve", "prototype", "--target", "ten,0"], "--target"),
         (["solve", "prototype", "--target", "1,2,3"], "--target"),
         (["solve", "prototype", "--target", "nan,0"], "--target"),
-        (["solve", "prototype", "--target", "0,0", "--method", "magic"], "phasor, least-squares"),
+        (["solve", "prototype", "--target", "0,0", "--method", "magic"], "phasor, anneal"),
         (["solve", "prototype", "--target", "0,0", "--seed", "x"], "--seed"),
         (["solve", "nowhere", "--target", "0,0"], "paper, prototype"),
         (["board", "show", "no/such.toml"], "paper, prototype"),

@@ -10,26 +10,39 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.host import plate_commands
+from chladni.host import compare_command, plate_commands
 from chladni.host.console import (
     answer,
     check_output,
     parse_place,
     progress_bar,
-    write_arrays,
-    write_whole,
 )  # fmt: skip
 from chladni.host.emulator import LEVEL, TouchEvent
+from chladni.host.figures import save
 from chladni.host.loop import board_of, run_loop
-from chladni.host.options import BoardArgument, JsonOption, SeedOption
+from chladni.host.options import (
+    PARTIAL,
+    BoardArgument,
+    FigureOption,
+    JobsOption,
+    JsonOption,
+    MethodOption,
+    ObjectiveOption,
+    SeedOption,
+    check_figure,
+    check_jobs,
+)  # fmt: skip
+from chladni.host.solver_figures import trace_figure
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.files import write_arrays, write_whole
 from chladni.sim.transfer import plate_model
-from chladni.tables.build import build_table
+from chladni.tables.build import OBJECTIVE, build_table
 from chladni.tables.format import pack, read_table
+from chladni.tables.methods import SEED
 from chladni.tables.scorecard import score
-from chladni.tables.solve import METHODS, SEED, Solution, solve
+from chladni.tables.solve import Solution, check_request, solve
 
 app = typer.Typer(
     help="Put a vibration where a finger is.", no_args_is_help=True, add_completion=False,
@@ -41,6 +54,7 @@ app.add_typer(board_app, name="board")
 app.add_typer(table_app, name="table")
 
 plate_commands.register(app)
+compare_command.register(app)
 
 
 @board_app.command("show")
@@ -66,29 +80,54 @@ def board_show(board: BoardArgument, as_json: JsonOption = False) -> None:
 def solve_command(
     board: BoardArgument,
     target: Annotated[str, typer.Option(help="Where the vibration shall be: X,Y (mm).")],
-    method: Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")] = METHODS[0],
+    method: MethodOption = "phasor",
+    objective: ObjectiveOption = "ssim",
     seed: SeedOption = SEED,
-    steps: Annotated[int | None, typer.Option(help="Steps per climb.")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps, in place of the method's own.")] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option(help="Keep an annealing's course here (.npz), and go on from it."),
+    ] = None,
+    figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Find the drive that best focuses the vibration at one place, and score it."""
+    place = parse_place(target, "--target")
+    check_request(method, objective, seed, steps, trace)
+    if trace is not None:
+        check_output(trace, "--trace")
+    check_figure(figure)
+    if figure is not None and trace is None:
+        raise InputError("--figure", str(figure), "--trace beside it, for it draws the trace")
     loaded = load_board(board)
-    solution = solve(loaded, parse_place(target, "--target"), method=method, seed=seed, steps=steps)
-    title = f"{loaded.name}: focus at {target} mm"
-    answer(solution_report(loaded, solution), as_json=as_json, title=title)
+    with progress_bar(method) as progress:
+        solution = solve(
+            loaded, place, method=method, objective=objective, seed=seed, steps=steps,
+            trace=trace, progress=progress,
+        )  # fmt: skip
+    if figure is not None and trace is not None:
+        save(trace_figure(trace, solution), figure)
+    report = solution_report(loaded, solution)
+    if not report["movable"]:
+        sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
+    answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
 
 
 def solution_report(board: Board, solution: Solution) -> dict[str, Any]:
     """A solution and its scorecard as `chladni solve --json` answers."""
     card = asdict(score(solution, board))
-    baselines = {key: card.pop(key) for key in ("silent", "nearest_actuator", "misplaced")}
+    baselines = card.pop("nulls")
     return {
         "target_mm": list(solution.target_mm),
         "method": solution.method,
+        "objective": solution.objective,
         "drive": drive_entries(board, solution.drive),
         **card,
         "seconds": solution.seconds,
         "evaluations": solution.evaluations,
+        "details": {
+            name: value if np.isfinite(value) else None for name, value in solution.details.items()
+        },
         "baselines": baselines,
     }
 
@@ -111,17 +150,21 @@ def drive_entries(
 def table_build(
     board: BoardArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
+    objective: ObjectiveOption = OBJECTIVE,
     seed: SeedOption = SEED,
-    jobs: Annotated[int | None, typer.Option(help="Processes; all cores by default.")] = None,
+    jobs: JobsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Solve every region of a board and pack the drives into a table."""
     check_output(output, "-o")
-    if jobs is not None and jobs < 1:
-        raise InputError("--jobs", jobs, "at least 1")
+    check_jobs(jobs)
+    check_request("phasor", objective, seed, None, None)
     loaded = load_board(board)
+    partial = output.with_name(output.name + PARTIAL)
     with progress_bar("solving") as progress:
-        table, report = build_table(loaded, seed=seed, jobs=jobs, progress=progress)
+        table, report = build_table(
+            loaded, objective=objective, seed=seed, jobs=jobs, progress=progress, partial=partial
+        )
     write_whole(output, pack(table))
     answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")
 
@@ -219,6 +262,8 @@ def main() -> None:
         sys.exit(_complain(str(error), 2))
     except ChladniError as error:
         sys.exit(_complain(str(error), 1))
+    except KeyboardInterrupt:
+        sys.exit(_complain("interrupted; the same command goes on from what was kept", 130))
     except OSError as error:
         sys.exit(_complain(f"{error.filename or 'output'}: {error.strerror}", 1))
 

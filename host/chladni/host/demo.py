@@ -11,17 +11,18 @@ from rich.console import Console
 from rich.table import Table as RichTable
 
 from chladni.host.cli import drive_entries
-from chladni.host.console import progress_bar, write_whole
+from chladni.host.console import progress_bar
 from chladni.host.emulator import TouchEvent
 from chladni.host.figures import chain_figure, save
 from chladni.host.loop import LoopReport, run_loop
 from chladni.sim.board import Board, Regions
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError
+from chladni.sim.files import write_whole
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import Table, pack
+from chladni.tables.scene import scene_of
 from chladni.tables.scorecard import Scorecard, score_field
-from chladni.tables.solve import scene_of
 
 TOUCH_MM = (10.0, 25.0)
 TOUCH_AT_MS = 20.0
@@ -79,9 +80,9 @@ def _scorecard(
     place = f"{report.target_mm[0]:.1f}, {report.target_mm[1]:.1f} mm"
     rows = [
         ("SSIM of the PWM's field", f"{card.ssim:.4f}", f"table entry {report.ssim_table:.4f}"),
-        ("  nothing moves", f"{card.silent:.4f}", "null model"),
-        ("  nearest coil alone", f"{card.nearest_actuator:.4f}", "null model"),
-        ("  a focus elsewhere", f"{card.misplaced:.4f}", "null model"),
+        ("  nothing moves", f"{card.nulls.silent:.4f}", "null model"),
+        ("  nearest coil alone", f"{card.nulls.nearest_actuator:.4f}", "null model"),
+        ("  a focus elsewhere", f"{card.nulls.misplaced:.4f}", "null model"),
         ("peak off the target", f"{card.focal_error_mm:.1f} mm", f"region centre {place}"),
         ("contrast", f"{card.contrast_db:.2f} dB", f"no drive beats {card.contrast_limit_db:.2f}"),
         ("second finger", f"{card.second_finger_db:.2f} dB", "above 0: felt here, not there"),

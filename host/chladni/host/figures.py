@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chladni.host.console import write_whole
 from chladni.host.emulator import Recording
 from chladni.sim.actuator import WaveResponse, motion
 from chladni.sim.board import MM, Board, Coil
+from chladni.sim.files import write_whole
 from chladni.sim.metrics import image_of
 from chladni.sim.modes import ModeShapes
 from chladni.sim.waveforms import WAVEFORMS, Waveform, harmonics, synthesise

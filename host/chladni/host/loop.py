@@ -17,7 +17,7 @@ from chladni.sim.energy import compose
 from chladni.sim.errors import InputError
 from chladni.sim.transfer import check_target, target_field
 from chladni.tables.format import Table
-from chladni.tables.solve import scene_of
+from chladni.tables.scene import scene_of
 
 ComplexArray = NDArray[np.complex128]
 

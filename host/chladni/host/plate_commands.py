@@ -12,13 +12,14 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.host import figures
-from chladni.host.console import answer, check_output, parse_place, write_arrays
-from chladni.host.options import BoardArgument, JsonOption
+from chladni.host.console import answer, check_output, parse_place
+from chladni.host.options import BoardArgument, FigureOption, JsonOption, check_figure
 from chladni.sim.actuator import wave_response
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.energy import compose, energy_image
 from chladni.sim.errors import InputError
+from chladni.sim.files import write_arrays
 from chladni.sim.transfer import (
     TOLERANCE,
     actuator_loads,
@@ -31,7 +32,6 @@ from chladni.sim.waveforms import WAVEFORMS
 LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
 MOST_MODES = 500
-FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]
 
 
 def register(app: typer.Typer) -> None:
@@ -171,11 +171,7 @@ def sweep(
 def _check_outputs(output: Path | None, figure: Path | None) -> None:
     if output:
         check_output(output, "-o")
-    if figure:
-        check_output(figure, "--figure")
-        if figure.suffix not in figures.FORMATS:
-            expected = "a name that ends in " + ", ".join(figures.FORMATS)
-            raise InputError("--figure", str(figure), expected)
+    check_figure(figure)
 
 
 def _index_of(board: Board, actuator: str) -> int:

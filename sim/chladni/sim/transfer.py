@@ -180,12 +180,30 @@ def target_field(
     InputError
         The place is not on the board.
     """
-    place = check_target(board, target_mm)
+    return target_fields(
+        board, [target_mm], frequency_hz=frequency_hz, tolerance=tolerance, model=model
+    )
+
+
+def target_fields(
+    board: Board,
+    targets_mm: Sequence[tuple[float, float]],
+    *,
+    frequency_hz: float | None = None,
+    tolerance: float = TOLERANCE,
+    model: PlateModel | None = None,
+) -> Response:
+    """The same for several places at once, shape (places, nx, ny).
+
+    Raises
+    ------
+    InputError
+        A place is not on the board.
+    """
+    loads = [_load(board, *check_target(board, target)) for target in targets_mm]
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
-    return model.respond(
-        [_load(board, *place)], frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
-    )
+    return model.respond(loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance)
 
 
 def actuator_loads(board: Board) -> list[Load]:

@@ -2,11 +2,15 @@
 
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import Table, pack, read_table, unpack
+from chladni.tables.methods import METHODS
+from chladni.tables.objectives import OBJECTIVES
+from chladni.tables.scene import scene_of
 from chladni.tables.scorecard import Scorecard, score, score_field
-from chladni.tables.solve import METHODS, Solution, scene_of, solve
+from chladni.tables.solve import Solution, solve
 
 __all__ = [
     "METHODS",
+    "OBJECTIVES",
     "Scorecard",
     "Solution",
     "Table",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial as partial_function
+from importlib.metadata import version
+from pathlib import Path
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,15 +15,19 @@ from chladni.sim import metrics
 from chladni.sim.board import Board
 from chladni.sim.energy import compose
 from chladni.sim.mirrors import BoardMirrors, board_mirrors
+from chladni.tables.batch import over_targets
+from chladni.tables.checkpoint import Checkpoint, Result
 from chladni.tables.format import Limits, Table, check_fits, dequantise, pack, quantise
+from chladni.tables.methods import SEED, Options, Progress
 from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.solve import SEED, scene_of, solve
+from chladni.tables.scene import Problem, scene_of
+from chladni.tables.solve import check_request, solve_problem
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
-Progress = Callable[[int, int], None]
-"""Called with (solved, all) places."""
+OBJECTIVE = "ssim"
+"""What a table's drives are best at unless somebody asks for something else."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +57,21 @@ class _Solved:
     ssim_loss: float
     field_error_db: float
 
+    @classmethod
+    def of(cls, result: Result) -> _Solved:
+        """From the numbers a worker gave."""
+        drive = np.array([complex(*parts) for parts in result["drive"]])
+        return cls(drive, result["ssim"], result["ssim_loss"], result["field_error_db"])
+
 
 def build_table(
     board: Board,
     *,
+    objective: str = OBJECTIVE,
     seed: int = SEED,
     jobs: int | None = None,
     progress: Progress | None = None,
+    partial: Path | None = None,
 ) -> tuple[Table, TableReport]:
     """Solve all regions of a board and pack their drives.
 
@@ -69,13 +81,18 @@ def build_table(
     ----------
     board
         The board.
+    objective
+        What the drives are best at, a key of `OBJECTIVES`.
     seed
         Of the solver; same board, seed and version give the same table.
     jobs
-        Processes; all cores by default.
+        Threads; all cores by default.
     progress
         Called after each place that is solved.
+    partial
+        Where finished places are kept until all are; a build that was cut off goes on from it.
     """
+    check_request("phasor", objective, seed, None, None)
     started = time.perf_counter()
     grid, mirrors = region_grid(board), board_mirrors(board)
     empty = np.zeros((grid.count, len(board.actuators)), dtype=np.complex128)
@@ -83,10 +100,22 @@ def build_table(
     sources = _sources(grid, mirrors, len(board.actuators))
     places = sorted({source for source, _ in sources})
     solved: dict[int, _Solved] = {}
-    for number, (region, result) in enumerate(_solve_all(board, grid, places, seed, jobs), 1):
-        solved[region] = result
-        if progress:
-            progress(number, len(places))
+    key = {
+        "board": f"{board.fingerprint():#018x}", "objective": objective, "seed": seed,
+        "version": version("chladni"),
+    }  # fmt: skip
+    with Checkpoint(partial, key) as checkpoint:
+        results = over_targets(
+            scene_of(board),
+            [grid.centre_mm(region) for region in places],
+            partial_function(_solve_region, options=Options(objective, seed)),
+            jobs=jobs,
+            checkpoint=checkpoint,
+        )
+        for number, (region, result) in enumerate(zip(places, results, strict=True), 1):
+            solved[region] = _Solved.of(result)
+            if progress:
+                progress(number, len(places))
     drives = np.stack([solved[source].drive[list(permutation)] for source, permutation in sources])
     table = _table(board, grid, drives)
     every = [solved[source] for source, _ in sources]
@@ -144,29 +173,17 @@ def _sources(
     return sources
 
 
-def _solve_all(
-    board: Board, grid: RegionGrid, places: list[int], seed: int, jobs: int | None
-) -> Iterator[tuple[int, _Solved]]:
-    workers = min(jobs or os.cpu_count() or 1, len(places))
-    calls = (joblib.delayed(_solve_region)(board, grid.centre_mm(r), seed) for r in places)
-    # Generators come back in order, so the table does not depend on who finished first.
-    results = joblib.Parallel(n_jobs=workers, return_as="generator")(calls)
-    yield from zip(places, results, strict=True)
-
-
-def _solve_region(board: Board, target_mm: tuple[float, float], seed: int) -> _Solved:
-    solution = solve(board, target_mm, seed=seed)
-    fields = scene_of(board).fields.values
-    gain = board.drive.max_gain
-    stored = dequantise(quantise(solution.drive, gain), gain)
-    decoded = compose(fields, stored)
-    wanted = np.abs(solution.target_field)
-    return _Solved(
-        drive=solution.drive,
-        ssim=metrics.ssim(np.abs(decoded), wanted),
-        ssim_loss=solution.ssim - metrics.ssim(np.abs(decoded), wanted),
-        field_error_db=field_error_db(decoded, solution.field),
-    )
+def _solve_region(problem: Problem, options: Options) -> Result:
+    solution = solve_problem(problem, "phasor", options)
+    gain = problem.board.drive.max_gain
+    decoded = compose(problem.transfer, dequantise(quantise(solution.drive, gain), gain))
+    ssim = metrics.ssim(np.abs(decoded), np.abs(problem.wanted))
+    return {
+        "drive": [[float(c.real), float(c.imag)] for c in solution.drive],
+        "ssim": ssim,
+        "ssim_loss": solution.ssim - ssim,
+        "field_error_db": field_error_db(decoded, solution.field),
+    }
 
 
 def field_error_db(decoded: ComplexArray, exact: ComplexArray) -> float:

@@ -10,20 +10,37 @@ from numpy.typing import NDArray
 from chladni.sim import metrics
 from chladni.sim.board import MM, Board
 from chladni.sim.transfer import target_field
-from chladni.tables.solve import Scene, Solution, scene_of
+from chladni.tables.methods.base import Options
+from chladni.tables.methods.nearest import nearest
+from chladni.tables.scene import Problem, Scene, scene_of
+from chladni.tables.solve import Solution
 
 ComplexArray = NDArray[np.complex128]
 
 DIFFRACTION_SPOT = 0.36
 """Width at half maximum of J₀², the narrowest focus of waves from all sides, in wavelengths."""
+STILL = 1e-9
+"""A place where every actuator does this little beside its most does not move."""
+
+
+@dataclass(frozen=True)
+class NullModels:
+    """SSIM that comes for nothing: what a score has to beat.
+
+    `silent` is no vibration at all, `nearest_actuator` the single best-placed coil, `misplaced` a
+    perfect focus in the wrong place.
+    """
+
+    silent: float
+    nearest_actuator: float
+    misplaced: float
 
 
 @dataclass(frozen=True)
 class Scorecard:
     """How good one field is for one target. Lengths in mm, ratios in dB.
 
-    `silent`, `nearest_actuator` and `misplaced` are the SSIM of null models: no vibration at all,
-    the single best-placed coil, and a perfect focus in the wrong place.
+    `movable` says whether any drive of these actuators moves the target at all.
     """
 
     ssim: float
@@ -35,9 +52,8 @@ class Scorecard:
     louder_fraction: float
     spot_mm2: float
     diffraction_spot_mm: float
-    silent: float
-    nearest_actuator: float
-    misplaced: float
+    movable: bool
+    nulls: NullModels
 
 
 def score(solution: Solution, board: Board) -> Scorecard:
@@ -55,28 +71,42 @@ def score_field(
     field, wanted
         complex128, shape (nx, ny), any scale.
     """
-    board = scene.board
+    problem = Problem(scene, target_mm, wanted)
+    return score_on(problem, field, null_models(problem))
+
+
+def null_models(problem: Problem) -> NullModels:
+    """The null models of one target."""
+    scene, wanted = problem.scene, np.abs(problem.wanted)
+    alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
+    place = misplaced_target(problem.board, problem.target_mm)
+    wrong = target_field(problem.board, place, model=scene.model).values[0]
+    return NullModels(
+        silent=metrics.ssim(np.zeros_like(wanted), wanted),
+        nearest_actuator=metrics.ssim(np.abs(alone), wanted),
+        misplaced=metrics.ssim(np.abs(wrong), wanted),
+    )
+
+
+def score_on(problem: Problem, field: ComplexArray, nulls: NullModels) -> Scorecard:
+    """Score a field on a problem whose null models are known."""
+    board, place, disc = problem.board, problem.place, problem.disc
     x, y = board.x, board.y
-    place = (target_mm[0] * MM, target_mm[1] * MM)
-    disc = metrics.disc_mask(x, y, place, metrics.FINGERTIP_RADIUS)
-    target_image = np.abs(wanted)
-    limit, _ = metrics.best_contrast(scene.fields.values, disc)
-    wrong = target_field(board, misplaced_target(board, target_mm), model=scene.model).values[0]
+    reach = np.abs(problem.at_target).max()
+    wavelength = board.plate.wavelength(problem.scene.fields.frequency_hz)
     return Scorecard(
-        ssim=metrics.ssim(np.abs(field), target_image),
+        ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
         focal_error_mm=metrics.focal_error(field, x, y, place) / MM,
         centroid_error_mm=metrics.centroid_error(field, x, y, place) / MM,
         contrast_db=metrics.contrast_db(field, disc),
-        contrast_limit_db=limit,
+        contrast_limit_db=problem.contrast[0],
         second_finger_db=metrics.second_finger_db(field, x, y, place),
         louder_fraction=metrics.louder_fraction(field, disc),
         spot_mm2=metrics.spot_area(field, x, y) / MM**2,
-        diffraction_spot_mm=DIFFRACTION_SPOT
-        * board.plate.wavelength(scene.fields.frequency_hz) / MM,
-        silent=metrics.ssim(np.zeros_like(target_image), target_image),
-        nearest_actuator=metrics.ssim(np.abs(_nearest(scene, place)), target_image),
-        misplaced=metrics.ssim(np.abs(wrong), target_image),
-    )  # fmt: skip
+        diffraction_spot_mm=DIFFRACTION_SPOT * wavelength / MM,
+        movable=bool(reach > STILL * np.abs(problem.transfer).max()),
+        nulls=nulls,
+    )
 
 
 def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:
@@ -86,8 +116,3 @@ def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[floa
     if 2.0 * np.hypot(x, y) >= quarter:
         return -x, -y
     return x, y - quarter if y > 0.0 else y + quarter
-
-
-def _nearest(scene: Scene, place: tuple[float, float]) -> ComplexArray:
-    places = np.array([actuator.at for actuator in scene.board.actuators])
-    return np.asarray(scene.fields.values[np.argmin(np.linalg.norm(places - place, axis=1))])

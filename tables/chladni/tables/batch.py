@@ -1,0 +1,68 @@
+"""Many targets of one board: the plate solved once, target fields in groups, all cores at work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import joblib
+
+from chladni.tables.checkpoint import Checkpoint, Result
+from chladni.tables.scene import Problem, Scene
+
+Target = tuple[float, float]
+
+
+def over_targets(
+    scene: Scene,
+    targets_mm: Sequence[Target],
+    work: Callable[[Problem], Result],
+    *,
+    jobs: int | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Iterator[Result]:
+    """Run `work` on every target; results in the targets' order, whatever the number of jobs.
+
+    Parameters
+    ----------
+    jobs
+        Threads; all cores by default.
+    checkpoint
+        Holds what was finished before, and gets what is finished now.
+    """
+    kept = checkpoint or Checkpoint(None, {})
+    _ = scene.space, scene.mirrors  # found once, before there are threads
+    # Nearly all the time goes into compiled code that lets other threads run. Problems are made
+    # while nobody else makes one, since joblib draws from the generator under a lock.
+    calls = (
+        joblib.delayed(_result)(problem, saved, work)
+        for problem, saved in _problems(scene, targets_mm, kept)
+    )
+    finished = joblib.Parallel(n_jobs=jobs or -1, prefer="threads", return_as="generator")(calls)
+    for target, result in zip(targets_mm, finished, strict=True):
+        name = _name(target)
+        yield result if kept.get(name) else kept.put(name, result)
+
+
+def _result(
+    problem: Problem | None, saved: Result | None, work: Callable[[Problem], Result]
+) -> Result:
+    if saved is not None:
+        return saved
+    assert problem is not None
+    return work(problem)
+
+
+def _problems(
+    scene: Scene, targets_mm: Sequence[Target], kept: Checkpoint
+) -> Iterator[tuple[Problem | None, Result | None]]:
+    """Problems of targets still to do. Groups are the same after a resume, and so are the bits."""
+    for group in scene.groups(targets_mm):
+        if all(kept.get(_name(target)) for target in group):
+            yield from ((None, kept.get(_name(target))) for target in group)
+            continue
+        for problem in scene.problems(group):
+            yield problem, kept.get(_name(problem.target_mm))
+
+
+def _name(target: Target) -> str:
+    return f"{target[0]!r},{target[1]!r}"
