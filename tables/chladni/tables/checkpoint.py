@@ -79,5 +79,7 @@ def _read(path: Path, key: Result) -> dict[str, Result]:
         if number == 0 and line != key:
             break
         if number > 0:
+            if not isinstance(line, dict) or line.keys() != {"name", "result"}:
+                break
             done[line["name"]] = line["result"]
     return done

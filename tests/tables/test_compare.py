@@ -1,0 +1,188 @@
+"""Methods over a board, and work that is cut off and goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import dataclasses
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.sim.board import Board
+from chladni.tables.batch import over_targets
+from chladni.tables.build import build_table
+from chladni.tables.checkpoint import Checkpoint, Result
+from chladni.tables.compare import NUMBERS, Row, as_csv, compare, contenders, summary
+from chladni.tables.format import pack
+from chladni.tables.methods import METHODS
+from chladni.tables.objectives import OBJECTIVES
+from chladni.tables.scene import Problem, scene_of
+from chladni.tables.solve import solve
+
+CHEAP = ["phasor", "nearest", "contrast", "gerchberg-saxton"]
+
+
+@pytest.fixture(scope="module")
+def rows(prototype: Board) -> list[Row]:
+    return compare(prototype, pitch=36e-3, methods=CHEAP)[1]
+
+
+def test_all_methods_and_objectives_are_compared() -> None:
+    pairs = contenders()
+    assert {method for method, _ in pairs} == set(METHODS)
+    assert [objective for method, objective in pairs if method == "phasor"] == list(OBJECTIVES)
+
+
+def test_a_row_is_what_solve_and_its_scorecard_say(prototype: Board, rows: list[Row]) -> None:
+    row = next(r for r in rows if r.method == "nearest" and r.x_mm > 0 and r.y_mm > 50)
+    solution = solve(prototype, (row.x_mm, row.y_mm), method="nearest")
+    assert row.numbers["ssim"] == pytest.approx(solution.ssim, abs=1e-9)
+
+
+def test_phasor_is_best_at_each_of_its_aims(rows: list[Row]) -> None:
+    for place in {(row.x_mm, row.y_mm) for row in rows}:
+        own = [row for row in rows if (row.x_mm, row.y_mm) == place]
+        best = {row.objective: row for row in own if row.method == "phasor"}
+        drives = [row for row in own if not np.isnan(row.numbers["contrast_db"])]
+        assert best["ssim"].numbers["ssim"] >= max(r.numbers["ssim"] for r in own) - 1e-4
+        top = max(r.numbers["contrast_db"] for r in drives)
+        assert best["contrast"].numbers["contrast_db"] >= top - 1e-9
+        for row in drives:
+            assert row.numbers["contrast_db"] <= row.numbers["contrast_limit_db"] + 1e-9
+
+
+def test_null_models_stand_in_the_same_table(rows: list[Row]) -> None:
+    names = {row.method for row in rows}
+    assert {"silent", "misplaced", "nearest"} <= names
+    entries = {(e["method"], e["objective"]): e for e in summary(rows)}
+    assert entries["phasor", "ssim"]["ssim"] > entries["silent", "–"]["ssim"]
+    assert entries["silent", "–"]["seconds"] is None
+    json.dumps(list(entries.values()), allow_nan=False)
+
+
+def test_summary_takes_medians(rows: list[Row]) -> None:
+    own = [row.numbers["focal_error_mm"] for row in rows if row.method == "nearest"]
+    entry = next(e for e in summary(rows) if e["method"] == "nearest")
+    assert entry["focal_error_mm"] == np.median(own)
+    assert entry["targets"] == len(own)
+
+
+def test_csv_holds_every_number(rows: list[Row]) -> None:
+    table = list(csv.DictReader(io.StringIO(as_csv(rows).decode())))
+    assert len(table) == len(rows)
+    for line, row in zip(table, rows, strict=True):
+        assert line["method"] == row.method
+        for name in NUMBERS:
+            known = not np.isnan(row.numbers[name])
+            assert (line[name] != "") == known
+            if known:
+                assert float(line[name]) == pytest.approx(row.numbers[name], rel=1e-5, abs=1e-12)
+
+
+def test_mirrored_targets_score_alike(rows: list[Row]) -> None:
+    by_place = {(round(r.x_mm, 6), round(r.y_mm, 6), r.method, r.objective): r for r in rows}
+    for (x, y, method, objective), row in by_place.items():
+        if method != "phasor" or objective not in ("ssim", "contrast"):
+            continue
+        image = by_place[-x, -y, method, objective]
+        # Two searches of the same hill, from starts that are not mirrored.
+        assert image.numbers["ssim"] == pytest.approx(row.numbers["ssim"], abs=2e-3)
+
+
+# Work that is cut off
+
+
+class KilledError(Exception):
+    """Stands for a kill: nothing tidies up after it."""
+
+
+def interrupted(work: Callable[[Problem], Result], after: int) -> Callable[[Problem], Result]:
+    calls = 0
+
+    def run(problem: Problem) -> Result:
+        nonlocal calls
+        calls += 1
+        if calls > after:
+            raise KilledError
+        return work(problem)
+
+    return run
+
+
+def number_of(problem: Problem) -> Result:
+    return {"value": float(np.abs(problem.wanted).sum())}
+
+
+def test_finished_targets_are_not_done_again(prototype: Board, tmp_path: Path) -> None:
+    scene, kept = scene_of(prototype), tmp_path / "out.partial"
+    targets = [(float(x), 3.0) for x in range(-9, 10)]
+    straight = list(over_targets(scene, targets, number_of, jobs=1))
+    with pytest.raises(KilledError), Checkpoint(kept, {"of": "this"}) as checkpoint:
+        list(over_targets(scene, targets, interrupted(number_of, 7), jobs=1, checkpoint=checkpoint))
+    done = len(kept.read_text(encoding="utf-8").splitlines()) - 1
+    assert 0 < done <= 7
+    # A line torn by the kill is dropped.
+    kept.write_bytes(kept.read_bytes() + b'{"name": "3.0,')
+    left = interrupted(number_of, len(targets) - done)
+    with Checkpoint(kept, {"of": "this"}) as checkpoint:
+        assert list(over_targets(scene, targets, left, jobs=1, checkpoint=checkpoint)) == straight
+    assert not kept.exists()
+
+
+def killed_after_one(kept: Path) -> None:
+    with contextlib.suppress(KilledError), Checkpoint(kept, {"seed": 1}) as checkpoint:
+        checkpoint.put("a", {"value": 1.5})
+        raise KilledError
+
+
+def test_what_was_kept_of_other_work_is_not_used(tmp_path: Path) -> None:
+    kept = tmp_path / "out.partial"
+    killed_after_one(kept)
+    with Checkpoint(kept, {"seed": 1}) as checkpoint:
+        assert checkpoint.get("a") == {"value": 1.5}
+        checkpoint.put("b", {"value": float("nan")})
+        assert np.isnan((checkpoint.get("b") or {})["value"])
+    killed_after_one(kept)
+    with Checkpoint(kept, {"seed": 2}) as checkpoint:
+        assert checkpoint.get("a") is None
+
+
+@pytest.mark.parametrize("junk", [b"", b"\xff\xfe", b"[]\n", b'{"seed": 1}\n[1]\n'])
+def test_a_spoilt_file_is_begun_anew(tmp_path: Path, junk: bytes) -> None:
+    kept = tmp_path / "out.partial"
+    kept.write_bytes(junk)
+    with Checkpoint(kept, {"seed": 1}) as checkpoint:
+        assert checkpoint.get("a") is None
+
+
+@pytest.mark.slow
+def test_a_build_cut_off_gives_the_same_bytes(coarse_board: Board, tmp_path: Path) -> None:
+    kept = tmp_path / "t.partial"
+    whole = pack(build_table(coarse_board, jobs=1)[0])
+
+    def kill(done: int, _: int) -> None:
+        if done == 3:
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        build_table(coarse_board, progress=kill, partial=kept)
+    assert kept.exists()
+    assert pack(build_table(coarse_board, partial=kept)[0]) == whole
+    assert not kept.exists()
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_a_table_of_each_objective(coarse_board: Board, objective: str) -> None:
+    few = dataclasses.replace(
+        coarse_board, regions=dataclasses.replace(coarse_board.regions, pitch=36e-3)
+    )
+    table, report = build_table(few, objective=objective)
+    assert report.regions == table.grid.count == 8
+    assert report.ssim_loss_max < 1e-4
+    centre = solve(few, table.grid.centre_mm(0), objective=objective).drive
+    assert table.drive(0) == pytest.approx(centre, abs=1e-2 * np.abs(centre).max())
