@@ -158,6 +158,26 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
         (["table", "show", "none.chl"], "none.chl"),
         (["emulate", "none.chl", "--touch", "0,0@5", "--ms", "9", "-o", "r.npz"], "none.chl"),
         (["nonsense"], "nonsense"),
+        (["solve", "paper", "--target", "0,0", "--objective", "magic"], "ssim, contrast, peak"),
+        (
+            ["solve", "paper", "--target", "0,0", "--method", "nearest", "--objective", "peak"],
+            "objective",
+        ),
+        (["solve", "paper", "--target", "0,0", "--steps", "0"], "steps"),
+        (["solve", "paper", "--target", "0,0", "--trace", "t.npz"], "anneal"),
+        (["solve", "paper", "--target", "0,0", "--figure", "f.png"], "--trace"),
+        (
+            ["solve", "paper", "--target", "0,0", "--method", "anneal", "--trace", "no/t.npz"],
+            "--trace",
+        ),
+        (["compare", "nowhere"], "paper, prototype"),
+        (["compare", "paper", "--methods", "phasor,magic"], "least-squares"),
+        (["compare", "paper", "--pitch", "0"], "--pitch"),
+        (["compare", "paper", "--pitch", "nan"], "--pitch"),
+        (["compare", "paper", "--jobs", "0"], "--jobs"),
+        (["compare", "paper", "--figure", "f.gif"], ".png"),
+        (["compare", "paper", "-o", "no/c.csv"], "-o"),
+        (["table", "build", "paper", "-o", "t.chl", "--objective", "magic"], "ssim, contrast"),
     ],
 )
 def test_bad_arguments(

@@ -32,7 +32,7 @@ from chladni.tables.methods import METHODS, SEED
 from chladni.tables.solve import check_request
 
 PITCH_MM = 18.0
-SMALLEST_PITCH_MM, LARGEST_PITCH_MM = 1.0, 1000.0
+SMALLEST_PITCH_MM = 1.0
 SHOWN = {
     "ssim": "SSIM", "ssim_min": "least", "focal_error_mm": "focal mm",
     "centroid_error_mm": "centroid mm", "below_limit_db": "below limit dB",
@@ -67,10 +67,12 @@ def compare_methods(
     check_figure(figure)
     check_jobs(jobs)
     check_request("phasor", "ssim", seed, steps, None)
-    if not SMALLEST_PITCH_MM <= pitch <= LARGEST_PITCH_MM:
-        raise InputError("--pitch", pitch, f"{SMALLEST_PITCH_MM:g} to {LARGEST_PITCH_MM:g} mm")
     chosen = _methods(methods)
     loaded = load_board(board)
+    widest = min(loaded.plate.size) / MM
+    if not SMALLEST_PITCH_MM <= pitch <= widest:
+        expected = f"{SMALLEST_PITCH_MM:g} mm to the board's short side, {widest:g} mm"
+        raise InputError("--pitch", pitch, expected)
     kept = output.with_name(output.name + PARTIAL) if output is not None else None
     with progress_bar("targets") as progress:
         grid, rows = compare(

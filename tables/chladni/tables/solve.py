@@ -102,7 +102,7 @@ def solve(
         Target off the board, unknown method or objective, a trace of something else.
     """
     check_request(method, objective, seed, steps, trace)
-    options = Options(objective, seed, steps, trace, progress)
+    options = Options(objective, seed, steps, trace=trace, progress=progress)
     return solve_problem(scene_of(board).problem(target_mm), method, options)
 
 

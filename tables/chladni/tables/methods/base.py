@@ -30,6 +30,8 @@ class Options:
         Of everything random; the same seed gives the same drive.
     steps
         In place of the method's own number of steps.
+    finest
+        `phasor` ends on the image of every `finest`-th point each way; 1 is the whole image.
     trace
         File in which annealing keeps its course, and from which it goes on.
     progress
@@ -39,6 +41,7 @@ class Options:
     objective: str = "ssim"
     seed: int = SEED
     steps: int | None = None
+    finest: int = 1
     trace: Path | None = None
     progress: Progress | None = None
 

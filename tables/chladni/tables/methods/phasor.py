@@ -61,6 +61,8 @@ def phasor(problem: Problem, options: Options) -> Found:
     # A climb of more variables than the usual ten takes more steps.
     stretch = max(1.0, size / 10.0)
     for k, level in enumerate(space.levels, skipped):
+        if level.step < options.finest:
+            break
         objective = space.objective(
             level, problem.image, ssim=weights.ssim, contrast=weights.contrast, disc=problem.disc
         )
