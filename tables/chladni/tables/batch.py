@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 import joblib
 
 from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.scene import Problem, Scene
+from chladni.tables.scene import TOGETHER, Problem, Scene
 
 Target = tuple[float, float]
+AHEAD = 3 * TOGETHER
 
 
 def over_targets(
@@ -37,7 +38,11 @@ def over_targets(
         joblib.delayed(_result)(problem, saved, work)
         for problem, saved in _problems(scene, targets_mm, kept)
     )
-    finished = joblib.Parallel(n_jobs=jobs or -1, prefer="threads", return_as="generator")(calls)
+    # Enough are made ahead that the others have work while one thread makes the next group.
+    workers = joblib.Parallel(
+        n_jobs=jobs or -1, prefer="threads", return_as="generator", pre_dispatch=AHEAD
+    )
+    finished = workers(calls)
     for target, result in zip(targets_mm, finished, strict=True):
         name = _name(target)
         yield result if kept.get(name) else kept.put(name, result)
