@@ -19,7 +19,7 @@ from chladni.sim.loads import Load
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
-from chladni.sim.ritz.geometry import PlateGeometry
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
 from chladni.sim.ritz.symmetry import SAME_PLACE, Parity, ParityBasis
@@ -77,6 +77,15 @@ class LoadCase:
     def is_direct(self) -> bool:
         """Whether the basis carries every load without a deflection of its own."""
         return all(self._direct)
+
+    @property
+    def is_unresolved(self) -> bool:
+        """Whether a load disc lies on a glued disc that is not its own."""
+        discs = self._assembly.basis.geometry.inclusions
+        return any(
+            direct and load.radius > 0.0 and not any(_is_same_disc(load, disc) for disc in discs)
+            for load, direct in zip(self._loads, self._direct, strict=True)
+        )
 
     def in_class(self, parity: ParityBasis) -> ClassLoad:
         """The loads projected onto a parity class."""
@@ -164,14 +173,16 @@ def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
     if load.radius == 0.0:
         return Points(np.array([load.x]), np.array([load.y]), np.array([1.0]))
     for disc in geometry.inclusions:
-        if (
-            np.hypot(load.x - disc.x, load.y - disc.y) < SAME_PLACE
-            and abs(load.radius - disc.radius) < SAME_PLACE
-        ):
+        if _is_same_disc(load, disc):
             return quadrature.disc(disc.x, disc.y, disc.radius, RADIAL_POINTS, ANGULAR_POINTS)
     points = quadrature.disc(load.x, load.y, load.radius, DIRECT_RADIAL, DIRECT_ANGULAR)
     keep = _on_plate(geometry, points.x, points.y)
     return Points(points.x[keep], points.y[keep], points.weights[keep])
+
+
+def _is_same_disc(load: Load, disc: Inclusion) -> bool:
+    apart = np.hypot(load.x - disc.x, load.y - disc.y)
+    return bool(apart < SAME_PLACE and abs(load.radius - disc.radius) < SAME_PLACE)
 
 
 def _on_plate(geometry: PlateGeometry, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import wraps
+from threading import RLock
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +33,24 @@ MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
 
 
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def in_turn(method: Method) -> Method:
+    """A method that one thread at a time may be in."""
+
+    @wraps(method)
+    def guarded(self: RitzPlate, *args: Any, **kwargs: Any) -> Any:
+        with self._turn:
+            return method(self, *args, **kwargs)
+
+    return cast(Method, guarded)
+
+
 class RitzPlate:
     """Modes and fields of a plate; see rings.py and assembly.py for the method.
+
+    Threads may share one: what it keeps from call to call is guarded, so they take turns.
 
     Parameters
     ----------
@@ -58,17 +77,21 @@ class RitzPlate:
         self.mirrors = find_mirrors(geometry) if mirrors is None else mirrors
         self._resolution = resolution
         self._solvers: dict[Resolution, Solver] = {}
+        self._turn = RLock()
 
+    @in_turn
     def natural_frequencies(self, count: int) -> FloatArray:
         """The lowest natural frequencies, Hz, shape (count,); rigid motions count as 0."""
         squares = self.mode_solver(count).omega_squared[:count]
         return np.asarray(np.sqrt(squares) / (2.0 * np.pi))
 
+    @in_turn
     def mode_solver(self, count: int) -> Solver:
         """The solver whose lowest `count` modes are converged."""
         highest = wave_number_of_mode(self.geometry, count)
         return self._solver(highest, first_level(self.geometry, MODE_TOLERANCE))
 
+    @in_turn
     def respond(
         self,
         loads: Sequence[Load],
@@ -103,10 +126,12 @@ class RitzPlate:
         values = orbits.unfold(solver.field(case, solution, self.loss_factor, x, y))
         return Response(values, solver.basis.size, error, frequency_hz)
 
+    @in_turn
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         return self.mode_solver(count).mode_shapes(count, loads, x, y)
 
+    @in_turn
     def respond_at(
         self,
         loads: Sequence[Load],
