@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from chladni.tables import format as table_format
+from chladni.tables import packing
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
 BANNER = (
@@ -47,7 +48,9 @@ def table_header() -> str:
         "kVersionMinor": (f"{table_format.VERSION_MINOR}U", ""),
         "kHeaderBytes": (f"{table_format.HEADER_BYTES}U", ""),
         "kCrcBytes": (f"{table_format.CRC_BYTES}U", ""),
-        "kEncodingIq16": (f"{table_format.ENCODING_IQ16}U", ""),
+        "kFullScale": (f"{packing.FULL_SCALE}U", "stands for the largest gain"),
+        "kMinBits": (f"{packing.MIN_BITS}U", "of a code"),
+        "kMaxBits": (f"{packing.MAX_BITS}U", ""),
         "kMaxActuators": (f"{table_format.MAX_ACTUATORS}U", ""),
         "kMaxRegions": (f"{table_format.MAX_REGIONS}U", ""),
         "kMaxCellsPerSide": (f"{table_format.MAX_CELLS_PER_SIDE}U", ""),

@@ -15,6 +15,8 @@ from chladni.host.demodulate import PURITY_PERIODS, Play, drive_phasors, first_c
 from chladni.host.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
 from chladni.sim.errors import InputError
 from chladni.tables import format as f
+from chladni.tables.packing import Folding, Packing
+from chladni.tables.regions import RegionGrid
 from made_up import MAX_ON_MS, RAMP_MS, TIMEOUT_MS, make_table
 
 # One report of the panel, one turn of the main loop, one ramp.
@@ -63,6 +65,33 @@ def test_device_holds_exactly_the_tables_integers(random_table: f.Table) -> None
     emulator = Emulator(random_table)
     for region in range(random_table.grid.count):
         assert emulator.core.drive(region)[:5] == random_table.iq[region].tolist()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    columns=st.integers(1, 9), rows=st.integers(1, 9), actuators=st.integers(1, 6),
+    bits=st.tuples(st.integers(2, 16), st.integers(2, 16)),
+    scales=st.tuples(st.integers(1, 32767), st.integers(1, 32767)), x=st.booleans(),
+    y=st.booleans(), seed=st.integers(0, 99),
+)  # fmt: skip
+def test_device_decodes_any_packing_as_python_does(
+    columns: int, rows: int, actuators: int, bits: tuple[int, int], scales: tuple[int, int],
+    x: bool, y: bool, seed: int,
+) -> None:  # fmt: skip
+    """To the bit, for every region, mirrored ones included."""
+    order = tuple(range(actuators))[::-1]
+    packing = Packing(bits, scales)
+    folding = Folding(order if x else None, order if y else None)
+    grid = RegionGrid(columns, rows, 71500, 146700)
+    n = packing.largest
+    shape = (folding.stored(grid).size, actuators, 2)
+    codes = np.random.default_rng(seed).integers(-n, n + 1, size=shape)
+    values = folding.unfold(grid, packing.values(codes))
+    table = f.Table("t", 1, 160.0, grid, 10.0, f.Limits(4000, 60000, 400000), values, packing,
+                    folding)  # fmt: skip
+    emulator = Emulator(table)
+    for region in range(grid.count):
+        assert emulator.core.drive(region)[:actuators] == values[region].tolist()
 
 
 @pytest.mark.parametrize(
@@ -226,7 +255,7 @@ def test_a_table_too_large_for_ram_is_refused_by_both_sides(table: f.Table) -> N
     big = make_table(np.ones((2560, 5)), 64, 40)
     with pytest.raises(InputError, match="RAM"):
         f.pack(big)
-    forged = forge(f.pack(table), columns=64, rows=40, total_bytes=72 + 4 + 2560 * 20)
+    forged = forge(f.pack(table), columns=64, rows=40, total_bytes=f.HEADER_BYTES + 4 + 2560 * 20)
     with pytest.raises(EmulatorError, match="too large"):
         Emulator(forged, channels=5)
 
@@ -235,7 +264,7 @@ def test_the_device_refuses_limits_that_are_none(table: f.Table) -> None:
     """A ramp of 20 s would leave the outputs on 20 s after lift-up."""
     for field, value in (
         ("ramp_us", 20_000_000), ("touch_timeout_us", 5_000), ("max_on_us", 1_000_000_000),
-        ("reserved", 1),
+        ("mirrors", 4), ("mirror_x", 1), ("in_phase_bits", 17), ("quadrature_scale", 0),
     ):  # fmt: skip
         with pytest.raises(EmulatorError, match="out of range"):
             Emulator(forge(f.pack(table), **{field: value}), channels=5)

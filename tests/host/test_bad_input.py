@@ -158,6 +158,9 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
         (["table", "show", "none.chl"], "none.chl"),
         (["emulate", "none.chl", "--touch", "0,0@5", "--ms", "9", "-o", "r.npz"], "none.chl"),
         (["nonsense"], "nonsense"),
+        (["table", "verify", "none.chl"], "none.chl"),
+        (["table", "diff", "none.chl", "none.chl"], "none.chl"),
+        (["table", "export", "none.chl", "--csv", "no/x.csv"], "--csv"),
         (["solve", "paper", "--target", "0,0", "--objective", "magic"], "ssim, contrast, peak"),
         (
             ["solve", "paper", "--target", "0,0", "--method", "nearest", "--objective", "peak"],

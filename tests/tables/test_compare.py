@@ -183,6 +183,8 @@ def test_a_table_of_each_objective(coarse_board: Board, objective: str) -> None:
     )
     table, report = build_table(few, objective=objective)
     assert report.regions == table.grid.count == 8
-    assert report.ssim_loss_max < 1e-4
-    centre = solve(few, table.grid.centre_mm(0), objective=objective).drive
-    assert table.drive(0) == pytest.approx(centre, abs=1e-2 * np.abs(centre).max())
+    assert report.ssim_loss_max < 5e-3
+    exact = np.abs(solve(few, table.grid.centre_mm(0), objective=objective).field)
+    fields = scene_of(few).fields.values
+    stored = np.abs(np.tensordot(table.drive(0), fields, axes=1))
+    assert np.abs(stored - exact).max() < 0.03 * exact.max()  # 0.25 dB

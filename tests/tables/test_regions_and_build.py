@@ -5,15 +5,15 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from chladni.sim.board import Board, Regions
 from chladni.sim.mirrors import board_mirrors
-from chladni.tables.build import TableReport, build_table, field_error_db
+from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import Table, pack
 from chladni.tables.regions import RegionGrid, region_grid
+from chladni.tables.scene import scene_of
 from chladni.tables.solve import solve
 
 GRIDS = st.builds(
@@ -71,11 +71,16 @@ def test_a_table_holds_what_the_solver_finds(
     table, report = coarse_table
     region = 5
     direct = solve(coarse_board, table.grid.centre_mm(region))
-    assert np.abs(table.drive(region) - direct.drive).max() < 10.0 / 32767.0
+    # The same field up to the common phase: 0.25 dB is 3 % of the largest amplitude.
+    scene = scene_of(coarse_board)
+    stored = np.abs(np.tensordot(table.drive(region), scene.fields.values, axes=1))
+    exact = np.abs(direct.field)
+    assert np.abs(stored - exact).max() < 0.03 * exact.max()
     assert report.regions == table.grid.count == 32
-    assert report.bytes == len(pack(table))
-    assert 0.0 <= report.ssim_loss_p99 <= report.ssim_loss_max < 1e-6
-    assert report.field_error_db_max < 1e-3
+    assert report.bytes == len(pack(table)) < 300
+    assert report.ssim_loss_p99 <= 0.002
+    assert report.ssim_loss_max <= 0.005
+    assert 0.0 < report.field_error_db_max <= 0.25
     assert report.ssim_min <= report.ssim_mean <= 1.0
 
 
@@ -83,15 +88,6 @@ def test_one_process_or_two_give_the_same_bytes(coarse_board: Board) -> None:
     board = dataclasses.replace(coarse_board, regions=Regions(pitch=36e-3))
     first, second = (pack(build_table(board, jobs=jobs)[0]) for jobs in (1, 2))
     assert first == second
-
-
-def test_field_error_is_its_definition() -> None:
-    exact = np.array([1.0, 2.0j, -4.0], dtype=np.complex128)
-    louder = exact * np.complex128(1.1)
-    silence = np.zeros_like(exact)
-    assert field_error_db(louder, exact) == pytest.approx(20.0 * np.log10(1.1))
-    assert field_error_db(exact * np.complex128(1j), exact) == pytest.approx(0.0, abs=1e-12)
-    assert field_error_db(silence, silence) == 0.0
 
 
 def test_a_board_without_mirrors_is_solved_region_by_region(prototype: Board) -> None:

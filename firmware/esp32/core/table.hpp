@@ -46,6 +46,12 @@ class Table {
  private:
   TableStatus read_header(const Hal& hal, uint32_t channels, uint32_t* payload_bytes);
 
+  // Width of a code, and what the largest one stands for.
+  struct CodeField {
+    uint32_t bits = 0;
+    uint32_t scale = 0;
+  };
+
   bool is_loaded_ = false;
   uint32_t actuators_ = 0;
   uint32_t columns_ = 0;
@@ -57,6 +63,15 @@ class Table {
   uint32_t touch_timeout_us_ = 0;
   uint32_t max_on_us_ = 0;
   uint32_t running_crc_ = 0;
+  CodeField in_phase_;
+  CodeField quadrature_;
+  // Mirrors: only the half at small x (y) is stored, and which channel stands in for which.
+  bool is_mirrored_x_ = false;
+  bool is_mirrored_y_ = false;
+  std::array<uint8_t, table_format::kMaxActuators> order_x_{};
+  std::array<uint8_t, table_format::kMaxActuators> order_y_{};
+  uint32_t stored_columns_ = 0;
+  uint32_t stored_gains_ = 0;
   std::array<Gain, table_format::kMaxGains> gains_{};
 };
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.host import compare_command, plate_commands
+from chladni.host import compare_command, plate_commands, table_commands
 from chladni.host.console import (
     answer,
     check_output,
@@ -21,25 +21,21 @@ from chladni.host.emulator import LEVEL, TouchEvent
 from chladni.host.figures import save
 from chladni.host.loop import board_of, run_loop
 from chladni.host.options import (
-    PARTIAL,
     BoardArgument,
     FigureOption,
-    JobsOption,
     JsonOption,
     MethodOption,
     ObjectiveOption,
     SeedOption,
     check_figure,
-    check_jobs,
 )  # fmt: skip
 from chladni.host.solver_figures import trace_figure
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError, InputError
-from chladni.sim.files import write_arrays, write_whole
+from chladni.sim.files import write_arrays
 from chladni.sim.transfer import plate_model
-from chladni.tables.build import OBJECTIVE, build_table
-from chladni.tables.format import pack, read_table
+from chladni.tables.format import read_table
 from chladni.tables.methods import SEED
 from chladni.tables.scorecard import score
 from chladni.tables.solve import Solution, check_request, solve
@@ -55,6 +51,7 @@ app.add_typer(table_app, name="table")
 
 plate_commands.register(app)
 compare_command.register(app)
+table_commands.register(table_app)
 
 
 @board_app.command("show")
@@ -144,67 +141,6 @@ def drive_entries(
         }
         for actuator, value in zip(board.actuators, drive, strict=True)
     ]
-
-
-@table_app.command("build")
-def table_build(
-    board: BoardArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
-    objective: ObjectiveOption = OBJECTIVE,
-    seed: SeedOption = SEED,
-    jobs: JobsOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Solve every region of a board and pack the drives into a table."""
-    check_output(output, "-o")
-    check_jobs(jobs)
-    check_request("phasor", objective, seed, None, None)
-    loaded = load_board(board)
-    partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving") as progress:
-        table, report = build_table(
-            loaded, objective=objective, seed=seed, jobs=jobs, progress=progress, partial=partial
-        )
-    write_whole(output, pack(table))
-    answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")
-
-
-@table_app.command("show")
-def table_show(
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")],
-    at: Annotated[str | None, typer.Option(help="Show the drive for X,Y (mm).")] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Show a table's header, or its entry for a place."""
-    loaded = read_table(table)
-    grid = loaded.grid
-    result: dict[str, Any] = {
-        "board_name": loaded.board_name,
-        "board_fingerprint": f"{loaded.board_fingerprint:#018x}",
-        "frequency_hz": loaded.frequency_hz,
-        "actuators": loaded.actuators,
-        "columns": grid.columns,
-        "rows": grid.rows,
-        "regions": grid.count,
-        "size_mm": [grid.width_um / 1000.0, grid.length_um / 1000.0],
-        "full_scale_gain": loaded.full_scale_gain,
-        "bytes": table.stat().st_size,
-        **asdict(loaded.limits),
-    }
-    if at is not None:
-        place = parse_place(at, "--at")
-        limits = (grid.width_um / 2000.0, grid.length_um / 2000.0)
-        if any(abs(value) > limit for value, limit in zip(place, limits, strict=True)):
-            expected = f"a place on the board: |x| up to {limits[0]:g}, |y| up to {limits[1]:g}"
-            raise InputError("--at", at, expected)
-        region = grid.region_at(*(round(value * 1000.0) for value in place))
-        result["region"] = region
-        result["region_centre_mm"] = list(grid.centre_mm(region))
-        result["drive"] = [
-            {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
-            for k, c in enumerate(loaded.drive(region))
-        ]
-    answer(result, as_json=as_json, title=str(table))
 
 
 @app.command()

@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board import Board
-from chladni.sim.energy import compose
-from chladni.sim.mirrors import BoardMirrors, board_mirrors
+from chladni.sim.mirrors import board_mirrors
 from chladni.tables.batch import over_targets
 from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.format import Limits, Table, check_fits, dequantise, pack, quantise
+from chladni.tables.compress import Entry, compress, least_quadrature
+from chladni.tables.format import Limits, Table, check_fits, pack
 from chladni.tables.methods import SEED, Options, Progress
 from chladni.tables.methods.phasor import phasor
+from chladni.tables.packing import PLAIN, Folding, Packing
 from chladni.tables.regions import RegionGrid, region_grid
 from chladni.tables.scene import Problem, scene_of
 from chladni.tables.search import as_reals
-from chladni.tables.solve import check_request, gauge, tie_break
+from chladni.tables.solve import check_request, tie_break
 
-ComplexArray = NDArray[np.complex128]
-FloatArray = NDArray[np.float64]
+CodeArray = NDArray[np.int64]
 
 OBJECTIVE = "ssim"
 """What a table's drives are best at unless somebody asks for something else."""
@@ -47,22 +47,6 @@ class TableReport:
     ssim_loss_p99: float
     ssim_loss_max: float
     field_error_db_max: float
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """One region's drive, and its scores before and after quantising."""
-
-    drive: ComplexArray
-    ssim: float
-    ssim_loss: float
-    field_error_db: float
-
-    @classmethod
-    def of(cls, result: Result) -> _Solved:
-        """From the numbers a worker gave."""
-        drive = np.array([complex(*parts) for parts in result["drive"]])
-        return cls(drive, result["ssim"], result["ssim_loss"], result["field_error_db"])
 
 
 def build_table(
@@ -96,46 +80,56 @@ def build_table(
     check_request("phasor", objective, seed, None, None)
     started = time.perf_counter()
     grid, mirrors = region_grid(board), board_mirrors(board)
-    empty = np.zeros((grid.count, len(board.actuators)), dtype=np.complex128)
-    check_fits(_table(board, grid, empty))
-    sources = _sources(grid, mirrors, len(board.actuators))
-    places = sorted({source for source, _ in sources})
-    solved: dict[int, _Solved] = {}
+    folding = Folding(mirrors.x, mirrors.y)
+    check_fits(_table(board, grid, folding, PLAIN, None))
+    places = folding.stored(grid).tolist()
+    targets = [grid.centre_mm(region) for region in places]
+    scene = scene_of(board)
     key = {
         "board": f"{board.fingerprint():#018x}", "objective": objective, "seed": seed,
         "version": version("chladni"),
     }  # fmt: skip
+    images: dict[tuple[float, float], NDArray[np.float32]] = {}
+    work = partial_function(_solve_region, options=Options(objective, seed), images=images)
+    entries = []
     with Checkpoint(partial, key) as checkpoint:
-        results = over_targets(
-            scene_of(board),
-            [grid.centre_mm(region) for region in places],
-            partial_function(_solve_region, options=Options(objective, seed)),
-            jobs=jobs,
-            checkpoint=checkpoint,
-        )
-        for number, (region, result) in enumerate(zip(places, results, strict=True), 1):
-            solved[region] = _Solved.of(result)
+        results = over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint)
+        solved = []
+        for number, result in enumerate(results, 1):
+            solved.append(result)
             if progress:
                 progress(number, len(places))
-    drives = np.stack([solved[source].drive[list(permutation)] for source, permutation in sources])
-    table = _table(board, grid, drives)
-    every = [solved[source] for source, _ in sources]
-    losses = np.array([item.ssim_loss for item in every])
-    scores = np.array([item.ssim for item in every])
+        missing = [target for target in targets if target not in images]
+        for problem in scene.problems(missing):
+            images[problem.target_mm] = problem.image.astype(np.float32)
+        for target, result in zip(targets, solved, strict=True):
+            drive = np.array([complex(*parts) for parts in result["drive"]])
+            entries.append(Entry(drive, images[target]))
+        packed = compress(scene, entries, jobs=jobs)
+    table = _table(board, grid, folding, packed.packing, packed.codes)
+    # A stored region counts as often as the board has it.
+    sources = [source for source, _ in folding.sources(grid, len(board.actuators))]
+    every = np.searchsorted(places, sources)
+    scores = np.array([result["ssim"] for result in solved]) - packed.ssim_loss
     report = TableReport(
         regions=grid.count,
         bytes=len(pack(table)),
         seconds=time.perf_counter() - started,
-        ssim_mean=float(scores.mean()),
+        ssim_mean=float(scores[every].mean()),
         ssim_min=float(scores.min()),
-        ssim_loss_p99=float(np.percentile(losses, 99)),
-        ssim_loss_max=float(losses.max()),
-        field_error_db_max=max(item.field_error_db for item in every),
+        ssim_loss_p99=float(np.percentile(packed.ssim_loss[every], 99)),
+        ssim_loss_max=float(packed.ssim_loss.max()),
+        field_error_db_max=float(packed.field_error_db.max()),
     )
     return table, report
 
 
-def _table(board: Board, grid: RegionGrid, drives: ComplexArray) -> Table:
+def _table(
+    board: Board, grid: RegionGrid, folding: Folding, packing: Packing, codes: CodeArray | None
+) -> Table:
+    """A table of codes (stored regions, actuators, 2); None is silence."""
+    if codes is None:
+        codes = np.zeros((folding.stored(grid).size, len(board.actuators), 2), dtype=np.int64)
     return Table(
         board_name=board.name,
         board_fingerprint=board.fingerprint(),
@@ -143,7 +137,9 @@ def _table(board: Board, grid: RegionGrid, drives: ComplexArray) -> Table:
         grid=grid,
         full_scale_gain=board.drive.max_gain,
         limits=_limits(board),
-        iq=quantise(drives, board.drive.max_gain),
+        iq=folding.unfold(grid, packing.values(codes)),
+        packing=packing,
+        folding=folding,
     )
 
 
@@ -156,47 +152,20 @@ def _limits(board: Board) -> Limits:
     )
 
 
-def _sources(
-    grid: RegionGrid, mirrors: BoardMirrors, actuators: int
-) -> list[tuple[int, tuple[int, ...]]]:
-    """For every region, the region whose solution it takes and the actuators' permutation."""
-    sources: list[tuple[int, tuple[int, ...]]] = []
-    for region in range(grid.count):
-        column, row = region % grid.columns, region // grid.columns
-        flip_x = mirrors.x is not None and 2 * column >= grid.columns
-        flip_y = mirrors.y is not None and 2 * row >= grid.rows
-        order = np.arange(actuators)
-        if flip_x:
-            order = order[list(mirrors.x or ())]
-        if flip_y:
-            order = order[list(mirrors.y or ())]
-        sources.append((grid.mirrored(region, x=flip_x, y=flip_y), tuple(order.tolist())))
-    return sources
-
-
-def _solve_region(problem: Problem, options: Options) -> Result:
-    """One region's drive, and what storing it costs.
+def _solve_region(
+    problem: Problem, options: Options, images: dict[tuple[float, float], NDArray[np.float32]]
+) -> Result:
+    """One region's drive in units of the largest gain, and its SSIM; leaves its target image.
 
     SSIM is the kernel's, which is scikit-image's to 1e-6 and twenty times sooner.
     """
-    drive = gauge(problem, tie_break(problem, phasor(problem, options).drive))
-    gain, space = problem.board.drive.max_gain, problem.scene.space
-    stored = dequantise(quantise(drive, gain), gain)
+    drive = tie_break(problem, phasor(problem, options).drive)
+    largest = np.abs(drive).max()
+    drive = least_quadrature(drive / largest) if largest > 0.0 else drive
+    space = problem.scene.space
     objective = space.objective(space.levels[-1], problem.image)
-    best, kept = (objective.value(as_reals(space.coordinates(c))) for c in (drive, stored))
-    exact, decoded = (compose(problem.transfer, c) for c in (drive, stored))
+    images[problem.target_mm] = problem.image.astype(np.float32)
     return {
         "drive": [[float(c.real), float(c.imag)] for c in drive],
-        "ssim": kept,
-        "ssim_loss": best - kept,
-        "field_error_db": field_error_db(decoded, exact),
+        "ssim": objective.value(as_reals(space.coordinates(drive))),
     }
-
-
-def field_error_db(decoded: ComplexArray, exact: ComplexArray) -> float:
-    """20 log₁₀(1 + max ||Ŵ| − |W|| / max |W|); 0 when nothing moves."""
-    largest = float(np.abs(exact).max())
-    if largest == 0.0:
-        return 0.0
-    error = float(np.abs(np.abs(decoded) - np.abs(exact)).max())
-    return float(20.0 * np.log10(1.0 + error / largest))

@@ -17,15 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import InputError
+from chladni.tables.packing import (
+    FULL_SCALE,
+    MAX_BITS,
+    MIN_BITS,
+    PLAIN,
+    UNFOLDED,
+    Folding,
+    Packing,
+)  # fmt: skip
 from chladni.tables.regions import RegionGrid
 
 ComplexArray = NDArray[np.complex128]
 
 MAGIC = b"CHLD"
-VERSION_MAJOR, VERSION_MINOR = 0, 1
-ENCODING_IQ16 = 0
-FULL_SCALE = 32767
-"""The integer that stands for the largest gain."""
+VERSION_MAJOR, VERSION_MINOR = 0, 2
 MAX_ACTUATORS = 8
 """High-speed LEDC channels of an ESP32."""
 MAX_REGIONS = 4096
@@ -70,15 +76,16 @@ class Field:
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLD".'),
     Field("version_major", "u8", "0. A reader refuses another."),
-    Field("version_minor", "u8", "1. A reader refuses a larger one."),
-    Field("header_bytes", "u16", "72: where the payload begins."),
+    Field("version_minor", "u8", "2. A reader refuses another: 0.x promises nothing."),
+    Field("header_bytes", "u16", "84: where the payload begins."),
     Field("total_bytes", "u32", "Whole file, its CRC included."),
     Field("board_fingerprint", "u64", "64 bits of the SHA-256 of the board's physical numbers."),
     Field("board_name", "char16", "ASCII, filled up with zeros, at least one of them."),
     Field("frequency_mhz", "u32", "Drive frequency in millihertz."),
     Field("actuators", "u8", "Channels of every drive, 1 to 8."),
-    Field("encoding", "u8", "0: in-phase and quadrature as signed 16-bit integers."),
-    Field("reserved", "u16", "0."),
+    Field("mirrors", "u8", "Bit 0: only the half at small x is stored; bit 1: at small y."),
+    Field("in_phase_bits", "u8", "Width of an in-phase code, 2 to 16."),
+    Field("quadrature_bits", "u8", "Width of a quadrature code, 2 to 16."),
     Field("columns", "u16", "Cells along x."),
     Field("rows", "u16", "Cells along y."),
     Field("width_um", "u32", "Board along x, micrometres."),
@@ -86,6 +93,10 @@ HEADER_FIELDS = (
     Field(
         "full_scale_gain_milli", "u32", "Gain that the integer 32767 stands for, in thousandths."
     ),
+    Field("in_phase_scale", "u16", "What the largest in-phase code stands for, of 32767."),
+    Field("quadrature_scale", "u16", "The same of the quadrature codes."),
+    Field("mirror_x", "u32", "Nibble k: the actuator that is k's image in x → −x; else 0."),
+    Field("mirror_y", "u32", "The same for y → −y."),
     Field("ramp_us", "u32", "A drive fades in, out and over in this time."),
     Field("touch_timeout_us", "u32", "Silence from the panel that counts as lift-up."),
     Field("max_on_us", "u32", "A touch plays no longer than this."),
@@ -119,8 +130,10 @@ class Table:
     Attributes
     ----------
     iq
-        int16, shape (regions, actuators, 2): in-phase and quadrature of every drive, where
-        32767 stands for `full_scale_gain`.
+        int16, shape (regions, actuators, 2): in-phase and quadrature of every drive as the device
+        decodes them, where 32767 stands for `full_scale_gain`.
+    packing, folding
+        How they are stored: widths of the codes, and the mirrors that stand for the rest.
     """
 
     board_name: str
@@ -130,6 +143,8 @@ class Table:
     full_scale_gain: float
     limits: Limits
     iq: NDArray[np.int16]
+    packing: Packing = PLAIN
+    folding: Folding = UNFOLDED
 
     @property
     def actuators(self) -> int:
@@ -163,7 +178,12 @@ def pack(table: Table) -> bytes:
     """
     check_fits(table)
     head = _header_values(table)
-    payload = np.ascontiguousarray(table.iq.astype("<i2")).tobytes()
+    stored = table.folding.stored(table.grid)
+    codes = table.packing.codes(table.iq[stored])
+    payload = table.packing.to_bytes(codes)
+    decoded = table.folding.unfold(table.grid, table.packing.values(codes))
+    if not np.array_equal(decoded, table.iq):
+        raise InputError("table.iq", "drives", "drives that its packing and its mirrors can hold")
     head["total_bytes"] = HEADER_BYTES + len(payload) + CRC_BYTES
     header = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
     body = header + payload
@@ -192,13 +212,18 @@ def _header_values(table: Table) -> dict[str, Any]:
         "board_name": table.board_name.encode("ascii"),
         "frequency_mhz": round(table.frequency_hz * 1000.0),
         "actuators": table.actuators,
-        "encoding": ENCODING_IQ16,
-        "reserved": 0,
+        "mirrors": table.folding.flags,
+        "in_phase_bits": table.packing.bits[0],
+        "quadrature_bits": table.packing.bits[1],
         "columns": grid.columns,
         "rows": grid.rows,
         "width_um": grid.width_um,
         "length_um": grid.length_um,
         "full_scale_gain_milli": round(table.full_scale_gain * 1000.0),
+        "in_phase_scale": table.packing.scales[0],
+        "quadrature_scale": table.packing.scales[1],
+        "mirror_x": table.folding.nibbles(0),
+        "mirror_y": table.folding.nibbles(1),
         "ramp_us": limits.ramp_us,
         "touch_timeout_us": limits.touch_timeout_us,
         "max_on_us": limits.max_on_us,
@@ -227,7 +252,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     if head["magic"] != MAGIC:
         raise refuse("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
     version = (head["version_major"], head["version_minor"])
-    if version[0] != VERSION_MAJOR or version[1] > VERSION_MINOR:
+    if version != (VERSION_MAJOR, VERSION_MINOR):
         raise refuse("version", f"{version[0]}.{version[1]}", f"{VERSION_MAJOR}.{VERSION_MINOR}")
     if head["header_bytes"] != HEADER_BYTES:
         raise refuse("header_bytes", head["header_bytes"], f"{HEADER_BYTES}")
@@ -238,35 +263,68 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     if stored != computed:
         raise refuse("crc", f"{stored:#010x}", f"{computed:#010x}: the bytes are damaged")
     check_header(head, refuse)
-    shape = (head["columns"] * head["rows"], head["actuators"], 2)
-    expected = HEADER_BYTES + 2 * int(np.prod(shape)) + CRC_BYTES
+    grid = RegionGrid(head["columns"], head["rows"], head["width_um"], head["length_um"])
+    packing = Packing(
+        (head["in_phase_bits"], head["quadrature_bits"]),
+        (head["in_phase_scale"], head["quadrature_scale"]),
+    )
+    folding = _folding(head, refuse)
+    cells = folding.stored(grid).size
+    expected = HEADER_BYTES + packing.size(cells * head["actuators"]) + CRC_BYTES
     if expected != len(data):
-        raise refuse("total_bytes", len(data), f"{expected} for {shape[0]} regions")
+        raise refuse("total_bytes", len(data), f"{expected} for {cells} stored regions")
+    try:
+        codes = packing.from_bytes(data[HEADER_BYTES:-CRC_BYTES], cells * head["actuators"])
+    except ValueError as error:
+        raise refuse("payload", "codes", str(error)) from None
+    codes = codes.reshape(cells, head["actuators"], 2)
     return Table(
         board_name=head["board_name"].rstrip(b"\0").decode("ascii"),
         board_fingerprint=head["board_fingerprint"],
         frequency_hz=head["frequency_mhz"] / 1000.0,
-        grid=RegionGrid(head["columns"], head["rows"], head["width_um"], head["length_um"]),
+        grid=grid,
         full_scale_gain=head["full_scale_gain_milli"] / 1000.0,
         limits=Limits(head["ramp_us"], head["touch_timeout_us"], head["max_on_us"]),
-        iq=np.frombuffer(data, "<i2", int(np.prod(shape)), HEADER_BYTES)
-        .astype(np.int16)
-        .reshape(shape),
+        iq=folding.unfold(grid, packing.values(codes)),
+        packing=packing,
+        folding=folding,
     )
+
+
+def _folding(head: dict[str, Any], refuse: Callable[[str, object, str], InputError]) -> Folding:
+    """The mirrors of a header, each an order of the actuators that undoes itself."""
+    count = head["actuators"]
+    orders: list[tuple[int, ...] | None] = []
+    for bit, name in enumerate(("mirror_x", "mirror_y")):
+        nibbles = tuple((head[name] >> (4 * k)) & 15 for k in range(count))
+        is_stored = bool(head["mirrors"] >> bit & 1)
+        if is_stored and (
+            sorted(nibbles) != list(range(count))
+            or any(nibbles[nibbles[k]] != k for k in range(count))
+            or head[name] >> (4 * count)
+        ):
+            raise refuse(name, hex(head[name]), "an order of the actuators that undoes itself")
+        if not is_stored and head[name]:
+            raise refuse(name, hex(head[name]), "0 without that mirror")
+        orders.append(nibbles if is_stored else None)
+    return Folding(orders[0], orders[1])
 
 
 def check_header(head: dict[str, Any], refuse: Callable[[str, object, str], InputError]) -> None:
     """Ranges that a right CRC does not vouch for."""
     for name, low, high in (
         ("actuators", 1, MAX_ACTUATORS),
-        ("encoding", ENCODING_IQ16, ENCODING_IQ16),
+        ("mirrors", 0, 3),
+        ("in_phase_bits", MIN_BITS, MAX_BITS),
+        ("quadrature_bits", MIN_BITS, MAX_BITS),
+        ("in_phase_scale", 1, FULL_SCALE),
+        ("quadrature_scale", 1, FULL_SCALE),
         ("columns", 1, MAX_CELLS_PER_SIDE),
         ("rows", 1, MAX_CELLS_PER_SIDE),
         ("width_um", 1, MAX_SPAN_UM),
         ("length_um", 1, MAX_SPAN_UM),
         ("frequency_mhz", MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ),
         ("full_scale_gain_milli", 1, 0xFFFFFFFF),
-        ("reserved", 0, 0),
         ("ramp_us", MIN_RAMP_US, MAX_RAMP_US),
         ("touch_timeout_us", MIN_TOUCH_TIMEOUT_US, MAX_TOUCH_TIMEOUT_US),
         ("max_on_us", MIN_ON_US, MAX_ON_US),
@@ -275,7 +333,11 @@ def check_header(head: dict[str, Any], refuse: Callable[[str, object, str], Inpu
             raise refuse(name, head[name], f"{low} to {high}")
     if head["columns"] * head["rows"] > MAX_REGIONS:
         raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
-    gains = head["columns"] * head["rows"] * head["actuators"]
+    columns, rows = (
+        (head[name] + 1) // 2 if head["mirrors"] >> bit & 1 else head[name]
+        for bit, name in enumerate(("columns", "rows"))
+    )
+    gains = columns * rows * head["actuators"]
     if gains > MAX_GAINS:
         expected = f"at most {MAX_GAINS} gains, what the device's RAM holds"
         raise refuse("regions", f"{gains // head['actuators']} × {head['actuators']}", expected)

@@ -10,10 +10,12 @@ namespace chladni::table_format {
 
 constexpr uint32_t kMagic = 0x444C4843U;  // "CHLD" read as a little-endian word
 constexpr uint32_t kVersionMajor = 0U;
-constexpr uint32_t kVersionMinor = 1U;
-constexpr uint32_t kHeaderBytes = 72U;
+constexpr uint32_t kVersionMinor = 2U;
+constexpr uint32_t kHeaderBytes = 84U;
 constexpr uint32_t kCrcBytes = 4U;
-constexpr uint32_t kEncodingIq16 = 0U;
+constexpr uint32_t kFullScale = 32767U;  // stands for the largest gain
+constexpr uint32_t kMinBits = 2U;  // of a code
+constexpr uint32_t kMaxBits = 16U;
 constexpr uint32_t kMaxActuators = 8U;
 constexpr uint32_t kMaxRegions = 4096U;
 constexpr uint32_t kMaxCellsPerSide = 2048U;
@@ -38,15 +40,20 @@ constexpr uint32_t kAtBoardFingerprint = 12U;  // u64
 constexpr uint32_t kAtBoardName = 20U;  // char16
 constexpr uint32_t kAtFrequencyMhz = 36U;  // u32
 constexpr uint32_t kAtActuators = 40U;  // u8
-constexpr uint32_t kAtEncoding = 41U;  // u8
-constexpr uint32_t kAtReserved = 42U;  // u16
+constexpr uint32_t kAtMirrors = 41U;  // u8
+constexpr uint32_t kAtInPhaseBits = 42U;  // u8
+constexpr uint32_t kAtQuadratureBits = 43U;  // u8
 constexpr uint32_t kAtColumns = 44U;  // u16
 constexpr uint32_t kAtRows = 46U;  // u16
 constexpr uint32_t kAtWidthUm = 48U;  // u32
 constexpr uint32_t kAtLengthUm = 52U;  // u32
 constexpr uint32_t kAtFullScaleGainMilli = 56U;  // u32
-constexpr uint32_t kAtRampUs = 60U;  // u32
-constexpr uint32_t kAtTouchTimeoutUs = 64U;  // u32
-constexpr uint32_t kAtMaxOnUs = 68U;  // u32
+constexpr uint32_t kAtInPhaseScale = 60U;  // u16
+constexpr uint32_t kAtQuadratureScale = 62U;  // u16
+constexpr uint32_t kAtMirrorX = 64U;  // u32
+constexpr uint32_t kAtMirrorY = 68U;  // u32
+constexpr uint32_t kAtRampUs = 72U;  // u32
+constexpr uint32_t kAtTouchTimeoutUs = 76U;  // u32
+constexpr uint32_t kAtMaxOnUs = 80U;  // u32
 
 }  // namespace chladni::table_format

@@ -1,0 +1,85 @@
+"""`table verify`, `diff` and `export` on the command line."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.sim.board import Board
+from chladni.tables.build import TableReport
+from chladni.tables.format import Table, pack
+from chladni.tables.packing import PLAIN, UNFOLDED
+from conftest import CommandLine
+
+
+@pytest.fixture
+def path(tmp_path: Path, coarse_table: tuple[Table, TableReport]) -> Path:
+    file = tmp_path / "t.chl"
+    file.write_bytes(pack(coarse_table[0]))
+    return file
+
+
+def test_a_table_of_its_board_is_verified(
+    chladni: CommandLine, path: Path, coarse_table: tuple[Table, TableReport], prototype: Board
+) -> None:
+    # The coarse board is `prototype` with other regions; its mirrors are the same.
+    own = dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
+    path.write_bytes(pack(own))
+    answer = chladni("table", "verify", path, "--json").json
+    assert answer["verified"] is True
+    assert answer["regions"] == 32
+    assert answer["bytes"] == path.stat().st_size
+
+
+def test_mirrors_that_the_board_has_not_are_refused(
+    chladni: CommandLine, tmp_path: Path, coarse_table: tuple[Table, TableReport],
+    prototype: Board,
+) -> None:  # fmt: skip
+    """Silent drives are their own images under any order; the board's order is another."""
+    table = dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
+    silent = np.zeros_like(table.iq)
+    wrong = dataclasses.replace(table.folding, x=(1, 0, 2, 3, 4))
+    file = tmp_path / "w.chl"
+    file.write_bytes(pack(dataclasses.replace(table, iq=silent, folding=wrong)))
+    answer = chladni("table", "verify", file)
+    assert answer.code == 2
+    assert "mirror_x" in answer.err
+
+
+def test_diff_names_fields_and_counts_regions(
+    chladni: CommandLine, path: Path, coarse_table: tuple[Table, TableReport]
+) -> None:
+    same = chladni("table", "diff", path, path, "--json").json
+    assert same["header"] == {}
+    assert same["regions_that_differ"] == 0
+    table = coarse_table[0]
+    # Another common phase is the same drive, and what is stored plainly holds the same.
+    iq = table.iq.copy()
+    iq[3] = -iq[3]
+    iq[7, 2] = (1234, -99)
+    other = path.with_name("o.chl")
+    other.write_bytes(pack(dataclasses.replace(table, iq=iq, packing=PLAIN, folding=UNFOLDED)))
+    answer = chladni("table", "diff", path, other, "--json").json
+    assert answer["regions_that_differ"] == 1
+    assert answer["largest_at_region"] == 7
+    assert {"bits", "mirror_x", "mirror_y"} <= set(answer["header"])
+
+
+def test_export_writes_every_channel(
+    chladni: CommandLine, path: Path, tmp_path: Path, coarse_table: tuple[Table, TableReport]
+) -> None:
+    out = tmp_path / "t.csv"
+    answer = chladni("table", "export", path, "--csv", out, "--json").json
+    table = coarse_table[0]
+    assert answer["rows"] == 32 * 5
+    with out.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 32 * 5
+    row = rows[11 * 5 + 3]
+    assert (row["region"], row["channel"]) == ("11", "3")
+    value = float(row["gain"]) * np.exp(1j * np.radians(float(row["phase_deg"])))
+    assert value == pytest.approx(table.drive(11)[3], rel=1e-4)
