@@ -198,8 +198,6 @@ def main() -> None:
         sys.exit(_complain(str(error), 2))
     except ChladniError as error:
         sys.exit(_complain(str(error), 1))
-    except KeyboardInterrupt:
-        sys.exit(_complain("interrupted; the same command goes on from what was kept", 130))
     except OSError as error:
         sys.exit(_complain(f"{error.filename or 'output'}: {error.strerror}", 1))
 

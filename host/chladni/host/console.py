@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ChladniError, InputError
 
 Place = tuple[float, float]
 
@@ -86,4 +86,8 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task(label, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        try:
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+        except KeyboardInterrupt:
+            again = "the same command goes on from what was kept"
+            raise ChladniError(f"{label}: interrupted; {again}") from None

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-import joblib
-
 from chladni.tables.checkpoint import Checkpoint, Result
 from chladni.tables.scene import TOGETHER, Problem, Scene
+from chladni.tables.threads import in_threads
 
 Target = tuple[float, float]
 AHEAD = 3 * TOGETHER
+"""Problems made before their results are asked for: the threads have work while a group is made."""
 
 
 def over_targets(
@@ -32,29 +32,18 @@ def over_targets(
     """
     kept = checkpoint or Checkpoint(None, {})
     _ = scene.space, scene.mirrors  # found once, before there are threads
-    # Nearly all the time goes into compiled code that lets other threads run. Problems are made
-    # while nobody else makes one, since joblib draws from the generator under a lock.
-    calls = (
-        joblib.delayed(_result)(problem, saved, work)
-        for problem, saved in _problems(scene, targets_mm, kept)
-    )
-    # Enough are made ahead that the others have work while one thread makes the next group.
-    workers = joblib.Parallel(
-        n_jobs=jobs or -1, prefer="threads", return_as="generator", pre_dispatch=AHEAD
-    )
-    finished = workers(calls)
+
+    def finish(case: tuple[Problem | None, Result | None]) -> Result:
+        problem, saved = case
+        if saved is not None:
+            return saved
+        assert problem is not None
+        return work(problem)
+
+    finished = in_threads(finish, _problems(scene, targets_mm, kept), jobs=jobs, ahead=AHEAD)
     for target, result in zip(targets_mm, finished, strict=True):
         name = _name(target)
         yield result if kept.get(name) else kept.put(name, result)
-
-
-def _result(
-    problem: Problem | None, saved: Result | None, work: Callable[[Problem], Result]
-) -> Result:
-    if saved is not None:
-        return saved
-    assert problem is not None
-    return work(problem)
 
 
 def _problems(

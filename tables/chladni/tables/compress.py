@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +18,7 @@ from chladni.tables import _kernel
 from chladni.tables.packing import FULL_SCALE, MAX_BITS, Packing
 from chladni.tables.scene import Scene
 from chladni.tables.search import as_reals, every
+from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -85,42 +85,45 @@ def compress(
     """The smallest packing within the limits, and every entry's codes in it."""
     largest = max((float(np.abs(entry.drive.imag).max()) for entry in entries), default=0.0)
     scale = max(1, min(FULL_SCALE, int(np.ceil(largest * FULL_SCALE))))
-    with joblib.Parallel(n_jobs=jobs or -1, prefer="threads") as workers:
 
-        def rounded(indices: NDArray[np.intp], packing: Packing) -> list[_Rounded]:
-            return list(workers(joblib.delayed(_round)(scene, entries[k], packing, limits)
-                                for k in indices.tolist()))  # fmt: skip
+    def rounded(indices: NDArray[np.intp], packing: Packing) -> list[_Rounded]:
+        def one(k: int) -> _Rounded:
+            return _round(scene, entries[k], packing, limits)
 
-        def losses(some: Sequence[Entry], packings: Sequence[Packing]) -> list[list[float]]:
-            return list(workers(joblib.delayed(_plain_losses)(scene, entry, packings)
-                                for entry in some))  # fmt: skip
+        return list(in_threads(one, indices.tolist(), jobs=jobs))
 
-        packings = _packings(scale)
-        plain = np.array(losses(entries[::SAMPLE], packings))
-        for packing, sample in zip(packings, plain.T, strict=True):
-            last = packing.bits == (MAX_BITS, MAX_BITS)
-            hopeless = (
-                np.median(sample) > HOPELESS * limits.ssim_p99
-                or sample.max() > 2.0 * HOPELESS * limits.ssim_max
-            )
-            if hopeless and not last:
-                continue
-            # The hardest are tried first: most packings fail on them, and soon.
-            every_loss = np.array(losses(entries, [packing])).ravel()
-            order = np.argsort(-every_loss, kind="stable")
-            found = rounded(order[:HARDEST], packing)
-            if not last and not _may_do(found, len(entries), limits):
-                continue
-            found += rounded(order[HARDEST:], packing)
-            found = [found[k] for k in np.argsort(order, kind="stable")]
-            packed = Packed(
-                packing,
-                np.array([one.codes for one in found]),
-                np.array([one.ssim_loss for one in found]),
-                np.array([one.field_error_db for one in found]),
-            )
-            if last or _within(packed, limits):
-                return packed
+    def losses(some: Sequence[Entry], packings: Sequence[Packing]) -> list[list[float]]:
+        def one(entry: Entry) -> list[float]:
+            return _plain_losses(scene, entry, packings)
+
+        return list(in_threads(one, some, jobs=jobs))
+
+    packings = _packings(scale)
+    plain = np.array(losses(entries[::SAMPLE], packings))
+    for packing, sample in zip(packings, plain.T, strict=True):
+        last = packing.bits == (MAX_BITS, MAX_BITS)
+        hopeless = (
+            np.median(sample) > HOPELESS * limits.ssim_p99
+            or sample.max() > 2.0 * HOPELESS * limits.ssim_max
+        )
+        if hopeless and not last:
+            continue
+        # The hardest are tried first: most packings fail on them, and soon.
+        every_loss = np.array(losses(entries, [packing])).ravel()
+        order = np.argsort(-every_loss, kind="stable")
+        found = rounded(order[:HARDEST], packing)
+        if not last and not _may_do(found, len(entries), limits):
+            continue
+        found += rounded(order[HARDEST:], packing)
+        found = [found[k] for k in np.argsort(order, kind="stable")]
+        packed = Packed(
+            packing,
+            np.array([one.codes for one in found]),
+            np.array([one.ssim_loss for one in found]),
+            np.array([one.field_error_db for one in found]),
+        )
+        if last or _within(packed, limits):
+            return packed
     raise AssertionError("the last packing is always taken")
 
 
