@@ -115,16 +115,24 @@ def compress(
         if not last and not _may_do(found, len(entries), limits):
             continue
         found += rounded(order[HARDEST:], packing)
-        found = [found[k] for k in np.argsort(order, kind="stable")]
-        packed = Packed(
-            packing,
-            np.array([one.codes for one in found]),
-            np.array([one.ssim_loss for one in found]),
-            np.array([one.field_error_db for one in found]),
-        )
+        packed = _packed(packing, [found[k] for k in np.argsort(order, kind="stable")])
         if last or _within(packed, limits):
             return packed
     raise AssertionError("the last packing is always taken")
+
+
+def lose(scene: Scene, entries: Sequence[Entry], packing: Packing, limits: LossLimits) -> Packed:
+    """All entries in one packing, whatever that loses; codes are moved where `limits` ask."""
+    return _packed(packing, list(in_threads(lambda e: _round(scene, e, packing, limits), entries)))
+
+
+def _packed(packing: Packing, found: Sequence[_Rounded]) -> Packed:
+    return Packed(
+        packing,
+        np.array([one.codes for one in found]),
+        np.array([one.ssim_loss for one in found]),
+        np.array([one.field_error_db for one in found]),
+    )
 
 
 def _may_do(found: Sequence[_Rounded], entries: int, limits: LossLimits) -> bool:

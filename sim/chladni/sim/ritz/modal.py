@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
 
 from chladni.sim.ritz.loading import ClassLoad
 
@@ -43,6 +45,8 @@ class ClassModes:
     ) -> None:  # fmt: skip
         self._subset = subset
         self._solved = 0
+        # Many loads come at one frequency: its factors are kept.
+        self._factored: tuple[tuple[float, float], Any] | None = None
         self._size = stiffness.shape[0]
         square = np.ix_(subset, subset)
         self._stiffness, self._mass = stiffness[square], mass[square]
@@ -112,15 +116,17 @@ class ClassModes:
         return self._spread(particular + _product(vectors, modal), load)
 
     def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
-        """The same without modes: cheaper for one frequency, and by modes once more are asked."""
-        if self._solved >= SOLVED_BEFORE_MODES:
-            return self.respond(load, omega, loss_factor)
-        self._solved += 1
+        """The same without modes: cheaper for a few frequencies, by modes once more are asked."""
+        if self._factored is None or self._factored[0] != (omega, loss_factor):
+            if self._solved >= SOLVED_BEFORE_MODES:
+                return self.respond(load, omega, loss_factor)
+            self._solved += 1
+            null = self._split[0] * self._scale[:, None]
+            dynamic = (1.0 + 1j * loss_factor) * self._stiffness - omega**2 * self._mass
+            self._factored = ((omega, loss_factor), lu_factor(null.T @ dynamic @ null))
         particular, own = self._prepare(load, omega, loss_factor)
         null = self._split[0] * self._scale[:, None]
-        dynamic = (1.0 + 1j * loss_factor) * self._stiffness - omega**2 * self._mass
-        reduced = null.T @ dynamic @ null
-        return self._spread(particular + null @ np.linalg.solve(reduced, null.T @ own), load)
+        return self._spread(particular + null @ lu_solve(self._factored[1], null.T @ own), load)
 
     def _prepare(
         self, load: ClassLoad, omega: float, loss_factor: float
