@@ -14,6 +14,7 @@ from chladni.sim.loads import Load
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.orbits import orbits_of
 from chladni.sim.ritz.plate import RitzPlate
+from chladni.sim.ritz.rings import SplitPoints, disc_load_deflection, disc_load_function
 from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
 from chladni.sim.transfer import plate_model, target_field, transfer_fields
 from plate_fem.mesh import Disc, plate_mesh
@@ -160,6 +161,14 @@ def test_fields_of_mirrored_loads_are_turned_over_only_where_they_may_be() -> No
             for model in (plate, whole)
         )
         assert np.abs(fields - plain).max() < 1e-7 * np.abs(plain).max()
+
+
+def test_the_disc_loads_deflection_has_one_meaning() -> None:
+    """The real formula against the general machinery, on both sides of the rim and on it."""
+    rng = np.random.default_rng(3)
+    z = np.concatenate((rng.normal(size=200) + 1j * rng.normal(size=200), [0.0, 1.0, 1e3, 0.6j]))
+    general = SplitPoints.at(z).evaluate(disc_load_function(), (0, 0)).real
+    assert disc_load_deflection(np.abs(z) ** 2) == pytest.approx(general, rel=1e-12, abs=1e-13)
 
 
 def test_threads_may_share_a_plate() -> None:

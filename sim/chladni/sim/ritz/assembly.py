@@ -20,7 +20,7 @@ from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, radial_derivative
-from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+from chladni.sim.ritz.symmetry import Mirrors, Parity, ParityBasis
 from chladni.sim.ritz.tables import (
     BasisTable,
     Edge,
@@ -57,6 +57,7 @@ class Assembly:
         self.mirrors = mirrors
         self.sets = point_sets(basis, mirrors, area_points)
         self._area = BasisTable(basis, self.sets.area)
+        self._bent: dict[Parity, FloatArray] = {}
         self._tables = _tables(self.sets, lambda points: BasisTable(basis, points), self._area)
 
     def load_tables(self, family: Family) -> Tables:
@@ -227,6 +228,14 @@ class Assembly:
             form[:, own] = rows.T
 
     def _bending(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """`_bend`; the basis's own is kept, since every load asks for it."""
+        if tables is not self._tables:
+            return self._bend(parity, tables)
+        if parity.parity not in self._bent:
+            self._bent[parity.parity] = self._bend(parity, tables)
+        return self._bent[parity.parity]
+
+    def _bend(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """B with BᵀB the energy form by D over the glued discs; shape (3 · points, functions)."""
         nu = self.basis.geometry.poisson
         xx, xy, yy = (tables.discs.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))

@@ -21,7 +21,12 @@ from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.rings import Derivative, SplitPoints, disc_load_function
+from chladni.sim.ritz.rings import (
+    Derivative,
+    SplitPoints,
+    disc_load_deflection,
+    disc_load_function,
+)  # fmt: skip
 from chladni.sim.ritz.symmetry import SAME_PLACE, Parity, ParityBasis
 from chladni.sim.ritz.tables import ANGULAR_POINTS, RADIAL_POINTS, BasisTable
 
@@ -128,6 +133,10 @@ class LoadCase:
                 continue
             radius = max(load.radius, POINT_RADIUS)
             unit = self._share[k] * radius**2 / (8.0 * np.pi * stiffness)
+            if derivative == (0, 0):
+                squared = ((x - load.x) ** 2 + (y - load.y) ** 2) / radius**2
+                result[:, k] = unit * disc_load_deflection(squared)
+                continue
             z = ((x - load.x) + 1j * (y - load.y)) / radius
             values = SplitPoints.at(z).evaluate(disc_load_function(), derivative)
             result[:, k] = unit * values.real / radius ** sum(derivative)
