@@ -36,7 +36,6 @@ from chladni.tables.methods.anneal import read_trace
 from chladni.tables.packing import Folding
 from chladni.tables.regions import region_grid
 from chladni.tables.scene import Problem, Scene, scene_of
-from chladni.tables.search import as_reals
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -78,9 +77,7 @@ def run(problem: Problem, method: str, options: Options) -> Run:
     seconds = time.perf_counter() - started
     space = problem.scene.space
     objective = space.objective(space.levels[-1], problem.image)
-    return Run(
-        seconds, found.evaluations, objective.value(as_reals(space.coordinates(found.drive)))
-    )
+    return Run(seconds, found.evaluations, space.value(objective, found.drive))
 
 
 def default_table(name: str) -> tuple[list[Problem], list[float], list[Run]]:

@@ -25,11 +25,11 @@ from chladni.host.figures import COLOURS, save
 from chladni.sim.board_file import load_board
 from chladni.sim.mirrors import board_mirrors
 from chladni.tables.build import build_table
-from chladni.tables.compress import Entry, LossLimits, least_quadrature, lose
+from chladni.tables.compress import Entry, LossLimits, least_quadrature, lose, scales_for
 from chladni.tables.format import CRC_BYTES, HEADER_BYTES
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
-from chladni.tables.packing import FULL_SCALE, Folding, Packing
+from chladni.tables.packing import Folding, Packing
 from chladni.tables.regions import region_grid
 from chladni.tables.scene import scene_of
 
@@ -62,10 +62,9 @@ def rows_of(objective: str) -> list[Row]:
     for problem in scene.problems([grid.centre_mm(int(region)) for region in stored]):
         drive = phasor(problem, Options(objective)).drive
         entries.append(Entry(least_quadrature(drive), problem.image.astype(np.float32)))
-    widest = max(float(np.abs(entry.drive.imag).max()) for entry in entries)
     result = []
     for bits in BITS:
-        packing = Packing(bits, (FULL_SCALE - 24, int(np.ceil(widest * FULL_SCALE))))
+        packing = Packing(bits, scales_for(entries))
         size = HEADER_BYTES + CRC_BYTES + packing.size(len(entries) * len(board.actuators))
         for rounding, limits in (("plain", NO_LIMITS), ("moved", LossLimits())):
             packed = lose(scene, entries, packing, limits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial as partial_function
 from importlib.metadata import version
@@ -13,19 +14,19 @@ from numpy.typing import NDArray
 
 from chladni.sim.board import Board
 from chladni.sim.mirrors import board_mirrors
-from chladni.tables.batch import over_targets
+from chladni.tables.batch import Target, over_targets
 from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.compress import Entry, compress, least_quadrature
+from chladni.tables.compress import Entry, Packed, compress, least_quadrature
 from chladni.tables.format import Limits, Table, check_fits, pack
 from chladni.tables.methods import SEED, Options, Progress
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.packing import PLAIN, Folding, Packing
 from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.scene import Problem, scene_of
-from chladni.tables.search import as_reals
+from chladni.tables.scene import Problem, Scene, scene_of
 from chladni.tables.solve import check_request, tie_break
 
 CodeArray = NDArray[np.int64]
+FloatArray = NDArray[np.float64]
 
 OBJECTIVE = "ssim"
 """What a table's drives are best at unless somebody asks for something else."""
@@ -82,46 +83,56 @@ def build_table(
     grid, mirrors = region_grid(board), board_mirrors(board)
     folding = Folding(mirrors.x, mirrors.y)
     check_fits(_table(board, grid, folding, PLAIN, None))
-    places = folding.stored(grid).tolist()
-    targets = [grid.centre_mm(region) for region in places]
+    targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
     scene = scene_of(board)
     key = {
         "board": f"{board.fingerprint():#018x}", "objective": objective, "seed": seed,
         "version": version("chladni"),
     }  # fmt: skip
-    images: dict[tuple[float, float], NDArray[np.float32]] = {}
-    work = partial_function(_solve_region, options=Options(objective, seed), images=images)
-    entries = []
     with Checkpoint(partial, key) as checkpoint:
-        results = over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint)
-        solved = []
-        for number, result in enumerate(results, 1):
-            solved.append(result)
-            if progress:
-                progress(number, len(places))
-        missing = [target for target in targets if target not in images]
-        for problem in scene.problems(missing):
-            images[problem.target_mm] = problem.image.astype(np.float32)
-        for target, result in zip(targets, solved, strict=True):
-            drive = np.array([complex(*parts) for parts in result["drive"]])
-            entries.append(Entry(drive, images[target]))
+        entries, scores = _solve(
+            scene, targets, Options(objective, seed, progress=progress), checkpoint, jobs
+        )
         packed = compress(scene, entries, jobs=jobs)
     table = _table(board, grid, folding, packed.packing, packed.codes)
-    # A stored region counts as often as the board has it.
-    sources = [source for source, _ in folding.sources(grid, len(board.actuators))]
-    every = np.searchsorted(places, sources)
-    scores = np.array([result["ssim"] for result in solved]) - packed.ssim_loss
-    report = TableReport(
-        regions=grid.count,
+    return table, _report(table, scores, packed, time.perf_counter() - started)
+
+
+def _solve(
+    scene: Scene, targets: Sequence[Target], options: Options, checkpoint: Checkpoint,
+    jobs: int | None,
+) -> tuple[list[Entry], FloatArray]:  # fmt: skip
+    """Every target's drive with its image, and their SSIM."""
+    images: dict[Target, NDArray[np.float32]] = {}
+    work = partial_function(_solve_region, options=options, images=images)
+    results = []
+    for result in over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint):
+        results.append(result)
+        if options.progress:
+            options.progress(len(results), len(targets))
+    # What an earlier run had finished came without its image.
+    for problem in scene.problems([target for target in targets if target not in images]):
+        images[problem.target_mm] = problem.image.astype(np.float32)
+    drives = [np.array([complex(*parts) for parts in result["drive"]]) for result in results]
+    entries = [Entry(drive, images[at]) for drive, at in zip(drives, targets, strict=True)]
+    return entries, np.array([result["ssim"] for result in results])
+
+
+def _report(table: Table, scores: FloatArray, packed: Packed, seconds: float) -> TableReport:
+    """What a table came to; a stored region counts as often as the board has it."""
+    sources = [source for source, _ in table.folding.sources(table.grid, table.actuators)]
+    every = np.searchsorted(table.folding.stored(table.grid), sources)
+    kept = scores - packed.ssim_loss
+    return TableReport(
+        regions=table.grid.count,
         bytes=len(pack(table)),
-        seconds=time.perf_counter() - started,
-        ssim_mean=float(scores[every].mean()),
-        ssim_min=float(scores.min()),
+        seconds=seconds,
+        ssim_mean=float(kept[every].mean()),
+        ssim_min=float(kept.min()),
         ssim_loss_p99=float(np.percentile(packed.ssim_loss[every], 99)),
         ssim_loss_max=float(packed.ssim_loss.max()),
         field_error_db_max=float(packed.field_error_db.max()),
     )
-    return table, report
 
 
 def _table(
@@ -153,7 +164,7 @@ def _limits(board: Board) -> Limits:
 
 
 def _solve_region(
-    problem: Problem, options: Options, images: dict[tuple[float, float], NDArray[np.float32]]
+    problem: Problem, options: Options, images: dict[Target, NDArray[np.float32]]
 ) -> Result:
     """One region's drive in units of the largest gain, and its SSIM; leaves its target image.
 
@@ -167,5 +178,5 @@ def _solve_region(
     images[problem.target_mm] = problem.image.astype(np.float32)
     return {
         "drive": [[float(c.real), float(c.imag)] for c in drive],
-        "ssim": objective.value(as_reals(space.coordinates(drive))),
+        "ssim": space.value(objective, drive),
     }

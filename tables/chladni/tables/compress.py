@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from chladni.tables import _kernel
 from chladni.tables.packing import FULL_SCALE, MAX_BITS, Packing
 from chladni.tables.scene import Scene
-from chladni.tables.search import as_reals, every
+from chladni.tables.search import as_reals, every, in_phase
 from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
@@ -71,7 +71,7 @@ class Packed:
 
 def least_quadrature(drive: ComplexArray) -> ComplexArray:
     """Turn a drive so that Σ Im² is least, its largest gain in phase rather than opposed."""
-    turned = drive * np.exp(-0.5j * np.angle(np.sum(drive * drive)))
+    turned = in_phase(drive)
     return np.asarray(turned if turned.real[np.abs(turned).argmax()] >= 0.0 else -turned)
 
 
@@ -83,8 +83,6 @@ def compress(
     jobs: int | None = None,
 ) -> Packed:
     """The smallest packing within the limits, and every entry's codes in it."""
-    largest = max((float(np.abs(entry.drive.imag).max()) for entry in entries), default=0.0)
-    scale = max(1, min(FULL_SCALE, int(np.ceil(largest * FULL_SCALE))))
 
     def rounded(indices: NDArray[np.intp], packing: Packing) -> list[_Rounded]:
         def one(k: int) -> _Rounded:
@@ -98,7 +96,7 @@ def compress(
 
         return list(in_threads(one, some, jobs=jobs))
 
-    packings = _packings(scale)
+    packings = _packings(entries)
     plain = np.array(losses(entries[::SAMPLE], packings))
     for packing, sample in zip(packings, plain.T, strict=True):
         last = packing.bits == (MAX_BITS, MAX_BITS)
@@ -143,11 +141,18 @@ def _may_do(found: Sequence[_Rounded], entries: int, limits: LossLimits) -> bool
     )
 
 
-def _packings(quadrature_scale: int) -> list[Packing]:
+def scales_for(entries: Sequence[Entry]) -> tuple[int, int]:
+    """What the largest codes stand for: nearly full scale, and the widest quadrature part."""
+    largest = max((float(np.abs(entry.drive.imag).max()) for entry in entries), default=0.0)
+    quadrature = max(1, min(FULL_SCALE, int(np.ceil(largest * FULL_SCALE))))
+    return FULL_SCALE - HEADROOM, quadrature
+
+
+def _packings(entries: Sequence[Entry]) -> list[Packing]:
     """From few bits to many; the quadrature part gets up to four fewer."""
     pairs = [(i, i - less) for i in range(6, 14) for less in range(5) if i - less >= 3]
     pairs.sort(key=lambda pair: (sum(pair), pair))
-    scales = (FULL_SCALE - HEADROOM, quadrature_scale)
+    scales = scales_for(entries)
     return [Packing(pair, scales) for pair in pairs] + [Packing((MAX_BITS, MAX_BITS))]
 
 
@@ -172,10 +177,6 @@ def _objective(scene: Scene, entry: Entry) -> _kernel.Objective:
     return scene.space.objective(scene.space.levels[-1], entry.image.astype(np.float64))
 
 
-def _ssim(scene: Scene, objective: _kernel.Objective, drive: ComplexArray) -> float:
-    return objective.value(as_reals(scene.space.coordinates(drive)))
-
-
 def _drive(packing: Packing, codes: IntArray) -> ComplexArray:
     values = packing.values(codes) / FULL_SCALE
     return np.asarray(values[:, 0] + 1j * values[:, 1])
@@ -188,7 +189,7 @@ class _Scale:
         self._scene = scene
         self._packing = packing
         self._objective = _objective(scene, entry)
-        self._best = _ssim(scene, self._objective, entry.drive)
+        self._best = scene.space.value(self._objective, entry.drive)
 
     def drive(self, codes: IntArray) -> ComplexArray:
         return _drive(self._packing, codes)
@@ -200,7 +201,7 @@ class _Scale:
         return space.drive_gradient(drive, gradient)
 
     def loss(self, codes: IntArray) -> float:
-        return self._best - _ssim(self._scene, self._objective, self.drive(codes))
+        return self._best - self._scene.space.value(self._objective, self.drive(codes))
 
 
 def _nearest(entry: Entry, packing: Packing) -> IntArray:
@@ -221,9 +222,9 @@ def _is_too_loud(packing: Packing, codes: IntArray) -> NDArray[np.bool_]:
 def _plain_losses(scene: Scene, entry: Entry, packings: Sequence[Packing]) -> list[float]:
     """What one entry loses to plain rounding, under each packing."""
     objective = _objective(scene, entry)
-    best = _ssim(scene, objective, entry.drive)
+    best = scene.space.value(objective, entry.drive)
     return [
-        best - _ssim(scene, objective, _drive(packing, _nearest(entry, packing)))
+        best - scene.space.value(objective, _drive(packing, _nearest(entry, packing)))
         for packing in packings
     ]
 

@@ -95,6 +95,10 @@ class SearchSpace:
         length = np.linalg.norm(z)
         return np.asarray(z / length if length > 0.0 else z)
 
+    def value(self, objective: _kernel.Objective, drive: ComplexArray) -> float:
+        """An objective of this space at a drive."""
+        return objective.value(as_reals(self.coordinates(drive)))
+
     def drive_gradient(self, drive: ComplexArray, gradient: FloatArray) -> ComplexArray:
         """∂/∂Re c + i ∂/∂Im c at a drive from the kernel's gradient at its coordinates."""
         length = np.linalg.norm(drive @ self._from_drive)
@@ -148,6 +152,11 @@ class SearchSpace:
         values = self.values[:, index_x][:, :, index_y]
         planes = np.stack((values.real, values.imag), axis=1).astype(np.float32)
         return Level(step, index_x, index_y, _kernel.Fields(np.ascontiguousarray(planes)))
+
+
+def in_phase(numbers: ComplexArray) -> ComplexArray:
+    """Complex numbers turned by one common phase so that Σ Im² is least."""
+    return np.asarray(numbers * np.exp(-0.5j * np.angle(np.sum(numbers * numbers))))
 
 
 def as_reals(z: ComplexArray) -> FloatArray:

@@ -24,7 +24,6 @@ from chladni.sim.errors import InputError
 from chladni.sim.files import write_arrays
 from chladni.tables.methods.base import Found, Options
 from chladni.tables.scene import Problem
-from chladni.tables.search import as_reals
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -116,7 +115,7 @@ def run(
     objective = space.objective(space.levels[-1], problem.image)
 
     def ssim(drive: ComplexArray) -> float:
-        return objective.value(as_reals(space.coordinates(drive)))
+        return space.value(objective, drive)
 
     chain = _resume(options.trace, key) if options.trace else None
     if chain is None:

@@ -17,7 +17,7 @@ from chladni.tables.methods.contrast import contrast
 from chladni.tables.methods.peak import peak
 from chladni.tables.objectives import OBJECTIVES
 from chladni.tables.scene import Problem
-from chladni.tables.search import as_complex, as_reals
+from chladni.tables.search import as_complex, as_reals, in_phase
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -103,8 +103,7 @@ def _kicks(climb: _Climb, rng: np.random.Generator) -> list[_Climb]:
     Where fields are nearly real, |W|² = (Re W)² + (Im W)² feels the drive's quadrature part only
     in second order: optima of one shape come in families that differ in it alone.
     """
-    z = as_complex(climb.z)
-    z = z * np.exp(-0.5j * np.angle(np.sum(z * z)))
+    z = in_phase(as_complex(climb.z))
     moves = KICK * np.linalg.norm(z) / np.sqrt(z.size) * rng.normal(size=(KICKS, z.size))
     return [_Climb(as_reals(z.real + 1j * move), np.zeros_like(climb.curvature)) for move in moves]
 
