@@ -15,7 +15,7 @@ from chladni.host.cli import main
 from chladni.sim.board import Board, Regions
 from chladni.sim.board_file import load_board
 from chladni.tables.build import TableReport, build_table
-from chladni.tables.format import Table
+from chladni.tables.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -1,21 +1,88 @@
-"""Tables with made-up drives and short limits, for tests of the firmware."""
+"""Tables with made-up drives and short limits, and tables whose bytes were tampered with."""
 
 from __future__ import annotations
 
+import struct
+import zlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables import format as f
+from chladni.tables import layout
+from chladni.tables.folding import UNFOLDED, Folding
+from chladni.tables.format import pack
 from chladni.tables.regions import RegionGrid
+from chladni.tables.table import Limits, Section, Table, quantise
 
 RAMP_MS, TIMEOUT_MS, MAX_ON_MS = 4.0, 60.0, 400.0
+LIMITS = Limits(int(RAMP_MS * 1e3), int(TIMEOUT_MS * 1e3), int(MAX_ON_MS * 1e3))
+FULL_GAIN = 10.0
 
 
-def make_table(drives: NDArray[Any], columns: int = 1, rows: int = 1) -> f.Table:
-    """A table of the given drives, shape (regions, actuators), at full scale 10."""
-    limits = f.Limits(int(RAMP_MS * 1e3), int(TIMEOUT_MS * 1e3), int(MAX_ON_MS * 1e3))
+def make_section(
+    drives: NDArray[Any], *, labels: NDArray[np.uint8] | None = None,
+    crossings: Sequence[tuple[int, int]] = ((0, 0),), frequency_hz: float = 160.0,
+) -> Section:  # fmt: skip
+    """Drives (stored regions, actuators) of gains up to 10, which is full scale."""
+    # A gain of full scale rounded up in both its parts would be beyond.
+    iq = quantise(np.asarray(drives, dtype=np.complex128) * 0.9999, FULL_GAIN)
+    marks = np.zeros(len(iq), dtype=np.uint8) if labels is None else labels
+    kinds = np.array(crossings, dtype=np.uint8)
+    return Section(frequency_hz, "ssim", FULL_GAIN, marks, kinds, iq)
+
+
+def make_table(
+    drives: NDArray[Any], columns: int = 1, rows: int = 1, folding: Folding = UNFOLDED,
+    **section: Any,
+) -> Table:  # fmt: skip
+    """A table of one section on a board of 71.5 mm by 146.7 mm."""
     grid = RegionGrid(columns, rows, 71500, 146700)
-    iq = f.quantise(np.asarray(drives, dtype=np.complex128), 10.0)
-    return f.Table("t", 1, 160.0, grid, 10.0, limits, iq)
+    return Table("t", 1, grid, LIMITS, (make_section(drives, **section),), folding)
+
+
+def random_table(
+    columns: int, rows: int, actuators: int, seed: int, *, labels: int = 1, coarse: int = 0,
+    folding: Folding = UNFOLDED, frequencies: Sequence[float] = (160.0,),
+    span_um: tuple[int, int] = (71500, 146700),
+) -> Table:  # fmt: skip
+    """Random drives with `coarse` zero bits at their ends, in patches of random labels."""
+    rng = np.random.default_rng(seed)
+    grid = RegionGrid(columns, rows, *span_um)
+    cells = folding.stored(grid).size
+    sections = []
+    for frequency in frequencies:
+        iq = rng.integers(-23000, 23001, (cells, actuators, 2))
+        iq = np.sign(iq) * (np.abs(iq) >> coarse << coarse)
+        # Some regions are silent, and some are as their neighbours.
+        iq[rng.random(cells) < 0.1] = 0
+        iq[1:][rng.random(cells - 1) < 0.2] = iq[0]
+        marks = np.sort(rng.integers(0, labels, cells)) if seed % 2 else rng.integers(
+            0, labels, cells)  # fmt: skip
+        crossings = rng.integers(0, 3, (labels, 2)).astype(np.uint8)
+        sections.append(Section(frequency, "ssim", FULL_GAIN, marks.astype(np.uint8), crossings,
+                                iq.astype(np.int16)))  # fmt: skip
+    return Table("t", 1, grid, LIMITS, tuple(sections), folding)
+
+
+def reversal(count: int) -> tuple[int, ...]:
+    """An order that undoes itself."""
+    return tuple(range(count))[::-1]
+
+
+def with_crc(data: bytes | bytearray) -> bytes:
+    """The bytes with their last four made right again."""
+    return bytes(data[:-4]) + struct.pack("<I", zlib.crc32(data[:-4]))
+
+
+def forge(table: Table, **fields: Any) -> bytes:
+    """A table with header or first section's fields changed and the CRC made right again."""
+    data = bytearray(pack(table))
+    for begin, known in ((0, layout.HEADER_FIELDS), (layout.HEADER_BYTES, layout.SECTION_FIELDS)):
+        places = layout.offsets(known)
+        for field in known:
+            if field.name in fields:
+                at = begin + places[field.name]
+                struct.pack_into("<" + field.code, data, at, fields[field.name])
+    return with_crc(data)

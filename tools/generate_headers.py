@@ -3,7 +3,7 @@
     python tools/generate_headers.py          write them
     python tools/generate_headers.py --check  exit with 1 if a committed one differs
 
-The table format is declared in `chladni.tables.format`, the sine here.
+The table format is declared in `chladni.tables.layout`, the sine here.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chladni.tables import format as table_format
-from chladni.tables import packing
+from chladni.tables import coding, layout, regions
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
 BANNER = (
@@ -41,39 +40,56 @@ def table_header() -> str:
         "namespace chladni::table_format {",
         "",
     ]
-    magic = int.from_bytes(table_format.MAGIC, "little")
+    magic = int.from_bytes(layout.MAGIC, "little")
     constants = {
         "kMagic": (f"0x{magic:08X}U", '"CHLD" read as a little-endian word'),
-        "kVersionMajor": (f"{table_format.VERSION_MAJOR}U", ""),
-        "kVersionMinor": (f"{table_format.VERSION_MINOR}U", ""),
-        "kHeaderBytes": (f"{table_format.HEADER_BYTES}U", ""),
-        "kCrcBytes": (f"{table_format.CRC_BYTES}U", ""),
-        "kFullScale": (f"{packing.FULL_SCALE}U", "stands for the largest gain"),
-        "kMinBits": (f"{packing.MIN_BITS}U", "of a code"),
-        "kMaxBits": (f"{packing.MAX_BITS}U", ""),
-        "kMaxActuators": (f"{table_format.MAX_ACTUATORS}U", ""),
-        "kMaxRegions": (f"{table_format.MAX_REGIONS}U", ""),
-        "kMaxCellsPerSide": (f"{table_format.MAX_CELLS_PER_SIDE}U", ""),
-        "kMaxSpanUm": (f"{table_format.MAX_SPAN_UM}U", ""),
-        "kMinFrequencyMhz": (f"{table_format.MIN_FREQUENCY_MHZ}U", "millihertz"),
-        "kMaxFrequencyMhz": (f"{table_format.MAX_FREQUENCY_MHZ}U", ""),
-        "kMinRampUs": (f"{table_format.MIN_RAMP_US}U", ""),
-        "kMaxRampUs": (f"{table_format.MAX_RAMP_US}U", ""),
-        "kMinTouchTimeoutUs": (f"{table_format.MIN_TOUCH_TIMEOUT_US}U", ""),
-        "kMaxTouchTimeoutUs": (f"{table_format.MAX_TOUCH_TIMEOUT_US}U", ""),
-        "kMinOnUs": (f"{table_format.MIN_ON_US}U", ""),
-        "kMaxOnUs": (f"{table_format.MAX_ON_US}U", ""),
-        "kMaxGains": (f"{table_format.MAX_GAINS}U", "gain pairs the device holds in RAM"),
+        "kVersionMajor": (f"{layout.VERSION_MAJOR}U", ""),
+        "kVersionMinor": (f"{layout.VERSION_MINOR}U", ""),
+        "kHeaderBytes": (f"{layout.HEADER_BYTES}U", ""),
+        "kSectionBytes": (f"{layout.SECTION_BYTES}U", "of a section header"),
+        "kCrcBytes": (f"{layout.CRC_BYTES}U", ""),
+        "kBoardNameBytes": (f"{layout.BOARD_NAME_BYTES}U", ""),
+        "kLargestFile": (f"{layout.LARGEST_FILE}U", ""),
+        "kFullScale": (f"{coding.FULL_SCALE}U", "stands for the largest gain"),
+        "kFractionBits": (f"{regions.FRACTION_BITS}U", "of a place between two cells"),
+        "kCrossingBits": (f"{layout.CROSSING_BITS}U", ""),
+        "kCoarsest": (f"{coding.COARSEST}U", "regions between those decoded first"),
+        "kMaxShift": (f"{coding.MAX_SHIFT}U", "of a difference"),
+        "kMaxRice": (f"{coding.MAX_RICE}U", "Rice parameter"),
+        "kStartRice": (f"{coding.START_RICE}U", ""),
+        "kMaxOnes": (f"{coding.MAX_UNARY}U", "in a row"),
+        "kMaxActuators": (f"{layout.MAX_ACTUATORS}U", ""),
+        "kMaxSections": (f"{layout.MAX_SECTIONS}U", ""),
+        "kMaxLabels": (f"{layout.MAX_LABELS}U", ""),
+        "kLastObjective": (f"{len(layout.OBJECTIVE_NAMES) - 1}U", ""),
+        "kMaxRegions": (f"{layout.MAX_REGIONS}U", ""),
+        "kMaxStored": (f"{layout.MAX_STORED}U", "regions in the device's RAM"),
+        "kMaxGains": (f"{layout.MAX_GAINS}U", "gain pairs in the device's RAM"),
+        "kMaxCellsPerSide": (f"{layout.MAX_CELLS_PER_SIDE}U", ""),
+        "kMaxSpanUm": (f"{layout.MAX_SPAN_UM}U", ""),
+        "kMinFrequencyMhz": (f"{layout.MIN_FREQUENCY_MHZ}U", "millihertz"),
+        "kMaxFrequencyMhz": (f"{layout.MAX_FREQUENCY_MHZ}U", ""),
+        "kMinRampUs": (f"{layout.MIN_RAMP_US}U", ""),
+        "kMaxRampUs": (f"{layout.MAX_RAMP_US}U", ""),
+        "kMinTouchTimeoutUs": (f"{layout.MIN_TOUCH_TIMEOUT_US}U", ""),
+        "kMaxTouchTimeoutUs": (f"{layout.MAX_TOUCH_TIMEOUT_US}U", ""),
+        "kMinOnUs": (f"{layout.MIN_ON_US}U", ""),
+        "kMaxOnUs": (f"{layout.MAX_ON_US}U", ""),
     }
     for name, (value, note) in constants.items():
         comment = f"  // {note}" if note else ""
         lines.append(f"constexpr uint32_t {name} = {value};{comment}")
-    lines.append("")
-    lines.append("// Byte offsets of the header's fields.")
-    offsets = table_format.header_offsets()
-    for field in table_format.HEADER_FIELDS:
-        name = "".join(part.capitalize() for part in field.name.split("_"))
-        lines.append(f"constexpr uint32_t kAt{name} = {offsets[field.name]}U;  // {field.kind}")
+    for fields, prefix, what in (
+        (layout.HEADER_FIELDS, "kAt", "the header's fields"),
+        (layout.SECTION_FIELDS, "kSectionAt", "a section header's fields"),
+    ):
+        lines += ["", f"// Byte offsets of {what}."]
+        offsets = layout.offsets(fields)
+        for field in fields:
+            name = "".join(part.capitalize() for part in field.name.split("_"))
+            lines.append(
+                f"constexpr uint32_t {prefix}{name} = {offsets[field.name]}U;  // {field.kind}"
+            )
     lines += ["", "}  // namespace chladni::table_format", ""]
     return "\n".join(lines)
 

@@ -12,7 +12,8 @@ from chladni.host.emulator import TouchEvent
 from chladni.host.loop import run_loop
 from chladni.sim.board import Board
 from chladni.tables.build import TableReport
-from chladni.tables.format import Table, pack
+from chladni.tables.format import pack
+from chladni.tables.table import Table
 from conftest import ROOT, CommandLine
 
 COARSE = Path(__file__).parent / "coarse.toml"

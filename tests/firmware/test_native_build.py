@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from chladni.host.emulator import TouchEvent, emulate
-from chladni.tables import format as f
+from chladni.tables.format import pack
 from conftest import ROOT
 from made_up import make_table
 
@@ -34,7 +34,7 @@ def test_native_and_python_move_the_pins_alike(program: Path, tmp_path: Path) ->
     drives = rng.normal(size=(12, 5)) + 1j * rng.normal(size=(12, 5))
     table = make_table(10.0 * drives / np.abs(drives).max(axis=1, keepdims=True), 3, 4)
     path = tmp_path / "t.chl"
-    path.write_bytes(f.pack(table))
+    path.write_bytes(pack(table))
     answer = subprocess.run(
         [program, path, "10000", "-25000", "150"], check=True, capture_output=True, text=True
     )

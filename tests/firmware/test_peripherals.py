@@ -55,7 +55,7 @@ def test_a_duty_of_two_to_the_bits_overflows() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"channels": 0}, {"channels": 9}, {"pwm_bits": 9}, {"pwm_bits": 13}, {"level": 1.5}]
+    "wrong", [{"channels": 0}, {"channels": 17}, {"pwm_bits": 9}, {"pwm_bits": 13}, {"level": 1.5}]
 )
 def test_impossible_hardware_is_refused(wrong: dict[str, Any]) -> None:
     settings: dict[str, Any] = {

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
-import struct
 import subprocess
 import sys
-import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from chladni.sim.board import Board
-from chladni.tables import format as f
+from chladni.tables import layout
+from chladni.tables.folding import UNFOLDED
+from chladni.tables.format import pack
 from chladni.tables.regions import region_grid
+from chladni.tables.table import Table
 from conftest import ROOT, CommandLine
+from made_up import LIMITS, make_section, with_crc
 
 
 def board_file(folder: Path, old: str, new: str) -> Path:
@@ -56,20 +59,14 @@ def test_bad_boards(
 
 
 @pytest.fixture
-def table(prototype: Board) -> f.Table:
+def table(prototype: Board) -> Table:
     """A table of the prototype with made-up drives."""
     grid = region_grid(prototype)
     rng = np.random.default_rng(1)
     drives = rng.uniform(-5, 5, (grid.count, 5)) + 1j * rng.uniform(-5, 5, (grid.count, 5))
-    return f.Table(
-        "prototype", prototype.fingerprint(), 160.0, grid, 10.0, f.Limits(4000, 100000, 10000000),
-        f.quantise(drives, 10.0),
-    )  # fmt: skip
-
-
-def recrc(data: bytearray) -> bytes:
-    struct.pack_into("<I", data, len(data) - 4, zlib.crc32(data[:-4]))
-    return bytes(data)
+    return Table(
+        "prototype", prototype.fingerprint(), grid, LIMITS, (make_section(drives),), UNFOLDED
+    )
 
 
 def damaged(good: bytes, how: str) -> bytes:
@@ -77,7 +74,7 @@ def damaged(good: bytes, how: str) -> bytes:
     if how == "magic":
         data[0:4] = b"JUNK"
     elif how == "version":
-        data[f.header_offsets()["version_major"]] = 9
+        data[layout.offsets(layout.HEADER_FIELDS)["version_major"]] = 9
     elif how == "crc":
         data[-1] ^= 0xFF
         return bytes(data)
@@ -85,16 +82,16 @@ def damaged(good: bytes, how: str) -> bytes:
         return bytes(data[:50])
     elif how == "total_bytes":
         return bytes(data[:-20])
-    return recrc(data)
+    return with_crc(data)
 
 
 @pytest.mark.parametrize("how", ["magic", "version", "crc", "size", "total_bytes"])
 @pytest.mark.parametrize("command", ["show", "emulate"])
 def test_bad_tables(
-    chladni: CommandLine, tmp_path: Path, table: f.Table, how: str, command: str
+    chladni: CommandLine, tmp_path: Path, table: Table, how: str, command: str
 ) -> None:
     path, out = tmp_path / "bad.chl", tmp_path / "r.npz"
-    path.write_bytes(damaged(f.pack(table), how))
+    path.write_bytes(damaged(pack(table), how))
     arguments = {
         "show": ["table", "show", path],
         "emulate": ["emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out],
@@ -107,27 +104,28 @@ def test_bad_tables(
 
 
 def test_a_table_for_another_actuator_count(
-    chladni: CommandLine, tmp_path: Path, table: f.Table
+    chladni: CommandLine, tmp_path: Path, table: Table
 ) -> None:
     path, out = tmp_path / "three.chl", tmp_path / "r.npz"
-    fewer = f.Table(**(vars(table) | {"iq": table.iq[:, :3]}))
-    path.write_bytes(f.pack(fewer))
+    section = table.section()
+    fewer = replace(table, sections=(replace(section, iq=section.iq[:, :3]),))
+    path.write_bytes(pack(fewer))
     answer = chladni("emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out)
     assert answer.code == 2
     assert "three.chl: actuators: got 3, expected 5" in answer.err
     assert not out.exists()
 
 
-def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: f.Table) -> None:
+def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: Table) -> None:
     path, out = tmp_path / "t.chl", tmp_path / "r.npz"
-    path.write_bytes(f.pack(table))
+    path.write_bytes(pack(table))
     answer = chladni(
         "emulate", path, "--board", "paper", "--touch", "0,0@5", "--ms", "200", "-o", out
     )
     assert answer.code == 2
     assert "board_fingerprint" in answer.err
-    unknown = f.Table(**(vars(table) | {"board_name": "unknown"}))
-    path.write_bytes(f.pack(unknown))
+    unknown = replace(table, board_name="unknown")
+    path.write_bytes(pack(unknown))
     answer = chladni("emulate", path, "--touch", "0,0@5", "--ms", "200", "-o", out)
     assert answer.code == 2
     assert "--board" in answer.err
@@ -213,10 +211,10 @@ def test_bad_arguments(
     ],
 )
 def test_bad_scenarios(
-    chladni: CommandLine, tmp_path: Path, table: f.Table, options: list[str], named: str
+    chladni: CommandLine, tmp_path: Path, table: Table, options: list[str], named: str
 ) -> None:
     path, out = tmp_path / "t.chl", tmp_path / "r.npz"
-    path.write_bytes(f.pack(table))
+    path.write_bytes(pack(table))
     answer = chladni("emulate", path, *options, "-o", out)
     assert answer.code == 2
     assert named in answer.err

@@ -11,8 +11,9 @@ import pytest
 
 from chladni.sim.board import Board
 from chladni.tables.build import TableReport
-from chladni.tables.format import Table, pack
-from chladni.tables.packing import PLAIN, UNFOLDED
+from chladni.tables.folding import UNFOLDED
+from chladni.tables.format import pack
+from chladni.tables.table import Table
 from conftest import CommandLine
 
 
@@ -41,10 +42,11 @@ def test_mirrors_that_the_board_has_not_are_refused(
 ) -> None:  # fmt: skip
     """Silent drives are their own images under any order; the board's order is another."""
     table = dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
-    silent = np.zeros_like(table.iq)
+    section = table.section()
+    silent = dataclasses.replace(section, iq=np.zeros_like(section.iq))
     wrong = dataclasses.replace(table.folding, x=(1, 0, 2, 3, 4))
     file = tmp_path / "w.chl"
-    file.write_bytes(pack(dataclasses.replace(table, iq=silent, folding=wrong)))
+    file.write_bytes(pack(dataclasses.replace(table, sections=(silent,), folding=wrong)))
     answer = chladni("table", "verify", file)
     assert answer.code == 2
     assert "mirror_x" in answer.err
@@ -57,16 +59,20 @@ def test_diff_names_fields_and_counts_regions(
     assert same["header"] == {}
     assert same["regions_that_differ"] == 0
     table = coarse_table[0]
-    # Another common phase is the same drive, and what is stored plainly holds the same.
-    iq = table.iq.copy()
+    # Another common phase is the same drive, and what is stored unfolded holds the same.
+    iq = table.region_iq(table.section()).copy()
     iq[3] = -iq[3]
     iq[7, 2] = (1234, -99)
+    unfolded = dataclasses.replace(
+        table.section(), iq=iq, labels=np.zeros(len(iq), np.uint8),
+        crossings=np.zeros((1, 2), np.uint8),
+    )  # fmt: skip
     other = path.with_name("o.chl")
-    other.write_bytes(pack(dataclasses.replace(table, iq=iq, packing=PLAIN, folding=UNFOLDED)))
+    other.write_bytes(pack(dataclasses.replace(table, sections=(unfolded,), folding=UNFOLDED)))
     answer = chladni("table", "diff", path, other, "--json").json
     assert answer["regions_that_differ"] == 1
     assert answer["largest_at_region"] == 7
-    assert {"bits", "mirror_x", "mirror_y"} <= set(answer["header"])
+    assert {"mirror_x", "mirror_y"} <= set(answer["header"])
 
 
 def test_export_writes_every_channel(
@@ -82,4 +88,4 @@ def test_export_writes_every_channel(
     row = rows[11 * 5 + 3]
     assert (row["region"], row["channel"]) == ("11", "3")
     value = float(row["gain"]) * np.exp(1j * np.radians(float(row["phase_deg"])))
-    assert value == pytest.approx(table.drive(11)[3], rel=1e-4)
+    assert value == pytest.approx(table.drives(table.section())[11, 3], rel=1e-4)

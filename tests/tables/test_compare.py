@@ -186,5 +186,5 @@ def test_a_table_of_each_objective(coarse_board: Board, objective: str) -> None:
     assert report.ssim_loss_max < 5e-3
     exact = np.abs(solve(few, table.grid.centre_mm(0), objective=objective).field)
     fields = scene_of(few).fields.values
-    stored = np.abs(np.tensordot(table.drive(0), fields, axes=1))
+    stored = np.abs(np.tensordot(table.drives(table.section())[0], fields, axes=1))
     assert np.abs(stored - exact).max() < 0.03 * exact.max()  # 0.25 dB

@@ -54,7 +54,7 @@ void Device::poll() {
       break;
   }
   if (state_ == DeviceState::kPlaying && is_drive_pending_) {
-    if (synthesis_.play(table_.drive(region_), settings_.level_q15, is_start_pending_)) {
+    if (synthesis_.play(table_.drive_at(place_), settings_.level_q15, is_start_pending_)) {
       is_drive_pending_ = false;
       is_start_pending_ = false;
     }
@@ -70,10 +70,10 @@ void Device::poll() {
 void Device::contact(Place place) {
   last_contact_us_ = hal_.now_us(hal_.context);
   if (state_ == DeviceState::kNoTable || state_ == DeviceState::kSpent) return;
-  const uint32_t region = table_.region_at(place);
   if (state_ != DeviceState::kPlaying) is_start_pending_ = true;
-  if (is_start_pending_ || region != region_) is_drive_pending_ = true;
-  region_ = region;
+  const bool has_moved = place.x_um != place_.x_um || place.y_um != place_.y_um;
+  if (is_start_pending_ || has_moved) is_drive_pending_ = true;
+  place_ = place;
   state_ = DeviceState::kPlaying;
   is_release_pending_ = false;
   synthesis_.keep_alive();
@@ -84,6 +84,19 @@ void Device::lifted() {
   if (state_ != DeviceState::kNoTable) state_ = DeviceState::kIdle;
   is_drive_pending_ = false;
   is_start_pending_ = false;
+}
+
+// The drives of another frequency, from the next touch on; says how it went.
+const char* Device::select_frequency(uint32_t frequency_mhz) {
+  if (state_ == DeviceState::kNoTable) return to_text(table_status_);
+  if (state_ != DeviceState::kIdle) return "lift the finger first";
+  const TableStatus status = table_.select(hal_, frequency_mhz);
+  if (!table_.is_loaded()) {
+    table_status_ = status;
+    state_ = DeviceState::kNoTable;
+  }
+  if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
+  return to_text(status);
 }
 
 void Device::command(const char* line) {
@@ -101,12 +114,18 @@ void Device::command(const char* line) {
     lifted();
     hal_.print(hal_.context, "ok");
     return;
+  } else if (reader.word("frequency")) {
+    int32_t frequency_mhz = 0;
+    if (reader.number(&frequency_mhz) && reader.at_end() && frequency_mhz > 0) {
+      hal_.print(hal_.context, select_frequency(static_cast<uint32_t>(frequency_mhz)));
+      return;
+    }
   } else if (reader.word("info") && reader.at_end()) {
     hal_.print(hal_.context, to_text(state_));
     hal_.print(hal_.context, to_text(table_status_));
     return;
   }
-  hal_.print(hal_.context, "expected: touch X_UM Y_UM | lift | info");
+  hal_.print(hal_.context, "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | info");
 }
 
 }  // namespace chladni

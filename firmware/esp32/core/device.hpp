@@ -30,7 +30,8 @@ class Device {
   TableStatus start(const Hal& hal, const DeviceSettings& settings);
   // One turn of the main loop; call it every millisecond or so.
   void poll();
-  // One line from the console: "touch X Y" (micrometres), "lift" or "info".
+  // One line from the console: "touch X Y" (micrometres), "lift", "frequency F" (millihertz) or
+  // "info".
   void command(const char* line);
   // One sample; call it from the sample interrupt, every fourth carrier period.
   void sample();
@@ -43,12 +44,13 @@ class Device {
  private:
   void contact(Place place);
   void lifted();
+  const char* select_frequency(uint32_t frequency_mhz);
 
   Hal hal_{};
   DeviceSettings settings_{};
   DeviceState state_ = DeviceState::kNoTable;
   TableStatus table_status_ = TableStatus::kNone;
-  uint32_t region_ = 0;
+  Place place_{};
   bool is_drive_pending_ = false;
   bool is_start_pending_ = false;
   uint32_t last_contact_us_ = 0;

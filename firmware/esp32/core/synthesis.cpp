@@ -74,6 +74,7 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   if (settings.max_on_us > f::kMaxOnUs) return false;
   settings_ = settings;
   phase_step_u32_ = phase_step_u32(settings.frequency_mhz, settings.pwm_bits);
+  next_phase_step_u32_ = phase_step_u32_;
   half_span_ = static_cast<int32_t>(half_span_steps(settings.pwm_bits));
   max_duty_ = (1 << settings.pwm_bits) - 1;
   const uint32_t ramp = samples_in(settings.ramp_us, settings.pwm_bits);
@@ -86,6 +87,7 @@ bool Synthesis::start(const SynthesisSettings& settings) {
 bool Synthesis::play(const Drive& drive, uint32_t level_q15, bool starts_touch) {
   Command command{};
   command.starts_touch = starts_touch;
+  command.phase_step_u32 = next_phase_step_u32_;
   const auto level = static_cast<int32_t>(level_q15 > 32767U ? 32767U : level_q15);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     int32_t in_phase = (drive[k].in_phase_q15 * level) >> 15;
@@ -107,6 +109,13 @@ bool Synthesis::play(const Drive& drive, uint32_t level_q15, bool starts_touch) 
     }
   }
   return post(command);
+}
+
+bool Synthesis::set_frequency(uint32_t frequency_mhz) {
+  namespace f = table_format;
+  if (frequency_mhz < f::kMinFrequencyMhz || frequency_mhz > f::kMaxFrequencyMhz) return false;
+  next_phase_step_u32_ = phase_step_u32(frequency_mhz, settings_.pwm_bits);
+  return true;
 }
 
 bool Synthesis::release() {
@@ -181,7 +190,10 @@ void Synthesis::take(const Command& command) {
   const Output output = output_.load(std::memory_order_relaxed);
   // A move comes too late once a deadline has ended its touch: only a new touch starts the clock.
   if (!command.starts_touch && output != Output::kPlaying) return;
-  if (command.starts_touch) on_samples_ = 0;
+  if (command.starts_touch) {
+    on_samples_ = 0;
+    phase_step_u32_ = command.phase_step_u32;
+  }
   // From silence every wave starts at the same phase, so the same touch plays the same.
   if (output == Output::kOff) phase_u32_ = 0;
   quiet_samples_ = 0;

@@ -1,4 +1,4 @@
-// Up to eight PWM sine waves of one frequency from a 32-bit phase, one sample per call.
+// Up to sixteen PWM sine waves of one frequency from a 32-bit phase, one sample per call.
 //
 // Each channel has an in-phase and a quadrature gain, so a new drive is reached by a straight ramp
 // of those two: gain and phase change together and nothing clicks. The outputs switch current one
@@ -17,7 +17,7 @@
 
 namespace chladni {
 
-constexpr uint32_t kMaxChannels = 8;
+constexpr uint32_t kMaxChannels = 16;
 constexpr uint32_t kCarrierPeriodsPerSample = 4;
 
 // In-phase and quadrature gain of one channel: the wave is I cos(wt) - Q sin(wt).
@@ -69,6 +69,8 @@ class Synthesis {
   // without it the drive is a move within a touch, and void if that touch has been ended.
   // False while the last command waits to be taken.
   bool play(const Drive& drive, uint32_t level_q15, bool starts_touch);
+  // Waves of the touches that start from now on; false if out of range.
+  bool set_frequency(uint32_t frequency_mhz);
   // Fade out.
   bool release();
   // The finger is still there.
@@ -84,6 +86,7 @@ class Synthesis {
   struct Command {
     bool is_release;
     bool starts_touch;
+    uint32_t phase_step_u32;  // taken by a drive that starts a touch
     std::array<int32_t, kMaxChannels> in_phase_q30;
     std::array<int32_t, kMaxChannels> quadrature_q30;
     std::array<int32_t, kMaxChannels> bias_q16;
@@ -127,6 +130,7 @@ class Synthesis {
 
   // Main loop to interrupt: one command at a time, and a count of signs of life.
   Command command_{};
+  uint32_t next_phase_step_u32_ = 0;
   std::atomic<bool> command_waits_{false};
   std::atomic<uint32_t> beats_{0};
   // Interrupt to main loop.

@@ -21,7 +21,7 @@ void raise_if(const std::string& fault) {
 
 EmulatorSettings checked(uint32_t channels, uint32_t pwm_bits, double level, uint32_t panel_us,
                          uint32_t sectors) {
-  if (channels < 1 || channels > chladni::kMaxChannels) throw nb::value_error("channels: 1 to 8");
+  if (channels < 1 || channels > chladni::kMaxChannels) throw nb::value_error("channels: 1 to 16");
   if (pwm_bits < 10 || pwm_bits > 12) throw nb::value_error("pwm_bits: 10 to 12");
   if (!(level >= 0.0 && level <= 1.0)) throw nb::value_error("level: 0 to 1");
   if (sectors < 1 || sectors > 4096) throw nb::value_error("flash_sectors: 1 to 4096");
@@ -111,27 +111,6 @@ NB_MODULE(_emulator, m) {
                                           static_cast<uint32_t>(data.size())));
           },
           nb::arg("offset"), nb::arg("data"))
-      .def(
-          "region_at",
-          [](const Emulator& self, int32_t x_um, int32_t y_um) {
-            if (!self.device().table().is_loaded()) throw std::runtime_error("no table is loaded");
-            return self.device().table().region_at({x_um, y_um});
-          },
-          nb::arg("x_um"), nb::arg("y_um"), "The region the device looks up for a place.")
-      .def(
-          "drive",
-          [](const Emulator& self, uint32_t region) {
-            const auto& table = self.device().table();
-            if (!table.is_loaded()) throw std::runtime_error("no table is loaded");
-            if (region >= table.regions()) throw nb::index_error("region");
-            const chladni::Drive drive = table.drive(region);
-            std::vector<std::vector<int>> pairs;
-            for (uint32_t k = 0; k < chladni::kMaxChannels; ++k) {
-              pairs.push_back({drive[k].in_phase_q15, drive[k].quadrature_q15});
-            }
-            return pairs;
-          },
-          nb::arg("region"), "In-phase and quadrature integers of every channel.")
       .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
       .def_prop_ro("flash_bytes", [](Emulator& self) { return self.flash().size(); })
       .def_prop_ro("now_us", &Emulator::now_us)

@@ -152,6 +152,9 @@ def emulate(
     lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
+    frequency: Annotated[
+        float | None, typer.Option(help="Play the table's drives of this frequency, Hz.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run the firmware on touches, record its pins, and score the field they make."""
@@ -161,7 +164,7 @@ def emulate(
     events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
     loaded = read_table(table)
     owner = board_of(loaded, board, file=str(table))
-    recording, report = run_loop(loaded, owner, events, ms, level=level)
+    recording, report = run_loop(loaded, owner, events, ms, level=level, frequency_hz=frequency)
     write_arrays(output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     result = {
         "latency_ms": report.latency_ms,
@@ -173,7 +176,6 @@ def emulate(
         "target_mm": list(report.target_mm),
         "ssim": report.ssim,
         "ssim_table": report.ssim_table,
-        "ssim_touch": report.ssim_touch,
         "path": str(output),
     }
     answer(result, as_json=as_json, title=f"{table} on the emulated board")

@@ -20,9 +20,10 @@ from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError
 from chladni.sim.files import write_whole
 from chladni.tables.build import TableReport, build_table
-from chladni.tables.format import Table, pack
+from chladni.tables.format import pack
 from chladni.tables.scene import scene_of
 from chladni.tables.scorecard import Scorecard, score_field
+from chladni.tables.table import Table
 
 TOUCH_MM = (10.0, 25.0)
 TOUCH_AT_MS = 20.0
@@ -93,7 +94,7 @@ def _scorecard(
     ]
     for row in rows:
         sheet.add_row(*row)
-    drive = drive_entries(board, table.drive(report.region))
+    drive = drive_entries(board, report.promised)
     for entry in drive:
         text = f"gain {entry['gain']:.2f}, phase {entry['phase_deg']:.0f}°"
         sheet.add_row(f"drive of {entry['actuator']}", text, "")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from chladni.host import _emulator
 from chladni.sim.errors import ChladniError, InputError
-from chladni.tables.format import Table, pack
+from chladni.tables.format import pack
+from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
@@ -78,6 +79,8 @@ class Emulator:
         10, 11 or 12.
     level
         Share of full amplitude, 0 to 1.
+    frequency_hz
+        Of the drives to play; those of the table's first section by default.
 
     Raises
     ------
@@ -92,6 +95,7 @@ class Emulator:
         channels: int | None = None,
         pwm_bits: int = 10,
         level: float = LEVEL,
+        frequency_hz: float | None = None,
     ) -> None:
         if channels is None:
             if isinstance(table, bytes):
@@ -115,6 +119,10 @@ class Emulator:
         status = self.core.boot()
         if status != "ok":
             raise EmulatorError(f"the device refused the table: {status}")
+        if frequency_hz is not None:
+            self.core.command(f"frequency {round(frequency_hz * 1000.0)}")
+            if self.core.printed[-1] != "ok":
+                raise EmulatorError(f"{frequency_hz:g} Hz: {self.core.printed[-1]}")
 
     def touch(self, event: TouchEvent) -> None:
         """Let a finger arrive, move or leave at a time that has not passed yet."""
@@ -142,10 +150,10 @@ class Emulator:
 
 def emulate(
     table: Table, touches: Sequence[TouchEvent], milliseconds: float, *, pwm_bits: int = 10,
-    level: float = LEVEL,
+    level: float = LEVEL, frequency_hz: float | None = None,
 ) -> Recording:  # fmt: skip
     """Power on with a table, play touches (any order), and record the pins."""
-    emulator = Emulator(table, pwm_bits=pwm_bits, level=level)
+    emulator = Emulator(table, pwm_bits=pwm_bits, level=level, frequency_hz=frequency_hz)
     for event in sorted(touches, key=lambda event: event.at_ms):
         emulator.touch(event)
     return emulator.run(milliseconds)

@@ -16,8 +16,9 @@ from chladni.sim.board_file import load_board, shipped_boards
 from chladni.sim.energy import compose
 from chladni.sim.errors import InputError
 from chladni.sim.transfer import check_target, target_field
-from chladni.tables.format import Table
+from chladni.tables.build import at_frequency
 from chladni.tables.scene import scene_of
+from chladni.tables.table import Section, Table
 
 ComplexArray = NDArray[np.complex128]
 
@@ -49,13 +50,13 @@ class LoopReport:
     channels
         Of the last touch, once settled.
     region, target_mm
-        Of the last touch: the region looked up, and its centre, for which the table was solved.
+        Of the last touch: the region it lies in, and its place.
     ssim
         Energy image of the PWM's field against that of a unit load at `target_mm`.
     ssim_table
-        The same for the table's entry itself, without the firmware.
-    ssim_touch
-        The PWM's field against a unit load at the very place touched.
+        The same for the drive that the table gives for the place, without the firmware.
+    promised
+        That drive, shape (actuators,).
     field, target_field
         Complex displacement of the PWM's drive and of the unit load, shape (nx, ny).
     """
@@ -66,7 +67,7 @@ class LoopReport:
     target_mm: tuple[float, float]
     ssim: float
     ssim_table: float
-    ssim_touch: float
+    promised: ComplexArray
     field: ComplexArray
     target_field: ComplexArray
 
@@ -97,7 +98,7 @@ def board_of(table: Table, board: str | None, *, file: str) -> Board:
 
 def run_loop(
     table: Table, board: Board, touches: Sequence[TouchEvent], milliseconds: float, *,
-    level: float = LEVEL,
+    level: float = LEVEL, frequency_hz: float | None = None,
 ) -> tuple[Recording, LoopReport]:  # fmt: skip
     """Play touches on the emulated board and score the last one.
 
@@ -109,30 +110,34 @@ def run_loop(
     events = sorted(touches, key=lambda event: event.at_ms)
     places = [event for event in events if event.place_mm is not None]
     _check_events(board, events, places, milliseconds)
+    section = table.section(frequency_hz)
     bits = board.electronics.pwm_bits
-    recording = emulate(table, events, milliseconds, pwm_bits=bits, level=level)
+    recording = emulate(
+        table, events, milliseconds, pwm_bits=bits, level=level, frequency_hz=frequency_hz
+    )
     changed = first_change(recording, int(places[0].at_ms * 1e-3 * recording.carrier_hz))
     if changed is None:
         raise InputError("--ms", milliseconds, "a run long enough for a duty to change")
-    play = _steady_play(recording, table, board, events, places[-1])
+    play = _steady_play(recording, table, section, events, places[-1])
     last = places[-1].place_mm
     assert last is not None
-    region = table.grid.region_at(*(round(value * 1000.0) for value in last))
-    promised = table.drive(region)
-    played = table.full_scale_gain * drive_phasors(recording, play, table.frequency_hz, level=level)
-    fields, model = scene_of(board).fields.values, scene_of(board).model
-    target_mm = table.grid.centre_mm(region)
-    wanted = target_field(board, target_mm, model=model).values[0]
-    touched = target_field(board, last, model=model).values[0]
+    x_um, y_um = (round(value * 1000.0) for value in last)
+    promised = table.drive_at(section, x_um, y_um)
+    phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
+    played = section.full_scale_gain * phasors
+    scene = scene_of(at_frequency(board, section.frequency_hz))
+    fields = scene.fields.values
+    wanted = target_field(scene.board, last, model=scene.model).values[0]
     field = compose(fields, played)
+    purity = sfdr_db(recording, play, section.frequency_hz)
     return recording, LoopReport(
         latency_ms=changed / recording.carrier_hz * 1e3 - places[0].at_ms,
-        channels=_channels(played, promised, table, sfdr_db(recording, play, table.frequency_hz)),
-        region=region,
-        target_mm=target_mm,
+        channels=_channels(played, promised, section.full_scale_gain, purity),
+        region=table.grid.region_at(x_um, y_um),
+        target_mm=last,
         ssim=metrics.ssim(np.abs(field), np.abs(wanted)),
         ssim_table=metrics.ssim(np.abs(compose(fields, promised)), np.abs(wanted)),
-        ssim_touch=metrics.ssim(np.abs(field), np.abs(touched)),
+        promised=promised,
         field=field,
         target_field=wanted,
     )
@@ -154,7 +159,7 @@ def _check_events(
 
 
 def _steady_play(
-    recording: Recording, table: Table, board: Board, events: list[TouchEvent], last: TouchEvent
+    recording: Recording, table: Table, section: Section, events: list[TouchEvent], last: TouchEvent
 ) -> Play:
     """The settled stretch of the last touch: from after its ramp to its lift or the end."""
     ramp_ms = table.limits.ramp_us / 1e3
@@ -168,7 +173,7 @@ def _steady_play(
     longest_ms = contact_ms + table.limits.max_on_us / 1e3
     total_ms = recording.duty_steps.shape[0] / recording.carrier_hz * 1e3
     end_ms = min([total_ms, longest_ms, *after])
-    needed = LEAST_WAVES / table.frequency_hz * 1e3
+    needed = LEAST_WAVES / section.frequency_hz * 1e3
     if end_ms - begin_ms < needed:
         what = f"a last touch that plays {begin_ms + needed - last.at_ms:.0f} ms at least"
         limit = "the table's max_on" if end_ms == longest_ms else "its lift or the end of the run"
@@ -179,13 +184,13 @@ def _steady_play(
 
 
 def _channels(
-    played: ComplexArray, promised: ComplexArray, table: Table, purity: list[float | None]
+    played: ComplexArray, promised: ComplexArray, full_scale: float, purity: list[float | None]
 ) -> list[ChannelReport]:
     """Errors of each channel, the common phase taken out (it is free)."""
     common = np.angle(np.vdot(promised, played))
     reports = []
     for own, entry, sfdr in zip(played * np.exp(-1j * common), promised, purity, strict=True):
-        if abs(entry) < SILENT * table.full_scale_gain or own == 0.0:
+        if abs(entry) < SILENT * full_scale or own == 0.0:
             reports.append(ChannelReport(None, None, None))
             continue
         ratio = own / entry

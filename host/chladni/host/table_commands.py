@@ -10,9 +10,9 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from chladni.host.console import answer, check_output, parse_place, progress_bar
-from chladni.host.emulator import Emulator
 from chladni.host.loop import board_of
 from chladni.host.options import (
     PARTIAL,
@@ -28,9 +28,17 @@ from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.files import write_whole
 from chladni.sim.mirrors import board_mirrors
 from chladni.tables.build import OBJECTIVE, build_table
-from chladni.tables.format import Table, pack, read_table
+from chladni.tables.compress import LIMITS, LossLimits
+from chladni.tables.format import pack, read_table
+from chladni.tables.layout import VERSION_MAJOR, VERSION_MINOR
+from chladni.tables.lookup import lookup
 from chladni.tables.methods import SEED
+from chladni.tables.played import FirmwareReader
 from chladni.tables.solve import check_request
+from chladni.tables.table import Table
+
+LEAST_LOSS_DB, MOST_LOSS_DB = 0.01, 6.0
+"""Below, sixteen bits are not enough; above, half of a field may be missing."""
 
 TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")]
 
@@ -45,6 +53,16 @@ def build(
     board: BoardArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
     objective: ObjectiveOption = OBJECTIVE,
+    frequency: Annotated[
+        list[float] | None,
+        typer.Option(help="Drive frequency, Hz; again for more sections. The board's by default."),
+    ] = None,
+    budget_bytes: Annotated[
+        int | None, typer.Option(help="The best table of at most so many bytes.")
+    ] = None,
+    loss_db: Annotated[
+        float | None, typer.Option(help="The smallest table whose fields are off by no more, dB.")
+    ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
     as_json: JsonOption = False,
@@ -53,36 +71,58 @@ def build(
     check_output(output, "-o")
     check_jobs(jobs)
     check_request("phasor", objective, seed, None, None)
+    limits = _check_losses(budget_bytes, loss_db)
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
     with progress_bar("solving") as progress:
         table, report = build_table(
-            loaded, objective=objective, seed=seed, jobs=jobs, progress=progress, partial=partial
-        )
+            loaded, objective=objective, frequencies_hz=frequency or (), limits=limits,
+            budget_bytes=budget_bytes, seed=seed, jobs=jobs, progress=progress, partial=partial,
+        )  # fmt: skip
     write_whole(output, pack(table))
     answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")
+
+
+def _check_losses(budget_bytes: int | None, loss_db: float | None) -> LossLimits:
+    if budget_bytes is not None and loss_db is not None:
+        raise InputError("--loss-db", loss_db, "--budget-bytes or --loss-db, not both")
+    if budget_bytes is not None and budget_bytes < 1:
+        raise InputError("--budget-bytes", budget_bytes, "at least 1")
+    if loss_db is None:
+        return LIMITS
+    if not LEAST_LOSS_DB <= loss_db <= MOST_LOSS_DB:
+        expected = f"decibels from {LEAST_LOSS_DB:g} to {MOST_LOSS_DB:g}"
+        raise InputError("--loss-db", loss_db, expected)
+    return LossLimits(loss_db, ssim=float("inf"))
 
 
 def show(
     table: TableArgument,
     at: Annotated[str | None, typer.Option(help="Show the drive for X,Y (mm).")] = None,
+    frequency: Annotated[
+        float | None, typer.Option(help="Of the drives to show, Hz; the first by default.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a table's header, or its entry for a place."""
+    """Show a table's header, or what the device plays at a place."""
     loaded = read_table(table)
+    section = loaded.section(frequency)
     grid = loaded.grid
     result: dict[str, Any] = {
+        "version": f"{VERSION_MAJOR}.{VERSION_MINOR}",
         "board_name": loaded.board_name,
         "board_fingerprint": f"{loaded.board_fingerprint:#018x}",
-        "frequency_hz": loaded.frequency_hz,
+        "frequency_hz": section.frequency_hz,
+        "objective": section.objective,
+        "frequencies_hz": [one.frequency_hz for one in loaded.sections],
         "actuators": loaded.actuators,
         "columns": grid.columns,
         "rows": grid.rows,
         "regions": grid.count,
         "size_mm": [grid.width_um / 1000.0, grid.length_um / 1000.0],
-        "full_scale_gain": loaded.full_scale_gain,
+        "full_scale_gain": section.full_scale_gain,
         "stored_regions": int(loaded.folding.stored(grid).size),
-        "bits": list(loaded.packing.bits),
+        "labels": len(section.crossings),
         "bytes": table.stat().st_size,
         **asdict(loaded.limits),
     }
@@ -92,12 +132,13 @@ def show(
         if any(abs(value) > limit for value, limit in zip(place, limits, strict=True)):
             expected = f"a place on the board: |x| up to {limits[0]:g}, |y| up to {limits[1]:g}"
             raise InputError("--at", at, expected)
-        region = grid.region_at(*(round(value * 1000.0) for value in place))
+        x_um, y_um = (round(value * 1000.0) for value in place)
+        region = grid.region_at(x_um, y_um)
         result["region"] = region
         result["region_centre_mm"] = list(grid.centre_mm(region))
         result["drive"] = [
             {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
-            for k, c in enumerate(loaded.drive(region))
+            for k, c in enumerate(loaded.drive_at(section, x_um, y_um))
         ]
     answer(result, as_json=as_json, title=str(table))
 
@@ -107,7 +148,7 @@ def verify(
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a table whole: its bytes, its board, and what the firmware decodes from it."""
+    """Check a table whole: its bytes, its board, and what the firmware plays everywhere."""
     loaded = read_table(table)
     owner = board_of(loaded, board, file=str(table))
     mirrors = board_mirrors(owner)
@@ -116,17 +157,38 @@ def verify(
     ):  # fmt: skip
         if own is not None and own != found:
             raise InputError(name, own, f"{found}, the board's own", file=str(table))
-    core = Emulator(loaded).core
-    for region, entry in enumerate(loaded.iq.tolist()):
-        if core.drive(region)[: loaded.actuators] != entry:
-            raise ChladniError(f"{table}: region {region}: the firmware decodes another drive")
+    checked = 0
+    firmware = FirmwareReader(table.read_bytes(), loaded.actuators).table
+    x_um, y_um = _everywhere(loaded)
+    for number, section in enumerate(loaded.sections):
+        if number and firmware.select(round(section.frequency_hz * 1000.0)) != "ok":
+            raise ChladniError(f"{table}: section {number}: the firmware does not find it")
+        same = np.array_equal(firmware.regions(), loaded.region_iq(section))
+        if not same or not np.array_equal(
+            firmware.lookup(x_um.astype(np.int32), y_um.astype(np.int32)),
+            lookup(loaded, section, x_um, y_um),
+        ):
+            raise ChladniError(f"{table}: section {number}: the firmware plays other drives")
+        checked += x_um.size
     result = {
         "board": owner.name,
         "regions": loaded.grid.count,
+        "sections": len(loaded.sections),
+        "places_checked": checked,
         "bytes": table.stat().st_size,
         "verified": True,
     }
     answer(result, as_json=as_json, title=f"{table}: bytes, board and the firmware's reading agree")
+
+
+def _everywhere(table: Table) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places on a lattice four times as fine as the regions, and a little beyond the board."""
+    grid = table.grid
+    spans = ((grid.width_um, grid.columns), (grid.length_um, grid.rows))
+    x, y = (np.linspace(-0.55, 0.55, 4 * cells + 3) * span for span, cells in spans)
+    lattice = np.meshgrid(np.rint(x), np.rint(y))
+    x_um, y_um = (np.ascontiguousarray(axis.ravel(), dtype=np.int64) for axis in lattice)
+    return x_um, y_um
 
 
 def diff(
@@ -139,11 +201,11 @@ def diff(
     left, right = _header(one), _header(other)
     fields = {key: [left[key], right[key]] for key in left if left[key] != right[key]}
     result: dict[str, Any] = {"header": fields, "regions_that_differ": None, "largest": None}
+    both = one.sections[0], other.sections[0]
     if one.grid == other.grid and one.actuators == other.actuators:
-        steps = [
-            _step(one.drive(k) / one.full_scale_gain, other.drive(k) / other.full_scale_gain)
-            for k in range(one.grid.count)
-        ]
+        drives = [t.drives(section) / section.full_scale_gain
+                  for t, section in zip((one, other), both, strict=True)]  # fmt: skip
+        steps = [_step(*pair) for pair in zip(*drives, strict=True)]
         result["regions_that_differ"] = int(np.count_nonzero(np.array(steps) > SAME))
         result["largest"] = float(max(steps))
         result["largest_at_region"] = int(np.argmax(steps))
@@ -162,12 +224,19 @@ def _step(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> float:
 
 
 def _header(table: Table) -> dict[str, Any]:
-    plain = {key: value for key, value in vars(table).items() if key != "iq"}
-    grid, limits = plain.pop("grid"), plain.pop("limits")
-    packing, folding = plain.pop("packing"), plain.pop("folding")
-    nested = {**asdict(grid), **asdict(limits), **asdict(packing)}
-    nested |= {"mirror_x": folding.x, "mirror_y": folding.y}
-    return {key: list(v) if isinstance(v, tuple) else v for key, v in (plain | nested).items()}
+    return {
+        "board_name": table.board_name,
+        "board_fingerprint": f"{table.board_fingerprint:#018x}",
+        "actuators": table.actuators,
+        **asdict(table.grid),
+        **asdict(table.limits),
+        "mirror_x": table.folding.x and list(table.folding.x),
+        "mirror_y": table.folding.y and list(table.folding.y),
+        "frequencies_hz": [section.frequency_hz for section in table.sections],
+        "objectives": [section.objective for section in table.sections],
+        "full_scale_gains": [section.full_scale_gain for section in table.sections],
+        "labels": [len(section.crossings) for section in table.sections],
+    }
 
 
 def export(
@@ -175,19 +244,21 @@ def export(
     output: Annotated[Path, typer.Option("--csv", help="File to write: a row per channel.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Write every drive of a table as CSV: region, place, channel, gain and phase."""
+    """Write every drive of a table as CSV: frequency, region, place, channel, gain and phase."""
     check_output(output, "--csv")
     loaded = read_table(table)
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer)
-    writer.writerow(["region", "x_mm", "y_mm", "channel", "gain", "phase_deg"])
-    for region in range(loaded.grid.count):
-        x, y = loaded.grid.centre_mm(region)
-        for channel, c in enumerate(loaded.drive(region)):
-            gain, phase = abs(c), float(np.degrees(np.angle(c)))
-            writer.writerow(
-                [region, f"{x:.4f}", f"{y:.4f}", channel, f"{gain:.6g}", f"{phase:.4f}"]
-            )
+    writer.writerow(["frequency_hz", "region", "x_mm", "y_mm", "channel", "gain", "phase_deg"])
+    for section in loaded.sections:
+        for region, drive in enumerate(loaded.drives(section)):
+            x, y = loaded.grid.centre_mm(region)
+            for channel, c in enumerate(drive):
+                gain, phase = abs(c), float(np.degrees(np.angle(c)))
+                writer.writerow(
+                    [f"{section.frequency_hz:g}", region, f"{x:.4f}", f"{y:.4f}", channel,
+                     f"{gain:.6g}", f"{phase:.4f}"]
+                )  # fmt: skip
     write_whole(output, buffer.getvalue().encode())
-    rows = loaded.grid.count * loaded.actuators
+    rows = len(loaded.sections) * loaded.grid.count * loaded.actuators
     answer({"path": str(output), "rows": rows}, as_json=as_json, title=f"Drives of {table}")

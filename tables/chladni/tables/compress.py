@@ -1,9 +1,15 @@
-"""Choose the fewest bits for a board's drives, by what they really lose.
+"""Find integers for drives that take the fewest bits, by what they really lose.
 
-The gauge turns every drive so that its quadrature part is least. Then packings are tried from small
-to large: each drive is rounded, and where that costs too much, single codes are moved by one as
-long as SSIM gains and the field stays within its own limit. The first packing within all limits is
-taken.
+A drive may be off in many ways that nobody feels: its phase turned, its level a little lower, its
+weak directions anywhere. So each region's integers are searched, not rounded: near the prediction
+from its neighbours (tables/coding.py), the lattice of every step width is decoded for the point
+that a quadratic model of the loss prefers (Babai's nearest plane: gain after gain, the rest
+re-optimised each time), for several phases, levels and weights of the bits. Candidates are taken
+cheapest first, and the first whose true losses keep to the limits is stored.
+
+References
+----------
+Babai, On Lovász' lattice reduction and the nearest lattice point problem, 1986.
 """
 
 from __future__ import annotations
@@ -15,31 +21,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.tables import _kernel
-from chladni.tables.packing import FULL_SCALE, MAX_BITS, Packing
+from chladni.tables.branches import Arranged
+from chladni.tables.coding import FULL_SCALE, Predictor, Rates, Visit, passes
+from chladni.tables.folding import Folding
+from chladni.tables.lookup import CUT, NEGATED
+from chladni.tables.regions import RegionGrid
 from chladni.tables.scene import Scene
-from chladni.tables.search import as_reals, every, in_phase
+from chladni.tables.search import as_reals
 from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SPARSE = 4
-"""While codes are moved, the field is watched on every fourth image point each way."""
-FIELD_MARGIN = 0.8
-"""Share of the field's limit used up there; the rest is for the points between."""
-HEADROOM = 24
-"""The largest in-phase code stands for this little less than full scale (0.006 dB), so that a small
-quadrature part fits beside it within the limit."""
-SAMPLE = 3
-"""Every third entry, rounded plainly, tells whether a packing is worth a closer look."""
-HARDEST = 8
-"""Entries that a packing is tried on before all others."""
-LOOKED_AT = 6
-"""Moves tried per turn, those that the gradient promises most of."""
-HOPELESS = 3.0
-"""No packing is tried where plain rounding costs the median this many times the limit, or the worst
-twice as many times its own."""
+LOUDEST = FULL_SCALE - 24
+"""The largest integer gain, 0.006 dB below full scale: means of drives that keep to it stay within
+full scale, however they are rounded."""
+MARGIN = 0.95
+"""Share of the limits that the search uses: neighbours' means add a little of their own."""
+SPARSE = 8
+"""Candidates' fields are compared on every eighth image point each way before all points are."""
+BETWEEN = 4
+COMPLEX = 2.0
+"""A field's complex error may be so much larger than that of its amplitude: phases that vary over
+the board are not felt in a region, but where its drive is mixed with a neighbour's."""
+MODEL_STEP = 4
+"""The quadratic model of SSIM is made on every fourth image point each way."""
+PROBE = 1e-3
+"""Gains differ by this much in the model's difference quotients."""
+PHASES = np.exp(1j * np.linspace(-0.15, 0.15, 13))
+"""Turns by more than this would show between regions, where drives are interpolated."""
+LEVELS_DB = (-0.2, -0.1, 0.0)
+BIT_WEIGHTS = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
+"""What a step away from the prediction costs, in units of the whole allowed loss."""
+FIELD_PEAK = 2.0
+"""How far the largest error of a field exceeds its root mean square, for the model only."""
+SHIFTS = ((12, 11, 10, 9, 8), (7,), (6,), (5,), (4,), (3,), (2,))
+"""Step widths tried, in powers of two: the usual ones together, finer ones while nothing fits."""
+SHORTLIST = 48
+TRIES = 12
 
 
 @dataclass(frozen=True)
@@ -47,229 +67,341 @@ class LossLimits:
     """What a table may lose: a tenth of the amplitude JND, and SSIM nobody can see."""
 
     field_db: float = 0.25
-    ssim_p99: float = 0.002
-    ssim_max: float = 0.005
+    ssim: float = 0.002
+
+    def times(self, factor: float) -> LossLimits:
+        """Looser or tighter alike."""
+        return LossLimits(self.field_db * factor, self.ssim * factor)
+
+
+LIMITS = LossLimits()
+"""What a table keeps to unless somebody asks for something else."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One stored region: its drive in units of the largest gain, and what it is meant to do."""
+    """One stored region: its drive in units of the largest gain, and what it is meant to do.
+
+    `best` is the SSIM of the best drive there, which that of a neighbour's branch falls short of.
+    """
 
     drive: ComplexArray
     image: NDArray[np.float32]
+    disc: NDArray[np.bool_]
+    best: float
 
 
 @dataclass(frozen=True)
-class Packed:
-    """Codes of all entries, shape (entries, actuators, 2), and what they lose."""
+class Losses:
+    """What is lost against the unquantised drives, each of shape (entries,).
 
-    packing: Packing
-    codes: IntArray
-    ssim_loss: FloatArray
-    field_error_db: FloatArray
+    SSIM; decibels of the field's worst point; decibels of the level in the target's disc.
+    """
 
-
-def least_quadrature(drive: ComplexArray) -> ComplexArray:
-    """Turn a drive so that Σ Im² is least, its largest gain in phase rather than opposed."""
-    turned = in_phase(drive)
-    return np.asarray(turned if turned.real[np.abs(turned).argmax()] >= 0.0 else -turned)
+    ssim: FloatArray
+    field_db: FloatArray
+    level_db: FloatArray
 
 
 def compress(
     scene: Scene,
     entries: Sequence[Entry],
-    limits: LossLimits = LossLimits(),
+    arranged: Arranged,
+    grid: RegionGrid,
+    folding: Folding,
+    limits: LossLimits = LIMITS,
     *,
     jobs: int | None = None,
-) -> Packed:
-    """The smallest packing within the limits, and every entry's codes in it."""
+) -> NDArray[np.int16]:
+    """Integers of all entries that take few bits as a stream and lose no more than the limits.
 
-    def rounded(indices: NDArray[np.intp], packing: Packing) -> list[_Rounded]:
-        def one(k: int) -> _Rounded:
-            return _round(scene, entries[k], packing, limits)
+    Returns
+    -------
+    NDArray[np.int16]
+        Shape (entries, actuators, 2).
+    """
+    coded = _Coded(entries, arranged, grid, folding)
+    rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
-        return list(in_threads(one, indices.tolist(), jobs=jobs))
+    def fitted(visit: Visit) -> IntArray:
+        trial = _Trial(scene, entries[visit.at], coded.meetings(visit.at), limits)
+        return _fit(trial, coded.predictor.predict(visit), rates)
 
-    def losses(some: Sequence[Entry], packings: Sequence[Packing]) -> list[list[float]]:
-        def one(entry: Entry) -> list[float]:
-            return _plain_losses(scene, entry, packings)
-
-        return list(in_threads(one, some, jobs=jobs))
-
-    packings = _packings(entries)
-    plain = np.array(losses(entries[::SAMPLE], packings))
-    for packing, sample in zip(packings, plain.T, strict=True):
-        last = packing.bits == (MAX_BITS, MAX_BITS)
-        hopeless = (
-            np.median(sample) > HOPELESS * limits.ssim_p99
-            or sample.max() > 2.0 * HOPELESS * limits.ssim_max
-        )
-        if hopeless and not last:
-            continue
-        # The hardest are tried first: most packings fail on them, and soon.
-        every_loss = np.array(losses(entries, [packing])).ravel()
-        order = np.argsort(-every_loss, kind="stable")
-        found = rounded(order[:HARDEST], packing)
-        if not last and not _may_do(found, len(entries), limits):
-            continue
-        found += rounded(order[HARDEST:], packing)
-        packed = _packed(packing, [found[k] for k in np.argsort(order, kind="stable")])
-        if last or _within(packed, limits):
-            return packed
-    raise AssertionError("the last packing is always taken")
-
-
-def lose(scene: Scene, entries: Sequence[Entry], packing: Packing, limits: LossLimits) -> Packed:
-    """All entries in one packing, whatever that loses; codes are moved where `limits` ask."""
-    return _packed(packing, list(in_threads(lambda e: _round(scene, e, packing, limits), entries)))
-
-
-def _packed(packing: Packing, found: Sequence[_Rounded]) -> Packed:
-    return Packed(
-        packing,
-        np.array([one.codes for one in found]),
-        np.array([one.ssim_loss for one in found]),
-        np.array([one.field_error_db for one in found]),
-    )
-
-
-def _may_do(found: Sequence[_Rounded], entries: int, limits: LossLimits) -> bool:
-    """Whether the limits may still hold for all, seeing what some entries lose."""
-    beyond = sum(one.ssim_loss > limits.ssim_p99 for one in found)
-    return beyond <= 1 + entries // 100 and all(
-        one.ssim_loss <= limits.ssim_max and one.field_error_db <= limits.field_db for one in found
-    )
-
-
-def scales_for(entries: Sequence[Entry]) -> tuple[int, int]:
-    """What the largest codes stand for: nearly full scale, and the widest quadrature part."""
-    largest = max((float(np.abs(entry.drive.imag).max()) for entry in entries), default=0.0)
-    quadrature = max(1, min(FULL_SCALE, int(np.ceil(largest * FULL_SCALE))))
-    return FULL_SCALE - HEADROOM, quadrature
-
-
-def _packings(entries: Sequence[Entry]) -> list[Packing]:
-    """From few bits to many; the quadrature part gets up to four fewer."""
-    pairs = [(i, i - less) for i in range(6, 14) for less in range(5) if i - less >= 3]
-    pairs.sort(key=lambda pair: (sum(pair), pair))
-    scales = scales_for(entries)
-    return [Packing(pair, scales) for pair in pairs] + [Packing((MAX_BITS, MAX_BITS))]
-
-
-def _within(packed: Packed, limits: LossLimits) -> bool:
-    return bool(
-        packed.field_error_db.max() <= limits.field_db
-        and np.percentile(packed.ssim_loss, 99) <= limits.ssim_p99
-        and packed.ssim_loss.max() <= limits.ssim_max
-    )
+    for together in passes(*folding.shape(grid)):
+        ready = [visit for visit in together if coded.predictor.has_neighbours(visit)]
+        found = dict(zip((v.at for v in ready), in_threads(fitted, ready, jobs=jobs), strict=True))
+        for visit in together:
+            values = found[visit.at] if visit.at in found else fitted(visit)
+            _, rates = rates.best(values - coded.predictor.predict(visit))
+            coded.put(visit, values)
+    return coded.predictor.values.reshape(len(entries), -1, 2).astype(np.int16)
 
 
 @dataclass(frozen=True)
-class _Rounded:
-    """One entry's codes, and what they lose."""
+class _Meeting:
+    """A point between regions: its drive is share · (a region's drive · mix + the others' sum).
 
-    codes: IntArray
-    ssim_loss: float
-    field_error_db: float
+    `mix` is the identity, and what a mirror adds where a region meets its own image.
+    """
 
-
-def _objective(scene: Scene, entry: Entry) -> _kernel.Objective:
-    return scene.space.objective(scene.space.levels[-1], entry.image.astype(np.float64))
-
-
-def _drive(packing: Packing, codes: IntArray) -> ComplexArray:
-    values = packing.values(codes) / FULL_SCALE
-    return np.asarray(values[:, 0] + 1j * values[:, 1])
+    share: float
+    mix: FloatArray
+    exact: ComplexArray
+    decoded: ComplexArray
 
 
-class _Scale:
-    """One entry under one packing: scores codes."""
+class _Coded:
+    """What is stored so far, and where a region's drive will be mixed with it."""
 
-    def __init__(self, scene: Scene, entry: Entry, packing: Packing) -> None:
-        self._scene = scene
-        self._packing = packing
-        self._objective = _objective(scene, entry)
-        self._best = scene.space.value(self._objective, entry.drive)
+    def __init__(
+        self, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid, folding: Folding
+    ) -> None:
+        self.predictor = Predictor(arranged.labels, 2 * entries[0].drive.size)
+        self._entries, self._arranged = entries, arranged
+        self._grid, self._folding = grid, folding
+        self._columns = folding.shape(grid)[0]
+        self._orders = folding.orders(entries[0].drive.size)
+        self._done = np.zeros(len(entries), dtype=bool)
 
-    def drive(self, codes: IntArray) -> ComplexArray:
-        return _drive(self._packing, codes)
+    def put(self, visit: Visit, values: IntArray) -> None:
+        """A region's integers are known now."""
+        self.predictor.put(visit, values)
+        self._done[visit.at] = True
 
-    def slope(self, codes: IntArray) -> ComplexArray:
-        space = self._scene.space
-        drive, gradient = self.drive(codes), np.zeros(2 * space.rank)
-        self._objective.evaluate(as_reals(space.coordinates(drive)), gradient)
-        return space.drive_gradient(drive, gradient)
+    def meetings(self, at: int) -> list[_Meeting]:
+        """Points half-way to stored neighbours of the same label, and between four of them."""
+        row, column = divmod(at, self._columns)
+        found = []
+        for right, up in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
+            corners = {(right, up), (right, 0), (0, up)} - {(0, 0)}
+            known = [self._find(column + i, row + j, at) for i, j in sorted(corners)]
+            parts = [part for part in known if part is not None]
+            if len(parts) == len(known):
+                mix, exact, decoded = (sum(terms) for terms in zip(*parts, strict=True))
+                own = np.eye(len(exact)) + mix
+                found.append(_Meeting(1.0 / (1 + len(parts)), own, exact, decoded))
+        return found
 
-    def loss(self, codes: IntArray) -> float:
-        return self._best - self._scene.space.value(self._objective, self.drive(codes))
+    def _find(
+        self, column: int, row: int, at: int
+    ) -> tuple[FloatArray, ComplexArray, ComplexArray] | None:
+        """What a neighbour of the same label adds: of the region itself, exact, and decoded."""
+        if not (0 <= column < self._grid.columns and 0 <= row < self._grid.rows):
+            return None
+        cell = self._folding.cells(self._grid, np.array(column), np.array(row))
+        k, flips = int(cell.stored), cell.flips
+        label = self._arranged.labels[at]
+        crossings = self._arranged.crossings[label]
+        if self._arranged.labels[k] != label or np.any(flips & (crossings == CUT)):
+            return None
+        sign = -1.0 if np.logical_xor.reduce(flips & (crossings == NEGATED)) else 1.0
+        order = self._orders[int(flips[0]), int(flips[1])]
+        size = order.size
+        if k == at:
+            mirror = np.zeros((size, size))
+            mirror[order, np.arange(size)] = sign
+            return mirror, np.zeros(size, np.complex128), np.zeros(size, np.complex128)
+        if not self._done[k]:
+            return None
+        exact, decoded = self._entries[k].drive, _as_drive(self.predictor.values[k])
+        return np.zeros((size, size)), sign * exact[order], sign * decoded[order]
 
 
-def _nearest(entry: Entry, packing: Packing) -> IntArray:
-    """The nearest codes whose gains keep to the limit."""
-    parts = np.stack((entry.drive.real, entry.drive.imag), axis=-1)
-    codes = packing.codes(parts * FULL_SCALE)
-    while (beyond := _is_too_loud(packing, codes)).any():
-        codes[beyond, 0] -= np.sign(codes[beyond, 0])
-    return codes
+def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Losses:
+    """What drives (entries, actuators), in units of the largest gain, lose."""
+
+    def one(case: tuple[Entry, ComplexArray]) -> tuple[float, float, float]:
+        entry, drive = case
+        exact, got = (
+            np.abs(np.tensordot(c, scene.fields.values, axes=1)) for c in (entry.drive, drive)
+        )
+        levels = [float(np.sqrt(np.mean(field[entry.disc] ** 2))) for field in (exact, got)]
+        level = 20.0 * np.log10(levels[1] / levels[0]) if min(levels) > 0.0 else 0.0
+        value = scene.space.value(_objective(scene, entry, -1), drive)
+        return entry.best - value, _error_db(got, exact), float(level)
+
+    found = np.array(list(in_threads(one, zip(entries, drives, strict=True))))
+    return Losses(found[:, 0], found[:, 1], found[:, 2])
 
 
-def _is_too_loud(packing: Packing, codes: IntArray) -> NDArray[np.bool_]:
-    """Which actuators' gains are beyond full scale, for in-phase and quadrature together."""
-    values = packing.values(codes).astype(np.int64)
-    return np.asarray((values**2).sum(axis=-1) > FULL_SCALE**2)
+def _objective(scene: Scene, entry: Entry, step: int = 1) -> _kernel.Objective:
+    """SSIM on every `step`-th image point each way, or on the coarsest level there is."""
+    level = min(scene.space.levels, key=lambda level: abs(level.step - step))
+    return scene.space.objective(level, entry.image.astype(np.float64))
 
 
-def _plain_losses(scene: Scene, entry: Entry, packings: Sequence[Packing]) -> list[float]:
-    """What one entry loses to plain rounding, under each packing."""
-    objective = _objective(scene, entry)
-    best = scene.space.value(objective, entry.drive)
-    return [
-        best - scene.space.value(objective, _drive(packing, _nearest(entry, packing)))
-        for packing in packings
-    ]
+def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
+    """Integers for one entry, in-phase and quadrature alternating."""
+    if trial.suits(prediction):
+        return prediction
+    model = _Model(trial)
+    for shifts in SHIFTS:
+        options, bits = [], []
+        for shift in shifts:
+            found = model.candidates(prediction, shift)
+            options.append(prediction + (found << shift))
+            bits.append(rates.bits(found, shift)[0])
+        for values in model.shortlist(np.concatenate(options), np.concatenate(bits)):
+            if trial.suits(values):
+                return np.asarray(values)
+    return np.asarray(np.rint(_alternating(trial.entry.drive) * LOUDEST).astype(np.int64))
 
 
-def _round(scene: Scene, entry: Entry, packing: Packing, limits: LossLimits) -> _Rounded:
-    """The nearest codes of one entry, or better ones."""
-    scale = _Scale(scene, entry, packing)
-    codes = _nearest(entry, packing)
-    loss = scale.loss(codes)
+def _alternating(drive: ComplexArray) -> FloatArray:
+    return np.stack((drive.real, drive.imag), axis=-1).reshape(*drive.shape[:-1], -1)
+
+
+def _as_drive(values: IntArray) -> ComplexArray:
+    scaled = values / FULL_SCALE
+    return np.asarray(scaled[..., 0::2] + 1j * scaled[..., 1::2])
+
+
+def _is_loud(values: IntArray) -> NDArray[np.bool_]:
+    power = values[..., 0::2] ** 2 + values[..., 1::2] ** 2
+    return np.asarray(np.any(power > LOUDEST**2, axis=-1))
+
+
+class _Trial:
+    """The true losses of integers for one entry."""
+
+    def __init__(
+        self, scene: Scene, entry: Entry, meetings: Sequence[_Meeting], limits: LossLimits
+    ) -> None:
+        self.scene, self.entry, self.limits = scene, entry, limits
+        self.objective = _objective(scene, entry)
+        self.sparse = _sample(scene, SPARSE)
+        self._least = entry.best - MARGIN * limits.ssim
+        self._most_db = MARGIN * limits.field_db
+        self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
+        self._meetings = meetings
+
+    def suits(self, values: IntArray) -> bool:
+        """Whether the integers keep to the limits, here and half-way to what is stored."""
+        drive = _as_drive(values)
+        if _is_loud(values) or not self._is_near(drive) or not self._are_met(drive):
+            return False
+        if self.scene.space.value(self.objective, drive) < self._least:
+            return False
+        field = np.abs(np.tensordot(drive, self.scene.fields.values, axes=1))
+        return _error_db(field, self._exact) <= self._most_db
+
+    def _is_near(self, drive: ComplexArray) -> bool:
+        """Whether phases over the board keep near enough to be mixed with neighbours'."""
+        own, got = self.entry.drive @ self.sparse, drive @ self.sparse
+        got *= np.exp(-1j * np.angle(np.vdot(own, got)))
+        largest = np.abs(own).max()
+        most = COMPLEX * (10.0 ** (self._most_db / 20.0) - 1.0)
+        return bool(np.abs(got - own).max() <= most * largest)
+
+    def _are_met(self, drive: ComplexArray) -> bool:
+        for meeting in self._meetings:
+            own, got = self.entry.drive @ meeting.mix, drive @ meeting.mix
+            exact = np.abs(meeting.share * (own + meeting.exact) @ self.sparse)
+            decoded = np.abs(meeting.share * (got + meeting.decoded) @ self.sparse)
+            if _error_db(decoded, exact) > self._most_db:
+                return False
+        return True
+
+
+class _Model:
+    """A quadratic model of one entry's losses, and the lattice points it prefers."""
+
+    def __init__(self, trial: _Trial) -> None:
+        scene, entry, limits = trial.scene, trial.entry, trial.limits
+        self._drive = entry.drive
+        self._ssim = limits.ssim
+        space = scene.space
+        self._sparse = trial.sparse
+        field = entry.drive @ self._sparse
+        self._exact = np.abs(field)
+        self._largest = float(self._exact.max())
+        self._most = MARGIN * self._largest * (10.0 ** (limits.field_db / 20.0) - 1.0)
+
+        def slope(objective: _kernel.Objective, reals: FloatArray) -> FloatArray:
+            drive, gradient = reals[0::2] + 1j * reals[1::2], np.zeros(2 * space.rank)
+            objective.evaluate(as_reals(space.coordinates(drive)), gradient)
+            return _alternating(space.drive_gradient(drive, gradient))
+
+        here = _alternating(entry.drive)
+        coarse = _objective(scene, entry, MODEL_STEP)
+        probes = PROBE * np.eye(here.size)
+        rise = np.array([slope(coarse, here + p) - slope(coarse, here - p) for p in probes])
+        values, vectors = np.linalg.eigh(-(rise + rise.T) / (4.0 * PROBE))
+        self._curvature = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        self._slope = slope(trial.objective, here)
+        turned = self._sparse * np.exp(-1j * np.angle(field))
+        # |W| moves by the real part of what a gain adds in the direction of W.
+        jacobian = np.stack((turned.real, -turned.imag), axis=1).reshape(here.size, -1)
+        gram = jacobian @ jacobian.T / jacobian.shape[1]
+        self._metric = (
+            self._curvature / (2.0 * limits.ssim)
+            + np.outer(self._slope, self._slope) / limits.ssim**2
+            + gram * (FIELD_PEAK / max(self._most, 1e-30)) ** 2
+        )
+        self._weight = self._sparse @ self._sparse.conj().T
+
+    def candidates(self, prediction: IntArray, shift: int) -> IntArray:
+        """Steps of 2^shift from the prediction, one set per target and weight of the bits."""
+        levels = LOUDEST * 10.0 ** (np.array(LEVELS_DB) / 20.0)
+        wanted = (levels[:, None, None] * PHASES[:, None] * self._drive).reshape(
+            -1, self._drive.size
+        )
+        targets = (_alternating(wanted) - prediction) / (1 << shift)
+        metric = self._metric * ((1 << shift) / FULL_SCALE) ** 2
+        sets = [np.zeros((1, prediction.size))]
+        sets += [_nearest_planes(metric, targets, weight) for weight in BIT_WEIGHTS]
+        return np.unique(np.concatenate(sets), axis=0).astype(np.int64)
+
+    def shortlist(self, options: IntArray, bits: IntArray) -> IntArray:
+        """The cheapest options that the model lets pass."""
+        keep = ~_is_loud(options)
+        options, bits = options[keep], bits[keep]
+        drives = _as_drive(options)
+        # The common phase is free: turned back, the rest of a difference is what counts.
+        turn = np.angle(drives @ (self._weight @ self._drive.conj()))
+        away = _alternating(drives * np.exp(-1j * turn)[:, None] - self._drive)
+        loss = 0.5 * np.einsum("ki,ij,kj->k", away, self._curvature, away) - away @ self._slope
+        promising = np.flatnonzero(loss < 1.5 * self._ssim)
+        order = promising[np.lexsort((loss[promising], bits[promising]))]
+        chosen: list[int] = []
+        for first in range(0, order.size, SHORTLIST):
+            some = order[first : first + SHORTLIST]
+            error = np.abs(np.abs(drives[some] @ self._sparse) - self._exact).max(axis=1)
+            chosen += some[error <= self._most].tolist()
+            if len(chosen) >= TRIES:
+                break
+        return options[chosen[:TRIES]]
+
+
+def _nearest_planes(metric: FloatArray, targets: FloatArray, weight: float) -> FloatArray:
+    """Whole numbers near targets in a metric, drawn to zero by `weight`; one row per target."""
+    size = len(metric)
+    total = metric + (weight + 1e-6) * np.eye(size)
+    centres = np.linalg.solve(total, metric @ targets.T).T
+    # The best determined coordinates are rounded last, when they can still make up for the others.
+    order = np.argsort(-np.diag(total), kind="stable")
+    root = np.linalg.cholesky(total[np.ix_(order, order)]).T
+    wanted, rounded = centres[:, order], np.empty_like(centres)
+    for k in range(size - 1, -1, -1):
+        rest = (wanted[:, k + 1 :] - rounded[:, k + 1 :]) @ root[k, k + 1 :]
+        rounded[:, k] = np.rint(wanted[:, k] + rest / root[k, k])
+    result = np.empty_like(rounded)
+    result[:, order] = rounded
+    return result
+
+
+def _sample(scene: Scene, step: int) -> ComplexArray:
+    """Fields on every `step`-th image point and at the edges, where they peak: (actuators, n)."""
     fields = scene.fields.values
-    rows, columns = (every(SPARSE, size) for size in fields.shape[1:])
-    sparse = fields[:, rows][:, :, columns].reshape(len(fields), -1)
-    watched = np.abs(entry.drive @ sparse)
-    if loss > 0.75 * limits.ssim_p99:
-        codes, loss = _improve(scale, codes, loss, packing, sparse, watched, limits)
-    exact = np.abs(np.tensordot(entry.drive, fields, axes=1))
-    decoded = np.abs(np.tensordot(scale.drive(codes), fields, axes=1))
-    return _Rounded(codes, loss, _error_db(decoded, exact))
+    rows, columns = (np.union1d(np.arange(0, n, step), n - 1) for n in fields.shape[1:])
+    return np.asarray(fields[:, rows][:, :, columns].reshape(len(fields), -1))
 
 
-def _improve(
-    scale: _Scale, codes: IntArray, loss: float, packing: Packing,
-    sparse: ComplexArray, watched: FloatArray, limits: LossLimits,
-) -> tuple[IntArray, float]:  # fmt: skip
-    """Move single codes by one, the best of the most promising moves first, while it pays."""
-    allowed = FIELD_MARGIN * limits.field_db
-    steps = np.array(packing.scales) / (FULL_SCALE * packing.largest)
-    while loss > 0.5 * limits.ssim_p99:
-        slope = scale.slope(codes)
-        promise = np.stack((slope.real, slope.imag), axis=-1) * steps
-        order = np.argsort(-np.abs(promise), axis=None)[:LOOKED_AT]
-        moves: list[tuple[float, int, IntArray]] = []
-        for place in zip(*np.unravel_index(order, codes.shape), strict=True):
-            moved = codes.copy()
-            moved[place] += 1 if promise[place] > 0.0 else -1
-            if abs(moved[place]) > packing.largest[place[1]]:
-                continue
-            if _is_too_loud(packing, moved).any():
-                continue
-            if _error_db(np.abs(scale.drive(moved) @ sparse), watched) <= allowed:
-                moves.append((scale.loss(moved), len(moves), moved))
-        if not moves or min(moves)[0] >= loss - 1e-6:
-            break
-        loss, _, codes = min(moves)
-    return codes, loss
+def field_errors_db(scene: Scene, exact: ComplexArray, got: ComplexArray) -> FloatArray:
+    """Errors of drives (places, actuators) on every `BETWEEN`-th image point each way, dB."""
+    seen = _sample(scene, BETWEEN)
+    cases = zip(exact, got, strict=True)
+    return np.array([_error_db(np.abs(b @ seen), np.abs(a @ seen)) for a, b in cases])
 
 
 def _error_db(decoded: FloatArray, exact: FloatArray) -> float:

@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 
 from chladni.sim.board import MM, Board
 
-FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FRACTION_BITS = 8
+"""Places are told apart to 1/256 of a cell."""
 
 
 @dataclass(frozen=True)
 class RegionGrid:
     """columns × rows cells over width × length µm; cell (i, j) has number j · columns + i.
 
-    Whole micrometres, because the device divides integers.
+    Whole micrometres and integer arithmetic throughout: the device computes exactly this.
     """
 
     columns: int
@@ -37,27 +40,35 @@ class RegionGrid:
             ((row + 0.5) / self.rows - 0.5) * self.length_um / 1000.0,
         )
 
-    def region_at(self, x_um: int, y_um: int) -> int:
-        """The cell of a place in µm from the centre; places off the board go to the nearest cell.
+    def position(self, x_um: IntArray, y_um: IntArray) -> tuple[IntArray, IntArray]:
+        """Places in µm from the centre as 1/256 cells from the lower left; off the board, its edge.
 
-        The device computes exactly this, in 32-bit integers.
+        The cell's width is rounded up to a fraction of a micrometre that lets the device multiply
+        in 32 bits: a place is off by 1/4000 of the board at most.
         """
-        column = _cell(x_um, self.width_um, self.columns)
-        row = _cell(y_um, self.length_um, self.rows)
-        return row * self.columns + column
+        return (
+            _position(x_um, self.width_um, self.columns),
+            _position(y_um, self.length_um, self.rows),
+        )
 
-    def mirrored(self, region: int, *, x: bool, y: bool) -> int:
-        """The cell that a mirror image of this one covers."""
-        column, row = region % self.columns, region // self.columns
-        column = self.columns - 1 - column if x else column
-        row = self.rows - 1 - row if y else row
-        return row * self.columns + column
+    def region_at(self, x_um: int, y_um: int) -> int:
+        """The cell of a place in µm from the centre; off the board, the nearest cell."""
+        column, row = self.position(np.array(x_um), np.array(y_um))
+        return int(row >> FRACTION_BITS) * self.columns + int(column >> FRACTION_BITS)
 
 
-def _cell(place_um: int, span_um: int, cells: int) -> int:
+def step_of(span_um: int, cells: int) -> tuple[int, int]:
+    """(k, shift): an offset of d µm is (d · k) >> shift in 1/256 cells, within 32 bits."""
+    shift = 32 - FRACTION_BITS - cells.bit_length()
+    return (cells << (FRACTION_BITS + shift)) // span_um, shift
+
+
+def _position(place_um: IntArray, span_um: int, cells: int) -> IntArray:
+    near = np.clip(np.asarray(place_um, dtype=np.int64), -span_um, span_um)
     # Twice the offset from the lower edge, so that an odd span needs no half micrometre.
-    doubled = min(max(2 * place_um + span_um, 0), 2 * span_um - 1)
-    return (doubled >> 1) * cells // span_um
+    offset = np.clip(2 * near + span_um, 0, 2 * span_um - 1) >> 1
+    k, shift = step_of(span_um, cells)
+    return np.asarray((offset * k) >> shift)
 
 
 def region_grid(board: Board) -> RegionGrid:

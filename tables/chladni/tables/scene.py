@@ -21,6 +21,7 @@ from chladni.sim.transfer import (
     transfer_fields,
 )  # fmt: skip
 from chladni.tables.search import SearchSpace
+from chladni.tables.threads import one_blas_thread
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -42,7 +43,8 @@ class Scene:
     @cached_property
     def space(self) -> SearchSpace:
         """The fields as the search wants them, made once."""
-        return SearchSpace(self.fields.values)
+        with one_blas_thread():
+            return SearchSpace(self.fields.values)
 
     @cached_property
     def mirrors(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
@@ -59,7 +61,8 @@ class Scene:
             A target is off the board.
         """
         for group in self.groups(targets_mm):
-            fields = target_fields(self.board, group, model=self.model).values
+            with one_blas_thread():
+                fields = target_fields(self.board, group, model=self.model).values
             for target, wanted in zip(group, fields, strict=True):
                 yield Problem(self, target, wanted)
 
@@ -146,5 +149,6 @@ class Problem:
 @lru_cache(maxsize=4)
 def scene_of(board: Board) -> Scene:
     """Solve a board's plate once."""
-    model = plate_model(board)
-    return Scene(board, model, transfer_fields(board, model=model))
+    with one_blas_thread():
+        model = plate_model(board)
+        return Scene(board, model, transfer_fields(board, model=model))

@@ -6,8 +6,13 @@ import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from itertools import islice
 from typing import TypeVar
+
+from threadpoolctl import ThreadpoolController
+
+_LIBRARIES = ThreadpoolController()
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -34,3 +39,13 @@ def in_threads(
             yield result
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Linear algebra in the calling thread only.
+
+    The matrices here are small, so more threads only get in the way of `in_threads`; and sums in
+    another order would make drives differ in their last bits, and tables in their bytes.
+    """
+    limiter: AbstractContextManager[object] = _LIBRARIES.limit(limits=1, user_api="blas")
+    return limiter

@@ -9,15 +9,28 @@
 namespace chladni::table_format {
 
 constexpr uint32_t kMagic = 0x444C4843U;  // "CHLD" read as a little-endian word
-constexpr uint32_t kVersionMajor = 0U;
-constexpr uint32_t kVersionMinor = 2U;
-constexpr uint32_t kHeaderBytes = 84U;
+constexpr uint32_t kVersionMajor = 1U;
+constexpr uint32_t kVersionMinor = 0U;
+constexpr uint32_t kHeaderBytes = 80U;
+constexpr uint32_t kSectionBytes = 20U;  // of a section header
 constexpr uint32_t kCrcBytes = 4U;
+constexpr uint32_t kBoardNameBytes = 16U;
+constexpr uint32_t kLargestFile = 1048576U;
 constexpr uint32_t kFullScale = 32767U;  // stands for the largest gain
-constexpr uint32_t kMinBits = 2U;  // of a code
-constexpr uint32_t kMaxBits = 16U;
-constexpr uint32_t kMaxActuators = 8U;
-constexpr uint32_t kMaxRegions = 4096U;
+constexpr uint32_t kFractionBits = 8U;  // of a place between two cells
+constexpr uint32_t kCrossingBits = 2U;
+constexpr uint32_t kCoarsest = 16U;  // regions between those decoded first
+constexpr uint32_t kMaxShift = 14U;  // of a difference
+constexpr uint32_t kMaxRice = 15U;  // Rice parameter
+constexpr uint32_t kStartRice = 3U;
+constexpr uint32_t kMaxOnes = 40U;  // in a row
+constexpr uint32_t kMaxActuators = 16U;
+constexpr uint32_t kMaxSections = 16U;
+constexpr uint32_t kMaxLabels = 255U;
+constexpr uint32_t kLastObjective = 4U;
+constexpr uint32_t kMaxRegions = 40960U;
+constexpr uint32_t kMaxStored = 10240U;  // regions in the device's RAM
+constexpr uint32_t kMaxGains = 16384U;  // gain pairs in the device's RAM
 constexpr uint32_t kMaxCellsPerSide = 2048U;
 constexpr uint32_t kMaxSpanUm = 500000U;
 constexpr uint32_t kMinFrequencyMhz = 1000U;  // millihertz
@@ -28,7 +41,6 @@ constexpr uint32_t kMinTouchTimeoutUs = 30000U;
 constexpr uint32_t kMaxTouchTimeoutUs = 5000000U;
 constexpr uint32_t kMinOnUs = 100000U;
 constexpr uint32_t kMaxOnUs = 60000000U;
-constexpr uint32_t kMaxGains = 10240U;  // gain pairs the device holds in RAM
 
 // Byte offsets of the header's fields.
 constexpr uint32_t kAtMagic = 0U;  // char4
@@ -36,24 +48,30 @@ constexpr uint32_t kAtVersionMajor = 4U;  // u8
 constexpr uint32_t kAtVersionMinor = 5U;  // u8
 constexpr uint32_t kAtHeaderBytes = 6U;  // u16
 constexpr uint32_t kAtTotalBytes = 8U;  // u32
-constexpr uint32_t kAtBoardFingerprint = 12U;  // u64
-constexpr uint32_t kAtBoardName = 20U;  // char16
-constexpr uint32_t kAtFrequencyMhz = 36U;  // u32
-constexpr uint32_t kAtActuators = 40U;  // u8
-constexpr uint32_t kAtMirrors = 41U;  // u8
-constexpr uint32_t kAtInPhaseBits = 42U;  // u8
-constexpr uint32_t kAtQuadratureBits = 43U;  // u8
-constexpr uint32_t kAtColumns = 44U;  // u16
-constexpr uint32_t kAtRows = 46U;  // u16
-constexpr uint32_t kAtWidthUm = 48U;  // u32
-constexpr uint32_t kAtLengthUm = 52U;  // u32
-constexpr uint32_t kAtFullScaleGainMilli = 56U;  // u32
-constexpr uint32_t kAtInPhaseScale = 60U;  // u16
-constexpr uint32_t kAtQuadratureScale = 62U;  // u16
-constexpr uint32_t kAtMirrorX = 64U;  // u32
-constexpr uint32_t kAtMirrorY = 68U;  // u32
-constexpr uint32_t kAtRampUs = 72U;  // u32
-constexpr uint32_t kAtTouchTimeoutUs = 76U;  // u32
-constexpr uint32_t kAtMaxOnUs = 80U;  // u32
+constexpr uint32_t kAtSections = 12U;  // u8
+constexpr uint32_t kAtSectionBytes = 13U;  // u8
+constexpr uint32_t kAtActuators = 14U;  // u8
+constexpr uint32_t kAtMirrors = 15U;  // u8
+constexpr uint32_t kAtBoardFingerprint = 16U;  // u64
+constexpr uint32_t kAtBoardName = 24U;  // char16
+constexpr uint32_t kAtColumns = 40U;  // u16
+constexpr uint32_t kAtRows = 42U;  // u16
+constexpr uint32_t kAtWidthUm = 44U;  // u32
+constexpr uint32_t kAtLengthUm = 48U;  // u32
+constexpr uint32_t kAtRampUs = 52U;  // u32
+constexpr uint32_t kAtTouchTimeoutUs = 56U;  // u32
+constexpr uint32_t kAtMaxOnUs = 60U;  // u32
+constexpr uint32_t kAtMirrorX = 64U;  // u64
+constexpr uint32_t kAtMirrorY = 72U;  // u64
+
+// Byte offsets of a section header's fields.
+constexpr uint32_t kSectionAtOffset = 0U;  // u32
+constexpr uint32_t kSectionAtBytes = 4U;  // u32
+constexpr uint32_t kSectionAtFrequencyMhz = 8U;  // u32
+constexpr uint32_t kSectionAtFullScaleGainMilli = 12U;  // u32
+constexpr uint32_t kSectionAtObjective = 16U;  // u8
+constexpr uint32_t kSectionAtLabels = 17U;  // u8
+constexpr uint32_t kSectionAtStartShift = 18U;  // u8
+constexpr uint32_t kSectionAtReserved = 19U;  // u8
 
 }  // namespace chladni::table_format

@@ -1,0 +1,238 @@
+#include "core/section_decoder.hpp"
+
+namespace chladni {
+
+namespace {
+
+namespace f = table_format;
+using Status = StreamReader::Status;
+
+constexpr uint16_t kNone = 0xFFFF;
+constexpr uint32_t kMaxRunBits = 16;
+// A difference of twice full scale in zigzag takes so many bits.
+constexpr uint32_t kCodeBits = 18;
+
+int32_t from_zigzag(uint32_t code) {
+  const auto half = static_cast<int32_t>(code >> 1);
+  return (code & 1U) != 0 ? -half - 1 : half;
+}
+
+uint32_t bits_below(uint32_t count) {
+  uint32_t width = 0;
+  while (((count - 1U) >> width) != 0) ++width;
+  return width;
+}
+
+// The label above, unless the one to the left differs from its own upper neighbour.
+uint8_t expected_label(const uint8_t* labels, uint32_t at, uint32_t column, uint32_t columns) {
+  if (at < columns) return column == 0 ? uint8_t{0} : labels[at - 1];
+  const uint8_t above = labels[at - columns];
+  if (column == 0) return above;
+  return labels[at - columns - 1] == above ? labels[at - 1] : above;
+}
+
+uint32_t read_run(StreamReader& stream) {
+  const uint32_t length = stream.unary();
+  if (length > kMaxRunBits) {
+    stream.fail(Status::kDamaged);
+    return 0;
+  }
+  return (1U << length) + stream.number(length) - 1U;
+}
+
+void read_labels(StreamReader& stream, const SectionShape& shape, SectionDrives& drives) {
+  const uint32_t cells = shape.columns * shape.rows, width = bits_below(shape.labels);
+  uint8_t* const labels = drives.labels.data();
+  uint32_t column = 0;
+  uint32_t run = read_run(stream);
+  for (uint32_t at = 0; at < cells; ++at) {
+    if (run == 0) {
+      const uint32_t label = stream.number(width);
+      if (label >= shape.labels) stream.fail(Status::kDamaged);
+      labels[at] = static_cast<uint8_t>(label);
+      run = read_run(stream);
+    } else {
+      labels[at] = expected_label(labels, at, column, shape.columns);
+      --run;
+    }
+    if (stream.status() != Status::kOk) return;
+    if (++column == shape.columns) column = 0;
+  }
+  if (run != 0) stream.fail(Status::kDamaged);
+}
+
+// Parameters of the Rice codes.
+struct Rates {
+  uint32_t shift;
+  std::array<uint32_t, 2> rice;
+};
+
+void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
+  const int32_t moved = static_cast<int32_t>(value) + from_zigzag(stream.unary());
+  if (moved < 0 || moved > static_cast<int32_t>(largest)) {
+    stream.fail(Status::kDamaged);
+    return;
+  }
+  value = static_cast<uint32_t>(moved);
+}
+
+int32_t read_difference(StreamReader& stream, uint32_t rice, uint32_t shift) {
+  const uint32_t code = (stream.unary() << rice) + stream.number(rice);
+  if ((code >> (kCodeBits - shift)) != 0) {
+    stream.fail(Status::kDamaged);
+    return 0;
+  }
+  // Not a shift: shifting negative numbers to the left is undefined.
+  return from_zigzag(code) * static_cast<int32_t>(1U << shift);
+}
+
+// Regions near the one being decoded that may tell what to expect.
+struct Neighbours {
+  std::array<uint32_t, 4> at;
+  uint32_t count;
+};
+
+class Decoder {
+ public:
+  Decoder(StreamReader& stream, const SectionShape& shape, SectionDrives& drives)
+      : stream_(stream), shape_(shape), drives_(drives), rates_{shape.start_shift, {}} {
+    rates_.rice.fill(f::kStartRice);
+    for (uint32_t label = 0; label < shape.labels; ++label) drives_.latest[label] = kNone;
+  }
+
+  void decode_all() {
+    const uint32_t larger = shape_.columns > shape_.rows ? shape_.columns : shape_.rows;
+    int32_t span = 1;
+    while (span < static_cast<int32_t>(f::kCoarsest) && span < static_cast<int32_t>(larger)) {
+      span *= 2;
+    }
+    const auto columns = static_cast<int32_t>(shape_.columns);
+    const auto rows = static_cast<int32_t>(shape_.rows);
+    for (int32_t j = 0; j < rows; j += span) {
+      for (int32_t i = 0; i < columns; i += span) {
+        start(i, j);
+        consider(-span, 0);
+        consider(0, -span);
+        decode();
+      }
+    }
+    for (; span > 1; span /= 2) {
+      const int32_t half = span / 2;
+      for (int32_t j = half; j < rows; j += span) {
+        for (int32_t i = half; i < columns; i += span) {
+          start(i, j);
+          consider(-half, -half);
+          consider(half, -half);
+          consider(-half, half);
+          consider(half, half);
+          decode();
+        }
+      }
+      bool is_on_row = true;  // of the coarser level: only every second is missing
+      for (int32_t j = 0; j < rows; j += half) {
+        for (int32_t i = is_on_row ? half : 0; i < columns; i += span) {
+          start(i, j);
+          consider(0, -half);
+          consider(-half, 0);
+          consider(half, 0);
+          consider(0, half);
+          decode();
+        }
+        is_on_row = !is_on_row;
+      }
+    }
+  }
+
+ private:
+  void start(int32_t column, int32_t row) {
+    column_ = column;
+    row_ = row;
+    at_ = static_cast<uint32_t>(row) * shape_.columns + static_cast<uint32_t>(column);
+    label_ = drives_.labels[at_];
+    near_.count = 0;
+  }
+
+  void consider(int32_t right, int32_t up) {
+    const int32_t column = column_ + right, row = row_ + up;
+    if (column < 0 || row < 0) return;
+    if (column >= static_cast<int32_t>(shape_.columns)) return;
+    if (row >= static_cast<int32_t>(shape_.rows)) return;
+    const uint32_t at = static_cast<uint32_t>(row) * shape_.columns + static_cast<uint32_t>(column);
+    if (drives_.labels[at] == label_) near_.at[near_.count++] = at;
+  }
+
+  void decode() {
+    if (near_.count == 0 && drives_.latest[label_] != kNone) {
+      near_.at[0] = drives_.latest[label_];
+      near_.count = 1;
+    }
+    const bool is_as_expected = stream_.number(1) == 0;
+    if (!is_as_expected) {
+      step(stream_, rates_.shift, f::kMaxShift);
+      for (uint32_t& rice : rates_.rice) step(stream_, rice, f::kMaxRice);
+    }
+    for (uint32_t k = 0; k < shape_.actuators; ++k) {
+      int32_t in_phase = 0, quadrature = 0;
+      for (uint32_t n = 0; n < near_.count; ++n) {
+        const Gain& gain = drives_.gains[near_.at[n] * shape_.actuators + k];
+        in_phase += gain.in_phase_q15;
+        quadrature += gain.quadrature_q15;
+      }
+      // Sums of n values of 16 bits times 65536 / n: all within 32 bits.
+      in_phase = (in_phase * kShares[near_.count] + 32768) >> 16;
+      quadrature = (quadrature * kShares[near_.count] + 32768) >> 16;
+      if (!is_as_expected) {
+        in_phase += read_difference(stream_, rates_.rice[0], rates_.shift);
+        quadrature += read_difference(stream_, rates_.rice[1], rates_.shift);
+      }
+      put(k, in_phase, quadrature);
+    }
+    drives_.latest[label_] = static_cast<uint16_t>(at_);
+  }
+
+  // No drive beyond full scale gets into memory, whatever the stream says.
+  void put(uint32_t k, int32_t in_phase, int32_t quadrature) {
+    constexpr auto kFull = static_cast<int32_t>(f::kFullScale);
+    const bool fits = in_phase >= -kFull && in_phase <= kFull && quadrature >= -kFull &&
+                      quadrature <= kFull &&
+                      static_cast<uint32_t>(in_phase * in_phase) +
+                              static_cast<uint32_t>(quadrature * quadrature) <=
+                          f::kFullScale * f::kFullScale;
+    if (!fits) {
+      stream_.fail(Status::kDamaged);
+      in_phase = 0;
+      quadrature = 0;
+    }
+    drives_.gains[at_ * shape_.actuators + k] = {static_cast<int16_t>(in_phase),
+                                                 static_cast<int16_t>(quadrature)};
+  }
+
+  static constexpr std::array<int32_t, 5> kShares = {0, 65536, 32768, 21845, 16384};
+
+  StreamReader& stream_;
+  const SectionShape& shape_;
+  SectionDrives& drives_;
+  Rates rates_;
+  int32_t column_ = 0;
+  int32_t row_ = 0;
+  uint32_t at_ = 0;
+  uint8_t label_ = 0;
+  Neighbours near_{};
+};
+
+}  // namespace
+
+Status decode_section(StreamReader& stream, const SectionShape& shape, SectionDrives& drives) {
+  for (uint32_t label = 0; label < shape.labels; ++label) {
+    const uint32_t x = stream.number(f::kCrossingBits), y = stream.number(f::kCrossingBits);
+    if (x > 2 || y > 2) stream.fail(Status::kDamaged);
+    drives.crossings[label] = {static_cast<Crossing>(x), static_cast<Crossing>(y)};
+  }
+  read_labels(stream, shape, drives);
+  if (stream.status() != Status::kOk) return stream.status();
+  Decoder(stream, shape, drives).decode_all();
+  if (stream.status() == Status::kOk && !stream.is_at_end()) stream.fail(Status::kDamaged);
+  return stream.status();
+}
+
+}  // namespace chladni

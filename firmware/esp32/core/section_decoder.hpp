@@ -1,0 +1,45 @@
+// Decodes a section's stream: labels first, then drives from coarse to fine (docs/table-format.md).
+//
+// A region is predicted as the mean of the neighbours that were decoded before and carry its label;
+// the stream holds what is left, in Rice codes whose parameters carry over from region to region.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/table_format.hpp"
+#include "core/stream_reader.hpp"
+#include "core/synthesis.hpp"
+
+namespace chladni {
+
+// What becomes of a label across a mirror.
+enum class Crossing : uint8_t { kCut = 0, kJoined = 1, kNegated = 2 };
+
+struct LabelCrossings {
+  Crossing x;
+  Crossing y;
+};
+
+// The drives of one section, decoded. Stored regions only, row by row.
+struct SectionDrives {
+  std::array<LabelCrossings, table_format::kMaxLabels> crossings;
+  std::array<uint8_t, table_format::kMaxStored> labels;
+  std::array<Gain, table_format::kMaxGains> gains;  // `actuators` of them per region
+  // While decoding: the region decoded last, of every label; kNone before the first.
+  std::array<uint16_t, table_format::kMaxLabels> latest;
+};
+
+struct SectionShape {
+  uint32_t columns;  // stored ones
+  uint32_t rows;
+  uint32_t actuators;
+  uint32_t labels;
+  uint32_t start_shift;
+};
+
+// Status kOk and nothing left to read, or the drives are void.
+StreamReader::Status decode_section(StreamReader& stream, const SectionShape& shape,
+                                    SectionDrives& drives);
+
+}  // namespace chladni

@@ -1,0 +1,79 @@
+// A stream of bits in the table partition, the least significant bit of a byte first.
+//
+// After anything that cannot be, `status` says so and every number reads as 0: a decoder looks once
+// at its end, and its loops end by themselves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/table_format.hpp"
+#include "core/hal.hpp"
+
+namespace chladni {
+
+class StreamReader {
+ public:
+  enum class Status : uint8_t { kOk, kReadFailed, kDamaged };
+
+  StreamReader(const Hal& hal, uint32_t offset, uint32_t bytes)
+      : hal_(hal), at_(offset), left_bytes_(bytes) {}
+
+  // The next `width` bits, at most 16 of them.
+  uint32_t number(uint32_t width) {
+    if (count_ < width) refill();
+    if (count_ < width) {
+      fail(Status::kDamaged);
+      return 0;
+    }
+    const uint32_t value = bits_ & ((1U << width) - 1U);
+    bits_ >>= width;
+    count_ -= width;
+    return value;
+  }
+
+  // Ones before a zero.
+  uint32_t unary() {
+    uint32_t ones = 0;
+    for (;;) {
+      if (count_ == 0) refill();
+      if (count_ == 0) break;
+      const uint32_t bit = bits_ & 1U;
+      bits_ >>= 1;
+      --count_;
+      if (bit == 0) return ones;
+      if (++ones > table_format::kMaxOnes) break;
+    }
+    fail(Status::kDamaged);
+    return 0;
+  }
+
+  void fail(Status status) {
+    if (status_ == Status::kOk) status_ = status;
+    bits_ = 0;
+    count_ = 0;
+    left_bytes_ = 0;
+    held_ = 0;
+  }
+
+  Status status() const { return status_; }
+  // Nothing is left but the zeros that fill up the last byte.
+  bool is_at_end() const { return left_bytes_ == 0 && held_ == 0 && count_ < 8 && bits_ == 0; }
+
+ private:
+  static constexpr uint32_t kChunkBytes = 64;
+
+  void refill();
+
+  const Hal& hal_;
+  uint32_t at_;
+  uint32_t left_bytes_;
+  uint32_t bits_ = 0;
+  uint32_t count_ = 0;
+  std::array<uint8_t, kChunkBytes> chunk_{};
+  uint32_t next_ = 0;
+  uint32_t held_ = 0;  // bytes of the chunk that are still to come
+  Status status_ = Status::kOk;
+};
+
+}  // namespace chladni

@@ -1,0 +1,172 @@
+"""Branches: phases over the whole graph, cuts where fields differ, and which optimum is taken."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chladni.sim.board import Board
+from chladni.tables.branches import JOIN, Arranged, arrange, choose, neighbours
+from chladni.tables.build import TableReport
+from chladni.tables.folding import UNFOLDED, Folding
+from chladni.tables.lookup import CUT, JOINED, NEGATED
+from chladni.tables.methods import Options
+from chladni.tables.methods.phasor import phasor
+from chladni.tables.regions import RegionGrid
+from chladni.tables.rivals import Solved, smoothest
+from chladni.tables.scene import scene_of
+from chladni.tables.search import SearchSpace
+from chladni.tables.table import Table
+
+
+def orthonormal_space(size: int) -> SearchSpace:
+    """Fields for which drives and unit fields are the same: smooth, orthonormal, 20 × 20 points."""
+    rng = np.random.default_rng(5)
+    planes = np.linalg.qr(rng.normal(size=(400, size)))[0].T * 20.0
+    return SearchSpace(planes.reshape(size, 20, 20).astype(np.complex128))
+
+
+def smooth_drives(columns: int, rows: int) -> np.ndarray:
+    """A drive that turns slowly from one coil to another over the grid, unit length."""
+    angle = np.linspace(0.0, min(0.9, 0.1 * columns * rows), columns * rows)
+    return np.stack((np.cos(angle), 1j * np.sin(angle), 0.0 * angle), axis=1)
+
+
+def steps(arranged: Arranged, pairs: np.ndarray) -> np.ndarray:
+    apart = arranged.drives[pairs[:, 0]] - arranged.drives[pairs[:, 1]]
+    return np.asarray(np.linalg.norm(apart, axis=1))
+
+
+@settings(max_examples=20, deadline=None)
+@given(columns=st.integers(1, 8), rows=st.integers(1, 8), seed=st.integers(0, 99))
+def test_random_common_phases_are_undone(columns: int, rows: int, seed: int) -> None:
+    """Neighbours of a smooth table are as near as before, whatever phases they came with."""
+    drives = smooth_drives(columns, rows)
+    phases = np.exp(2j * np.pi * np.random.default_rng(seed).random(len(drives)))
+    grid = RegionGrid(columns, rows, 71500, 146700)
+    found = arrange(orthonormal_space(3), grid, UNFOLDED, drives * phases[:, None])
+    pairs = neighbours(columns, rows)
+    smooth = np.linalg.norm(drives[pairs[:, 0]] - drives[pairs[:, 1]], axis=1)
+    assert np.all(steps(found, pairs) <= smooth + 1e-6)
+    assert not found.labels.any()
+
+
+def test_phases_that_circle_a_place_are_cut_not_torn() -> None:
+    """A vortex has no smooth gauge: a cut must run from it, and no step within a label is long."""
+    columns = rows = 8
+    x, y = np.meshgrid(np.arange(8) - 3.5, np.arange(8) - 3.5)
+    angle = np.arctan2(y, x).ravel()
+    # The overlap of neighbours turns once around the centre: spin-½ states carry such a phase.
+    drives = np.stack((np.full(64, np.cos(0.7)), np.sin(0.7) * np.exp(1j * angle)), axis=1)
+    tilt = np.sqrt(0.5) * np.ones((64, 1))
+    found = arrange(
+        orthonormal_space(3), RegionGrid(8, 8, 71500, 146700), UNFOLDED,
+        np.concatenate((drives * np.sqrt(0.5), tilt * np.exp(2j * angle[:, None])), axis=1),
+    )  # fmt: skip
+    pairs = neighbours(columns, rows)
+    inside = found.labels[pairs[:, 0]] == found.labels[pairs[:, 1]]
+    assert found.labels.max() >= 1
+    assert np.all(steps(found, pairs)[inside] <= JOIN + 1e-9)
+
+
+def test_fields_that_differ_are_cut_and_those_that_agree_are_not() -> None:
+    """Two halves with different optima, one of which jumps back in a corner."""
+    columns, rows = 6, 5
+    drives = np.zeros((30, 3), dtype=np.complex128)
+    second = (np.arange(30) % columns >= 3) ^ (np.arange(30) == 29)
+    drives[~second, 0], drives[second, 1] = 1.0, 1.0
+    grid = RegionGrid(columns, rows, 71500, 146700)
+    found = arrange(orthonormal_space(3), grid, UNFOLDED, drives)
+    pairs = neighbours(columns, rows)
+    is_cut = found.labels[pairs[:, 0]] != found.labels[pairs[:, 1]]
+    assert np.array_equal(is_cut, second[pairs[:, 0]] != second[pairs[:, 1]])
+    assert len(found.crossings) == 3
+    assert found.after.largest == pytest.approx(np.sqrt(2.0))
+    assert found.within.largest == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("drive", "expected"),
+    [((1.0, 1.0), JOINED), ((1.0, -1.0), NEGATED), ((1.0, 0.0), CUT), ((1.0, 0.75), JOINED)],
+)
+@pytest.mark.parametrize("columns", [4, 5])
+def test_mirrors_are_crossed_where_the_image_continues_the_drive(
+    drive: tuple[float, float], expected: int, columns: int
+) -> None:
+    grid = RegionGrid(columns, 3, 71500, 146700)
+    folding = Folding((1, 0))
+    drives = np.tile(np.array(drive, np.complex128), (folding.stored(grid).size, 1))
+    found = arrange(orthonormal_space(2), grid, folding, drives)
+    assert found.crossings.tolist() == [[expected, CUT]]
+
+
+def test_a_silent_region_stands_alone() -> None:
+    drives = smooth_drives(4, 4)
+    drives[5] = 0.0
+    found = arrange(orthonormal_space(3), RegionGrid(4, 4, 71500, 146700), UNFOLDED, drives)
+    assert np.count_nonzero(found.labels == found.labels[5]) == 1
+    assert not found.drives[5].any()
+    assert len(found.crossings) == 2
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_the_options_chosen_cost_least_on_chains_and_nearly_so_on_grids(seed: int) -> None:
+    """Against trying everything. Beliefs are exact on a tree; on a loop they may settle nearby."""
+    rng = np.random.default_rng(seed)
+    chain = [(0, 1), (1, 2), (2, 3), (3, 4)]
+    grid = [(0, 1), (1, 2), (3, 4), (4, 5), (0, 3), (1, 4), (2, 5)]
+    for pairs, slack in ((chain, 1e-9), (grid, 0.15)):
+        count = 1 + max(max(pair) for pair in pairs)
+        sizes = rng.integers(1, 4, count)
+        costs = [(a, b, rng.random((sizes[a], sizes[b]))) for a, b in pairs]
+        gaps = [rng.random(size) * 0.3 for size in sizes]
+
+        def total(chosen: tuple[int, ...]) -> float:
+            own = sum(gap[k] for gap, k in zip(gaps, chosen, strict=True))  # noqa: B023
+            return float(own + sum(c[chosen[a], chosen[b]] for a, b, c in costs))  # noqa: B023
+
+        best = min(total(chosen) for chosen in itertools.product(*map(range, sizes)))
+        assert total(tuple(choose(costs, gaps, 1.0))) <= best * (1.0 + slack) + 1e-12
+
+
+def test_a_rival_as_good_is_taken_where_neighbours_are_on_its_branch(prototype: Board) -> None:
+    """On the mirror line an optimum and its image are as good; left of it, only the optimum is.
+
+    A region there that came with the image's drive is moved to its neighbours' branch, and the
+    score it has afterwards is the same.
+    """
+    scene = scene_of(prototype)
+    problems = list(scene.problems([(-8.0, 10.0), (-4.0, 10.0), (0.0, 10.0)]))
+    drives = [phasor(problem, Options()).drive for problem in problems]
+    order = scene.mirrors[0]
+    assert order is not None
+    units = [scene.space.coordinates(drive) for drive in (*drives, drives[2][list(order)])]
+    if abs(np.vdot(units[1], units[2])) < abs(np.vdot(units[1], units[3])):
+        drives[2] = drives[2][list(order)]
+        units[2], units[3] = units[3], units[2]
+    assert abs(np.vdot(units[2], units[3])) < 0.9, "the optimum and its image differ"
+    drives[2] = drives[2][list(order)]
+    full = scene.space.levels[-1]
+    regions = [
+        Solved(drive, p.image.astype(np.float32), p.disc, scene.space.value(
+            scene.space.objective(full, p.image), drive))
+        for drive, p in zip(drives, problems, strict=True)
+    ]  # fmt: skip
+    chosen = smoothest(scene, regions, 3, "ssim")
+    assert np.array_equal(chosen[0], drives[0])
+    assert np.array_equal(chosen[1], drives[1])
+    assert abs(np.vdot(units[2], scene.space.coordinates(chosen[2]))) > 0.99
+    objective = scene.space.objective(full, problems[2].image)
+    assert scene.space.value(objective, chosen[2]) == pytest.approx(regions[2].ssim, abs=1e-3)
+
+
+def test_reports_say_what_arranging_gained(coarse_table: tuple[Table, TableReport]) -> None:
+    section = coarse_table[1].sections[0]
+    assert section.steps_after.median < section.steps_before.median
+    assert section.steps_within.largest <= JOIN
+    assert section.steps_within.share_above <= section.steps_after.share_above
