@@ -63,7 +63,7 @@ def table_header() -> str:
         "kMaxLabels": (f"{layout.MAX_LABELS}U", ""),
         "kLastObjective": (f"{len(layout.OBJECTIVE_NAMES) - 1}U", ""),
         "kMaxRegions": (f"{layout.MAX_REGIONS}U", ""),
-        "kMaxStored": (f"{layout.MAX_STORED}U", "regions in the device's RAM"),
+        "kMaxNodes": (f"{layout.MAX_NODES}U", "regions in the device's RAM"),
         "kMaxGains": (f"{layout.MAX_GAINS}U", "gain pairs in the device's RAM"),
         "kMaxCellsPerSide": (f"{layout.MAX_CELLS_PER_SIDE}U", ""),
         "kMaxSpanUm": (f"{layout.MAX_SPAN_UM}U", ""),

@@ -41,14 +41,14 @@ class FirmwareTable {
     if (x_um.shape(0) != y_um.shape(0)) throw nb::value_error("as many x as y");
     const size_t count = x_um.shape(0);
     std::vector<chladni::Drive> drives(count);
-    for (size_t k = 0; k < count; ++k) drives[k] = table_.drive_at({x_um(k), y_um(k)});
+    for (size_t k = 0; k < count; ++k) table_.drive_at({x_um(k), y_um(k)}, drives[k]);
     return as_array(drives);
   }
 
   auto regions() const {
     check_loaded();
-    std::vector<chladni::Drive> drives;
-    for (uint32_t k = 0; k < table_.regions(); ++k) drives.push_back(table_.drive(k));
+    std::vector<chladni::Drive> drives(table_.regions());
+    for (uint32_t k = 0; k < table_.regions(); ++k) table_.drive(k, drives[k]);
     return as_array(drives);
   }
 

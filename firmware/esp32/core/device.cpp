@@ -54,7 +54,9 @@ void Device::poll() {
       break;
   }
   if (state_ == DeviceState::kPlaying && is_drive_pending_) {
-    if (synthesis_.play(table_.drive_at(place_), settings_.level_q15, is_start_pending_)) {
+    Drive drive{};
+    table_.drive_at(place_, drive);
+    if (synthesis_.play(drive, settings_.level_q15, is_start_pending_)) {
       is_drive_pending_ = false;
       is_start_pending_ = false;
     }

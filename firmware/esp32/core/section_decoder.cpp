@@ -24,11 +24,11 @@ uint32_t bits_below(uint32_t count) {
 }
 
 // The label above, unless the one to the left differs from its own upper neighbour.
-uint8_t expected_label(const uint8_t* labels, uint32_t at, uint32_t column, uint32_t columns) {
-  if (at < columns) return column == 0 ? uint8_t{0} : labels[at - 1];
-  const uint8_t above = labels[at - columns];
-  if (column == 0) return above;
-  return labels[at - columns - 1] == above ? labels[at - 1] : above;
+uint8_t expected_label(const uint8_t* own, uint32_t column, uint32_t row, uint32_t pitch) {
+  if (row == 0) return column == 0 ? uint8_t{0} : own[-1];
+  const uint8_t* const above = own - pitch;
+  if (column == 0) return *above;
+  return above[-1] == *above ? own[-1] : *above;
 }
 
 uint32_t read_run(StreamReader& stream) {
@@ -41,22 +41,22 @@ uint32_t read_run(StreamReader& stream) {
 }
 
 void read_labels(StreamReader& stream, const SectionShape& shape, SectionDrives& drives) {
-  const uint32_t cells = shape.columns * shape.rows, width = bits_below(shape.labels);
-  uint8_t* const labels = drives.labels.data();
-  uint32_t column = 0;
+  const uint32_t width = bits_below(shape.labels);
   uint32_t run = read_run(stream);
-  for (uint32_t at = 0; at < cells; ++at) {
-    if (run == 0) {
-      const uint32_t label = stream.number(width);
-      if (label >= shape.labels) stream.fail(Status::kDamaged);
-      labels[at] = static_cast<uint8_t>(label);
-      run = read_run(stream);
-    } else {
-      labels[at] = expected_label(labels, at, column, shape.columns);
-      --run;
+  for (uint32_t row = 0; row < shape.rows; ++row) {
+    uint8_t* own = drives.labels.data() + row * shape.pitch;
+    for (uint32_t column = 0; column < shape.columns; ++column, ++own) {
+      if (run == 0) {
+        const uint32_t label = stream.number(width);
+        if (label >= shape.labels) stream.fail(Status::kDamaged);
+        *own = static_cast<uint8_t>(label);
+        run = read_run(stream);
+      } else {
+        *own = expected_label(own, column, row, shape.pitch);
+        --run;
+      }
+      if (stream.status() != Status::kOk) return;
     }
-    if (stream.status() != Status::kOk) return;
-    if (++column == shape.columns) column = 0;
   }
   if (run != 0) stream.fail(Status::kDamaged);
 }
@@ -147,7 +147,7 @@ class Decoder {
   void start(int32_t column, int32_t row) {
     column_ = column;
     row_ = row;
-    at_ = static_cast<uint32_t>(row) * shape_.columns + static_cast<uint32_t>(column);
+    at_ = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
     label_ = drives_.labels[at_];
     near_.count = 0;
   }
@@ -157,7 +157,7 @@ class Decoder {
     if (column < 0 || row < 0) return;
     if (column >= static_cast<int32_t>(shape_.columns)) return;
     if (row >= static_cast<int32_t>(shape_.rows)) return;
-    const uint32_t at = static_cast<uint32_t>(row) * shape_.columns + static_cast<uint32_t>(column);
+    const uint32_t at = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
     if (drives_.labels[at] == label_) near_.at[near_.count++] = at;
   }
 
@@ -227,6 +227,9 @@ Status decode_section(StreamReader& stream, const SectionShape& shape, SectionDr
     const uint32_t x = stream.number(f::kCrossingBits), y = stream.number(f::kCrossingBits);
     if (x > 2 || y > 2) stream.fail(Status::kDamaged);
     drives.crossings[label] = {static_cast<Crossing>(x), static_cast<Crossing>(y)};
+    const bool in_x = x == 2, in_y = y == 2;
+    drives.negations[label] =
+        static_cast<uint8_t>((in_x ? 2U : 0U) + (in_y ? 4U : 0U) + (in_x != in_y ? 8U : 0U));
   }
   read_labels(stream, shape, drives);
   if (stream.status() != Status::kOk) return stream.status();

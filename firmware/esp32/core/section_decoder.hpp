@@ -21,10 +21,16 @@ struct LabelCrossings {
   Crossing y;
 };
 
-// The drives of one section, decoded. Stored regions only, row by row.
+// A label that no region has: what lies across a cut.
+constexpr uint8_t kNoLabel = 0xFF;
+static_assert(table_format::kMaxLabels <= kNoLabel, "labels are below");
+
+// The drives of one section, decoded, row by row.
 struct SectionDrives {
   std::array<LabelCrossings, table_format::kMaxLabels> crossings;
-  std::array<uint8_t, table_format::kMaxStored> labels;
+  // Bit f of a label: drives are negated by the flips f (bit 0 in x, bit 1 in y).
+  std::array<uint8_t, table_format::kMaxLabels> negations;
+  std::array<uint8_t, table_format::kMaxNodes> labels;
   std::array<Gain, table_format::kMaxGains> gains;  // `actuators` of them per region
   // While decoding: the region decoded last, of every label; kNone before the first.
   std::array<uint16_t, table_format::kMaxLabels> latest;
@@ -33,6 +39,7 @@ struct SectionDrives {
 struct SectionShape {
   uint32_t columns;  // stored ones
   uint32_t rows;
+  uint32_t pitch;  // from one row to the next in memory
   uint32_t actuators;
   uint32_t labels;
   uint32_t start_shift;

@@ -9,6 +9,9 @@ namespace {
 namespace f = table_format;
 
 constexpr uint32_t kChunkBytes = 256;
+// Ends a list of channels. An Xtensa compares with 16 at no cost, and with few other numbers.
+constexpr uint8_t kNobody = 16;
+static_assert(kNobody >= f::kMaxActuators, "a channel's number");
 static_assert(f::kMaxActuators == kMaxChannels, "tables and synthesis disagree");
 
 uint32_t read_u16(const uint8_t* bytes) {
@@ -55,6 +58,32 @@ bool is_name(const uint8_t* name) {
     if (name[k] < 0x20 || name[k] > 0x7E) return false;
   }
   return true;
+}
+
+using Corners = std::array<const Gain*, 4>;
+using Weights = std::array<int32_t, 4>;  // in 1/65536
+
+// Mixes gains, and hands that of stored channel k to the channel players[k], until that is nobody.
+//
+// A function of its own, not inlined: four pointers and four weights are about all an Xtensa's
+// registers hold, and a loop that spills them takes half as long again.
+[[gnu::noinline]] void mix_gains(const Corners& corners, const Weights& weights,
+                                 const uint8_t* players, Gain* result) {
+  const Gain *a = corners[0], *b = corners[1], *c = corners[2], *d = corners[3];
+  const int32_t u = weights[0], v = weights[1], w = weights[2], z = weights[3];
+  for (uint32_t player = *players; player != kNobody; player = *++players) {
+    Gain& to = result[player];
+    int32_t sum = u * a->in_phase_q15;
+    sum += v * b->in_phase_q15;
+    sum += w * c->in_phase_q15;
+    sum += z * d->in_phase_q15;
+    to.in_phase_q15 = static_cast<int16_t>(sum >> 16);
+    sum = u * a++->quadrature_q15;
+    sum += v * b++->quadrature_q15;
+    sum += w * c++->quadrature_q15;
+    sum += z * d++->quadrature_q15;
+    to.quadrature_q15 = static_cast<int16_t>(sum >> 16);
+  }
 }
 
 }  // namespace
@@ -134,7 +163,8 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   if (header_bytes_ + sections * section_bytes_ > total_bytes_ - f::kCrcBytes) {
     return TableStatus::kBadSize;
   }
-  if (x_.stored * y_.stored > f::kMaxStored || x_.stored * y_.stored > f::kMaxGains / actuators_) {
+  const uint32_t nodes = x_.nodes * y_.nodes;
+  if (nodes > f::kMaxNodes || nodes > f::kMaxGains / actuators_) {
     return TableStatus::kTooLarge;
   }
   if (actuators_ != channels) return TableStatus::kWrongActuators;
@@ -168,24 +198,28 @@ bool Table::take_header(const uint8_t* h) {
     while ((cells >> bits) != 0) ++bits;
     // As large as 32 bits let it be: offsets are below the span, so offset * step is below 2^32.
     const uint32_t shift = 32U - f::kFractionBits - bits;
-    axis = {cells,
-            static_cast<int32_t>(span_um),
-            (cells << (f::kFractionBits + shift)) / span_um,
-            shift,
-            is_mirrored ? (cells + 1) / 2 : cells,
-            is_mirrored};
+    axis.cells = cells;
+    axis.half_um = span_um / 2;
+    axis.last_um = span_um - 1;
+    axis.fold_um = is_mirrored ? axis.last_um / 2 : axis.last_um;
+    axis.step = (cells << (f::kFractionBits + shift)) / span_um;
+    axis.shift = shift;
+    axis.stored = is_mirrored ? (cells + 1) / 2 : cells;
+    axis.nodes = axis.stored + 1;
+    // Cells meet at the mirror unless the middle one of an odd number lies on it.
+    axis.meets = is_mirrored && cells % 2 == 0;
     return true;
   };
   actuators_ = h[f::kAtActuators];
   const uint32_t mirrors = h[f::kAtMirrors];
+  const bool is_mirrored_x = (mirrors & 1U) != 0, is_mirrored_y = (mirrors & 2U) != 0;
   ramp_us_ = read_u32(h + f::kAtRampUs);
   touch_timeout_us_ = read_u32(h + f::kAtTouchTimeoutUs);
   max_on_us_ = read_u32(h + f::kAtMaxOnUs);
   const bool fields_fit =
       in_range(actuators_, 1, f::kMaxActuators) && mirrors <= 3 &&
-      take_axis(read_u16(h + f::kAtColumns), read_u32(h + f::kAtWidthUm), (mirrors & 1U) != 0,
-                x_) &&
-      take_axis(read_u16(h + f::kAtRows), read_u32(h + f::kAtLengthUm), (mirrors & 2U) != 0, y_) &&
+      take_axis(read_u16(h + f::kAtColumns), read_u32(h + f::kAtWidthUm), is_mirrored_x, x_) &&
+      take_axis(read_u16(h + f::kAtRows), read_u32(h + f::kAtLengthUm), is_mirrored_y, y_) &&
       regions() <= f::kMaxRegions && in_range(ramp_us_, f::kMinRampUs, f::kMaxRampUs) &&
       in_range(touch_timeout_us_, f::kMinTouchTimeoutUs, f::kMaxTouchTimeoutUs) &&
       in_range(max_on_us_, f::kMinOnUs, f::kMaxOnUs) && is_name(h + f::kAtBoardName);
@@ -196,10 +230,18 @@ bool Table::take_header(const uint8_t* h) {
   const uint8_t* const mirror_x = h + f::kAtMirrorX;
   const uint8_t* const mirror_y = h + f::kAtMirrorY;
   const bool orders_fit =
-      (x_.is_mirrored ? read_order(mirror_x, actuators_, orders_[1]) : is_zero(mirror_x, 8)) &&
-      (y_.is_mirrored ? read_order(mirror_y, actuators_, orders_[2]) : is_zero(mirror_y, 8));
+      (is_mirrored_x ? read_order(mirror_x, actuators_, orders_[1]) : is_zero(mirror_x, 8)) &&
+      (is_mirrored_y ? read_order(mirror_y, actuators_, orders_[2]) : is_zero(mirror_y, 8));
   if (!orders_fit) return false;
   for (uint32_t k = 0; k < actuators_; ++k) orders_[3][k] = orders_[1][orders_[2][k]];
+  for (uint32_t flips = 0; flips < 4; ++flips) {
+    players_[flips][actuators_] = kNobody;
+    for (uint32_t k = 0; k < actuators_; ++k) {
+      players_[flips][orders_[flips][k]] = static_cast<uint8_t>(k);
+    }
+  }
+  x_.flip = 1;
+  y_.flip = 2;
   return true;
 }
 
@@ -216,7 +258,11 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
   const uint32_t end = total_bytes_ - f::kCrcBytes;
   if (offset < first || offset > end || count > end - offset) return TableStatus::kBadSize;
   const uint32_t frequency_mhz = read_u32(h + f::kSectionAtFrequencyMhz);
-  const SectionShape shape = {x_.stored, y_.stored, actuators_, h[f::kSectionAtLabels],
+  const SectionShape shape = {x_.stored,
+                              y_.stored,
+                              x_.nodes,
+                              actuators_,
+                              h[f::kSectionAtLabels],
                               h[f::kSectionAtStartShift]};
   if (!in_range(frequency_mhz, f::kMinFrequencyMhz, f::kMaxFrequencyMhz) ||
       read_u32(h + f::kSectionAtFullScaleGainMilli) == 0 ||
@@ -230,121 +276,126 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
     case StreamReader::Status::kReadFailed: return TableStatus::kReadFailed;
     case StreamReader::Status::kDamaged: return TableStatus::kBadDrives;
   }
+  add_images();
   frequency_mhz_ = frequency_mhz;
   return TableStatus::kOk;
 }
 
-uint32_t Table::position(const Axis& axis, int32_t place_um) {
-  // Twice the offset from the lower edge, so that an odd span needs no half micrometre. Places are
-  // clamped first, so nothing below can leave 32 bits.
-  const int32_t span = axis.span_um;
-  const int32_t near = place_um < -span ? -span : (place_um > span ? span : place_um);
-  int32_t doubled = 2 * near + span;
-  if (doubled < 0) doubled = 0;
-  if (doubled > 2 * span - 1) doubled = 2 * span - 1;
-  return ((static_cast<uint32_t>(doubled) >> 1) * axis.step) >> axis.shift;
+// A column and a row more than are stored: the images that cells at a mirror are mixed with, or
+// else the last cells once more, so that all is flat beyond their centres.
+void Table::add_images() {
+  const uint32_t last_x = x_.stored - 1, last_y = (y_.stored - 1) * x_.nodes;
+  const uint32_t flip_x = x_.meets ? 1 : 0, flip_y = y_.meets ? 2 : 0;
+  for (uint32_t row = 0; row < y_.stored; ++row) {
+    add_image(row * x_.nodes + last_x, row * x_.nodes + x_.stored, flip_x);
+  }
+  for (uint32_t column = 0; column < x_.stored; ++column) {
+    add_image(last_y + column, y_.stored * x_.nodes + column, flip_y);
+  }
+  add_image(last_y + last_x, y_.stored * x_.nodes + x_.stored, flip_x + flip_y);
 }
 
-Table::Span Table::span(const Axis& axis, int32_t place_um) {
+void Table::add_image(uint32_t at, uint32_t image, uint32_t flips) {
+  const uint8_t label = drives_.labels[at];
+  const LabelCrossings& own = drives_.crossings[label];
+  const bool is_cut = ((flips & 1U) != 0 && own.x == Crossing::kCut) ||
+                      ((flips & 2U) != 0 && own.y == Crossing::kCut);
+  drives_.labels[image] = is_cut ? kNoLabel : label;
+  const int32_t sign = is_negated(label, flips) ? -1 : 1;
+  for (uint32_t k = 0; k < actuators_; ++k) {
+    const Gain& gain = drives_.gains[at * actuators_ + orders_[flips][k]];
+    drives_.gains[image * actuators_ + k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
+                                             static_cast<int16_t>(sign * gain.quadrature_q15)};
+  }
+}
+
+bool Table::is_negated(uint8_t label, uint32_t flips) const {
+  return ((drives_.negations[label] >> flips) & 1U) != 0;
+}
+
+inline uint32_t Table::offset(const Axis& axis, int32_t place_um) {
+  // Unsigned, so that what lies below the lower edge is beyond the upper one too.
+  const uint32_t from_edge = static_cast<uint32_t>(place_um) + axis.half_um;
+  if (from_edge <= axis.last_um) return from_edge;
+  return place_um < 0 ? 0 : axis.last_um;
+}
+
+inline uint32_t Table::position(const Axis& axis, uint32_t offset_um) {
+  return (offset_um * axis.step) >> axis.shift;
+}
+
+inline Table::Span Table::span(const Axis& axis, int32_t place_um) {
   constexpr uint32_t kOne = 1U << f::kFractionBits;
-  const uint32_t at = position(axis, place_um);
-  // Beyond the outermost centres all is flat.
-  if (at < kOne / 2) return {0, 0, 0};
-  const uint32_t beyond = at - kOne / 2, low = beyond >> f::kFractionBits;
-  if (low + 1 >= axis.cells) return {axis.cells - 1, axis.cells - 1, 0};
-  return {low, low + 1, beyond & (kOne - 1)};
+  uint32_t from_edge = offset(axis, place_um), flip = 0;
+  if (from_edge > axis.fold_um) {
+    from_edge = axis.last_um - from_edge;
+    flip = axis.flip;
+  }
+  const uint32_t at = position(axis, from_edge);
+  // Beyond the outermost centres all is flat: here by holding on to them, at the other end because
+  // the last cell stands there twice.
+  const uint32_t inner = at > kOne / 2 ? at - kOne / 2 : 0;
+  return {inner >> f::kFractionBits, static_cast<int32_t>(inner & (kOne - 1)), flip};
 }
 
-Table::Cell Table::cell(uint32_t column, uint32_t row) const {
-  uint32_t flips = 0;
+uint32_t Table::region_at(Place place) const {
+  const uint32_t column = position(x_, offset(x_, place.x_um)) >> f::kFractionBits;
+  const uint32_t row = position(y_, offset(y_, place.y_um)) >> f::kFractionBits;
+  return row * x_.cells + column;
+}
+
+void Table::drive(uint32_t region, Drive& result) const {
+  uint32_t column = region % x_.cells, row = region / x_.cells, flips = 0;
   if (column >= x_.stored) {
     column = x_.cells - 1 - column;
     flips = 1;
   }
   if (row >= y_.stored) {
     row = y_.cells - 1 - row;
-    flips |= 2;
+    flips += 2;
   }
-  return {row * x_.stored + column, flips};
-}
-
-bool Table::is_negated(const Cell& cell) const {
-  const LabelCrossings& own = drives_.crossings[drives_.labels[cell.stored]];
-  const bool in_x = (cell.flips & 1U) != 0 && own.x == Crossing::kNegated;
-  const bool in_y = (cell.flips & 2U) != 0 && own.y == Crossing::kNegated;
-  return in_x != in_y;
-}
-
-void Table::add(const Cell& cell, int32_t weight,
-                std::array<std::array<int32_t, 2>, kMaxChannels>& sum) const {
-  const uint8_t* const order = orders_[cell.flips].data();
-  const Gain* const gains = &drives_.gains[cell.stored * actuators_];
-  if (cell.flips != 0 && is_negated(cell)) weight = -weight;
+  const uint32_t at = row * x_.nodes + column;
+  const int32_t sign = is_negated(drives_.labels[at], flips) ? -1 : 1;
   for (uint32_t k = 0; k < actuators_; ++k) {
-    const Gain& gain = gains[order[k]];
-    sum[k][0] += weight * gain.in_phase_q15;
-    sum[k][1] += weight * gain.quadrature_q15;
+    const Gain& gain = drives_.gains[at * actuators_ + orders_[flips][k]];
+    result[k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
+                 static_cast<int16_t>(sign * gain.quadrature_q15)};
   }
 }
 
-uint32_t Table::region_at(Place place) const {
-  const uint32_t column = position(x_, place.x_um) >> f::kFractionBits;
-  const uint32_t row = position(y_, place.y_um) >> f::kFractionBits;
-  return row * x_.cells + column;
-}
-
-Drive Table::drive(uint32_t region) const {
-  const Cell own = cell(region % x_.cells, region / x_.cells);
-  std::array<std::array<int32_t, 2>, kMaxChannels> sum{};
-  add(own, 1, sum);
-  Drive result{};
-  for (uint32_t k = 0; k < actuators_; ++k) {
-    result[k] = {static_cast<int16_t>(sum[k][0]), static_cast<int16_t>(sum[k][1])};
-  }
-  return result;
-}
-
-Drive Table::drive_at(Place place) const {
-  constexpr uint32_t kOne = 1U << f::kFractionBits;
+void Table::drive_at(Place place, Drive& result) const {
+  constexpr int32_t kOne = 1 << f::kFractionBits;
   const Span x = span(x_, place.x_um), y = span(y_, place.y_um);
   // Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-  const std::array<Cell, 4> cells = {cell(x.low, y.low), cell(x.high, y.low), cell(x.low, y.high),
-                                     cell(x.high, y.high)};
-  const uint32_t right = x.fraction, up = y.fraction;
-  std::array<uint32_t, 4> weights = {(kOne - right) * (kOne - up), right * (kOne - up),
-                                     (kOne - right) * up, right * up};
-  const uint32_t nearest = (right >= kOne / 2 ? 1U : 0U) + (up >= kOne / 2 ? 2U : 0U);
-  const uint8_t label = drives_.labels[cells[nearest].stored];
-  // Flips that a corner may differ in from the nearest one.
-  const LabelCrossings crossing = drives_.crossings[label];
-  const uint32_t crossed =
-      (crossing.x != Crossing::kCut ? 1U : 0U) + (crossing.y != Crossing::kCut ? 2U : 0U);
-  std::array<bool, 4> is_member{};
-  for (uint32_t k = 0; k < 4; ++k) {
-    is_member[k] = drives_.labels[cells[k].stored] == label &&
-                   ((cells[k].flips ^ cells[nearest].flips) & ~crossed) == 0;
+  uint32_t at0 = y.low * x_.nodes + x.low, at1 = at0 + 1;
+  uint32_t at2 = at0 + x_.nodes, at3 = at2 + 1;
+  const uint8_t* const labels = drives_.labels.data();
+  uint8_t label = labels[at0];
+  if (label != labels[at1] || label != labels[at2] || label != labels[at3]) {
+    // Only what carries the nearest corner's label takes part. Another gives way to the corner next
+    // to it along x, or else along y, or else to the one opposite.
+    label = labels[y.fraction < kOne / 2 ? (x.fraction < kOne / 2 ? at0 : at1)
+                                         : (x.fraction < kOne / 2 ? at2 : at3)];
+    const bool is0 = labels[at0] == label, is1 = labels[at1] == label;
+    const bool is2 = labels[at2] == label, is3 = labels[at3] == label;
+    const uint32_t own0 = at0, own1 = at1, own2 = at2, own3 = at3;
+    if (!is0) at0 = is1 ? own1 : (is2 ? own2 : own3);
+    if (!is1) at1 = is0 ? own0 : (is3 ? own3 : own2);
+    if (!is2) at2 = is3 ? own3 : (is0 ? own0 : own1);
+    if (!is3) at3 = is2 ? own2 : (is1 ? own1 : own0);
   }
-  // What lies beyond a cut gives its weight to the corners next to it, or to the one opposite.
-  for (uint32_t k = 0; k < 4; ++k) {
-    if (is_member[k]) continue;
-    const uint32_t one = k ^ 1U, other = k ^ 2U, half = weights[k] >> 1;
-    if (is_member[one] && is_member[other]) {
-      weights[one] += half;
-      weights[other] += weights[k] - half;
-    } else {
-      weights[is_member[one] ? one : (is_member[other] ? other : k ^ 3U)] += weights[k];
-    }
-  }
-  std::array<std::array<int32_t, 2>, kMaxChannels> sum{};
-  for (uint32_t k = 0; k < 4; ++k) {
-    if (is_member[k]) add(cells[k], static_cast<int32_t>(weights[k]), sum);
-  }
-  Drive result{};
-  for (uint32_t k = 0; k < actuators_; ++k) {
-    result[k] = {static_cast<int16_t>((sum[k][0] + 32768) >> 16),
-                 static_cast<int16_t>((sum[k][1] + 32768) >> 16)};
-  }
-  return result;
+  const uint32_t flips = x.flip + y.flip;
+  const int32_t one = is_negated(label, flips) ? -kOne : kOne;
+  const int32_t top = one * y.fraction, bottom = one * kOne - top;
+  Weights weights;
+  weights[1] = (bottom * x.fraction) >> f::kFractionBits;
+  weights[0] = bottom - weights[1];
+  weights[3] = (top * x.fraction) >> f::kFractionBits;
+  weights[2] = top - weights[3];
+  const Gain* const gains = drives_.gains.data();
+  const Corners corners = {gains + at0 * actuators_, gains + at1 * actuators_,
+                           gains + at2 * actuators_, gains + at3 * actuators_};
+  mix_gains(corners, weights, players_[flips].data(), result.data());
 }
 
 }  // namespace chladni

@@ -47,45 +47,44 @@ class Table {
 
   // The region of a place; places off the board belong to the nearest region.
   uint32_t region_at(Place place) const;
-  // The drive of a region below `regions()`; channels beyond the table's are silent.
-  Drive drive(uint32_t region) const;
+  // The drive of a region below `regions()`; only the table's channels are written.
+  void drive(uint32_t region, Drive& result) const;
   // The drive of a place, interpolated between the regions around it that lie on one branch; places
   // off the board get that of the nearest place on it.
-  Drive drive_at(Place place) const;
+  void drive_at(Place place, Drive& result) const;
 
  private:
   // One direction across the board.
   struct Axis {
     uint32_t cells = 0;
-    int32_t span_um = 0;
-    uint32_t step = 0;  // (offset * step) >> shift is in 1/256 cells
+    uint32_t half_um = 0;  // from the lower edge to the centre
+    uint32_t last_um = 0;  // offset of the last place on the board
+    uint32_t fold_um = 0;  // offsets beyond are mirrored to this side
+    uint32_t flip = 0;     // bit of this direction in the flips of a place
+    uint32_t step = 0;     // (offset * step) >> shift is in 1/256 cells
     uint32_t shift = 0;
-    uint32_t stored = 0;
-    bool is_mirrored = false;  // only the cells at small x (y) are stored
+    uint32_t stored = 0;  // where mirrored, only the cells at small x (y) are
+    uint32_t nodes = 0;   // those in memory, one more
+    bool meets = false;   // a cell touches its mirror image
   };
 
   // Where a place lies between two neighbouring cells' centres.
   struct Span {
     uint32_t low;
-    uint32_t high;
-    uint32_t fraction;  // of the way to `high`, in 1/256
-  };
-
-  struct Cell {
-    uint32_t stored;
-    uint32_t flips;  // bit 0: a mirror image in x; bit 1: in y
+    int32_t fraction;  // of the way to the next one, in 1/256
+    uint32_t flip;     // the direction's bit if the place's mirror image is meant
   };
 
   TableStatus check(const Hal& hal, uint32_t channels);
   TableStatus check_crc(const Hal& hal, uint32_t total_bytes) const;
   bool take_header(const uint8_t* header);
   TableStatus decode(const Hal& hal, uint32_t section);
-  static uint32_t position(const Axis& axis, int32_t place_um);
+  static uint32_t position(const Axis& axis, uint32_t offset_um);
+  static uint32_t offset(const Axis& axis, int32_t place_um);
   static Span span(const Axis& axis, int32_t place_um);
-  Cell cell(uint32_t column, uint32_t row) const;
-  bool is_negated(const Cell& cell) const;
-  void add(const Cell& cell, int32_t weight,
-           std::array<std::array<int32_t, 2>, kMaxChannels>& sum) const;
+  void add_images();
+  void add_image(uint32_t at, uint32_t image, uint32_t flips);
+  bool is_negated(uint8_t label, uint32_t flips) const;
 
   bool is_loaded_ = false;
   uint32_t actuators_ = 0;
@@ -99,9 +98,10 @@ class Table {
   uint32_t ramp_us_ = 0;
   uint32_t touch_timeout_us_ = 0;
   uint32_t max_on_us_ = 0;
-  // The stored channel that each channel plays, by the flips of a cell.
+  // The stored channel that each channel plays, by the flips of a cell; and the other way round.
   std::array<std::array<uint8_t, table_format::kMaxActuators>, 4> orders_{};
-  SectionDrives drives_{};
+  std::array<std::array<uint8_t, 2 * table_format::kMaxActuators>, 4> players_{};
+  SectionDrives drives_{};  // row by row over the nodes
 };
 
 }  // namespace chladni

@@ -237,26 +237,21 @@ def _crossings(
     """What becomes of every label across the mirrors: joined only where all its regions are."""
     columns, rows = folding.shape(grid)
     numbers = np.arange(columns * rows).reshape(rows, columns)
-    # The last stored column, and the one whose image comes next to it: itself, or the one before
-    # where the mirror runs through the column's centres.
-    lines = (
-        (folding.x, numbers[:, -1], numbers[:, max(0, columns - 1 - grid.columns % 2)]),
-        (folding.y, numbers[-1], numbers[max(0, rows - 1 - grid.rows % 2)]),
-    )
+    # The regions next to each mirror, or on it.
+    lines = ((folding.x, numbers[:, -1]), (folding.y, numbers[-1]))
     result = np.full((int(labels.max()) + 1, 2), CUT)
-    for axis, (order, last, imaged) in enumerate(lines):
+    for axis, (order, last) in enumerate(lines):
         if order is None:
             continue
         here = np.array([space.coordinates(drive) for drive in drives[last]])
-        beyond = np.array([space.coordinates(drive[list(order)]) for drive in drives[imaged]])
+        beyond = np.array([space.coordinates(drive[list(order)]) for drive in drives[last]])
         joined = np.linalg.norm(here - beyond, axis=1) <= JOIN
         negated = np.linalg.norm(here + beyond, axis=1) <= JOIN
-        of_label = labels[last] == labels[imaged]
         for label in np.unique(labels[last]):
             own = labels[last] == label
-            if np.all(joined[own] & of_label[own]):
+            if np.all(joined[own]):
                 result[label, axis] = JOINED
-            elif np.all(negated[own] & of_label[own]):
+            elif np.all(negated[own]):
                 result[label, axis] = NEGATED
     return result
 

@@ -160,6 +160,11 @@ class _Coded:
         self._entries, self._arranged = entries, arranged
         self._grid, self._folding = grid, folding
         self._columns = folding.shape(grid)[0]
+        # Where cells meet at a mirror, the last of them is mixed with its image.
+        self._nodes = [
+            cells // 2 + 1 if order else cells
+            for cells, order in ((grid.columns, folding.x), (grid.rows, folding.y))
+        ]
         self._orders = folding.orders(entries[0].drive.size)
         self._done = np.zeros(len(entries), dtype=bool)
 
@@ -186,7 +191,7 @@ class _Coded:
         self, column: int, row: int, at: int
     ) -> tuple[FloatArray, ComplexArray, ComplexArray] | None:
         """What a neighbour of the same label adds: of the region itself, exact, and decoded."""
-        if not (0 <= column < self._grid.columns and 0 <= row < self._grid.rows):
+        if not (0 <= column < self._nodes[0] and 0 <= row < self._nodes[1]):
             return None
         cell = self._folding.cells(self._grid, np.array(column), np.array(row))
         k, flips = int(cell.stored), cell.flips

@@ -24,7 +24,7 @@ MAX_ACTUATORS = 16
 MAX_SECTIONS = 16
 MAX_LABELS = 255
 MAX_REGIONS = 40_960
-MAX_STORED = 10_240
+MAX_NODES = 10_240
 MAX_SPAN_UM = 500_000
 """So that (2 · place + span) and cells · span fit 32 bits on the device."""
 MAX_CELLS_PER_SIDE = 2048
@@ -142,11 +142,12 @@ def check_header(head: dict[str, Any], refuse: Refuse) -> None:
     _check_ranges(head, HEADER_RANGES, refuse)
     if head["columns"] * head["rows"] > MAX_REGIONS:
         raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
+    # In memory stand a column and a row more than are stored.
     columns, rows = (
-        (head[name] + 1) // 2 if head["mirrors"] >> bit & 1 else head[name]
+        ((head[name] + 1) // 2 if head["mirrors"] >> bit & 1 else head[name]) + 1
         for bit, name in enumerate(("columns", "rows"))
     )
-    most = min(MAX_STORED, MAX_GAINS // head["actuators"])
+    most = min(MAX_NODES, MAX_GAINS // head["actuators"])
     if columns * rows > most:
         expected = f"at most {most}, what the device's RAM holds: a larger regions.pitch_mm"
         raise refuse("stored regions", columns * rows, expected)

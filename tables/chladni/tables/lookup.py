@@ -1,8 +1,9 @@
 """The drive of a place between region centres, in integers: the reference of the device's lookup.
 
-Four centres surround a place. Those with the nearest one's label belong to the same branch of
-optima and are interpolated; one across a cut gives its weight to the corners next to it, so that
-drives stay continuous within a branch and jump only half-way between centres.
+A place in a mirrored half is first folded over to the stored one. Four centres surround it. Those
+with the nearest one's label belong to the same branch of optima and are interpolated; one across a
+cut gives way to the corner next to it, so that drives stay continuous within a branch and jump only
+half-way between centres. Then the mirror exchanges the actuators.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.regions import FRACTION_BITS
+from chladni.tables.folding import Cells
+from chladni.tables.regions import FRACTION_BITS, position
 
 if TYPE_CHECKING:
     from chladni.tables.table import Section, Table
@@ -22,6 +24,7 @@ IntArray = NDArray[np.int64]
 CUT, JOINED, NEGATED = 0, 1, 2
 """What becomes of a label across a mirror: no interpolation; interpolation; the same with the image
 turned by half a wave, as the drive of an odd field continues."""
+NO_LABEL = 255
 ONE = 1 << FRACTION_BITS
 
 
@@ -34,28 +37,34 @@ def lookup(table: Table, section: Section, x_um: IntArray, y_um: IntArray) -> ND
         Micrometres from the board's centre, shape (places,). Places off the board get the drive of
         the nearest place on it.
     """
-    grid = table.grid
+    grid, folding = table.grid, table.folding
+    columns, rows = folding.shape(grid)
     x, y = (
-        _between(at, cells)
-        for at, cells in zip(grid.position(x_um, y_um), (grid.columns, grid.rows), strict=True)
-    )
+        _between(offset, span, cells, stored, order is not None)
+        for offset, span, cells, stored, order in zip(
+            grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
+            (columns, rows), (folding.x, folding.y), strict=True,
+        )
+    )  # fmt: skip
     # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-    columns, rows = [x.low, x.high] * 2, [y.low, y.low, y.high, y.high]
-    cells = [table.folding.cells(grid, *corner) for corner in zip(columns, rows, strict=True)]
-    values = np.stack([unfolded(table, section, cell.stored, cell.flips) for cell in cells])
-    labels = np.stack([section.labels[cell.stored] for cell in cells])
-    flips = np.stack([cell.flips for cell in cells])
+    corners = [folding.cells(grid, *at) for at in (
+        (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
+    values = np.stack([unfolded(table, section, at.stored, at.flips) for at in corners])
+    labels = np.stack([_label(section, at) for at in corners])
+    every = np.arange(values.shape[1])
     nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
-    every = np.arange(nearest.size)
-    label, flip = labels[nearest, every], flips[nearest, every]
-    crosses = section.crossings[label] != CUT
-    member = (labels == label) & np.all((flips == flip) | crosses, axis=-1)
-    weight_x = np.stack((ONE - x.fraction, x.fraction))
-    weight_y = np.stack((ONE - y.fraction, y.fraction))
-    weights = np.stack([weight_x[k & 1] * weight_y[k >> 1] for k in range(4)])
-    weights = _without_strangers(weights, member)
-    total = (values.astype(np.int64) * weights[:, :, None, None]).sum(axis=0)
-    return np.asarray(((total + ONE * ONE // 2) >> (2 * FRACTION_BITS)).astype(np.int16))
+    label = labels[nearest, every]
+    taken = _without_strangers(labels == label)
+    sign = _signs(section, label, np.stack((x.is_flipped, y.is_flipped), axis=-1))
+    top = sign * ONE * y.fraction
+    bottom = sign * ONE * ONE - top
+    right = [(row * x.fraction) >> FRACTION_BITS for row in (bottom, top)]
+    weights = np.stack((bottom - right[0], right[0], top - right[1], right[1]))
+    mixed = values.astype(np.int64)[taken, every]
+    total = (mixed * weights[:, :, None, None]).sum(axis=0)
+    mix = (total >> (2 * FRACTION_BITS)).astype(np.int16)
+    orders = folding.orders(table.actuators)[x.is_flipped * 1, y.is_flipped * 1]
+    return np.asarray(np.take_along_axis(mix, orders[:, :, None], axis=1))
 
 
 class _Between(NamedTuple):
@@ -64,14 +73,32 @@ class _Between(NamedTuple):
     low: IntArray
     high: IntArray
     fraction: IntArray
+    is_flipped: NDArray[np.bool_]
 
 
-def _between(at: IntArray, cells: int) -> _Between:
+def _between(
+    offset_um: IntArray, span_um: int, cells: int, stored: int, is_mirrored: bool
+) -> _Between:
+    flipped = (offset_um > (span_um - 1) // 2) & is_mirrored
+    at = position(np.where(flipped, span_um - 1 - offset_um, offset_um), span_um, cells)
+    # The last centre to interpolate to: where cells meet at the mirror, the image of the last one.
+    last = stored if is_mirrored and cells % 2 == 0 else stored - 1
     # The centre of a cell is half a cell from its edge; beyond the outermost centres all is flat.
-    inner = np.clip(at - ONE // 2, 0, (cells - 1) * ONE)
+    inner = np.maximum(at - ONE // 2, 0)
     low = inner >> FRACTION_BITS
-    high = np.where(at < ONE // 2, low, np.minimum(low + 1, cells - 1))
-    return _Between(low, high, inner & (ONE - 1))
+    return _Between(low, np.minimum(low + 1, last), inner & (ONE - 1), flipped)
+
+
+def _label(section: Section, cells: Cells) -> IntArray:
+    """Labels of cells; none for an image across a cut."""
+    label = section.labels[cells.stored].astype(np.int64)
+    is_cut = np.any(cells.flips & (section.crossings[label] == CUT), axis=-1)
+    return np.where(is_cut, NO_LABEL, label)
+
+
+def _signs(section: Section, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
+    odd = np.logical_xor.reduce((section.crossings[label] == NEGATED) & flips, axis=-1)
+    return np.where(odd, -1, 1)
 
 
 def unfolded(
@@ -80,20 +107,14 @@ def unfolded(
     """Drives of cells, (cells, actuators, 2): stored ones with their mirrors applied."""
     orders = table.folding.orders(table.actuators)[flips[:, 0] * 1, flips[:, 1] * 1]
     values = section.iq[stored[:, None], orders]
-    odd = section.crossings[section.labels[stored]] == NEGATED
-    negated = np.logical_xor.reduce(odd & flips, axis=-1)
-    return np.asarray(np.where(negated[:, None, None], -values, values))
+    signs = _signs(section, section.labels[stored].astype(np.int64), flips)
+    return np.asarray((values * signs[:, None, None]).astype(np.int16))
 
 
-def _without_strangers(weights: IntArray, member: NDArray[np.bool_]) -> IntArray:
-    """Weights (4, places) that leave out corners which are no members, their sums kept."""
-    kept = weights * member
+def _without_strangers(member: NDArray[np.bool_]) -> IntArray:
+    """The corner that stands for each (4, places): itself, or the next along x, y, or across."""
+    taken = np.empty(member.shape, dtype=np.int64)
     for k in range(4):
-        one, other, opposite = k ^ 1, k ^ 2, k ^ 3
-        lost = np.where(member[k], 0, weights[k])
-        half = lost >> 1
-        both = member[one] & member[other]
-        kept[one] += np.where(both, half, np.where(member[one], lost, 0))
-        kept[other] += np.where(both, lost - half, np.where(member[one], 0, lost * member[other]))
-        kept[opposite] += np.where(member[one] | member[other], 0, lost)
-    return kept
+        others = np.where(member[k ^ 1], k ^ 1, np.where(member[k ^ 2], k ^ 2, k ^ 3))
+        taken[k] = np.where(member[k], k, others)
+    return taken

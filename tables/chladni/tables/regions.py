@@ -43,13 +43,15 @@ class RegionGrid:
     def position(self, x_um: IntArray, y_um: IntArray) -> tuple[IntArray, IntArray]:
         """Places in µm from the centre as 1/256 cells from the lower left; off the board, its edge.
 
-        The cell's width is rounded up to a fraction of a micrometre that lets the device multiply
-        in 32 bits: a place is off by 1/4000 of the board at most.
+        A cell's width is rounded up to a fraction of a micrometre that lets the device multiply in
+        32 bits: a place is off by 1/4000 of the board at most.
         """
-        return (
-            _position(x_um, self.width_um, self.columns),
-            _position(y_um, self.length_um, self.rows),
-        )
+        x, y = self.offsets(x_um, y_um)
+        return position(x, self.width_um, self.columns), position(y, self.length_um, self.rows)
+
+    def offsets(self, x_um: IntArray, y_um: IntArray) -> tuple[IntArray, IntArray]:
+        """Places in µm from the centre as µm from the lower left corner, within the board."""
+        return _offset(x_um, self.width_um), _offset(y_um, self.length_um)
 
     def region_at(self, x_um: int, y_um: int) -> int:
         """The cell of a place in µm from the centre; off the board, the nearest cell."""
@@ -63,12 +65,14 @@ def step_of(span_um: int, cells: int) -> tuple[int, int]:
     return (cells << (FRACTION_BITS + shift)) // span_um, shift
 
 
-def _position(place_um: IntArray, span_um: int, cells: int) -> IntArray:
-    near = np.clip(np.asarray(place_um, dtype=np.int64), -span_um, span_um)
-    # Twice the offset from the lower edge, so that an odd span needs no half micrometre.
-    offset = np.clip(2 * near + span_um, 0, 2 * span_um - 1) >> 1
+def _offset(place_um: IntArray, span_um: int) -> IntArray:
+    return np.clip(np.asarray(place_um, dtype=np.int64) + span_um // 2, 0, span_um - 1)
+
+
+def position(offset_um: IntArray, span_um: int, cells: int) -> IntArray:
+    """Offsets from an edge, µm, in 1/256 cells."""
     k, shift = step_of(span_um, cells)
-    return np.asarray((offset * k) >> shift)
+    return np.asarray((offset_um * k) >> shift)
 
 
 def region_grid(board: Board) -> RegionGrid:

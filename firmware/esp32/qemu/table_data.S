@@ -1,0 +1,8 @@
+/* A drive table, as it lies in flash. */
+  .section .rodata
+  .global table_begin
+  .global table_end
+  .balign 4
+table_begin:
+  .incbin "table.chl"
+table_end:

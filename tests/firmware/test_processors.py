@@ -1,0 +1,54 @@
+"""The core on an emulated Xtensa and RISC-V: the same drives, and few enough instructions."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from instruction_counts import PROCESSORS, Processor, count, missing
+
+from chladni.tables.build import TableReport
+from chladni.tables.folding import UNFOLDED, Folding
+from chladni.tables.format import pack
+from chladni.tables.table import Table
+from made_up import random_table
+
+sys.path.insert(0, str(ROOT / "tools"))
+
+MOST_PER_LOOKUP = 350
+MOST_TO_LOAD = 480_000
+"""2 ms at 240 MHz, an instruction per cycle."""
+
+
+@pytest.fixture(autouse=True)
+def cross_compilers() -> None:
+    """`.ci/run` installs them and insists; elsewhere these tests are left out without."""
+    if not missing():
+        return
+    if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
+        pytest.fail(f"not installed: {', '.join(missing())}")
+    pytest.skip(f"not installed: {', '.join(missing())}")
+
+
+@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
+def test_a_built_table_is_decoded_and_looked_up_alike_and_in_time(
+    processor: Processor, coarse_table: tuple[Table, TableReport], tmp_path: Path
+) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(coarse_table[0]))
+    found = count(processor, path)
+    assert found.load <= MOST_TO_LOAD
+    assert found.lookup_most <= MOST_PER_LOOKUP
+
+
+@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
+@pytest.mark.parametrize("folding", [UNFOLDED, Folding((0, 2, 1, 4, 3), (0, 3, 4, 1, 2))])
+def test_cuts_everywhere_cost_a_lookup_no_more(
+    processor: Processor, folding: Folding, tmp_path: Path
+) -> None:
+    """The worst there is: labels at random, so that nearly every place lies at a cut."""
+    table = random_table(14, 29, 5, 0, labels=4, coarse=9, folding=folding)
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(table))
+    assert count(processor, path).lookup_most <= MOST_PER_LOOKUP
