@@ -14,8 +14,6 @@ from chladni.tables.format import pack
 from chladni.tables.table import Table
 from made_up import random_table
 
-sys.path.insert(0, str(ROOT / "tools"))
-
 MOST_PER_LOOKUP = 350
 MOST_TO_LOAD = 480_000
 """2 ms at 240 MHz, an instruction per cycle."""

@@ -77,7 +77,7 @@ void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
 }
 
 int32_t read_difference(StreamReader& stream, uint32_t rice, uint32_t shift) {
-  const uint32_t code = (stream.unary() << rice) + stream.number(rice);
+  const uint32_t code = stream.rice(rice);
   if ((code >> (kCodeBits - shift)) != 0) {
     stream.fail(Status::kDamaged);
     return 0;
@@ -86,9 +86,9 @@ int32_t read_difference(StreamReader& stream, uint32_t rice, uint32_t shift) {
   return from_zigzag(code) * static_cast<int32_t>(1U << shift);
 }
 
-// Regions near the one being decoded that may tell what to expect.
+// Gains of the regions that tell what to expect of the one being decoded.
 struct Neighbours {
-  std::array<uint32_t, 4> at;
+  std::array<const Gain*, 4> gains;
   uint32_t count;
 };
 
@@ -158,12 +158,12 @@ class Decoder {
     if (column >= static_cast<int32_t>(shape_.columns)) return;
     if (row >= static_cast<int32_t>(shape_.rows)) return;
     const uint32_t at = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
-    if (drives_.labels[at] == label_) near_.at[near_.count++] = at;
+    if (drives_.labels[at] == label_) near_.gains[near_.count++] = gains_of(at);
   }
 
   void decode() {
     if (near_.count == 0 && drives_.latest[label_] != kNone) {
-      near_.at[0] = drives_.latest[label_];
+      near_.gains[0] = gains_of(drives_.latest[label_]);
       near_.count = 1;
     }
     const bool is_as_expected = stream_.number(1) == 0;
@@ -171,30 +171,36 @@ class Decoder {
       step(stream_, rates_.shift, f::kMaxShift);
       for (uint32_t& rice : rates_.rice) step(stream_, rice, f::kMaxRice);
     }
+    Gain* own = &drives_.gains[at_ * shape_.actuators];
+    const int32_t share = kShares[near_.count];
     for (uint32_t k = 0; k < shape_.actuators; ++k) {
       int32_t in_phase = 0, quadrature = 0;
       for (uint32_t n = 0; n < near_.count; ++n) {
-        const Gain& gain = drives_.gains[near_.at[n] * shape_.actuators + k];
+        const Gain& gain = *near_.gains[n]++;
         in_phase += gain.in_phase_q15;
         quadrature += gain.quadrature_q15;
       }
       // Sums of n values of 16 bits times 65536 / n: all within 32 bits.
-      in_phase = (in_phase * kShares[near_.count] + 32768) >> 16;
-      quadrature = (quadrature * kShares[near_.count] + 32768) >> 16;
+      in_phase = (in_phase * share + 32768) >> 16;
+      quadrature = (quadrature * share + 32768) >> 16;
       if (!is_as_expected) {
         in_phase += read_difference(stream_, rates_.rice[0], rates_.shift);
         quadrature += read_difference(stream_, rates_.rice[1], rates_.shift);
       }
-      put(k, in_phase, quadrature);
+      put(*own++, in_phase, quadrature);
     }
     drives_.latest[label_] = static_cast<uint16_t>(at_);
   }
 
+  const Gain* gains_of(uint32_t at) const { return &drives_.gains[at * shape_.actuators]; }
+
   // No drive beyond full scale gets into memory, whatever the stream says.
-  void put(uint32_t k, int32_t in_phase, int32_t quadrature) {
+  void put(Gain& gain, int32_t in_phase, int32_t quadrature) {
     constexpr auto kFull = static_cast<int32_t>(f::kFullScale);
-    const bool fits = in_phase >= -kFull && in_phase <= kFull && quadrature >= -kFull &&
-                      quadrature <= kFull &&
+    // One comparison for both signs: below the lower end an unsigned number is beyond the upper.
+    constexpr uint32_t kBoth = 2 * f::kFullScale;
+    const bool fits = static_cast<uint32_t>(in_phase + kFull) <= kBoth &&
+                      static_cast<uint32_t>(quadrature + kFull) <= kBoth &&
                       static_cast<uint32_t>(in_phase * in_phase) +
                               static_cast<uint32_t>(quadrature * quadrature) <=
                           f::kFullScale * f::kFullScale;
@@ -203,8 +209,7 @@ class Decoder {
       in_phase = 0;
       quadrature = 0;
     }
-    drives_.gains[at_ * shape_.actuators + k] = {static_cast<int16_t>(in_phase),
-                                                 static_cast<int16_t>(quadrature)};
+    gain = {static_cast<int16_t>(in_phase), static_cast<int16_t>(quadrature)};
   }
 
   static constexpr std::array<int32_t, 5> kShares = {0, 65536, 32768, 21845, 16384};

@@ -3,7 +3,7 @@
 namespace chladni {
 
 void StreamReader::refill() {
-  while (count_ <= 24) {
+  while (count_ < kFull) {
     if (held_ == 0) {
       if (left_bytes_ == 0) return;
       held_ = left_bytes_ < kChunkBytes ? left_bytes_ : kChunkBytes;

@@ -36,16 +36,46 @@ class StreamReader {
   uint32_t unary() {
     uint32_t ones = 0;
     for (;;) {
-      if (count_ == 0) refill();
+      // In locals, so that a bit costs no memory.
+      uint32_t bits = bits_, left = count_;
+      while (left > 0 && (bits & 1U) != 0) {
+        bits >>= 1;
+        --left;
+        ++ones;
+      }
+      if (ones > table_format::kMaxOnes) break;
+      if (left > 0) {
+        bits_ = bits >> 1;
+        count_ = left - 1;
+        return ones;
+      }
+      bits_ = 0;
+      count_ = 0;
+      refill();
       if (count_ == 0) break;
-      const uint32_t bit = bits_ & 1U;
-      bits_ >>= 1;
-      --count_;
-      if (bit == 0) return ones;
-      if (++ones > table_format::kMaxOnes) break;
     }
     fail(Status::kDamaged);
     return 0;
+  }
+
+  // A Rice code: ones before a zero, and `width` bits below them, at most 16.
+  uint32_t rice(uint32_t width) {
+    if (count_ < kFull) refill();
+    // Nearly always all of it is here.
+    uint32_t bits = bits_, ones = 0;
+    while ((bits & 1U) != 0) {
+      bits >>= 1;
+      ++ones;
+    }
+    const uint32_t taken = ones + 1 + width;
+    if (taken <= count_) {
+      bits >>= 1;
+      bits_ = bits >> width;
+      count_ -= taken;
+      return (ones << width) + (bits & ((1U << width) - 1U));
+    }
+    ones = unary();
+    return (ones << width) + number(width);
   }
 
   void fail(Status status) {
@@ -62,6 +92,7 @@ class StreamReader {
 
  private:
   static constexpr uint32_t kChunkBytes = 64;
+  static constexpr uint32_t kFull = 25;  // bits at least, after a refill
 
   void refill();
 

@@ -167,7 +167,7 @@ def build_table(
             told = partial_function(_tell, progress, before, all_regions) if progress else None
             options = Options(objective, seed, progress=told)
             name = partial.with_name(f"{partial.name}-{number}") if partial and number else partial
-            works.append(_Work.begin(one, grid, folding, options, name, jobs))
+            works.append(Work.begin(one, grid, folding, options, name, jobs))
 
         def table_within(limits: LossLimits) -> Table:
             return _table(board, grid, folding, [work.section(limits) for work in works])
@@ -221,7 +221,7 @@ def _within_budget(
 
 
 @dataclass(frozen=True)
-class _Work:
+class Work:
     """One frequency's drives, solved and arranged; compressed as often as limits are tried."""
 
     board: Board
@@ -237,7 +237,7 @@ class _Work:
     def begin(
         cls, board: Board, grid: RegionGrid, folding: Folding, options: Options,
         partial: Path | None, jobs: int | None,
-    ) -> _Work:  # fmt: skip
+    ) -> Work:  # fmt: skip
         """Solve and arrange."""
         scene = scene_of(board)
         targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
@@ -365,7 +365,7 @@ def _table(board: Board, grid: RegionGrid, folding: Folding, sections: Sequence[
     )
 
 
-def _report(table: Table, works: Sequence[_Work], seconds: float) -> TableReport:
+def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
     """What a table came to, decoded by the firmware's code."""
     cells = table.folding.regions(table.grid).stored
     sections = []
@@ -396,7 +396,7 @@ def _report(table: Table, works: Sequence[_Work], seconds: float) -> TableReport
 
 
 def _section_report(
-    section: Section, work: _Work, found: Losses, cells: NDArray[np.intp], size: int
+    section: Section, work: Work, found: Losses, cells: NDArray[np.intp], size: int
 ) -> SectionReport:
     # A stored region counts as often as the board has it.
     kept = np.array([entry.best for entry in work.entries]) - found.ssim

@@ -1,0 +1,146 @@
+"""Boards that tables must hold: without mirrors, thin, tiny, with one coil or sixteen."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from chladni.sim.board import Actuator, Board, Regions
+from chladni.sim.errors import InputError
+from chladni.sim.mirrors import board_mirrors
+from chladni.tables.build import TableReport, build_table
+from chladni.tables.format import pack, unpack
+from chladni.tables.lookup import lookup
+from chladni.tables.played import FirmwareReader
+from chladni.tables.table import Table
+from conftest import ROOT
+
+
+def with_actuators(board: Board, places: list[tuple[float, float]], pitch: float) -> Board:
+    """The board with coils at other places (m) and other regions."""
+    coils = tuple(
+        replace(board.actuators[0], name=f"a{k}", at=place) for k, place in enumerate(places)
+    )
+    electronics = replace(board.electronics, pwm_pins=())
+    return replace(board, actuators=coils, regions=Regions(pitch=pitch), electronics=electronics)
+
+
+def checked(board: Board, **options: Any) -> tuple[Table, TableReport]:
+    """A table built, whose limits hold and which the firmware plays as the reference says."""
+    table, report = build_table(board, **options)
+    assert report.ssim_loss_max <= 0.002
+    assert report.field_error_db_max <= 0.25
+    assert report.between_field_error_db_max <= 0.25
+    data = pack(table)
+    assert len(data) == report.bytes
+    reader = FirmwareReader(data, table.actuators).table
+    rng = np.random.default_rng(0)
+    half = table.grid.width_um // 2, table.grid.length_um // 2
+    x_um, y_um = (rng.integers(-h, h + 1, 500) for h in half)
+    played = reader.lookup(x_um.astype(np.int32), y_um.astype(np.int32))
+    assert np.array_equal(played, lookup(unpack(data), table.section(), x_um, y_um))
+    return table, report
+
+
+def test_a_board_without_mirrors_stores_every_region(prototype: Board) -> None:
+    moved = Actuator("bottom-left", (-20e-3, -40e-3))
+    board = replace(
+        prototype, actuators=(*prototype.actuators[:4], moved), regions=Regions(pitch=24e-3)
+    )
+    table, report = checked(board)
+    assert table.folding.flags == 0
+    assert report.stored_regions == report.regions == table.grid.count
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_mirror_in_one_direction_only_is_used(paper: Board, axis: int) -> None:
+    places = np.array([[20e-3, 30e-3], [20e-3, -50e-3], [0.0, 10e-3]])
+    places = np.concatenate((places, places[:2] * (-1, 1)))
+    if axis:
+        places = np.concatenate(([[20e-3, 30e-3], [-25e-3, 30e-3], [10e-3, 0.0]],
+                                 [[20e-3, -30e-3], [-25e-3, -30e-3]]))  # fmt: skip
+    board = with_actuators(paper, [(float(x), float(y)) for x, y in places], 18e-3)
+    mirrors = board_mirrors(board)
+    assert (mirrors.x is None, mirrors.y is None) == (bool(axis), not axis)
+    table, report = checked(board)
+    assert table.folding.flags == 1 << axis
+    assert report.stored_regions == report.regions // 2
+
+
+def test_one_actuator_and_sixteen(paper: Board) -> None:
+    one, _ = checked(with_actuators(paper, [(0.0, 0.0)], 30e-3))
+    assert one.actuators == 1
+    # One coil has one field: its gain is full everywhere, and its phase free.
+    assert np.abs(one.drives(one.section())).min() > 0.95 * one.section().full_scale_gain
+    rng = np.random.default_rng(3)
+    places = [(float(x), float(y)) for x, y in rng.uniform((-0.03, -0.065), (0.03, 0.065), (16, 2))]
+    sixteen, _ = checked(with_actuators(paper, places, 60e-3))
+    assert sixteen.actuators == 16
+
+
+def test_a_strip_of_twenty_to_one(paper: Board) -> None:
+    coils = tuple(Actuator(f"a{k}", (0.0, y * 1e-3)) for k, y in enumerate((-80, -40, 0, 40, 80)))
+    strip = replace(
+        paper, plate=replace(paper.plate, size=(10e-3, 200e-3)), actuators=coils,
+        regions=Regions(pitch=10e-3),
+    )  # fmt: skip
+    table, _ = checked(strip)
+    assert (table.grid.columns, table.grid.rows) == (1, 20)
+
+
+def test_a_board_that_no_device_holds_is_refused_before_it_is_solved(prototype: Board) -> None:
+    """1 mm on a board without mirrors: 10,000 regions of five gains are 200 KB."""
+    moved = Actuator("bottom-left", (-20e-3, -40e-3))
+    board = replace(
+        prototype, actuators=(*prototype.actuators[:4], moved), regions=Regions(pitch=1e-3)
+    )
+    with pytest.raises(InputError, match=r"RAM holds: a larger regions\.pitch_mm"):
+        build_table(board)
+
+
+@pytest.mark.slow
+def test_ten_thousand_regions(paper: Board) -> None:
+    """A pitch of 1 mm: the stream follows the field's detail, so 25 times the regions of 5 mm take
+    a few times the bytes."""
+    fine, coarse = (
+        checked(replace(paper, regions=Regions(pitch=pitch)), objective="contrast")[1]
+        for pitch in (1e-3, 5e-3)
+    )
+    assert fine.regions == 72 * 147
+    assert fine.bytes < 8 * coarse.bytes
+
+
+def test_two_frequencies_are_two_sections(prototype: Board) -> None:
+    board = replace(prototype, regions=Regions(pitch=36e-3))
+    table, report = checked(board, frequencies_hz=(160.0, 120.0))
+    assert [section.frequency_hz for section in table.sections] == [160.0, 120.0]
+    alone = build_table(board)[0]
+    assert np.array_equal(alone.section().iq, table.sections[0].iq)
+    assert not np.array_equal(table.sections[0].iq, table.sections[1].iq)
+    assert [section.frequency_hz for section in report.sections] == [160.0, 120.0]
+
+
+def test_the_bytes_do_not_depend_on_threads(tmp_path: Path) -> None:
+    """One core or many, and either setting of NumPy's own threads, each in a fresh process."""
+    found = set()
+    for number, (jobs, blas) in enumerate((("1", "1"), ("2", "2"), ("2", "1"), ("1", "2"))):
+        out = tmp_path / f"{number}.chl"
+        code = (
+            "from dataclasses import replace\n"
+            "from chladni.sim.board import Regions\n"
+            "from chladni.sim.board_file import load_board\n"
+            "from chladni.tables import build_table, pack, solve\n"
+            "board = replace(load_board('prototype'), regions=Regions(pitch=30e-3))\n"
+            f"solve(board, (3.0, 4.0)) if {number} == 1 else None\n"
+            f"open({str(out)!r}, 'wb').write(pack(build_table(board, jobs={jobs})[0]))\n"
+        )
+        environment = {"OPENBLAS_NUM_THREADS": blas, "OMP_NUM_THREADS": blas, "PATH": "/usr/bin"}
+        subprocess.run([sys.executable, "-c", code], check=True, env=environment, cwd=ROOT)
+        found.add(out.read_bytes())
+    assert len(found) == 1
