@@ -12,9 +12,9 @@ constexpr uint32_t kMaxRunBits = 16;
 // A difference of twice full scale in zigzag takes so many bits.
 constexpr uint32_t kCodeBits = 18;
 
+// 0, 1, 2, 3 … as 0, -1, 1, -2 …: half the code, all its bits turned over if it is odd.
 int32_t from_zigzag(uint32_t code) {
-  const auto half = static_cast<int32_t>(code >> 1);
-  return (code & 1U) != 0 ? -half - 1 : half;
+  return static_cast<int32_t>(code >> 1) ^ -static_cast<int32_t>(code & 1U);
 }
 
 uint32_t bits_below(uint32_t count) {
@@ -76,21 +76,13 @@ void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
   value = static_cast<uint32_t>(moved);
 }
 
-int32_t read_difference(StreamReader& stream, uint32_t rice, uint32_t shift) {
-  const uint32_t code = stream.rice(rice);
-  if ((code >> (kCodeBits - shift)) != 0) {
-    stream.fail(Status::kDamaged);
-    return 0;
-  }
-  // Not a shift: shifting negative numbers to the left is undefined.
-  return from_zigzag(code) * static_cast<int32_t>(1U << shift);
-}
-
 // Gains of the regions that tell what to expect of the one being decoded.
 struct Neighbours {
   std::array<const Gain*, 4> gains;
   uint32_t count;
 };
+
+constexpr std::array<Gain, f::kMaxActuators> kSilence{};
 
 class Decoder {
  public:
@@ -111,20 +103,24 @@ class Decoder {
     for (int32_t j = 0; j < rows; j += span) {
       for (int32_t i = 0; i < columns; i += span) {
         start(i, j);
-        consider(-span, 0);
-        consider(0, -span);
+        const auto s = static_cast<uint32_t>(span);
+        if (i > 0) consider(at_ - s);
+        if (j > 0) consider(at_ - s * shape_.pitch);
         decode();
       }
     }
     for (; span > 1; span /= 2) {
       const int32_t half = span / 2;
+      reach_ = static_cast<uint32_t>(half) * shape_.pitch;
       for (int32_t j = half; j < rows; j += span) {
         for (int32_t i = half; i < columns; i += span) {
           start(i, j);
-          consider(-half, -half);
-          consider(half, -half);
-          consider(-half, half);
-          consider(half, half);
+          const bool has_right = i + half < columns, has_above = j + half < rows;
+          const auto h = static_cast<uint32_t>(half);
+          consider(at_ - reach_ - h);
+          if (has_right) consider(at_ - reach_ + h);
+          if (has_above) consider(at_ + reach_ - h);
+          if (has_right && has_above) consider(at_ + reach_ + h);
           decode();
         }
       }
@@ -132,10 +128,11 @@ class Decoder {
       for (int32_t j = 0; j < rows; j += half) {
         for (int32_t i = is_on_row ? half : 0; i < columns; i += span) {
           start(i, j);
-          consider(0, -half);
-          consider(-half, 0);
-          consider(half, 0);
-          consider(0, half);
+          const auto h = static_cast<uint32_t>(half);
+          if (j > 0) consider(at_ - reach_);
+          if (i > 0) consider(at_ - h);
+          if (i + half < columns) consider(at_ + h);
+          if (j + half < rows) consider(at_ + reach_);
           decode();
         }
         is_on_row = !is_on_row;
@@ -145,19 +142,12 @@ class Decoder {
 
  private:
   void start(int32_t column, int32_t row) {
-    column_ = column;
-    row_ = row;
     at_ = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
     label_ = drives_.labels[at_];
     near_.count = 0;
   }
 
-  void consider(int32_t right, int32_t up) {
-    const int32_t column = column_ + right, row = row_ + up;
-    if (column < 0 || row < 0) return;
-    if (column >= static_cast<int32_t>(shape_.columns)) return;
-    if (row >= static_cast<int32_t>(shape_.rows)) return;
-    const uint32_t at = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
+  void consider(uint32_t at) {
     if (drives_.labels[at] == label_) near_.gains[near_.count++] = gains_of(at);
   }
 
@@ -170,26 +160,42 @@ class Decoder {
     if (!is_as_expected) {
       step(stream_, rates_.shift, f::kMaxShift);
       for (uint32_t& rice : rates_.rice) step(stream_, rice, f::kMaxRice);
+      read_differences();
     }
-    Gain* own = &drives_.gains[at_ * shape_.actuators];
+    // Fewer than four neighbours are filled up with silence: one loop, and no counting in it.
+    for (uint32_t n = near_.count; n < 4; ++n) near_.gains[n] = kSilence.data();
+    const Gain *a = near_.gains[0], *b = near_.gains[1], *c = near_.gains[2], *d = near_.gains[3];
     const int32_t share = kShares[near_.count];
-    for (uint32_t k = 0; k < shape_.actuators; ++k) {
-      int32_t in_phase = 0, quadrature = 0;
-      for (uint32_t n = 0; n < near_.count; ++n) {
-        const Gain& gain = *near_.gains[n]++;
-        in_phase += gain.in_phase_q15;
-        quadrature += gain.quadrature_q15;
-      }
+    const int32_t scale = is_as_expected ? 0 : static_cast<int32_t>(1U << rates_.shift);
+    const int32_t* difference = differences_.data();
+    Gain* own = &drives_.gains[at_ * shape_.actuators];
+    for (Gain* const end = own + shape_.actuators; own != end; ++own, ++a, ++b, ++c, ++d) {
       // Sums of n values of 16 bits times 65536 / n: all within 32 bits.
-      in_phase = (in_phase * share + 32768) >> 16;
-      quadrature = (quadrature * share + 32768) >> 16;
-      if (!is_as_expected) {
-        in_phase += read_difference(stream_, rates_.rice[0], rates_.shift);
-        quadrature += read_difference(stream_, rates_.rice[1], rates_.shift);
-      }
-      put(*own++, in_phase, quadrature);
+      const int32_t in_phase =
+          a->in_phase_q15 + b->in_phase_q15 + c->in_phase_q15 + d->in_phase_q15;
+      const int32_t quadrature =
+          a->quadrature_q15 + b->quadrature_q15 + c->quadrature_q15 + d->quadrature_q15;
+      put(*own, ((in_phase * share + 32768) >> 16) + difference[0] * scale,
+          ((quadrature * share + 32768) >> 16) + difference[1] * scale);
+      difference += 2;
     }
     drives_.latest[label_] = static_cast<uint16_t>(at_);
+  }
+
+  // What the prediction is off by, in steps of 2^shift.
+  void read_differences() {
+    std::array<uint32_t, 2 * f::kMaxActuators> codes;
+    const uint32_t count = 2 * shape_.actuators, too_large = kCodeBits - rates_.shift;
+    stream_.rice(shape_.actuators, rates_.rice[0], rates_.rice[1], codes.data());
+    uint32_t all = 0;
+    for (uint32_t k = 0; k < count; ++k) {
+      all |= codes[k];
+      differences_[k] = from_zigzag(codes[k]);
+    }
+    if ((all >> too_large) != 0) {
+      stream_.fail(Status::kDamaged);
+      differences_.fill(0);
+    }
   }
 
   const Gain* gains_of(uint32_t at) const { return &drives_.gains[at * shape_.actuators]; }
@@ -218,11 +224,11 @@ class Decoder {
   const SectionShape& shape_;
   SectionDrives& drives_;
   Rates rates_;
-  int32_t column_ = 0;
-  int32_t row_ = 0;
+  uint32_t reach_ = 0;  // from a row to the one half a level's step above
   uint32_t at_ = 0;
   uint8_t label_ = 0;
   Neighbours near_{};
+  std::array<int32_t, 2 * f::kMaxActuators> differences_{};
 };
 
 }  // namespace

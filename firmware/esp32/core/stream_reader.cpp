@@ -21,4 +21,41 @@ void StreamReader::refill() {
   }
 }
 
+void StreamReader::rice(uint32_t pairs, uint32_t width_one, uint32_t width_other, uint32_t* codes) {
+  // In locals, so that a bit costs no memory.
+  uint32_t bits = bits_, left = count_, width = width_one;
+  for (uint32_t* const end = codes + 2 * pairs; codes != end; ++codes) {
+    if (left < kLow) {
+      bits_ = bits;
+      count_ = left;
+      refill();
+      bits = bits_;
+      left = count_;
+    }
+    uint32_t ones = 0, rest = bits;
+    while ((rest & 1U) != 0) {
+      rest >>= 1;
+      ++ones;
+    }
+    const uint32_t taken = ones + 1 + width;
+    if (taken <= left) {
+      rest >>= 1;
+      *codes = (ones << width) + (rest & ((1U << width) - 1U));
+      bits = rest >> width;
+      left -= taken;
+    } else {
+      // Longer than what is here, which is rare: by way of the other two.
+      bits_ = bits;
+      count_ = left;
+      ones = unary();
+      *codes = (ones << width) + number(width);
+      bits = bits_;
+      left = count_;
+    }
+    width = width_one + width_other - width;
+  }
+  bits_ = bits;
+  count_ = left;
+}
+
 }  // namespace chladni

@@ -58,25 +58,9 @@ class StreamReader {
     return 0;
   }
 
-  // A Rice code: ones before a zero, and `width` bits below them, at most 16.
-  uint32_t rice(uint32_t width) {
-    if (count_ < kFull) refill();
-    // Nearly always all of it is here.
-    uint32_t bits = bits_, ones = 0;
-    while ((bits & 1U) != 0) {
-      bits >>= 1;
-      ++ones;
-    }
-    const uint32_t taken = ones + 1 + width;
-    if (taken <= count_) {
-      bits >>= 1;
-      bits_ = bits >> width;
-      count_ -= taken;
-      return (ones << width) + (bits & ((1U << width) - 1U));
-    }
-    ones = unary();
-    return (ones << width) + number(width);
-  }
+  // Rice codes, each ones before a zero and some bits below them, at most 16: `pairs` times one of
+  // `width_one` bits and one of `width_other`.
+  void rice(uint32_t pairs, uint32_t width_one, uint32_t width_other, uint32_t* codes);
 
   void fail(Status status) {
     if (status_ == Status::kOk) status_ = status;
@@ -93,6 +77,7 @@ class StreamReader {
  private:
   static constexpr uint32_t kChunkBytes = 64;
   static constexpr uint32_t kFull = 25;  // bits at least, after a refill
+  static constexpr uint32_t kLow = 14;   // more than most codes have
 
   void refill();
 
