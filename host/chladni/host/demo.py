@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -15,7 +14,7 @@ from chladni.host.console import progress_bar
 from chladni.host.emulator import TouchEvent
 from chladni.host.figures import chain_figure, save
 from chladni.host.loop import LoopReport, run_loop
-from chladni.sim.board import Board, Regions
+from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError
 from chladni.sim.files import write_whole
@@ -28,22 +27,19 @@ from chladni.tables.table import Table
 TOUCH_MM = (10.0, 25.0)
 TOUCH_AT_MS = 20.0
 LENGTH_MS = 300.0
-QUICK_PITCH_MM = 10.0
-"""The demo's regions; `chladni table build` uses the board's own, about four times as many."""
 
 
 def run(folder: Path) -> None:
     """Build a table, flash it into the emulator, touch the board, score what the pins do."""
     folder.mkdir(parents=True, exist_ok=True)
     console = Console()
-    shipped = load_board("prototype")
-    board = replace(shipped, regions=Regions(QUICK_PITCH_MM * 1e-3))
+    board = load_board("prototype")
     console.print(
         f"[bold]1[/] board {board.name}: plate and {len(board.actuators)} transfer fields"
     )
     fields = scene_of(board).fields
     console.print(f"  {fields.modes_used} functions, estimated error {fields.error_estimate:.1e}")
-    console.print(f"[bold]2[/] drive table, one region per {QUICK_PITCH_MM:g} mm")
+    console.print(f"[bold]2[/] drive table, one region per {board.regions.pitch / MM:g} mm")
     with progress_bar("solving") as progress:
         table, built = build_table(board, progress=progress)
     path = folder / "demo.chl"
@@ -84,7 +80,7 @@ def _scorecard(
         ("  nothing moves", f"{card.nulls.silent:.4f}", "null model"),
         ("  nearest coil alone", f"{card.nulls.nearest_actuator:.4f}", "null model"),
         ("  a focus elsewhere", f"{card.nulls.misplaced:.4f}", "null model"),
-        ("peak off the target", f"{card.focal_error_mm:.1f} mm", f"region centre {place}"),
+        ("peak off the target", f"{card.focal_error_mm:.1f} mm", f"touched: {place}"),
         ("contrast", f"{card.contrast_db:.2f} dB", f"no drive beats {card.contrast_limit_db:.2f}"),
         ("second finger", f"{card.second_finger_db:.2f} dB", "above 0: felt here, not there"),
         ("worst gain error", f"{worst_gain:.4f} dB", "0.1 dB"),
