@@ -27,7 +27,7 @@ from chladni.tables.folding import Folding
 from chladni.tables.lookup import CUT, NEGATED
 from chladni.tables.regions import RegionGrid
 from chladni.tables.scene import Scene
-from chladni.tables.search import as_reals
+from chladni.tables.search import Level, as_reals
 from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
@@ -42,6 +42,9 @@ MARGIN = 0.95
 SPARSE = 8
 """Candidates' fields are compared on every eighth image point each way before all points are."""
 BETWEEN = 4
+MEETING = 2.0
+"""Half-way between regions so many times the loss of SSIM is let pass, 0.004 in all: drives are at
+no optimum there, so that any change counts in the first order."""
 COMPLEX = 2.0
 """A field's complex error may be so much larger than that of its amplitude: phases that vary over
 the board are not felt in a region, but where its drive is mixed with a neighbour's."""
@@ -120,7 +123,8 @@ def compress(
     NDArray[np.int16]
         Shape (entries, actuators, 2).
     """
-    coded = _Coded(entries, arranged, grid, folding)
+    coded = _Coded(scene, entries, arranged, grid, folding)
+    columns, _ = folding.shape(grid)
     rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
     def fitted(visit: Visit) -> IntArray:
@@ -129,33 +133,55 @@ def compress(
 
     for together in passes(*folding.shape(grid)):
         ready = [visit for visit in together if coded.predictor.has_neighbours(visit)]
-        found = dict(zip((v.at for v in ready), in_threads(fitted, ready, jobs=jobs), strict=True))
+        for batch in _apart(ready, columns):
+            for visit, values in zip(batch, in_threads(fitted, batch, jobs=jobs), strict=True):
+                coded.hold(visit, values)
         for visit in together:
-            values = found[visit.at] if visit.at in found else fitted(visit)
+            held = coded.held(visit)
+            values = fitted(visit) if held is None else held
             _, rates = rates.best(values - coded.predictor.predict(visit))
             coded.put(visit, values)
     return coded.predictor.values.reshape(len(entries), -1, 2).astype(np.int16)
+
+
+def _apart(visits: Sequence[Visit], columns: int) -> list[list[Visit]]:
+    """Visits in batches of which none meets another, so that each may be fitted by itself."""
+    batches: list[list[Visit]] = []
+    taken: list[set[tuple[int, int]]] = []
+    for visit in visits:
+        row, column = divmod(visit.at, columns)
+        around = {(row + j, column + i) for j in (-1, 0, 1) for i in (-1, 0, 1)}
+        k = next((k for k, places in enumerate(taken) if not places & around), len(batches))
+        if k == len(batches):
+            batches.append([])
+            taken.append(set())
+        batches[k].append(visit)
+        taken[k].add((row, column))
+    return batches
 
 
 @dataclass(frozen=True)
 class _Meeting:
     """A point between regions: its drive is share · (a region's drive · mix + the others' sum).
 
-    `mix` is the identity, and what a mirror adds where a region meets its own image.
+    `mix` is the identity, and what a mirror adds where a region meets its own image. `images` is
+    the sum of the others' wanted images, coarse: the mean is as good as the point's own.
     """
 
     share: float
     mix: FloatArray
     exact: ComplexArray
     decoded: ComplexArray
+    images: FloatArray
 
 
 class _Coded:
     """What is stored so far, and where a region's drive will be mixed with it."""
 
     def __init__(
-        self, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid, folding: Folding
-    ) -> None:
+        self, scene: Scene, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid,
+        folding: Folding,
+    ) -> None:  # fmt: skip
         self.predictor = Predictor(arranged.labels, 2 * entries[0].drive.size)
         self._entries, self._arranged = entries, arranged
         self._grid, self._folding = grid, folding
@@ -167,11 +193,21 @@ class _Coded:
         ]
         self._orders = folding.orders(entries[0].drive.size)
         self._done = np.zeros(len(entries), dtype=bool)
+        self._level = _level(scene, MODEL_STEP)
+
+    def hold(self, visit: Visit, values: IntArray) -> None:
+        """A region's integers are known, but not yet its turn in the stream."""
+        self.predictor.values[visit.at] = values
+        self._done[visit.at] = True
+
+    def held(self, visit: Visit) -> IntArray | None:
+        """What was found for a region before its turn."""
+        return self.predictor.values[visit.at] if self._done[visit.at] else None
 
     def put(self, visit: Visit, values: IntArray) -> None:
-        """A region's integers are known now."""
+        """A region's turn in the stream."""
+        self.hold(visit, values)
         self.predictor.put(visit, values)
-        self._done[visit.at] = True
 
     def meetings(self, at: int) -> list[_Meeting]:
         """Points half-way to stored neighbours of the same label, and between four of them."""
@@ -182,15 +218,15 @@ class _Coded:
             known = [self._find(column + i, row + j, at) for i, j in sorted(corners)]
             parts = [part for part in known if part is not None]
             if len(parts) == len(known):
-                mix, exact, decoded = (sum(terms) for terms in zip(*parts, strict=True))
+                mix, exact, decoded, images = (sum(terms) for terms in zip(*parts, strict=True))
                 own = np.eye(len(exact)) + mix
-                found.append(_Meeting(1.0 / (1 + len(parts)), own, exact, decoded))
+                found.append(_Meeting(1.0 / (1 + len(parts)), own, exact, decoded, images))
         return found
 
     def _find(
         self, column: int, row: int, at: int
-    ) -> tuple[FloatArray, ComplexArray, ComplexArray] | None:
-        """What a neighbour of the same label adds: of the region itself, exact, and decoded."""
+    ) -> tuple[FloatArray, ComplexArray, ComplexArray, FloatArray] | None:
+        """What a neighbour of the same label adds to a meeting's mix, exact, decoded and images."""
         if not (0 <= column < self._nodes[0] and 0 <= row < self._nodes[1]):
             return None
         cell = self._folding.cells(self._grid, np.array(column), np.array(row))
@@ -202,14 +238,19 @@ class _Coded:
         sign = -1.0 if np.logical_xor.reduce(flips & (crossings == NEGATED)) else 1.0
         order = self._orders[int(flips[0]), int(flips[1])]
         size = order.size
+        image = self._level.sample(self._entries[k].image.astype(np.float64))[
+            :: -1 if flips[0] else 1
+        ]
+        image = image[:, :: -1 if flips[1] else 1]
         if k == at:
             mirror = np.zeros((size, size))
             mirror[order, np.arange(size)] = sign
-            return mirror, np.zeros(size, np.complex128), np.zeros(size, np.complex128)
+            nothing = np.zeros(size, np.complex128)
+            return mirror, nothing, nothing, image
         if not self._done[k]:
             return None
         exact, decoded = self._entries[k].drive, _as_drive(self.predictor.values[k])
-        return np.zeros((size, size)), sign * exact[order], sign * decoded[order]
+        return np.zeros((size, size)), sign * exact[order], sign * decoded[order], image
 
 
 def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Losses:
@@ -222,7 +263,7 @@ def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Loss
         )
         levels = [float(np.sqrt(np.mean(field[entry.disc] ** 2))) for field in (exact, got)]
         level = 20.0 * np.log10(levels[1] / levels[0]) if min(levels) > 0.0 else 0.0
-        value = scene.space.value(_objective(scene, entry, -1), drive)
+        value = scene.space.value(_objective(scene, entry), drive)
         return entry.best - value, _error_db(got, exact), float(level)
 
     found = np.array(list(in_threads(one, zip(entries, drives, strict=True))))
@@ -230,9 +271,12 @@ def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Loss
 
 
 def _objective(scene: Scene, entry: Entry, step: int = 1) -> _kernel.Objective:
-    """SSIM on every `step`-th image point each way, or on the coarsest level there is."""
-    level = min(scene.space.levels, key=lambda level: abs(level.step - step))
-    return scene.space.objective(level, entry.image.astype(np.float64))
+    """SSIM on every `step`-th image point each way, or as nearly as there is a level for."""
+    return scene.space.objective(_level(scene, step), entry.image.astype(np.float64))
+
+
+def _level(scene: Scene, step: int) -> Level:
+    return min(scene.space.levels, key=lambda level: abs(level.step - step))
 
 
 def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
@@ -275,10 +319,16 @@ class _Trial:
         self.scene, self.entry, self.limits = scene, entry, limits
         self.objective = _objective(scene, entry)
         self.sparse = _sample(scene, SPARSE)
-        self._least = entry.best - MARGIN * limits.ssim
+        self._most_ssim = MARGIN * limits.ssim
+        self._least = entry.best - self._most_ssim
         self._most_db = MARGIN * limits.field_db
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
-        self._meetings = meetings
+        level = _level(scene, MODEL_STEP)
+        own = level.sample(entry.image.astype(np.float64))
+        self._meetings = [
+            (meeting, scene.space.objective_of(level, meeting.share * (meeting.images + own)))
+            for meeting in meetings
+        ]
 
     def suits(self, values: IntArray) -> bool:
         """Whether the integers keep to the limits, here and half-way to what is stored."""
@@ -299,11 +349,15 @@ class _Trial:
         return bool(np.abs(got - own).max() <= most * largest)
 
     def _are_met(self, drive: ComplexArray) -> bool:
-        for meeting in self._meetings:
-            own, got = self.entry.drive @ meeting.mix, drive @ meeting.mix
-            exact = np.abs(meeting.share * (own + meeting.exact) @ self.sparse)
-            decoded = np.abs(meeting.share * (got + meeting.decoded) @ self.sparse)
-            if _error_db(decoded, exact) > self._most_db:
+        space = self.scene.space
+        for meeting, objective in self._meetings:
+            exact = meeting.share * (self.entry.drive @ meeting.mix + meeting.exact)
+            decoded = meeting.share * (drive @ meeting.mix + meeting.decoded)
+            lost = space.value(objective, exact) - space.value(objective, decoded)
+            if lost > MEETING * self._most_ssim:
+                return False
+            fields = np.abs(decoded @ self.sparse), np.abs(exact @ self.sparse)
+            if _error_db(*fields) > self._most_db:
                 return False
         return True
 

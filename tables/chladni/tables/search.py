@@ -137,6 +137,12 @@ class SearchSpace:
         inside, outside = self._forms(disc) if disc is not None and contrast else (NO_FORM, NO_FORM)
         return _kernel.Objective(level.fields, level.sample(image), ssim, contrast, inside, outside)
 
+    def objective_of(self, level: Level, sample: FloatArray) -> _kernel.Objective:
+        """SSIM on one level against an image of that level's own points."""
+        return _kernel.Objective(
+            level.fields, np.ascontiguousarray(sample), 1.0, 0.0, NO_FORM, NO_FORM
+        )
+
     def _forms(self, disc: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Mean |W|² in the disc and on the rest as real forms of (Re z, Im z)."""
         result = []
