@@ -31,9 +31,9 @@ from chladni.sim.board_file import load_board
 from chladni.sim.mirrors import board_mirrors
 from chladni.tables.batch import over_targets
 from chladni.tables.checkpoint import Result
+from chladni.tables.folding import Folding
 from chladni.tables.methods import METHODS, Options
 from chladni.tables.methods.anneal import read_trace
-from chladni.tables.packing import Folding
 from chladni.tables.regions import region_grid
 from chladni.tables.scene import Problem, Scene, scene_of
 
