@@ -72,7 +72,25 @@ def test_diff_names_fields_and_counts_regions(
     answer = chladni("table", "diff", path, other, "--json").json
     assert answer["regions_that_differ"] == 1
     assert answer["largest_at_region"] == 7
+    assert answer["compared_hz"] == 160.0
     assert {"mirror_x", "mirror_y"} <= set(answer["header"])
+
+
+def test_diff_compares_like_with_like(
+    chladni: CommandLine, path: Path, coarse_table: tuple[Table, TableReport]
+) -> None:
+    """The section of a frequency both have, wherever it stands; nothing if there is none."""
+    table = coarse_table[0]
+    other = dataclasses.replace(
+        table.section(), frequency_hz=120.0, iq=np.zeros_like(table.section().iq)
+    )
+    for sections, compared in (((other, table.section()), 160.0), ((other,), None)):
+        second = path.with_name("s.chl")
+        second.write_bytes(pack(dataclasses.replace(table, sections=sections)))
+        answer = chladni("table", "diff", path, second, "--json").json
+        assert answer["compared_hz"] == compared
+        assert answer["regions_that_differ"] == (0 if compared else None)
+        assert "frequencies_hz" in answer["header"]
 
 
 def test_export_writes_every_channel(

@@ -196,16 +196,22 @@ def diff(
     second: Annotated[Path, typer.Argument(metavar="OTHER", help="Another table.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Compare two tables: header fields, and drives up to their common phase."""
+    """Compare two tables: header fields, and drives of a frequency both have, up to their phase."""
     one, other = read_table(first), read_table(second)
     left, right = _header(one), _header(other)
     fields = {key: [left[key], right[key]] for key in left if left[key] != right[key]}
-    result: dict[str, Any] = {"header": fields, "regions_that_differ": None, "largest": None}
-    both = one.sections[0], other.sections[0]
-    if one.grid == other.grid and one.actuators == other.actuators:
-        drives = [t.drives(section) / section.full_scale_gain
-                  for t, section in zip((one, other), both, strict=True)]  # fmt: skip
-        steps = [_step(*pair) for pair in zip(*drives, strict=True)]
+    result: dict[str, Any] = {
+        "header": fields, "compared_hz": None, "regions_that_differ": None, "largest": None,
+    }  # fmt: skip
+    frequencies = {section.frequency_hz for section in other.sections}
+    common = [
+        section.frequency_hz for section in one.sections if section.frequency_hz in frequencies
+    ]
+    if one.grid == other.grid and one.actuators == other.actuators and common:
+        result["compared_hz"] = common[0]
+        pair = [(table, table.section(common[0])) for table in (one, other)]
+        drives = [table.drives(own) / own.full_scale_gain for table, own in pair]
+        steps = [_step(*both) for both in zip(*drives, strict=True)]
         result["regions_that_differ"] = int(np.count_nonzero(np.array(steps) > SAME))
         result["largest"] = float(max(steps))
         result["largest_at_region"] = int(np.argmax(steps))
