@@ -22,7 +22,6 @@ from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import (
     LIMITS,
     LOUDEST,
-    Entry,
     Losses,
     LossLimits,
     compress,
@@ -31,6 +30,7 @@ from chladni.tables.compress import (
 )
 from chladni.tables.folding import Folding
 from chladni.tables.format import check_fits, pack
+from chladni.tables.meetings import Entry
 from chladni.tables.methods import SEED, Options, Progress
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader

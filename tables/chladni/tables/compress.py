@@ -22,12 +22,20 @@ from numpy.typing import NDArray
 
 from chladni.tables import _kernel
 from chladni.tables.branches import Arranged
-from chladni.tables.coding import FULL_SCALE, Predictor, Rates, Visit, passes
+from chladni.tables.coding import FULL_SCALE, Rates, Visit, passes
 from chladni.tables.folding import Folding
-from chladni.tables.lookup import CUT, NEGATED
+from chladni.tables.meetings import (
+    COARSE_STEP,
+    Coded,
+    Entry,
+    Meeting,
+    apart,
+    as_drive,
+    nearest_level,
+)
 from chladni.tables.regions import RegionGrid
 from chladni.tables.scene import Scene
-from chladni.tables.search import Level, as_reals
+from chladni.tables.search import as_reals
 from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
@@ -48,8 +56,6 @@ no optimum there, so that any change counts in the first order."""
 COMPLEX = 2.0
 """A field's complex error may be so much larger than that of its amplitude: phases that vary over
 the board are not felt in a region, but where its drive is mixed with a neighbour's."""
-MODEL_STEP = 4
-"""The quadratic model of SSIM is made on every fourth image point each way."""
 PROBE = 1e-3
 """Gains differ by this much in the model's difference quotients."""
 PHASES = np.exp(1j * np.linspace(-0.15, 0.15, 13))
@@ -82,19 +88,6 @@ LIMITS = LossLimits()
 
 
 @dataclass(frozen=True)
-class Entry:
-    """One stored region: its drive in units of the largest gain, and what it is meant to do.
-
-    `best` is the SSIM of the best drive there, which that of a neighbour's branch falls short of.
-    """
-
-    drive: ComplexArray
-    image: NDArray[np.float32]
-    disc: NDArray[np.bool_]
-    best: float
-
-
-@dataclass(frozen=True)
 class Losses:
     """What is lost against the unquantised drives, each of shape (entries,).
 
@@ -123,7 +116,7 @@ def compress(
     NDArray[np.int16]
         Shape (entries, actuators, 2).
     """
-    coded = _Coded(scene, entries, arranged, grid, folding)
+    coded = Coded(scene, entries, arranged, grid, folding)
     columns, _ = folding.shape(grid)
     rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
@@ -133,7 +126,7 @@ def compress(
 
     for together in passes(*folding.shape(grid)):
         ready = [visit for visit in together if coded.predictor.has_neighbours(visit)]
-        for batch in _apart(ready, columns):
+        for batch in apart(ready, columns):
             for visit, values in zip(batch, in_threads(fitted, batch, jobs=jobs), strict=True):
                 coded.hold(visit, values)
         for visit in together:
@@ -142,115 +135,6 @@ def compress(
             _, rates = rates.best(values - coded.predictor.predict(visit))
             coded.put(visit, values)
     return coded.predictor.values.reshape(len(entries), -1, 2).astype(np.int16)
-
-
-def _apart(visits: Sequence[Visit], columns: int) -> list[list[Visit]]:
-    """Visits in batches of which none meets another, so that each may be fitted by itself."""
-    batches: list[list[Visit]] = []
-    taken: list[set[tuple[int, int]]] = []
-    for visit in visits:
-        row, column = divmod(visit.at, columns)
-        around = {(row + j, column + i) for j in (-1, 0, 1) for i in (-1, 0, 1)}
-        k = next((k for k, places in enumerate(taken) if not places & around), len(batches))
-        if k == len(batches):
-            batches.append([])
-            taken.append(set())
-        batches[k].append(visit)
-        taken[k].add((row, column))
-    return batches
-
-
-@dataclass(frozen=True)
-class _Meeting:
-    """A point between regions: its drive is share · (a region's drive · mix + the others' sum).
-
-    `mix` is the identity, and what a mirror adds where a region meets its own image. `images` is
-    the sum of the others' wanted images, coarse: the mean is as good as the point's own.
-    """
-
-    share: float
-    mix: FloatArray
-    exact: ComplexArray
-    decoded: ComplexArray
-    images: FloatArray
-
-
-class _Coded:
-    """What is stored so far, and where a region's drive will be mixed with it."""
-
-    def __init__(
-        self, scene: Scene, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid,
-        folding: Folding,
-    ) -> None:  # fmt: skip
-        self.predictor = Predictor(arranged.labels, 2 * entries[0].drive.size)
-        self._entries, self._arranged = entries, arranged
-        self._grid, self._folding = grid, folding
-        self._columns = folding.shape(grid)[0]
-        # Where cells meet at a mirror, the last of them is mixed with its image.
-        self._nodes = [
-            cells // 2 + 1 if order else cells
-            for cells, order in ((grid.columns, folding.x), (grid.rows, folding.y))
-        ]
-        self._orders = folding.orders(entries[0].drive.size)
-        self._done = np.zeros(len(entries), dtype=bool)
-        self._level = _level(scene, MODEL_STEP)
-
-    def hold(self, visit: Visit, values: IntArray) -> None:
-        """A region's integers are known, but not yet its turn in the stream."""
-        self.predictor.values[visit.at] = values
-        self._done[visit.at] = True
-
-    def held(self, visit: Visit) -> IntArray | None:
-        """What was found for a region before its turn."""
-        return self.predictor.values[visit.at] if self._done[visit.at] else None
-
-    def put(self, visit: Visit, values: IntArray) -> None:
-        """A region's turn in the stream."""
-        self.hold(visit, values)
-        self.predictor.put(visit, values)
-
-    def meetings(self, at: int) -> list[_Meeting]:
-        """Points half-way to stored neighbours of the same label, and between four of them."""
-        row, column = divmod(at, self._columns)
-        found = []
-        for right, up in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            corners = {(right, up), (right, 0), (0, up)} - {(0, 0)}
-            known = [self._find(column + i, row + j, at) for i, j in sorted(corners)]
-            parts = [part for part in known if part is not None]
-            if len(parts) == len(known):
-                mix, exact, decoded, images = (sum(terms) for terms in zip(*parts, strict=True))
-                own = np.eye(len(exact)) + mix
-                found.append(_Meeting(1.0 / (1 + len(parts)), own, exact, decoded, images))
-        return found
-
-    def _find(
-        self, column: int, row: int, at: int
-    ) -> tuple[FloatArray, ComplexArray, ComplexArray, FloatArray] | None:
-        """What a neighbour of the same label adds to a meeting's mix, exact, decoded and images."""
-        if not (0 <= column < self._nodes[0] and 0 <= row < self._nodes[1]):
-            return None
-        cell = self._folding.cells(self._grid, np.array(column), np.array(row))
-        k, flips = int(cell.stored), cell.flips
-        label = self._arranged.labels[at]
-        crossings = self._arranged.crossings[label]
-        if self._arranged.labels[k] != label or np.any(flips & (crossings == CUT)):
-            return None
-        sign = -1.0 if np.logical_xor.reduce(flips & (crossings == NEGATED)) else 1.0
-        order = self._orders[int(flips[0]), int(flips[1])]
-        size = order.size
-        image = self._level.sample(self._entries[k].image.astype(np.float64))[
-            :: -1 if flips[0] else 1
-        ]
-        image = image[:, :: -1 if flips[1] else 1]
-        if k == at:
-            mirror = np.zeros((size, size))
-            mirror[order, np.arange(size)] = sign
-            nothing = np.zeros(size, np.complex128)
-            return mirror, nothing, nothing, image
-        if not self._done[k]:
-            return None
-        exact, decoded = self._entries[k].drive, _as_drive(self.predictor.values[k])
-        return np.zeros((size, size)), sign * exact[order], sign * decoded[order], image
 
 
 def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Losses:
@@ -272,11 +156,7 @@ def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Loss
 
 def _objective(scene: Scene, entry: Entry, step: int = 1) -> _kernel.Objective:
     """SSIM on every `step`-th image point each way, or as nearly as there is a level for."""
-    return scene.space.objective(_level(scene, step), entry.image.astype(np.float64))
-
-
-def _level(scene: Scene, step: int) -> Level:
-    return min(scene.space.levels, key=lambda level: abs(level.step - step))
+    return scene.space.objective(nearest_level(scene, step), entry.image.astype(np.float64))
 
 
 def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
@@ -300,11 +180,6 @@ def _alternating(drive: ComplexArray) -> FloatArray:
     return np.stack((drive.real, drive.imag), axis=-1).reshape(*drive.shape[:-1], -1)
 
 
-def _as_drive(values: IntArray) -> ComplexArray:
-    scaled = values / FULL_SCALE
-    return np.asarray(scaled[..., 0::2] + 1j * scaled[..., 1::2])
-
-
 def _is_loud(values: IntArray) -> NDArray[np.bool_]:
     power = values[..., 0::2] ** 2 + values[..., 1::2] ** 2
     return np.asarray(np.any(power > LOUDEST**2, axis=-1))
@@ -314,7 +189,7 @@ class _Trial:
     """The true losses of integers for one entry."""
 
     def __init__(
-        self, scene: Scene, entry: Entry, meetings: Sequence[_Meeting], limits: LossLimits
+        self, scene: Scene, entry: Entry, meetings: Sequence[Meeting], limits: LossLimits
     ) -> None:
         self.scene, self.entry, self.limits = scene, entry, limits
         self.objective = _objective(scene, entry)
@@ -323,7 +198,7 @@ class _Trial:
         self._least = entry.best - self._most_ssim
         self._most_db = MARGIN * limits.field_db
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
-        level = _level(scene, MODEL_STEP)
+        level = nearest_level(scene, COARSE_STEP)
         own = level.sample(entry.image.astype(np.float64))
         self._meetings = [
             (meeting, scene.space.objective_of(level, meeting.share * (meeting.images + own)))
@@ -332,7 +207,7 @@ class _Trial:
 
     def suits(self, values: IntArray) -> bool:
         """Whether the integers keep to the limits, here and half-way to what is stored."""
-        drive = _as_drive(values)
+        drive = as_drive(values)
         if _is_loud(values) or not self._is_near(drive) or not self._are_met(drive):
             return False
         if self.scene.space.value(self.objective, drive) < self._least:
@@ -382,7 +257,7 @@ class _Model:
             return _alternating(space.drive_gradient(drive, gradient))
 
         here = _alternating(entry.drive)
-        coarse = _objective(scene, entry, MODEL_STEP)
+        coarse = _objective(scene, entry, COARSE_STEP)
         probes = PROBE * np.eye(here.size)
         rise = np.array([slope(coarse, here + p) - slope(coarse, here - p) for p in probes])
         values, vectors = np.linalg.eigh(-(rise + rise.T) / (4.0 * PROBE))
@@ -415,7 +290,7 @@ class _Model:
         """The cheapest options that the model lets pass."""
         keep = ~_is_loud(options)
         options, bits = options[keep], bits[keep]
-        drives = _as_drive(options)
+        drives = as_drive(options)
         # The common phase is free: turned back, the rest of a difference is what counts.
         turn = np.angle(drives @ (self._weight @ self._drive.conj()))
         away = _alternating(drives * np.exp(-1j * turn)[:, None] - self._drive)
