@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from chladni.sim.board import Board
 from chladni.tables.branches import JOIN, Arranged, arrange, choose, neighbours
 from chladni.tables.build import TableReport
+from chladni.tables.entry import Entry
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.lookup import CUT, JOINED, NEGATED
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.regions import RegionGrid
-from chladni.tables.rivals import Solved, smoothest
+from chladni.tables.rivals import smoothest
 from chladni.tables.scene import scene_of
 from chladni.tables.search import SearchSpace
 from chladni.tables.table import Table
@@ -154,7 +155,7 @@ def test_a_rival_as_good_is_taken_where_neighbours_are_on_its_branch(prototype: 
     drives[2] = drives[2][list(order)]
     full = scene.space.levels[-1]
     regions = [
-        Solved(drive, p.image.astype(np.float32), p.disc, scene.space.value(
+        Entry(drive, p.image.astype(np.float32), p.disc, scene.space.value(
             scene.space.objective(full, p.image), drive))
         for drive, p in zip(drives, problems, strict=True)
     ]  # fmt: skip
@@ -163,7 +164,7 @@ def test_a_rival_as_good_is_taken_where_neighbours_are_on_its_branch(prototype: 
     assert np.array_equal(chosen[1], drives[1])
     assert abs(np.vdot(units[2], scene.space.coordinates(chosen[2]))) > 0.99
     objective = scene.space.objective(full, problems[2].image)
-    assert scene.space.value(objective, chosen[2]) == pytest.approx(regions[2].ssim, abs=1e-3)
+    assert scene.space.value(objective, chosen[2]) == pytest.approx(regions[2].best, abs=1e-3)
 
 
 def test_reports_say_what_arranging_gained(coarse_table: tuple[Table, TableReport]) -> None:

@@ -14,9 +14,9 @@ from chladni.tables.branches import Arranged, arrange
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.coding import FULL_SCALE, BitWriter, write_drives
 from chladni.tables.compress import LIMITS, LOUDEST, Losses, LossLimits, compress, losses
+from chladni.tables.entry import Entry
 from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
-from chladni.tables.meetings import Entry
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader

@@ -24,7 +24,7 @@ from chladni.tables.folding import Folding
 from chladni.tables.layout import MAX_LABELS
 from chladni.tables.lookup import CUT, JOINED, NEGATED
 from chladni.tables.regions import RegionGrid
-from chladni.tables.search import SearchSpace, in_phase
+from chladni.tables.search import SearchSpace, in_phase, turn_in_phase
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -99,12 +99,13 @@ def arrange(
     near = neighbours(columns, rows, diagonal=True)
     alone = np.array([space.coordinates(drive) for drive in turned])
     before = _steps(alone, pairs)
+    distance, reach = distances(_overlaps(units, near)), _reach(near, columns)
     apart = np.zeros(len(near), dtype=bool)
     while True:
-        labels, tree = _components(units, near, apart)
+        labels, tree = _components(units, near, apart | (distance > reach))
         phases = _phases(units, labels, pairs, tree)
         stepped = _steps(units * phases[:, None], near)
-        frustrated = (labels[near[:, 0]] == labels[near[:, 1]]) & (stepped > _reach(near, columns))
+        frustrated = (labels[near[:, 0]] == labels[near[:, 1]]) & (stepped > reach)
         if not np.any(frustrated & ~apart):
             break
         apart |= frustrated
@@ -132,6 +133,11 @@ def _overlaps(units: ComplexArray, pairs: IndexArray) -> ComplexArray:
     return np.asarray((units[pairs[:, 1]].conj() * units[pairs[:, 0]]).sum(axis=1))
 
 
+def distances(overlaps: ComplexArray | complex) -> FloatArray:
+    """‖u − v‖ of unit fields by their overlaps, the common phase that suits them best taken out."""
+    return np.asarray(np.sqrt(np.maximum(2.0 - 2.0 * np.abs(overlaps), 0.0)))
+
+
 def _reach(near: IndexArray, columns: int) -> FloatArray:
     """The largest step two neighbours may have; those across a corner are √2 as far away."""
     across = np.abs(near[:, 1] - near[:, 0])
@@ -147,10 +153,7 @@ def _components(
     neighbours that must.
     """
     count = len(units)
-    distance = np.sqrt(np.maximum(2.0 - 2.0 * np.abs(_overlaps(units, near)), 0.0))
-    silent = ~np.any(units, axis=1)
-    span = int(np.abs(near[:, 1] - near[:, 0]).max(initial=1))
-    is_bad = apart | (distance > _reach(near, span - 1)) | silent[near].any(axis=1)
+    is_bad = apart | ~np.any(units, axis=1)[near].any(axis=1)
     root = list(range(count))
     enemies: list[set[int]] = [set() for _ in range(count)]
     for a, b in near[is_bad].tolist():
@@ -164,6 +167,7 @@ def _components(
         return k
 
     tree = []
+    distance = distances(_overlaps(units, near))
     order = np.argsort(np.where(is_bad, np.inf, distance), kind="stable")
     for a, b in near[order[: np.count_nonzero(~is_bad)]].tolist():
         one, other = find(a), find(b)
@@ -226,7 +230,7 @@ def _label_phases(drives: ComplexArray, labels: IndexArray) -> ComplexArray:
     phases = np.ones(len(drives), dtype=np.complex128)
     for label in range(int(labels.max()) + 1):
         own = drives[labels == label]
-        phase = np.exp(-0.5j * np.angle(np.sum(own * own)))
+        phase = turn_in_phase(own)
         phases[labels == label] = phase if np.sum((own * phase).real) >= 0.0 else -phase
     return phases
 

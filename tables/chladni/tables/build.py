@@ -28,14 +28,14 @@ from chladni.tables.compress import (
     field_errors_db,
     losses,
 )
+from chladni.tables.entry import Entry
 from chladni.tables.folding import Folding
 from chladni.tables.format import check_fits, pack
-from chladni.tables.meetings import Entry
 from chladni.tables.methods import SEED, Options, Progress
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
 from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.rivals import Solved, smoothest
+from chladni.tables.rivals import smoothest
 from chladni.tables.scene import Problem, Scene, scene_of
 from chladni.tables.solve import check_request, tie_break
 from chladni.tables.table import Limits, Section, Table, quantise
@@ -251,7 +251,7 @@ class Work:
             drives = smoothest(scene, solved, columns, options.objective, jobs=jobs)
         arranged = arrange(scene.space, grid, folding, np.array(drives))
         entries = [
-            Entry(drive, region.image, region.disc, region.ssim)
+            replace(region, drive=drive)
             for drive, region in zip(arranged.drives, solved, strict=True)
         ]
         return cls(board, scene, grid, folding, options.objective, arranged, entries, jobs)
@@ -301,7 +301,7 @@ def _between(grid: RegionGrid, folding: Folding) -> tuple[NDArray[np.int32], NDA
 def _solve(
     scene: Scene, targets: Sequence[Target], options: Options, checkpoint: Checkpoint,
     jobs: int | None,
-) -> list[Solved]:  # fmt: skip
+) -> list[Entry]:  # fmt: skip
     """Every target's drive, and what it was meant to do."""
     problems: dict[Target, tuple[NDArray[np.float32], NDArray[np.bool_]]] = {}
     work = partial_function(_solve_region, options=options, problems=problems)
@@ -314,7 +314,7 @@ def _solve(
     for problem in scene.problems([target for target in targets if target not in problems]):
         problems[problem.target_mm] = _kept(problem)
     return [
-        Solved(np.array([complex(*parts) for parts in result["drive"]]), *problems[at],
+        Entry(np.array([complex(*parts) for parts in result["drive"]]), *problems[at],
                result["ssim"])
         for result, at in zip(results, targets, strict=True)
     ]  # fmt: skip

@@ -23,15 +23,14 @@ from numpy.typing import NDArray
 from chladni.tables import _kernel
 from chladni.tables.branches import Arranged
 from chladni.tables.coding import FULL_SCALE, Rates, Visit, passes
+from chladni.tables.entry import Entry
 from chladni.tables.folding import Folding
 from chladni.tables.meetings import (
     COARSE_STEP,
     Coded,
-    Entry,
     Meeting,
     apart,
     as_drive,
-    nearest_level,
 )
 from chladni.tables.regions import RegionGrid
 from chladni.tables.scene import Scene
@@ -116,12 +115,13 @@ def compress(
     NDArray[np.int16]
         Shape (entries, actuators, 2).
     """
+    sparse = _sample(scene, SPARSE)
     coded = Coded(scene, entries, arranged, grid, folding)
     columns, _ = folding.shape(grid)
     rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
     def fitted(visit: Visit) -> IntArray:
-        trial = _Trial(scene, entries[visit.at], coded.meetings(visit.at), limits)
+        trial = _Trial(scene, entries[visit.at], coded.meetings(visit.at), sparse, limits)
         return _fit(trial, coded.predictor.predict(visit), rates)
 
     for together in passes(*folding.shape(grid)):
@@ -147,16 +147,11 @@ def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Loss
         )
         levels = [float(np.sqrt(np.mean(field[entry.disc] ** 2))) for field in (exact, got)]
         level = 20.0 * np.log10(levels[1] / levels[0]) if min(levels) > 0.0 else 0.0
-        value = scene.space.value(_objective(scene, entry), drive)
+        value = scene.space.value(entry.ssim(scene), drive)
         return entry.best - value, _error_db(got, exact), float(level)
 
     found = np.array(list(in_threads(one, zip(entries, drives, strict=True))))
     return Losses(found[:, 0], found[:, 1], found[:, 2])
-
-
-def _objective(scene: Scene, entry: Entry, step: int = 1) -> _kernel.Objective:
-    """SSIM on every `step`-th image point each way, or as nearly as there is a level for."""
-    return scene.space.objective(nearest_level(scene, step), entry.image.astype(np.float64))
 
 
 def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
@@ -189,20 +184,20 @@ class _Trial:
     """The true losses of integers for one entry."""
 
     def __init__(
-        self, scene: Scene, entry: Entry, meetings: Sequence[Meeting], limits: LossLimits
-    ) -> None:
+        self, scene: Scene, entry: Entry, meetings: Sequence[Meeting], sparse: ComplexArray,
+        limits: LossLimits,
+    ) -> None:  # fmt: skip
         self.scene, self.entry, self.limits = scene, entry, limits
-        self.objective = _objective(scene, entry)
-        self.sparse = _sample(scene, SPARSE)
+        self.objective = entry.ssim(scene)
+        self.sparse = sparse
         self._most_ssim = MARGIN * limits.ssim
         self._least = entry.best - self._most_ssim
         self._most_db = MARGIN * limits.field_db
+        self.own = entry.drive @ self.sparse
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
-        level = nearest_level(scene, COARSE_STEP)
-        own = level.sample(entry.image.astype(np.float64))
+        level = scene.space.nearest_level(COARSE_STEP)
         self._meetings = [
-            (meeting, scene.space.objective_of(level, meeting.share * (meeting.images + own)))
-            for meeting in meetings
+            (meeting, scene.space.objective_of(level, meeting.image)) for meeting in meetings
         ]
 
     def suits(self, values: IntArray) -> bool:
@@ -217,11 +212,10 @@ class _Trial:
 
     def _is_near(self, drive: ComplexArray) -> bool:
         """Whether phases over the board keep near enough to be mixed with neighbours'."""
-        own, got = self.entry.drive @ self.sparse, drive @ self.sparse
-        got *= np.exp(-1j * np.angle(np.vdot(own, got)))
-        largest = np.abs(own).max()
+        got = drive @ self.sparse
+        got *= np.exp(-1j * np.angle(np.vdot(self.own, got)))
         most = COMPLEX * (10.0 ** (self._most_db / 20.0) - 1.0)
-        return bool(np.abs(got - own).max() <= most * largest)
+        return bool(np.abs(got - self.own).max() <= most * np.abs(self.own).max())
 
     def _are_met(self, drive: ComplexArray) -> bool:
         space = self.scene.space
@@ -246,10 +240,9 @@ class _Model:
         self._ssim = limits.ssim
         space = scene.space
         self._sparse = trial.sparse
-        field = entry.drive @ self._sparse
+        field = trial.own
         self._exact = np.abs(field)
-        self._largest = float(self._exact.max())
-        self._most = MARGIN * self._largest * (10.0 ** (limits.field_db / 20.0) - 1.0)
+        self._most = MARGIN * float(self._exact.max()) * (10.0 ** (limits.field_db / 20.0) - 1.0)
 
         def slope(objective: _kernel.Objective, reals: FloatArray) -> FloatArray:
             drive, gradient = reals[0::2] + 1j * reals[1::2], np.zeros(2 * space.rank)
@@ -257,7 +250,7 @@ class _Model:
             return _alternating(space.drive_gradient(drive, gradient))
 
         here = _alternating(entry.drive)
-        coarse = _objective(scene, entry, COARSE_STEP)
+        coarse = entry.ssim(scene, COARSE_STEP)
         probes = PROBE * np.eye(here.size)
         rise = np.array([slope(coarse, here + p) - slope(coarse, here - p) for p in probes])
         values, vectors = np.linalg.eigh(-(rise + rise.T) / (4.0 * PROBE))

@@ -49,8 +49,19 @@ class Folding:
     def shape(self, grid: RegionGrid) -> tuple[int, int]:
         """Columns and rows that are stored: those at small x and small y."""
         return (
-            (grid.columns + 1) // 2 if self.x is not None else grid.columns,
-            (grid.rows + 1) // 2 if self.y is not None else grid.rows,
+            stored_cells(grid.columns, self.x is not None),
+            stored_cells(grid.rows, self.y is not None),
+        )
+
+    def nodes(self, grid: RegionGrid) -> tuple[int, int]:
+        """Columns and rows to mix between: the stored ones, and an image that the last one meets.
+
+        An odd number of cells has its middle one on the mirror, and nothing beyond it to meet.
+        """
+        columns, rows = self.shape(grid)
+        return (
+            columns + (self.x is not None and grid.columns % 2 == 0),
+            rows + (self.y is not None and grid.rows % 2 == 0),
         )
 
     def stored(self, grid: RegionGrid) -> IndexArray:
@@ -83,6 +94,11 @@ class Folding:
                     order = order[list(self.y)]
                 orders[flip_x, flip_y] = order
         return orders
+
+
+def stored_cells(cells: int, is_mirrored: bool) -> int:
+    """Cells along one direction that are stored."""
+    return (cells + 1) // 2 if is_mirrored else cells
 
 
 UNFOLDED = Folding()

@@ -13,6 +13,7 @@ from typing import Any
 
 from chladni.sim.errors import InputError
 from chladni.tables.coding import MAX_SHIFT
+from chladni.tables.folding import stored_cells
 from chladni.tables.objectives import OBJECTIVES
 
 Refuse = Callable[[str, object, str], InputError]
@@ -144,7 +145,7 @@ def check_header(head: dict[str, Any], refuse: Refuse) -> None:
         raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
     # In memory stand a column and a row more than are stored.
     columns, rows = (
-        ((head[name] + 1) // 2 if head["mirrors"] >> bit & 1 else head[name]) + 1
+        stored_cells(head[name], bool(head["mirrors"] >> bit & 1)) + 1
         for bit, name in enumerate(("columns", "rows"))
     )
     most = min(MAX_NODES, MAX_GAINS // head["actuators"])

@@ -8,7 +8,7 @@ half-way between centres. Then the mirror exchanges the actuators.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,24 +38,23 @@ def lookup(table: Table, section: Section, x_um: IntArray, y_um: IntArray) -> ND
         the nearest place on it.
     """
     grid, folding = table.grid, table.folding
-    columns, rows = folding.shape(grid)
     x, y = (
-        _between(offset, span, cells, stored, order is not None)
-        for offset, span, cells, stored, order in zip(
+        _between(offset, span, cells, nodes, order is not None)
+        for offset, span, cells, nodes, order in zip(
             grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
-            (columns, rows), (folding.x, folding.y), strict=True,
+            folding.nodes(grid), (folding.x, folding.y), strict=True,
         )
     )  # fmt: skip
     # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
     corners = [folding.cells(grid, *at) for at in (
         (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
     values = np.stack([unfolded(table, section, at.stored, at.flips) for at in corners])
-    labels = np.stack([_label(section, at) for at in corners])
+    labels = np.stack([labels_of(section, at) for at in corners])
     every = np.arange(values.shape[1])
     nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
     label = labels[nearest, every]
     taken = _without_strangers(labels == label)
-    sign = _signs(section, label, np.stack((x.is_flipped, y.is_flipped), axis=-1))
+    sign = signs_of(section, label, np.stack((x.is_flipped, y.is_flipped), axis=-1))
     top = sign * ONE * y.fraction
     bottom = sign * ONE * ONE - top
     right = [(row * x.fraction) >> FRACTION_BITS for row in (bottom, top)]
@@ -65,6 +64,18 @@ def lookup(table: Table, section: Section, x_um: IntArray, y_um: IntArray) -> ND
     mix = (total >> (2 * FRACTION_BITS)).astype(np.int16)
     orders = folding.orders(table.actuators)[x.is_flipped * 1, y.is_flipped * 1]
     return np.asarray(np.take_along_axis(mix, orders[:, :, None], axis=1))
+
+
+class Branches(Protocol):
+    """What tells branches apart: a table's section, or drives that are to become one."""
+
+    @property
+    def labels(self) -> NDArray[np.uint8]:
+        """Of the stored regions."""
+
+    @property
+    def crossings(self) -> NDArray[np.uint8]:
+        """Of every label across the mirrors in x and y."""
 
 
 class _Between(NamedTuple):
@@ -77,26 +88,25 @@ class _Between(NamedTuple):
 
 
 def _between(
-    offset_um: IntArray, span_um: int, cells: int, stored: int, is_mirrored: bool
+    offset_um: IntArray, span_um: int, cells: int, nodes: int, is_mirrored: bool
 ) -> _Between:
     flipped = (offset_um > (span_um - 1) // 2) & is_mirrored
     at = position(np.where(flipped, span_um - 1 - offset_um, offset_um), span_um, cells)
-    # The last centre to interpolate to: where cells meet at the mirror, the image of the last one.
-    last = stored if is_mirrored and cells % 2 == 0 else stored - 1
     # The centre of a cell is half a cell from its edge; beyond the outermost centres all is flat.
     inner = np.maximum(at - ONE // 2, 0)
     low = inner >> FRACTION_BITS
-    return _Between(low, np.minimum(low + 1, last), inner & (ONE - 1), flipped)
+    return _Between(low, np.minimum(low + 1, nodes - 1), inner & (ONE - 1), flipped)
 
 
-def _label(section: Section, cells: Cells) -> IntArray:
+def labels_of(section: Branches, cells: Cells) -> IntArray:
     """Labels of cells; none for an image across a cut."""
     label = section.labels[cells.stored].astype(np.int64)
     is_cut = np.any(cells.flips & (section.crossings[label] == CUT), axis=-1)
     return np.where(is_cut, NO_LABEL, label)
 
 
-def _signs(section: Section, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
+def signs_of(section: Branches, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
+    """−1 where the image of a label's drive is its negative."""
     odd = np.logical_xor.reduce((section.crossings[label] == NEGATED) & flips, axis=-1)
     return np.where(odd, -1, 1)
 
@@ -107,7 +117,7 @@ def unfolded(
     """Drives of cells, (cells, actuators, 2): stored ones with their mirrors applied."""
     orders = table.folding.orders(table.actuators)[flips[:, 0] * 1, flips[:, 1] * 1]
     values = section.iq[stored[:, None], orders]
-    signs = _signs(section, section.labels[stored].astype(np.int64), flips)
+    signs = signs_of(section, section.labels[stored].astype(np.int64), flips)
     return np.asarray((values * signs[:, None, None]).astype(np.int16))
 
 

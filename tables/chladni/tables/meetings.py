@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from chladni.tables.branches import Arranged
 from chladni.tables.coding import FULL_SCALE, Predictor, Visit
+from chladni.tables.entry import Entry
 from chladni.tables.folding import Folding
-from chladni.tables.lookup import CUT, NEGATED
+from chladni.tables.lookup import labels_of, signs_of
 from chladni.tables.regions import RegionGrid
 from chladni.tables.scene import Scene
-from chladni.tables.search import Level
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -26,24 +26,6 @@ IntArray = NDArray[np.int64]
 
 COARSE_STEP = 4
 """Images between regions, and models of SSIM, have every fourth image point each way."""
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One stored region: its drive in units of the largest gain, and what it is meant to do.
-
-    `best` is the SSIM of the best drive there, which that of a neighbour's branch falls short of.
-    """
-
-    drive: ComplexArray
-    image: NDArray[np.float32]
-    disc: NDArray[np.bool_]
-    best: float
-
-
-def nearest_level(scene: Scene, step: int) -> Level:
-    """The level of every `step`-th image point, or the nearest there is."""
-    return min(scene.space.levels, key=lambda level: abs(level.step - step))
 
 
 def as_drive(values: IntArray) -> ComplexArray:
@@ -72,15 +54,15 @@ def apart(visits: Sequence[Visit], columns: int) -> list[list[Visit]]:
 class Meeting:
     """A point between regions: its drive is share · (a region's drive · mix + the others' sum).
 
-    `mix` is the identity, and what a mirror adds where a region meets its own image. `images` is
-    the sum of the others' wanted images, coarse: the mean is as good as the point's own.
+    `mix` is the identity, and what a mirror adds where a region meets its own image. `image` is the
+    mean of all wanted images, coarse, which is as good as the point's own.
     """
 
     share: float
     mix: FloatArray
     exact: ComplexArray
     decoded: ComplexArray
-    images: FloatArray
+    image: FloatArray
 
 
 class Coded:
@@ -94,14 +76,11 @@ class Coded:
         self._entries, self._arranged = entries, arranged
         self._grid, self._folding = grid, folding
         self._columns = folding.shape(grid)[0]
-        # Where cells meet at a mirror, the last of them is mixed with its image.
-        self._nodes = [
-            cells // 2 + 1 if order else cells
-            for cells, order in ((grid.columns, folding.x), (grid.rows, folding.y))
-        ]
+        self._nodes = folding.nodes(grid)
         self._orders = folding.orders(entries[0].drive.size)
         self._done = np.zeros(len(entries), dtype=bool)
-        self._level = nearest_level(scene, COARSE_STEP)
+        level = scene.space.nearest_level(COARSE_STEP)
+        self._images = [level.sample(entry.image.astype(np.float64)) for entry in entries]
 
     def hold(self, visit: Visit, values: IntArray) -> None:
         """A region's integers are known, but not yet its turn in the stream."""
@@ -127,8 +106,9 @@ class Coded:
             parts = [part for part in known if part is not None]
             if len(parts) == len(known):
                 mix, exact, decoded, images = (sum(terms) for terms in zip(*parts, strict=True))
-                own = np.eye(len(exact)) + mix
-                found.append(Meeting(1.0 / (1 + len(parts)), own, exact, decoded, images))
+                share = 1.0 / (1 + len(parts))
+                image = share * (images + self._images[at])
+                found.append(Meeting(share, np.eye(len(exact)) + mix, exact, decoded, image))
         return found
 
     def _find(
@@ -140,16 +120,12 @@ class Coded:
         cell = self._folding.cells(self._grid, np.array(column), np.array(row))
         k, flips = int(cell.stored), cell.flips
         label = self._arranged.labels[at]
-        crossings = self._arranged.crossings[label]
-        if self._arranged.labels[k] != label or np.any(flips & (crossings == CUT)):
+        if labels_of(self._arranged, cell) != label:
             return None
-        sign = -1.0 if np.logical_xor.reduce(flips & (crossings == NEGATED)) else 1.0
+        sign = float(signs_of(self._arranged, label, flips))
         order = self._orders[int(flips[0]), int(flips[1])]
         size = order.size
-        image = self._level.sample(self._entries[k].image.astype(np.float64))[
-            :: -1 if flips[0] else 1
-        ]
-        image = image[:, :: -1 if flips[1] else 1]
+        image = self._images[k][:: -1 if flips[0] else 1, :: -1 if flips[1] else 1]
         if k == at:
             mirror = np.zeros((size, size))
             mirror[order, np.arange(size)] = sign

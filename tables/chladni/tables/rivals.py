@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables import _kernel
-from chladni.tables.branches import JOIN, choose, neighbours
+from chladni.tables.branches import JOIN, choose, distances, neighbours
+from chladni.tables.entry import Entry
 from chladni.tables.objectives import OBJECTIVES
 from chladni.tables.scene import Scene
 from chladni.tables.search import as_complex, as_reals
@@ -22,7 +22,6 @@ from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NEAR_ENOUGH = 0.001
 """SSIM (and objective) that a rival may fall short by: half of what a table may lose."""
@@ -35,18 +34,8 @@ GAP_WEIGHT = 10.0
 """Squared step that a unit of score is worth: between equal steps the better drive is taken."""
 
 
-@dataclass(frozen=True)
-class Solved:
-    """A region's best drive and its target: normalised image, fingertip disc, SSIM reached."""
-
-    drive: ComplexArray
-    image: NDArray[np.float32]
-    disc: BoolArray
-    ssim: float
-
-
 def smoothest(
-    scene: Scene, regions: Sequence[Solved], columns: int, objective: str, *,
+    scene: Scene, regions: Sequence[Entry], columns: int, objective: str, *,
     jobs: int | None = None,
 ) -> list[ComplexArray]:  # fmt: skip
     """The drive of every region, rivals taken where neighbours then differ less."""
@@ -58,7 +47,9 @@ def smoothest(
     for a, b in pairs.tolist():
         around[a].append(b)
         around[b].append(a)
-    options = [[_Option(region.drive, _unit(scene, region.drive), 0.0)] for region in regions]
+    options = [
+        [_Option(region.drive, scene.space.coordinates(region.drive), 0.0)] for region in regions
+    ]
     tried: list[list[ComplexArray]] = [[] for _ in regions]
 
     def search(at: int) -> list[_Option]:
@@ -88,13 +79,9 @@ class _Option:
     gap: float
 
 
-def _unit(scene: Scene, drive: ComplexArray) -> ComplexArray:
-    return scene.space.coordinates(drive)
-
-
 def _step(one: ComplexArray, other: ComplexArray) -> float:
     """‖u − v‖ of unit fields, the common phase that suits them best taken out."""
-    return float(np.sqrt(2.0 * max(0.0, 1.0 - float(np.abs(np.vdot(one, other))))))
+    return float(distances(complex(np.vdot(one, other))))
 
 
 def _foreign(
@@ -112,13 +99,13 @@ def _foreign(
     return result
 
 
-def _climb(scene: Scene, region: Solved, unit: ComplexArray, objective: str) -> _Option | None:
+def _climb(scene: Scene, region: Entry, unit: ComplexArray, objective: str) -> _Option | None:
     """The optimum on a neighbour's branch, if it is good enough."""
     space, weights = scene.space, OBJECTIVES[objective]
     z = np.ascontiguousarray(as_reals(unit))
     curvature = np.zeros((z.size, z.size))
-    coarse = min(space.levels, key=lambda level: abs(level.step - COARSE_STEP))
-    for level, steps in ((coarse, COARSE_CLIMB), (space.levels[-1], FINE_CLIMB)):
+    for step, steps in ((COARSE_STEP, COARSE_CLIMB), (1, FINE_CLIMB)):
+        level = space.nearest_level(step)
         climbing = space.objective(
             level, region.image.astype(np.float64), ssim=weights.ssim, contrast=weights.contrast,
             disc=region.disc,
@@ -129,14 +116,10 @@ def _climb(scene: Scene, region: Solved, unit: ComplexArray, objective: str) -> 
         if value < own - (NEAR_ENOUGH if level.step == 1 else 10.0 * NEAR_ENOUGH):
             return None
     drive = space.drive(as_complex(z))
-    ssim = space.value(_ssim(scene, region), drive)
-    if not ssim >= region.ssim - NEAR_ENOUGH:
+    ssim = space.value(region.ssim(scene), drive)
+    if not ssim >= region.best - NEAR_ENOUGH:
         return None
-    return _Option(drive, _unit(scene, drive), max(own - value, region.ssim - ssim, 0.0))
-
-
-def _ssim(scene: Scene, region: Solved) -> _kernel.Objective:
-    return scene.space.objective(scene.space.levels[-1], region.image.astype(np.float64))
+    return _Option(drive, space.coordinates(drive), max(own - value, region.best - ssim, 0.0))
 
 
 def _costs(some: list[_Option], others: list[_Option]) -> FloatArray:

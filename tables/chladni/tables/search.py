@@ -116,6 +116,10 @@ class SearchSpace:
         values = self.values[:, disc]
         return np.asarray(np.linalg.eigh(values.conj() @ values.T)[1][:, -1])
 
+    def nearest_level(self, step: int) -> Level:
+        """The level of every `step`-th image point, or the nearest there is."""
+        return min(self.levels, key=lambda level: abs(level.step - step))
+
     def objective(
         self,
         level: Level,
@@ -162,7 +166,12 @@ class SearchSpace:
 
 def in_phase(numbers: ComplexArray) -> ComplexArray:
     """Complex numbers turned by one common phase so that Σ Im² is least."""
-    return np.asarray(numbers * np.exp(-0.5j * np.angle(np.sum(numbers * numbers))))
+    return np.asarray(numbers * turn_in_phase(numbers))
+
+
+def turn_in_phase(numbers: ComplexArray) -> complex:
+    """The phase factor that does so."""
+    return complex(np.exp(-0.5j * np.angle(np.sum(numbers * numbers))))
 
 
 def as_reals(z: ComplexArray) -> FloatArray:
