@@ -8,6 +8,8 @@ namespace f = table_format;
 using Status = StreamReader::Status;
 
 constexpr uint16_t kNone = 0xFFFF;
+// What the stream says of a label and a mirror; 1 is joined.
+constexpr uint32_t kCut = 0, kNegated = 2;
 constexpr uint32_t kMaxRunBits = 16;
 // A difference of twice full scale in zigzag takes so many bits.
 constexpr uint32_t kCodeBits = 18;
@@ -15,6 +17,11 @@ constexpr uint32_t kCodeBits = 18;
 // 0, 1, 2, 3 … as 0, -1, 1, -2 …: half the code, all its bits turned over if it is odd.
 int32_t from_zigzag(uint32_t code) {
   return static_cast<int32_t>(code >> 1) ^ -static_cast<int32_t>(code & 1U);
+}
+
+// Bit f: what holds for the flips f.
+uint8_t by_flips(bool in_x, bool in_y, bool in_both) {
+  return static_cast<uint8_t>((in_x ? 2U : 0U) + (in_y ? 4U : 0U) + (in_both ? 8U : 0U));
 }
 
 uint32_t bits_below(uint32_t count) {
@@ -236,11 +243,11 @@ class Decoder {
 Status decode_section(StreamReader& stream, const SectionShape& shape, SectionDrives& drives) {
   for (uint32_t label = 0; label < shape.labels; ++label) {
     const uint32_t x = stream.number(f::kCrossingBits), y = stream.number(f::kCrossingBits);
-    if (x > 2 || y > 2) stream.fail(Status::kDamaged);
-    drives.crossings[label] = {static_cast<Crossing>(x), static_cast<Crossing>(y)};
-    const bool in_x = x == 2, in_y = y == 2;
-    drives.negations[label] =
-        static_cast<uint8_t>((in_x ? 2U : 0U) + (in_y ? 4U : 0U) + (in_x != in_y ? 8U : 0U));
+    if (x > kNegated || y > kNegated) stream.fail(Status::kDamaged);
+    const bool is_cut_x = x == kCut, is_cut_y = y == kCut;
+    drives.cuts[label] = by_flips(is_cut_x, is_cut_y, is_cut_x || is_cut_y);
+    const bool is_odd_x = x == kNegated, is_odd_y = y == kNegated;
+    drives.negations[label] = by_flips(is_odd_x, is_odd_y, is_odd_x != is_odd_y);
   }
   read_labels(stream, shape, drives);
   if (stream.status() != Status::kOk) return stream.status();

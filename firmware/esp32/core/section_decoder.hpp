@@ -13,22 +13,15 @@
 
 namespace chladni {
 
-// What becomes of a label across a mirror.
-enum class Crossing : uint8_t { kCut = 0, kJoined = 1, kNegated = 2 };
-
-struct LabelCrossings {
-  Crossing x;
-  Crossing y;
-};
-
 // A label that no region has: what lies across a cut.
 constexpr uint8_t kNoLabel = 0xFF;
 static_assert(table_format::kMaxLabels <= kNoLabel, "labels are below");
 
 // The drives of one section, decoded, row by row.
 struct SectionDrives {
-  std::array<LabelCrossings, table_format::kMaxLabels> crossings;
-  // Bit f of a label: drives are negated by the flips f (bit 0 in x, bit 1 in y).
+  // What becomes of a label across the mirrors. Bit f: by the flips f (bit 0 in x, bit 1 in y) it
+  // is cut off from its image; its drives are negated.
+  std::array<uint8_t, table_format::kMaxLabels> cuts;
   std::array<uint8_t, table_format::kMaxLabels> negations;
   std::array<uint8_t, table_format::kMaxNodes> labels;
   std::array<Gain, table_format::kMaxGains> gains;  // `actuators` of them per region

@@ -297,15 +297,17 @@ void Table::add_images() {
 
 void Table::add_image(uint32_t at, uint32_t image, uint32_t flips) {
   const uint8_t label = drives_.labels[at];
-  const LabelCrossings& own = drives_.crossings[label];
-  const bool is_cut = ((flips & 1U) != 0 && own.x == Crossing::kCut) ||
-                      ((flips & 2U) != 0 && own.y == Crossing::kCut);
-  drives_.labels[image] = is_cut ? kNoLabel : label;
-  const int32_t sign = is_negated(label, flips) ? -1 : 1;
+  drives_.labels[image] = ((drives_.cuts[label] >> flips) & 1U) != 0 ? kNoLabel : label;
+  copy_image(at, flips, &drives_.gains[image * actuators_]);
+}
+
+// The drive of a cell as the flips make it.
+void Table::copy_image(uint32_t at, uint32_t flips, Gain* to) const {
+  const int32_t sign = is_negated(drives_.labels[at], flips) ? -1 : 1;
   for (uint32_t k = 0; k < actuators_; ++k) {
     const Gain& gain = drives_.gains[at * actuators_ + orders_[flips][k]];
-    drives_.gains[image * actuators_ + k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
-                                             static_cast<int16_t>(sign * gain.quadrature_q15)};
+    to[k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
+             static_cast<int16_t>(sign * gain.quadrature_q15)};
   }
 }
 
@@ -354,13 +356,7 @@ void Table::drive(uint32_t region, Drive& result) const {
     row = y_.cells - 1 - row;
     flips += 2;
   }
-  const uint32_t at = row * x_.nodes + column;
-  const int32_t sign = is_negated(drives_.labels[at], flips) ? -1 : 1;
-  for (uint32_t k = 0; k < actuators_; ++k) {
-    const Gain& gain = drives_.gains[at * actuators_ + orders_[flips][k]];
-    result[k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
-                 static_cast<int16_t>(sign * gain.quadrature_q15)};
-  }
+  copy_image(row * x_.nodes + column, flips, result.data());
 }
 
 void Table::drive_at(Place place, Drive& result) const {

@@ -84,6 +84,7 @@ class Table {
   static Span span(const Axis& axis, int32_t place_um);
   void add_images();
   void add_image(uint32_t at, uint32_t image, uint32_t flips);
+  void copy_image(uint32_t at, uint32_t flips, Gain* to) const;
   bool is_negated(uint8_t label, uint32_t flips) const;
 
   bool is_loaded_ = false;
