@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.host.device_config import DeviceConfig
+from chladni.host.emulator import Emulator, covering_panel
 from chladni.tables import layout
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
@@ -86,3 +88,23 @@ def forge(table: Table, **fields: Any) -> bytes:
                 at = begin + places[field.name]
                 struct.pack_into("<" + field.code, data, at, fields[field.name])
     return with_crc(data)
+
+
+def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any) -> DeviceConfig:
+    """A device for a table, with a fine panel over its board and nothing that limits it."""
+    grid = RegionGrid(1, 1, 71500, 146700) if table is None else table.grid
+    count = channels if table is None else table.actuators
+    known: dict[str, Any] = covering_panel(grid.width_um / 1e3, grid.length_um / 1e3)
+    known |= {
+        "channels": count,
+        "min_on_ns": 0,
+        "supply_ma": 20_000,
+        "full_rise_dk": (1,) * count + (0,) * (16 - count),
+    }
+    return DeviceConfig(**(known | settings))
+
+
+def powered(table: Table | bytes, *, channels: int = 5, **options: Any) -> Emulator:
+    """An emulated device with a table, powered on."""
+    known = table if isinstance(table, Table) else None
+    return Emulator(device_of(known, channels=channels), table, **options)

@@ -3,7 +3,8 @@
     python tools/generate_headers.py          write them
     python tools/generate_headers.py --check  exit with 1 if a committed one differs
 
-The table format is declared in `chladni.tables.layout`, the sine here.
+The table format is declared in `chladni.tables.layout`, the configuration in
+`chladni.host.device_config`, the sine here.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chladni.host import device_config
 from chladni.tables import coding, layout, regions
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
@@ -124,8 +126,71 @@ def sine_header() -> str:
     )
 
 
+def config_header() -> str:
+    """`config_format.hpp`: the configuration as a struct, with its defaults, and its bytes."""
+    places = layout.offsets(device_config.FIELDS)
+    magic = int.from_bytes(device_config.MAGIC, "little")
+    members, takes, puts = [], [], []
+    for setting in device_config.SETTINGS:
+        field, default = setting.field, setting.default
+        base = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t"}[
+            field.kind.partition("x")[0]
+        ]
+        kind = base if field.count == 1 else f"std::array<{base}, {field.count}>"
+        text = str(default) if isinstance(default, int) else "{" + ", ".join(map(str, default)) + "}"
+        members.append(f"  {kind} {field.name} = {text};  // {field.doc}")
+        at = f"record + {places[field.name]}"
+        takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")
+        puts.append(f"  put({at}, config.{field.name});")
+    return "\n".join(
+        [
+            BANNER,
+            "// The configuration of a device, and where its bytes lie in flash (little-endian).",
+            "#pragma once",
+            "",
+            "#include <array>",
+            "#include <cstdint>",
+            "",
+            "namespace chladni {",
+            "",
+            "struct Config {",
+            *members,
+            "};",
+            "",
+            "namespace config_format {",
+            "",
+            f"constexpr uint32_t kMagic = 0x{magic:08X}U;",
+            f"constexpr uint32_t kVersionMajor = {device_config.VERSION_MAJOR}U;",
+            f"constexpr uint32_t kVersionMinor = {device_config.VERSION_MINOR}U;",
+            f"constexpr uint32_t kRecordBytes = {device_config.RECORD_BYTES}U;",
+            f"constexpr uint32_t kCrcBytes = {device_config.CRC_BYTES}U;",
+            *(
+                f"constexpr uint32_t kAt{''.join(w.capitalize() for w in f.name.split('_'))} = "
+                f"{places[f.name]}U;  // {f.kind}"
+                for f in device_config.HEADER_FIELDS
+            ),
+            "",
+            "// Every field through `take`, which says whether it lies between two bounds.",
+            "template <typename Take>",
+            "bool take_fields(const uint8_t* record, Config& config, Take take) {",
+            "  return " + " &&\n".join(takes).lstrip() + ";",
+            "}",
+            "",
+            "template <typename Put>",
+            "void put_fields(uint8_t* record, const Config& config, Put put) {",
+            *puts,
+            "}",
+            "",
+            "}  // namespace config_format",
+            "}  // namespace chladni",
+            "",
+        ]
+    )
+
+
 HEADERS: dict[str, Callable[[], str]] = {
     "table_format.hpp": table_header,
+    "config_format.hpp": config_header,
     "sine_table.hpp": sine_header,
 }
 

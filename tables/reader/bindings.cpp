@@ -76,7 +76,8 @@ class FirmwareTable {
   chladni::Hal hal() {
     chladni::Hal result{};
     result.context = this;
-    result.read_table = [](void* context, uint32_t offset, uint8_t* bytes, uint32_t count) {
+    result.read_flash = [](void* context, chladni::FlashArea, uint32_t offset, uint8_t* bytes,
+                           uint32_t count) {
       const auto& own = static_cast<FirmwareTable*>(context)->bytes_;
       if (offset > own.size() || count > own.size() - offset) return false;
       std::memcpy(bytes, own.data() + offset, count);

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.host.device_config import pack_config
 from chladni.host.emulator import TouchEvent, emulate
 from chladni.tables.format import pack
 from conftest import ROOT
-from made_up import make_table
+from made_up import device_of, make_table
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +36,14 @@ def test_native_and_python_move_the_pins_alike(program: Path, tmp_path: Path) ->
     table = make_table(10.0 * drives / np.abs(drives).max(axis=1, keepdims=True), 3, 4)
     path = tmp_path / "t.chl"
     path.write_bytes(pack(table))
+    device = device_of(table)
+    config = tmp_path / "c.bin"
+    config.write_bytes(pack_config(device.with_values(level_q15=26214)))
     answer = subprocess.run(
-        [program, path, "10000", "-25000", "150"], check=True, capture_output=True, text=True
+        [program, path, config, "10", "-25", "150"], check=True, capture_output=True, text=True
     )
-    duties = emulate(table, [TouchEvent(5.0, (10.0, -25.0))], 150.0).duty_steps
+    duties = emulate(device, table, [TouchEvent(5.0, (10.0, -25.0))], 150.0).duty_steps
+    assert duties.any()
     assert answer.stdout.strip() == f"{zlib.crc32(duties.astype('<u2').tobytes()):08x}"
 
 
@@ -47,7 +52,7 @@ def test_native_program_refuses_what_is_no_table(program: Path, tmp_path: Path) 
     path = tmp_path / "bad.chl"
     path.write_bytes(b"x" * 200)
     answer = subprocess.run(
-        [program, path, "0", "0", "10"], check=False, capture_output=True, text=True
+        [program, path, path, "0", "0", "10"], check=False, capture_output=True, text=True
     )
     assert answer.returncode in (1, 2)
     assert answer.stderr

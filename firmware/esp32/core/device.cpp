@@ -4,130 +4,291 @@
 
 namespace chladni {
 
-const char* to_text(DeviceState state) {
-  switch (state) {
-    case DeviceState::kNoTable: return "no table";
-    case DeviceState::kIdle: return "idle";
-    case DeviceState::kPlaying: return "playing";
-    case DeviceState::kSpent: return "spent";
+void Device::start(const Hal& hal) {
+  hal_ = hal;
+  state_ = DeviceState::kIdle;
+  ticked_us_ = hal_.now_us(hal_.context);
+  const ResetCause reset = hal_.reset_cause(hal_.context);
+  if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
+  config_status_ = load_config(hal_, config_);
+  if (config_status_ != ConfigStatus::kOk && config_status_ != ConfigStatus::kNone) {
+    note(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
   }
-  return "unknown";
+  heat_.start(config_, reset != ResetCause::kPowerOn);
+  load_table();
+  start_outputs();
+  input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
+  seen_health_ = config_.panel == 0 ? PanelHealth::kNone : PanelHealth::kFine;
+  settle();
 }
 
-TableStatus Device::start(const Hal& hal, const DeviceSettings& settings) {
-  hal_ = hal;
-  settings_ = settings;
-  state_ = DeviceState::kNoTable;
-  table_status_ = table_.load(hal_, settings.channels);
-  SynthesisSettings synthesis{};
-  synthesis.channels = settings.channels;
-  synthesis.pwm_bits = settings.pwm_bits;
-  // Without a table the synthesis still runs, and holds every output at 0.
-  synthesis.frequency_mhz = table_.is_loaded() ? table_.frequency_mhz() : 160000U;
-  synthesis.ramp_us = table_.is_loaded() ? table_.ramp_us() : 0U;
-  synthesis.touch_timeout_us = table_.is_loaded() ? table_.touch_timeout_us() : 0U;
-  synthesis.max_on_us = table_.is_loaded() ? table_.max_on_us() : 0U;
-  const bool fits = synthesis_.start(synthesis);
-  if (table_status_ == TableStatus::kOk && !fits) table_status_ = TableStatus::kBadField;
-  if (table_status_ == TableStatus::kOk) state_ = DeviceState::kIdle;
-  return table_status_;
+void Device::load_table() {
+  faults_.clear(FaultCause::kNoTable);
+  faults_.clear(FaultCause::kTableRefused);
+  table_status_ = table_.load(hal_, config_.channels);
+  if (table_status_ == TableStatus::kNone) {
+    stand(FaultCause::kNoTable, 0);
+  } else if (table_status_ != TableStatus::kOk) {
+    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
+  }
+}
+
+// Only while nothing plays.
+void Device::start_outputs() {
+  const SynthesisSettings settings = synthesis_settings();
+  const bool fits = synthesis_.start(settings);
+  if (!fits && table_status_ == TableStatus::kOk) {
+    table_status_ = TableStatus::kBadField;
+    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
+  }
+  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
+  envelope_.start(config_, settings.ramp_us);
+}
+
+SynthesisSettings Device::synthesis_settings() const {
+  SynthesisSettings settings{};
+  settings.channels = config_.channels;
+  settings.pwm_bits = config_.pwm_bits;
+  const bool has_table = table_.is_loaded();
+  settings.frequency_mhz = has_table ? table_.frequency_mhz() : kDefaultFrequencyMhz;
+  settings.ramp_us = has_table ? table_.ramp_us() : kDefaultRampUs;
+  settings.touch_timeout_us = has_table ? table_.touch_timeout_us() : kDefaultTimeoutUs;
+  settings.max_on_us = has_table ? table_.max_on_us() : kDefaultMaxOnUs;
+  settings.limits.max_duty_q15 = config_.max_duty_q15;
+  // A step of the carrier is 12.5 ns.
+  settings.limits.min_on_steps = (config_.min_on_ns * 2U + 24U) / 25U;
+  settings.limits.supply_ma = config_.supply_ma;
+  settings.limits.full_current_ma = config_.full_current_ma;
+  return settings;
+}
+
+bool Device::go(DeviceEvent event) {
+  const Transition found = transition(state_, event);
+  if (found.is_allowed) state_ = found.next;
+  return found.is_allowed;
+}
+
+void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, uptime_ms_); }
+
+// Outputs go off and stay off until the fault clears.
+void Device::stand(FaultCause cause, uint32_t detail) {
+  note(cause, detail);
+  faults_.raise(cause);
+  is_drive_pending_ = is_start_pending_ = is_stream_pending_ = is_after_lift_ = false;
+  is_release_pending_ = synthesis_.output() != Output::kOff || !synthesis_.is_quiet();
+  go(DeviceEvent::kFaultArises);
+}
+
+void Device::settle() {
+  if (state_ == DeviceState::kIdle && faults_.any_stands()) go(DeviceEvent::kFaultArises);
 }
 
 void Device::poll() {
-  if (state_ == DeviceState::kPlaying && !is_start_pending_) {
-    const FadeCause cause = synthesis_.fade_cause();
-    if (cause == FadeCause::kMaxOn) state_ = DeviceState::kSpent;
-    if (cause == FadeCause::kTouchTimeout) state_ = DeviceState::kIdle;
-  }
-  Place place{};
-  switch (hal_.poll_touch(hal_.context, &place)) {
-    case Touch::kContact:
-      is_console_touch_ = false;
-      contact(place);
-      break;
-    case Touch::kLifted:
-      is_console_touch_ = false;
-      lifted();
-      break;
-    case Touch::kNothingNew:
-      if (is_console_touch_) contact(console_place_);
-      break;
-  }
-  if (state_ == DeviceState::kPlaying && is_drive_pending_) {
-    Drive drive{};
-    table_.drive_at(place_, drive);
-    if (synthesis_.play(drive, settings_.level_q15, is_start_pending_)) {
-      is_drive_pending_ = false;
-      is_start_pending_ = false;
-    }
-  }
-  // The lift-up may never be reported: a panel that has long been silent counts as one.
   const uint32_t now_us = hal_.now_us(hal_.context);
-  if (state_ == DeviceState::kSpent && now_us - last_contact_us_ >= table_.touch_timeout_us()) {
-    state_ = DeviceState::kIdle;
-  }
-  if (is_release_pending_) is_release_pending_ = !synthesis_.release();
+  const uint32_t passed_ms = (now_us - ticked_us_) / 1000U;
+  ticked_us_ += passed_ms * 1000U;
+  uptime_ms_ += passed_ms;
+  watch_outputs();
+  watch_coils(now_us);
+  const TouchEvent event = next_touch(now_us);
+  watch_panel();
+  // The panel's bytes took their time.
+  handle(event, hal_.now_us(hal_.context));
+  advance_effects(hal_.now_us(hal_.context));
+  advance_stream();
+  post_drive();
+  clear_faults();
 }
 
-void Device::contact(Place place) {
-  last_contact_us_ = hal_.now_us(hal_.context);
-  if (state_ == DeviceState::kNoTable || state_ == DeviceState::kSpent) return;
-  if (state_ != DeviceState::kPlaying) is_start_pending_ = true;
-  const bool has_moved = place.x_um != place_.x_um || place.y_um != place_.y_um;
-  if (is_start_pending_ || has_moved) is_drive_pending_ = true;
+// What the interrupt ended by itself.
+void Device::watch_outputs() {
+  if (is_start_pending_) return;
+  const FadeCause cause = synthesis_.fade_cause();
+  if (cause == seen_fade_) return;
+  seen_fade_ = cause;
+  switch (cause) {
+    case FadeCause::kTouchTimeout:
+      if (state_ == DeviceState::kPlaying) {
+        note(FaultCause::kTouchTimeout, 0);
+        end_touch();
+      } else if (state_ == DeviceState::kStreaming) {
+        note(FaultCause::kHostSilent, 0);
+        stream_end();
+      }
+      break;
+    case FadeCause::kMaxOn: stand(FaultCause::kTouchTooLong, 0); break;
+    case FadeCause::kLate: stand(FaultCause::kInterruptLate, synthesis_.missed()); break;
+    case FadeCause::kUnderrun:
+      note(FaultCause::kUnderrun, 0);
+      // It begins again when enough has come.
+      is_stream_pending_ = state_ == DeviceState::kStreaming;
+      break;
+    case FadeCause::kNone:
+    case FadeCause::kReleased: break;
+  }
+}
+
+void Device::watch_coils(uint32_t now_us) {
+  heat_.update(synthesis_.meter(), now_us);
+  const uint32_t hot = heat_.hot_channel();
+  if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
+    stand(FaultCause::kCoilHot, hot);
+  }
+  // Waves are kept within the limit when they are posted; a stream is not, and rounding is not.
+  const uint32_t most_ma = config_.supply_ma + config_.supply_ma / 16U;
+  if (heat_.supply_ma() > most_ma && !faults_.stands(FaultCause::kSupplyCurrent)) {
+    stand(FaultCause::kSupplyCurrent, heat_.supply_ma());
+  }
+}
+
+void Device::watch_panel() {
+  const PanelHealth health = input_.health();
+  if (health != seen_health_) {
+    if (health == PanelHealth::kMissing) note(FaultCause::kPanelMissing, 0);
+    if (health == PanelHealth::kWedged) note(FaultCause::kPanelFails, input_.bus_errors());
+    seen_health_ = health;
+  }
+  const uint32_t out_of_range = input_.out_of_range();
+  if (out_of_range == seen_out_of_range_) return;
+  seen_out_of_range_ = out_of_range;
+  // A panel that goes on like this must not push everything else out of the log.
+  const uint32_t kept = faults_.kept();
+  if (kept == 0 || faults_.at(kept - 1U).cause != FaultCause::kPanelRange) {
+    note(FaultCause::kPanelRange, out_of_range);
+  }
+}
+
+void Device::clear_faults() {
+  if (faults_.stands(FaultCause::kCoilHot) && heat_.has_cooled()) {
+    faults_.clear(FaultCause::kCoilHot);
+  }
+  if (!is_finger_there() && synthesis_.is_quiet()) {
+    faults_.clear(FaultCause::kTouchTooLong);
+    faults_.clear(FaultCause::kInterruptLate);
+    faults_.clear(FaultCause::kSupplyCurrent);
+  }
+  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+}
+
+TouchEvent Device::next_touch(uint32_t now_us) {
+  const TouchEvent event = input_.poll(hal_, now_us);
+  if (event.kind != TouchKind::kNothing) {
+    is_console_touch_ = false;
+    return event;
+  }
+  if (is_console_touch_) return {TouchKind::kMoved, console_place_};
+  return event;
+}
+
+void Device::handle(const TouchEvent& event, uint32_t now_us) {
+  switch (event.kind) {
+    case TouchKind::kNothing: return;
+    case TouchKind::kUp: touch_up(now_us); return;
+    case TouchKind::kTimeout:
+      if (state_ != DeviceState::kPlaying) return;
+      note(FaultCause::kTouchTimeout, 0);
+      end_touch();
+      return;
+    case TouchKind::kDown:
+    case TouchKind::kHeld:
+    case TouchKind::kMoved: break;
+  }
+  const bool is_new = state_ == DeviceState::kIdle || is_after_lift_ || event.kind == TouchKind::kDown;
+  if (is_new) {
+    touch_down(event.place, now_us);
+    return;
+  }
+  if (state_ != DeviceState::kPlaying) return;
+  synthesis_.keep_alive();
+  const bool has_moved = event.place.x_um != place_.x_um || event.place.y_um != place_.y_um;
+  if (!has_moved || config_.on_move != 0) return;
+  place_ = event.place;
+  if (!is_start_pending_) line_ = envelope_.current(now_us);
+  is_drive_pending_ = true;
+}
+
+void Device::touch_down(Place place, uint32_t now_us) {
+  if (!go(DeviceEvent::kTouchBegins)) return;
   place_ = place;
-  state_ = DeviceState::kPlaying;
-  is_release_pending_ = false;
+  line_ = envelope_.begin(now_us);
+  is_drive_pending_ = is_start_pending_ = true;
+  is_release_pending_ = is_after_lift_ = false;
   synthesis_.keep_alive();
 }
 
-void Device::lifted() {
-  if (state_ == DeviceState::kPlaying) is_release_pending_ = true;
-  if (state_ != DeviceState::kNoTable) state_ = DeviceState::kIdle;
-  is_drive_pending_ = false;
-  is_start_pending_ = false;
+void Device::touch_up(uint32_t now_us) {
+  if (state_ != DeviceState::kPlaying || is_after_lift_) return;
+  if (envelope_.lift_pulse_us() == 0) {
+    end_touch();
+    return;
+  }
+  is_after_lift_ = true;
+  lift_us_ = now_us;
+  line_ = envelope_.lift_line();
+  is_drive_pending_ = true;
 }
 
-// The drives of another frequency, from the next touch on; says how it went.
-const char* Device::select_frequency(uint32_t frequency_mhz) {
-  if (state_ == DeviceState::kNoTable) return to_text(table_status_);
-  if (state_ != DeviceState::kIdle) return "lift the finger first";
+void Device::end_touch() {
+  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  is_release_pending_ = true;
+  go(DeviceEvent::kTouchEnds);
+  settle();
+}
+
+void Device::advance_effects(uint32_t now_us) {
+  if (state_ != DeviceState::kPlaying) return;
+  if (is_after_lift_) {
+    synthesis_.keep_alive();
+    if (now_us - lift_us_ >= envelope_.lift_pulse_us()) end_touch();
+    return;
+  }
+  if (!is_start_pending_ && envelope_.decays(now_us)) {
+    line_ = envelope_.current(now_us);
+    is_drive_pending_ = true;
+  }
+}
+
+void Device::post_drive() {
+  if (state_ == DeviceState::kPlaying && is_drive_pending_) {
+    Drive drive{};
+    table_.drive_at(place_, drive);
+    if (synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start_pending_})) {
+      if (is_start_pending_) seen_fade_ = FadeCause::kNone;
+      is_drive_pending_ = is_start_pending_ = false;
+    }
+  }
+  if (is_release_pending_) is_release_pending_ = !synthesis_.release(envelope_.release_us());
+}
+
+bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
+
+// The drives of another frequency, from the next touch on.
+TableStatus Device::select_frequency(uint32_t frequency_mhz) {
   const TableStatus status = table_.select(hal_, frequency_mhz);
   if (!table_.is_loaded()) {
     table_status_ = status;
-    state_ = DeviceState::kNoTable;
+    stand(FaultCause::kTableRefused, static_cast<uint32_t>(status));
   }
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
-  return to_text(status);
+  return status;
 }
 
-void Device::command(const char* line) {
-  Reader reader(line);
-  if (reader.word("touch")) {
-    Place place{};
-    if (reader.number(&place.x_um) && reader.number(&place.y_um) && reader.at_end()) {
-      is_console_touch_ = true;
-      console_place_ = place;
-      hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
-      return;
-    }
-  } else if (reader.word("lift") && reader.at_end()) {
-    is_console_touch_ = false;
-    lifted();
-    hal_.print(hal_.context, "ok");
-    return;
-  } else if (reader.word("frequency")) {
-    int32_t frequency_mhz = 0;
-    if (reader.number(&frequency_mhz) && reader.at_end() && frequency_mhz > 0) {
-      hal_.print(hal_.context, select_frequency(static_cast<uint32_t>(frequency_mhz)));
-      return;
-    }
-  } else if (reader.word("info") && reader.at_end()) {
-    hal_.print(hal_.context, to_text(state_));
-    hal_.print(hal_.context, to_text(table_status_));
-    return;
+bool Device::update_begin() {
+  if (state_ != DeviceState::kUpdating) {
+    if (!go(DeviceEvent::kUpdateBegins)) return false;
+    is_drive_pending_ = is_start_pending_ = is_stream_pending_ = is_after_lift_ = false;
+    is_release_pending_ = true;
   }
-  hal_.print(hal_.context, "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | info");
+  return !is_release_pending_ && synthesis_.is_quiet();
+}
+
+void Device::update_end() {
+  if (state_ != DeviceState::kUpdating || !synthesis_.is_quiet()) return;
+  load_table();
+  start_outputs();
+  input_.set_timeout(table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
+  go(DeviceEvent::kUpdateEnds);
+  settle();
 }
 
 }  // namespace chladni

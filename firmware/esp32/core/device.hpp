@@ -3,61 +3,121 @@
 
 #include <cstdint>
 
+#include "core/coil_heat.hpp"
+#include "core/config.hpp"
+#include "core/device_state.hpp"
+#include "core/envelope.hpp"
+#include "core/faults.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis.hpp"
 #include "core/table.hpp"
+#include "core/touch/touch_input.hpp"
 
 namespace chladni {
 
-enum class DeviceState : uint8_t {
-  kNoTable,  // nothing to play; `table_status` says why
-  kIdle,     // waiting for a touch
-  kPlaying,  // a finger is on the board
-  kSpent,    // the touch outlasted a limit; outputs are off until it lifts
-};
-
-const char* to_text(DeviceState state);
-
-struct DeviceSettings {
-  uint32_t channels;
-  uint32_t pwm_bits;
-  uint32_t level_q15;  // loudness, 0 to 32767
-};
+// While no table says otherwise.
+constexpr uint32_t kDefaultFrequencyMhz = 160000;
+constexpr uint32_t kDefaultRampUs = 4000;
+constexpr uint32_t kDefaultTimeoutUs = 100000;
+constexpr uint32_t kDefaultMaxOnUs = 10000000;
 
 class Device {
  public:
-  // Load the table and get ready; outputs stay off.
-  TableStatus start(const Hal& hal, const DeviceSettings& settings);
-  // One turn of the main loop; call it every millisecond or so.
+  // Load configuration and table and get ready; outputs stay off.
+  void start(const Hal& hal);
+  // One turn of the main loop; call it every millisecond, and as soon as the panel calls.
   void poll();
-  // One line from the console: "touch X Y" (micrometres), "lift", "frequency F" (millihertz) or
-  // "info".
+  // One line from the console; "help" lists them.
   void command(const char* line);
-  // One sample; call it from the sample interrupt, every fourth carrier period.
-  void sample();
+  // One sample; call it from the sample interrupt, every fourth carrier period. `missed` samples
+  // before this one were never asked for.
+  void sample(uint32_t missed);
+
+  // A host drives the outputs, with frames of duties, half as many as samples (stream.hpp) …
+  bool stream_begin();
+  bool stream_push(const uint16_t* duties_q16);
+  // … or with a drive that it must repeat within the touch timeout.
+  bool play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform);
+  void stream_end();
+
+  // Flash may be written once outputs are off; false until then, so ask again. Touches and streams
+  // are refused until `update_end`, which loads the table anew.
+  bool update_begin();
+  void update_end();
+  // Of touches from now on.
+  bool set_waveform(Waveform waveform);
+  TableStatus select_frequency(uint32_t frequency_mhz);
 
   DeviceState state() const { return state_; }
+  const Config& config() const { return config_; }
+  ConfigStatus config_status() const { return config_status_; }
   TableStatus table_status() const { return table_status_; }
-  FadeCause fade_cause() const { return synthesis_.fade_cause(); }
   const Table& table() const { return table_; }
+  const Synthesis& synthesis() const { return synthesis_; }
+  const SampleStream& stream() const { return synthesis_.stream(); }
+  const TouchInput& input() const { return input_; }
+  const FaultLog& faults() const { return faults_; }
+  const CoilHeat& heat() const { return heat_; }
 
  private:
-  void contact(Place place);
-  void lifted();
-  const char* select_frequency(uint32_t frequency_mhz);
+  bool go(DeviceEvent event);
+  void load_table();
+  void start_outputs();
+  SynthesisSettings synthesis_settings() const;
+  void note(FaultCause cause, uint32_t detail);
+  void stand(FaultCause cause, uint32_t detail);
+  void settle();
+
+  void watch_outputs();
+  void watch_coils(uint32_t now_us);
+  void watch_panel();
+  void clear_faults();
+  TouchEvent next_touch(uint32_t now_us);
+  void handle(const TouchEvent& event, uint32_t now_us);
+  void touch_down(Place place, uint32_t now_us);
+  void touch_up(uint32_t now_us);
+  void end_touch();
+  void advance_effects(uint32_t now_us);
+  void host_is_heard();
+  void advance_stream();
+  void post_drive();
+  bool is_finger_there() const { return input_.is_touched() || is_console_touch_; }
+
+  bool run_command(const char* line);
+  void print_info();
+  void print_faults();
 
   Hal hal_{};
-  DeviceSettings settings_{};
-  DeviceState state_ = DeviceState::kNoTable;
+  Config config_{};
+  ConfigStatus config_status_ = ConfigStatus::kNone;
+  DeviceState state_ = DeviceState::kIdle;
   TableStatus table_status_ = TableStatus::kNone;
+  TouchInput input_;
+  FaultLog faults_;
+  CoilHeat heat_;
+  Envelope envelope_;
+  PanelHealth seen_health_ = PanelHealth::kNone;
+  uint32_t seen_out_of_range_ = 0;
+  FadeCause seen_fade_ = FadeCause::kNone;
+
+  // The drive to be played next, and how.
   Place place_{};
+  Line line_{};
   bool is_drive_pending_ = false;
   bool is_start_pending_ = false;
-  uint32_t last_contact_us_ = 0;
   bool is_release_pending_ = false;
+  bool is_after_lift_ = false;  // the touch has ended, its last pulse plays
+  uint32_t lift_us_ = 0;
+  // A host that drives the outputs.
+  bool is_stream_pending_ = false;
+  bool is_raw_ = false;
+  uint32_t host_us_ = 0;  // when it was last heard
+  bool is_clear_pending_ = false;  // of the ring, which the interrupt may still read
   // A touch from the console lasts until "lift", so it is kept alive here.
   bool is_console_touch_ = false;
   Place console_place_{};
+  uint32_t uptime_ms_ = 0;
+  uint32_t ticked_us_ = 0;
   Table table_;
   Synthesis synthesis_;
 };

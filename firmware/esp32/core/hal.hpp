@@ -1,8 +1,8 @@
 // The core's only way out: what a chip, or the emulator in its place, must offer.
 //
-// Two contexts use it. The sample interrupt (every fourth carrier period) calls `set_duty` and
+// Two contexts use it. The sample interrupt (every fourth carrier period) calls `set_duties` and
 // nothing else. The main loop calls the rest. No call may block for longer than it takes to move
-// its bytes.
+// its bytes, or to erase a sector.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,20 @@ struct Place {
   int32_t y_um;
 };
 
-enum class Touch : uint8_t {
-  kNothingNew,  // no report since the last call
-  kContact,     // a finger is at the place given
-  kLifted,      // the finger has left
+enum class BusStatus : uint8_t {
+  kOk,
+  kNoAnswer,  // nobody acknowledged
+  kStuck,     // a line is held low, or the transfer took too long
 };
+
+enum class FlashArea : uint8_t {
+  kTables,
+  kConfig,  // two sectors
+};
+
+constexpr uint32_t kSectorBytes = 4096;
+
+enum class ResetCause : uint8_t { kPowerOn, kSoftware, kPanic, kWatchdog, kBrownOut, kOther };
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
@@ -27,15 +36,28 @@ struct Hal {
   // Free-running microseconds; wraps around after 71 minutes.
   uint32_t (*now_us)(void* context);
 
-  // Duty of a channel in steps of the carrier, 0 to 2^bits - 1, taken over at the next carrier
-  // period. Called at most once per channel and carrier period, from the sample interrupt.
-  void (*set_duty)(void* context, uint32_t channel, uint32_t duty_steps);
+  // Duties of all channels in steps of the carrier, 0 to 2^bits - 1, taken over at the next carrier
+  // period. Called at most once per carrier period, from the sample interrupt.
+  void (*set_duties)(void* context, const uint32_t* duties, uint32_t count);
 
-  // Newest report of the touch panel; fills in `place` for a contact.
-  Touch (*poll_touch)(void* context, Place* place);
+  // One transfer on the panel's I2C bus: write, then, if `read_count` is not 0, read.
+  BusStatus (*i2c)(void* context, uint8_t address, const uint8_t* written, uint32_t write_count,
+                   uint8_t* read, uint32_t read_count);
+  // Clock a device that holds the data line until it lets go.
+  void (*recover_bus)(void* context);
+  // Whether the panel's interrupt line has fallen since the last call.
+  bool (*panel_has_called)(void* context);
 
-  // Bytes of the table partition; false if they cannot be read.
-  bool (*read_table)(void* context, uint32_t offset, uint8_t* bytes, uint32_t count);
+  // False if the bytes cannot be read, erased or programmed. A sector's offset is a multiple of
+  // kSectorBytes; programming turns ones into zeros only.
+  bool (*read_flash)(void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
+                     uint32_t count);
+  bool (*erase_sector)(void* context, FlashArea area, uint32_t offset);
+  bool (*program_flash)(void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,
+                        uint32_t count);
+
+  // Why the processor started.
+  ResetCause (*reset_cause)(void* context);
 
   // One line for people, without the line's end.
   void (*print)(void* context, const char* line);

@@ -3,6 +3,6 @@
 
 namespace chladni {
 
-void Device::sample() { synthesis_.sample(hal_); }
+void Device::sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
 
 }  // namespace chladni

@@ -7,7 +7,7 @@ void StreamReader::refill() {
     if (held_ == 0) {
       if (left_bytes_ == 0) return;
       held_ = left_bytes_ < kChunkBytes ? left_bytes_ : kChunkBytes;
-      if (!hal_.read_table(hal_.context, at_, chunk_.data(), held_)) {
+      if (!hal_.read_flash(hal_.context, FlashArea::kTables, at_, chunk_.data(), held_)) {
         fail(Status::kReadFailed);
         return;
       }

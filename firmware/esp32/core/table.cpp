@@ -122,7 +122,7 @@ TableStatus Table::select(const Hal& hal, uint32_t frequency_mhz) {
   for (uint32_t section = 0; section < sections_; ++section) {
     std::array<uint8_t, 4> bytes{};
     const uint32_t at = header_bytes_ + section * section_bytes_ + f::kSectionAtFrequencyMhz;
-    if (!hal.read_table(hal.context, at, bytes.data(), 4)) {
+    if (!hal.read_flash(hal.context, FlashArea::kTables, at, bytes.data(), 4)) {
       is_loaded_ = false;
       return TableStatus::kReadFailed;
     }
@@ -137,7 +137,7 @@ TableStatus Table::select(const Hal& hal, uint32_t frequency_mhz) {
 TableStatus Table::check(const Hal& hal, uint32_t channels) {
   sections_ = 0;
   std::array<uint8_t, f::kHeaderBytes> header{};
-  if (!hal.read_table(hal.context, 0, header.data(), f::kHeaderBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, 0, header.data(), f::kHeaderBytes)) {
     return TableStatus::kReadFailed;
   }
   const uint8_t* const h = header.data();
@@ -178,11 +178,11 @@ TableStatus Table::check_crc(const Hal& hal, uint32_t total_bytes) const {
   const uint32_t covered = total_bytes - f::kCrcBytes;
   for (uint32_t done = 0; done < covered;) {
     const uint32_t count = covered - done < kChunkBytes ? covered - done : kChunkBytes;
-    if (!hal.read_table(hal.context, done, chunk.data(), count)) return TableStatus::kReadFailed;
+    if (!hal.read_flash(hal.context, FlashArea::kTables, done, chunk.data(), count)) return TableStatus::kReadFailed;
     running = crc32_feed(running, chunk.data(), count);
     done += count;
   }
-  if (!hal.read_table(hal.context, covered, chunk.data(), f::kCrcBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, covered, chunk.data(), f::kCrcBytes)) {
     return TableStatus::kReadFailed;
   }
   return read_u32(chunk.data()) == (running ^ 0xFFFFFFFFU) ? TableStatus::kOk
@@ -249,7 +249,7 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
   std::array<uint8_t, f::kSectionBytes> bytes{};
   const uint8_t* const h = bytes.data();
   const uint32_t at = header_bytes_ + section * section_bytes_;
-  if (!hal.read_table(hal.context, at, bytes.data(), f::kSectionBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, at, bytes.data(), f::kSectionBytes)) {
     return TableStatus::kReadFailed;
   }
   const uint32_t offset = read_u32(h + f::kSectionAtOffset);

@@ -47,4 +47,32 @@ bool Reader::number(int32_t* value) {
   return true;
 }
 
+void Line80::put(char c) {
+  if (length_ + 1U < text_.size()) text_[length_++] = c;
+}
+
+Line80& Line80::add(const char* text) {
+  for (; *text != '\0'; ++text) put(*text);
+  return *this;
+}
+
+Line80& Line80::add(uint32_t number) {
+  std::array<char, 10> digits{};
+  uint32_t count = 0;
+  do {
+    digits[count++] = static_cast<char>('0' + number % 10U);
+    number /= 10U;
+  } while (number > 0);
+  while (count > 0) put(digits[--count]);
+  return *this;
+}
+
+Line80& Line80::add_milli(uint32_t number) {
+  add(number / 1000U).add(".");
+  const uint32_t rest = number % 1000U;
+  if (rest < 100U) put('0');
+  if (rest < 10U) put('0');
+  return add(rest);
+}
+
 }  // namespace chladni

@@ -2,15 +2,24 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <cstring>
 #include <stdexcept>
+#include <tuple>
 
 #include "emulator/emulator.hpp"
 
 namespace nb = nanobind;
+using chladni::Config;
+using chladni::Hal;
 using chladni::emulator::Emulator;
-using chladni::emulator::EmulatorSettings;
+using chladni::emulator::Flash;
+using chladni::emulator::Hardware;
+using chladni::emulator::Panel;
+using chladni::emulator::PanelFaults;
+using chladni::emulator::PanelModel;
 using chladni::emulator::Pwm;
 
 namespace {
@@ -19,13 +28,39 @@ void raise_if(const std::string& fault) {
   if (!fault.empty()) throw std::runtime_error(fault);
 }
 
-EmulatorSettings checked(uint32_t channels, uint32_t pwm_bits, double level, uint32_t panel_us,
-                         uint32_t sectors) {
-  if (channels < 1 || channels > chladni::kMaxChannels) throw nb::value_error("channels: 1 to 16");
-  if (pwm_bits < 10 || pwm_bits > 12) throw nb::value_error("pwm_bits: 10 to 12");
-  if (!(level >= 0.0 && level <= 1.0)) throw nb::value_error("level: 0 to 1");
-  if (sectors < 1 || sectors > 4096) throw nb::value_error("flash_sectors: 1 to 4096");
-  return {channels, pwm_bits, static_cast<uint32_t>(level * 32767.0 + 0.5), panel_us, sectors};
+PanelModel panel_model(const std::string& name) {
+  if (name == "none") return PanelModel::kNone;
+  if (name == "ft6x36") return PanelModel::kFt6x36;
+  if (name == "gt911") return PanelModel::kGt911;
+  throw nb::value_error("panel: none, ft6x36 or gt911");
+}
+
+chladni::ResetCause reset_cause(const std::string& name) {
+  using chladni::ResetCause;
+  if (name == "power on") return ResetCause::kPowerOn;
+  if (name == "software") return ResetCause::kSoftware;
+  if (name == "panic") return ResetCause::kPanic;
+  if (name == "watchdog") return ResetCause::kWatchdog;
+  if (name == "brown-out") return ResetCause::kBrownOut;
+  throw nb::value_error("cause: power on, software, panic, watchdog or brown-out");
+}
+
+void check(const Hardware& hardware) {
+  if (hardware.table_sectors < 1 || hardware.table_sectors > 4096) {
+    throw nb::value_error("table_sectors: 1 to 4096");
+  }
+  const auto is_time = [](double us) { return us >= 0.0 && us <= 1e7; };
+  if (!is_time(hardware.interrupt_us) || !is_time(hardware.jitter_us) ||
+      !is_time(hardware.wake_us) || !is_time(hardware.erase_us) || !is_time(hardware.program_us) ||
+      !is_time(hardware.restart_us) || !is_time(hardware.watchdog_us)) {
+    throw nb::value_error("times: 0 to 10 s");
+  }
+}
+
+Flash& area(Emulator& self, const std::string& name) {
+  if (name == "tables") return self.tables();
+  if (name == "config") return self.config();
+  throw nb::value_error("area: tables or config");
 }
 
 using Duties = nb::ndarray<nb::numpy, uint16_t, nb::ndim<2>>;
@@ -38,41 +73,244 @@ Duties take_duties(Emulator& self) {
   return Duties(record->data(), {record->size() / channels, channels}, owner);
 }
 
-}  // namespace
+// The settings of a record, by the firmware's own reader.
+Config parsed(const std::string& record) {
+  Hal hal{};
+  std::string sectors(2 * chladni::kSectorBytes, '\xFF');
+  std::memcpy(sectors.data(), record.data(), std::min(record.size(), sectors.size()));
+  hal.context = &sectors;
+  hal.read_flash = [](void* context, chladni::FlashArea, uint32_t offset, uint8_t* bytes,
+                      uint32_t count) {
+    const auto& own = *static_cast<std::string*>(context);
+    if (offset > own.size() || count > own.size() - offset) return false;
+    std::memcpy(bytes, own.data() + offset, count);
+    return true;
+  };
+  Config config{};
+  const chladni::ConfigStatus status = load_config(hal, config);
+  if (status != chladni::ConfigStatus::kOk) throw nb::value_error(to_text(status));
+  return config;
+}
 
-NB_MODULE(_emulator, m) {
-  m.doc() = "The firmware core on a PC: virtual clock, flash, PWM outputs and a finger.";
-  m.attr("SECTOR_BYTES") = chladni::emulator::kSectorBytes;
-  m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
-        "Largest amplitude of an output in duty steps.");
-  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
-        "Phase advance per sample in 2^-32 turns.");
+using FaultRow = std::tuple<std::string, uint32_t, uint32_t>;
+
+std::vector<FaultRow> faults(const Emulator& self) {
+  const chladni::FaultLog& log = self.device().faults();
+  std::vector<FaultRow> rows;
+  for (uint32_t k = 0; k < log.kept(); ++k) {
+    const chladni::Fault& fault = log.at(k);
+    rows.emplace_back(to_text(fault.cause), fault.detail, fault.at_ms);
+  }
+  return rows;
+}
+
+// (state, event, next state) of everything that is allowed.
+std::vector<std::tuple<std::string, std::string, std::string>> transitions() {
+  std::vector<std::tuple<std::string, std::string, std::string>> rows;
+  for (uint32_t s = 0; s < chladni::kDeviceStates; ++s) {
+    for (uint32_t e = 0; e < chladni::kDeviceEvents; ++e) {
+      const auto state = static_cast<chladni::DeviceState>(s);
+      const auto event = static_cast<chladni::DeviceEvent>(e);
+      const chladni::Transition found = transition(state, event);
+      if (found.is_allowed) rows.emplace_back(to_text(state), to_text(event), to_text(found.next));
+    }
+  }
+  return rows;
+}
+
+// Frames (count, channels) into the stream's ring; how many it took.
+uint32_t stream_push(Emulator& self, nb::ndarray<const uint16_t, nb::ndim<2>, nb::c_contig> frames) {
+  if (frames.shape(1) != self.pwm().channels()) throw nb::value_error("frames: a column per channel");
+  uint32_t taken = 0;
+  while (taken < frames.shape(0) &&
+         self.device().stream_push(frames.data() + taken * frames.shape(1))) {
+    ++taken;
+  }
+  return taken;
+}
+
+bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains, uint32_t frequency_mhz,
+               uint32_t waveform) {
+  if (gains.size() != self.pwm().channels()) throw nb::value_error("gains: one pair per channel");
+  if (waveform >= chladni::kWaveforms) throw nb::value_error("waveform: 0 to 3");
+  chladni::Drive drive{};
+  for (size_t k = 0; k < gains.size(); ++k) {
+    drive[k] = {static_cast<int16_t>(gains[k].first), static_cast<int16_t>(gains[k].second)};
+  }
+  return self.device().play_live(drive, frequency_mhz, static_cast<chladni::Waveform>(waveform));
+}
+
+void bind_hardware(nb::module_& m) {
+  nb::class_<Hardware>(m, "Hardware")
+      .def(nb::init<>())
+      .def_prop_rw(
+          "panel", [](const Hardware& self) { return static_cast<int>(self.panel); },
+          [](Hardware& self, const std::string& name) { self.panel = panel_model(name); })
+      .def_rw("table_sectors", &Hardware::table_sectors)
+      .def_rw("has_second_address", &Hardware::has_second_address)
+      .def_rw("interrupt_us", &Hardware::interrupt_us)
+      .def_rw("jitter_us", &Hardware::jitter_us)
+      .def_rw("wake_us", &Hardware::wake_us)
+      .def_rw("erase_us", &Hardware::erase_us)
+      .def_rw("program_us", &Hardware::program_us)
+      .def_rw("restart_us", &Hardware::restart_us)
+      .def_rw("watchdog_us", &Hardware::watchdog_us)
+      .def_rw("seed", &Hardware::seed);
+  nb::class_<PanelFaults>(m, "PanelFaults")
+      .def_rw("is_absent", &PanelFaults::is_absent)
+      .def_rw("is_wedged", &PanelFaults::is_wedged)
+      .def_rw("is_silent", &PanelFaults::is_silent)
+      .def_rw("is_off_range", &PanelFaults::is_off_range)
+      .def_rw("loses_next_lift", &PanelFaults::loses_next_lift)
+      .def_rw("loses_calls", &PanelFaults::loses_calls)
+      .def_rw("pulses_until_free", &PanelFaults::pulses_until_free);
   nb::class_<Pwm>(m, "Pwm")
       .def(
           "__init__",
           [](Pwm* self, uint32_t channels, uint32_t bits) {
-            const EmulatorSettings ok = checked(channels, bits, 0.0, 0, 1);
-            new (self) Pwm(ok.channels, ok.pwm_bits);
+            if (channels < 1 || channels > chladni::kMaxChannels) {
+              throw nb::value_error("channels: 1 to 16");
+            }
+            if (bits < 10 || bits > 12) throw nb::value_error("bits: 10 to 12");
+            new (self) Pwm(channels, bits);
           },
           nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
       .def(
           "write",
-          [](Pwm& self, uint64_t period, uint32_t channel, uint32_t duty) {
-            raise_if(self.write(period, channel, duty));
+          [](Pwm& self, uint64_t period, const std::vector<uint32_t>& duties) {
+            raise_if(self.write(period, duties.data(), static_cast<uint32_t>(duties.size())));
           },
-          nb::kw_only(), nb::arg("period"), nb::arg("channel"), nb::arg("duty"));
-  nb::class_<Emulator>(m, "Emulator")
+          nb::kw_only(), nb::arg("period"), nb::arg("duties"));
+}
+
+void bind_flash(nb::class_<Emulator>& emulator) {
+  emulator
+      .def(
+          "erase_sector",
+          [](Emulator& self, uint32_t offset, const std::string& name) {
+            raise_if(area(self, name).erase_sector(offset));
+          },
+          nb::arg("offset"), nb::arg("area") = "tables")
+      .def(
+          "program",
+          [](Emulator& self, uint32_t offset, nb::bytes data, const std::string& name) {
+            raise_if(area(self, name).program(offset, reinterpret_cast<const uint8_t*>(data.c_str()),
+                                              static_cast<uint32_t>(data.size())));
+          },
+          nb::arg("offset"), nb::arg("data"), nb::arg("area") = "tables")
+      .def(
+          "flash_bytes",
+          [](Emulator& self, const std::string& name) {
+            const std::vector<uint8_t>& bytes = area(self, name).bytes();
+            return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+          },
+          nb::arg("area") = "tables")
+      .def(
+          "cut_power_after",
+          [](Emulator& self, uint32_t bytes, const std::string& name) {
+            area(self, name).cut_after(bytes);
+          },
+          nb::arg("bytes"), nb::arg("area") = "tables",
+          "Fail in the middle of erasing or programming, after so many bytes.")
+      .def("restore_power",
+           [](Emulator& self) {
+             self.tables().restore_power();
+             self.config().restore_power();
+           })
+      .def(
+          "let_flash_lie",
+          [](Emulator& self, bool does_lie, const std::string& name) {
+            area(self, name).set_lying(does_lie);
+          },
+          nb::arg("does_lie"), nb::arg("area") = "tables")
+      .def(
+          "save_config",
+          [](Emulator& self, nb::bytes record) {
+            return std::string(to_text(self.save(parsed({record.c_str(), record.size()}))));
+          },
+          nb::arg("record"), "Let the firmware keep a configuration; returns its status.");
+}
+
+void bind_faults(nb::class_<Emulator>& emulator) {
+  emulator.def("hang_main_loop", &Emulator::set_main_loop_hung, nb::arg("hung"))
+      .def("delay_next_sample", &Emulator::delay_next_sample, nb::arg("microseconds"))
+      .def(
+          "restart",
+          [](Emulator& self, const std::string& cause) { self.restart(reset_cause(cause)); },
+          nb::arg("cause"), "A reset: outputs low, and the firmware starts again after a while.")
+      .def_prop_ro(
+          "panel_faults", [](Emulator& self) -> PanelFaults& { return self.panel().faults(); },
+          nb::rv_policy::reference_internal)
+      .def("panel_register", [](Emulator& self, uint32_t at) { return self.panel().peek(at); })
+      .def("panel_sees", [](Emulator& self, double x, double y) { return self.panel().sees(x, y); })
+      .def("panel_power_cycle", [](Emulator& self) { self.panel().power_on(); });
+}
+
+void bind_state(nb::class_<Emulator>& emulator) {
+  emulator.def_prop_ro("now_us", &Emulator::now_us)
+      .def_prop_ro("period", &Emulator::period)
+      .def_prop_ro("calls", &Emulator::calls, "When the panel's line fell, carrier periods.")
+      .def_prop_ro("state", [](Emulator& s) { return std::string(to_text(s.device().state())); })
+      .def_prop_ro("table_status",
+                   [](Emulator& s) { return std::string(to_text(s.device().table_status())); })
+      .def_prop_ro("config_status",
+                   [](Emulator& s) { return std::string(to_text(s.device().config_status())); })
+      .def_prop_ro("panel_health",
+                   [](Emulator& s) { return std::string(to_text(s.device().input().health())); })
+      .def_prop_ro("fade_cause",
+                   [](Emulator& s) {
+                     return std::string(to_text(s.device().synthesis().fade_cause()));
+                   })
+      .def_prop_ro("faults", &faults, "(cause, detail, milliseconds since start), oldest first.")
+      .def_prop_ro("missed_samples", [](Emulator& s) { return s.device().synthesis().missed(); })
+      .def_prop_ro("limited_drives", [](Emulator& s) { return s.device().synthesis().limited(); })
+      .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().heat().supply_ma(); })
+      .def_prop_ro("stream_filled", [](Emulator& s) { return s.device().stream().filled(); })
+      .def_prop_ro("stream_drift", [](Emulator& s) { return s.device().stream().drift(); })
+      .def_prop_ro("coil_rise_k",
+                   [](Emulator& s) {
+                     std::vector<double> rises;
+                     for (uint32_t k = 0; k < s.pwm().channels(); ++k) {
+                       rises.push_back(s.device().heat().rise_dk(k) / 10.0);
+                     }
+                     return rises;
+                   })
+      .def_prop_ro("printed", &Emulator::printed);
+}
+
+}  // namespace
+
+NB_MODULE(_emulator, m) {
+  m.doc() = "The firmware core on a PC: virtual clock, flash, PWM outputs, a panel and fingers.";
+  m.attr("SECTOR_BYTES") = chladni::kSectorBytes;
+  m.attr("STREAM_TARGET") = chladni::kStreamTarget;
+  m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
+        "Largest amplitude of an output in duty steps.");
+  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
+        "Phase advance per sample in 2^-32 turns.");
+  m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");
+  m.def(
+      "panel_place",
+      [](nb::bytes record, uint16_t x, uint16_t y) {
+        const chladni::PanelMap map(parsed({record.c_str(), record.size()}));
+        const chladni::Place place = map.to_board({0, x, y});
+        return std::make_tuple(place.x_um, place.y_um);
+      },
+      nb::arg("config"), nb::arg("x"), nb::arg("y"), "A pixel's place on the board, um.");
+  bind_hardware(m);
+  nb::class_<Emulator> emulator(m, "Emulator");
+  emulator
       .def(
           "__init__",
-          [](Emulator* self, uint32_t channels, uint32_t bits, double level, uint32_t panel_us,
-             uint32_t sectors) {
-            new (self) Emulator(checked(channels, bits, level, panel_us, sectors));
+          [](Emulator* self, const Hardware& hardware) {
+            check(hardware);
+            new (self) Emulator(hardware);
           },
-          nb::kw_only(), nb::arg("channels"), nb::arg("pwm_bits"), nb::arg("level"),
-          nb::arg("panel_period_us"), nb::arg("flash_sectors"))
+          nb::arg("hardware"))
       .def(
-          "boot", [](Emulator& self) { return std::string(chladni::to_text(self.boot())); },
-          "Power on; returns the table's status.")
+          "boot",
+          [](Emulator& self, const std::string& cause) { self.boot(reset_cause(cause)); },
+          nb::arg("cause") = "power on")
       .def(
           "run_us",
           [](Emulator& self, uint64_t us) {
@@ -82,17 +320,16 @@ NB_MODULE(_emulator, m) {
           nb::arg("microseconds"), "Advance the virtual clock; RuntimeError on a hardware fault.")
       .def(
           "finger_down",
-          [](Emulator& self, uint64_t at_us, int32_t x_um, int32_t y_um) {
-            self.add_finger({at_us, true, {x_um, y_um}});
+          [](Emulator& self, uint64_t at_us, double x_mm, double y_mm, uint8_t finger) {
+            self.add_finger({at_us, finger, true, x_mm, y_mm});
           },
-          nb::arg("at_us"), nb::arg("x_um"), nb::arg("y_um"))
+          nb::arg("at_us"), nb::arg("x_mm"), nb::arg("y_mm"), nb::arg("finger") = 0)
       .def(
           "finger_up",
-          [](Emulator& self, uint64_t at_us) { self.add_finger({at_us, false, {0, 0}}); },
-          nb::arg("at_us"))
-      .def("hang_main_loop", &Emulator::set_main_loop_hung, nb::arg("hung"))
-      .def("silence_panel", &Emulator::set_panel_silent, nb::arg("silent"))
-      .def("lose_next_lift", &Emulator::lose_next_lift)
+          [](Emulator& self, uint64_t at_us, uint8_t finger) {
+            self.add_finger({at_us, finger, false, 0.0, 0.0});
+          },
+          nb::arg("at_us"), nb::arg("finger") = 0)
       .def(
           "command",
           [](Emulator& self, const std::string& line) {
@@ -100,26 +337,14 @@ NB_MODULE(_emulator, m) {
             raise_if(self.fault());
           },
           nb::arg("line"))
-      .def(
-          "erase_sector",
-          [](Emulator& self, uint32_t offset) { raise_if(self.flash().erase_sector(offset)); },
-          nb::arg("offset"))
-      .def(
-          "program",
-          [](Emulator& self, uint32_t offset, nb::bytes data) {
-            raise_if(self.flash().program(offset, reinterpret_cast<const uint8_t*>(data.c_str()),
-                                          static_cast<uint32_t>(data.size())));
-          },
-          nb::arg("offset"), nb::arg("data"))
       .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
-      .def_prop_ro("flash_bytes", [](Emulator& self) { return self.flash().size(); })
-      .def_prop_ro("now_us", &Emulator::now_us)
-      .def_prop_ro(
-          "state",
-          [](const Emulator& self) { return std::string(chladni::to_text(self.device().state())); })
-      .def_prop_ro("fade_cause",
-                   [](const Emulator& self) {
-                     return std::string(chladni::to_text(self.device().fade_cause()));
-                   })
-      .def_prop_ro("printed", &Emulator::printed);
+      .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
+      .def("stream_push", &stream_push, nb::arg("frames"))
+      .def("stream_end", [](Emulator& self) { self.device().stream_end(); })
+      .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_mhz"), nb::arg("waveform"))
+      .def("update_begin", [](Emulator& self) { return self.device().update_begin(); })
+      .def("update_end", [](Emulator& self) { self.device().update_end(); });
+  bind_flash(emulator);
+  bind_faults(emulator);
+  bind_state(emulator);
 }

@@ -6,78 +6,202 @@ namespace chladni::emulator {
 
 namespace {
 
-constexpr uint64_t kTimerHz = 80000000;
-constexpr uint64_t kPollUs = 1000;
+constexpr uint64_t kTurnUs = 1000;
+constexpr uint32_t kConfigSectors = 2;
+// Start, stop and an acknowledge per byte.
+constexpr double kBitsPerByte = 9.0, kFrameBits = 2.0;
 
 }  // namespace
 
-Emulator::Emulator(const EmulatorSettings& settings)
-    : settings_(settings),
-      flash_(settings.flash_sectors),
-      pwm_(settings.channels, settings.pwm_bits) {}
+Emulator::Emulator(const Hardware& hardware)
+    : hardware_(hardware),
+      tables_(hardware.table_sectors),
+      config_(kConfigSectors),
+      random_(hardware.seed * 2654435761U + 1U) {}
 
-uint64_t Emulator::now_us() const { return (period_ << settings_.pwm_bits) * 1000000U / kTimerHz; }
+uint64_t Emulator::in_periods(double microseconds) const {
+  return static_cast<uint64_t>(microseconds * 80.0) >> pwm_.bits();
+}
+
+// From 0 to 1 (xorshift; only ever for jitter).
+double Emulator::random() {
+  random_ ^= random_ << 13;
+  random_ ^= random_ >> 17;
+  random_ ^= random_ << 5;
+  return static_cast<double>(random_) / 4294967296.0;
+}
 
 Hal Emulator::hal() {
   Hal hal{};
   hal.context = this;
   hal.now_us = [](void* context) { return static_cast<uint32_t>(from(context).now_us()); };
-  hal.set_duty = [](void* context, uint32_t channel, uint32_t duty) {
+  hal.set_duties = [](void* context, const uint32_t* duties, uint32_t count) {
     Emulator& self = from(context);
-    self.note(self.pwm_.write(self.period_, channel, duty));
+    self.note(self.pwm_.write(self.period_, duties, count));
   };
-  hal.poll_touch = [](void* context, Place* place) { return from(context).report(place); };
-  hal.read_table = [](void* context, uint32_t offset, uint8_t* bytes, uint32_t count) {
-    return from(context).flash_.read(offset, bytes, count);
+  hal.i2c = [](void* context, uint8_t address, const uint8_t* written, uint32_t write_count,
+               uint8_t* read, uint32_t read_count) {
+    Emulator& self = from(context);
+    const uint32_t bytes = 1 + write_count + (read_count > 0 ? 1 + read_count : 0);
+    const double bits = kBitsPerByte * bytes + kFrameBits * (read_count > 0 ? 2 : 1);
+    self.advance(bits * 1e3 / self.device_.config().i2c_khz);
+    return self.panel_.transfer(address, written, write_count, read, read_count);
   };
+  hal.recover_bus = [](void* context) {
+    Emulator& self = from(context);
+    self.advance(9.0 * 10.0);  // nine pulses at 100 kHz
+    self.panel_.clock_free();
+  };
+  hal.panel_has_called = [](void* context) {
+    Emulator& self = from(context);
+    const bool has_called = self.has_called_;
+    self.has_called_ = false;
+    return has_called;
+  };
+  hal.read_flash = [](void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
+                      uint32_t count) {
+    Emulator& self = from(context);
+    return (area == FlashArea::kTables ? self.tables_ : self.config_).read(offset, bytes, count);
+  };
+  hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {
+    Emulator& self = from(context);
+    self.note((area == FlashArea::kTables ? self.tables_ : self.config_).erase_sector(offset));
+    self.advance(self.hardware_.erase_us);
+    return true;
+  };
+  hal.program_flash = [](void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,
+                         uint32_t count) {
+    Emulator& self = from(context);
+    self.note(
+        (area == FlashArea::kTables ? self.tables_ : self.config_).program(offset, bytes, count));
+    self.advance(self.hardware_.program_us * count);
+    return true;
+  };
+  hal.reset_cause = [](void* context) { return from(context).reset_cause_; };
   hal.print = [](void* context, const char* line) { from(context).printed_.emplace_back(line); };
   return hal;
 }
 
-TableStatus Emulator::boot() {
-  // The device holds atomics and cannot be assigned; power-on means made anew in place.
-  pwm_.reset();
-  is_booted_ = true;
+void Emulator::boot(ResetCause cause) {
+  reset_cause_ = cause;
+  has_called_ = false;
+  wake_at_us_ = UINT64_MAX;
+  is_main_loop_hung_ = false;
+  // The device holds atomics and cannot be assigned; starting means made anew in place.
   device_.~Device();
   new (&device_) Device();
-  return device_.start(hal(), {settings_.channels, settings_.pwm_bits, settings_.level_q15});
+  is_booted_ = false;  // no samples before the outputs are set up
+  device_.start(hal());
+  const Config& config = device_.config();
+  if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits()) {
+    begun_ns_ = now_ns();
+    begun_period_ = period_;
+    pwm_ = Pwm(config.channels, config.pwm_bits);
+  }
+  pwm_.reset();
+  panel_.mount(config.panel == 0 ? PanelModel::kNone : hardware_.panel, config,
+               hardware_.has_second_address);
+  is_booted_ = true;
+  sample_due_ = (period_ + kCarrierPeriodsPerSample - 1) / kCarrierPeriodsPerSample *
+                kCarrierPeriodsPerSample;
+  sample_at_ = sample_due_ + in_periods(hardware_.interrupt_us);
+  next_turn_us_ = now_us();
+  next_scan_us_ = now_us() + panel_.period_us(false);
 }
 
-Touch Emulator::report(Place* place) {
+void Emulator::restart(ResetCause cause) {
+  is_booted_ = false;
+  pwm_.reset();
+  advance(hardware_.restart_us);
+  const PanelFaults faults = panel_.faults();
+  boot(cause);
+  panel_.faults() = faults;
+}
+
+void Emulator::set_main_loop_hung(bool is_hung) {
+  is_main_loop_hung_ = is_hung;
+  hung_since_us_ = now_us();
+}
+
+void Emulator::command(const std::string& line) {
+  if (is_booted_) {
+    device_.command(line.c_str());
+  } else {
+    note("the board is not powered on");
+  }
+}
+
+void Emulator::advance_period() {
+  pwm_.begin_period();
+  if (is_booted_) sample_if_due();
+  scan_if_due();
+  ++period_;
+}
+
+// Time passes under the main loop.
+void Emulator::advance(double microseconds) {
+  const uint64_t periods = in_periods(microseconds) + 1U;
+  for (uint64_t k = 0; k < periods && fault_.empty(); ++k) advance_period();
+}
+
+void Emulator::sample_if_due() {
+  if (period_ < sample_at_) return;
+  // Interrupts that came due meanwhile are one.
+  const uint64_t late = (period_ - sample_due_) / kCarrierPeriodsPerSample;
+  device_.sample(static_cast<uint32_t>(late));
+  sample_due_ += (late + 1U) * kCarrierPeriodsPerSample;
+  const double delay = hardware_.interrupt_us + hardware_.jitter_us * random() + extra_delay_us_;
+  extra_delay_us_ = 0.0;
+  sample_at_ = sample_due_ + in_periods(delay);
+}
+
+void Emulator::move_fingers() {
   const uint64_t now = now_us();
   while (next_finger_ < fingers_.size() && fingers_[next_finger_].at_us <= now) {
     const FingerEvent& event = fingers_[next_finger_++];
-    if (is_finger_down_ && !event.is_down) is_lift_unreported_ = true;
-    // A panel that sees a finger arrive reports at once, then at its own rate.
-    if (!is_finger_down_ && event.is_down) next_report_us_ = now;
-    is_finger_down_ = event.is_down;
-    if (event.is_down) finger_ = event.place;
+    size_t k = 0;
+    while (k < down_.size() && down_[k].id != event.finger) ++k;
+    const auto at = down_.begin() + static_cast<std::ptrdiff_t>(k);
+    if (!event.is_down) {
+      if (k < down_.size()) down_.erase(at);
+    } else if (k < down_.size()) {
+      *at = {event.finger, event.x_mm, event.y_mm};
+    } else {
+      down_.push_back({event.finger, event.x_mm, event.y_mm});
+    }
   }
-  if (is_lift_unreported_ && is_next_lift_lost_) is_lift_unreported_ = is_next_lift_lost_ = false;
-  if (is_panel_silent_ || now < next_report_us_) return Touch::kNothingNew;
-  if (is_finger_down_) {
-    next_report_us_ = now + settings_.panel_period_us;
-    *place = finger_;
-    return Touch::kContact;
+}
+
+void Emulator::scan_if_due() {
+  const uint64_t now = now_us();
+  if (now < next_scan_us_) return;
+  move_fingers();
+  next_scan_us_ += panel_.period_us(!down_.empty());
+  if (!panel_.scan(down_)) return;
+  has_called_ = device_.config().interrupt_pin != 255;
+  calls_.push_back(period_);
+  const uint64_t wake = now + static_cast<uint64_t>(hardware_.wake_us);
+  if (has_called_ && wake < wake_at_us_) wake_at_us_ = wake;
+}
+
+void Emulator::turn_main_loop() {
+  const uint64_t now = now_us();
+  if (now < next_turn_us_ && now < wake_at_us_) return;
+  if (now >= wake_at_us_) wake_at_us_ = UINT64_MAX;
+  while (next_turn_us_ <= now) next_turn_us_ += kTurnUs;
+  if (!is_main_loop_hung_) {
+    device_.poll();
+  } else if (static_cast<double>(now - hung_since_us_) >= hardware_.watchdog_us) {
+    restart(ResetCause::kWatchdog);
   }
-  if (is_lift_unreported_) {
-    is_lift_unreported_ = false;
-    return Touch::kLifted;
-  }
-  return Touch::kNothingNew;
 }
 
 void Emulator::run_us(uint64_t microseconds) {
   const uint64_t end = now_us() + microseconds;
   if (!is_booted_) note("the board is not powered on");
   while (now_us() < end && fault_.empty()) {
-    pwm_.begin_period();
-    if (period_ % kCarrierPeriodsPerSample == 0) device_.sample();
-    if (now_us() >= next_poll_us_) {
-      next_poll_us_ += kPollUs;
-      if (!is_main_loop_hung_) device_.poll();
-    }
-    ++period_;
+    advance_period();
+    turn_main_loop();
   }
 }
 

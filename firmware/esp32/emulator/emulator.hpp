@@ -1,8 +1,9 @@
-// A board on a PC: the firmware core on a virtual clock, with flash, PWM and a finger.
+// The board on a PC: the firmware core on a virtual clock, with flash, PWM, a panel and fingers.
 //
-// Time is counted in carrier periods. The sample interrupt comes once in every fourth one and its
-// duties are latched together when the next begins; the main loop turns once a millisecond, never
-// in the middle of a sample; the panel reports at its own rate.
+// Time is counted in carrier periods. The sample interrupt comes due in every fourth one, arrives
+// after its latency and jitter, and its duties are latched together when the next period begins.
+// The main loop turns once a millisecond and when the panel calls; a transfer on the bus, an erase
+// or a programme takes its time, and samples go on meanwhile: they interrupt the main loop there.
 #pragma once
 
 #include <cstdint>
@@ -11,83 +12,113 @@
 
 #include "core/device.hpp"
 #include "emulator/flash.hpp"
+#include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"
 
 namespace chladni::emulator {
 
 struct FingerEvent {
   uint64_t at_us;
+  uint8_t finger;
   bool is_down;  // at the place, or lifted
-  Place place;
+  double x_mm;
+  double y_mm;
 };
 
-struct EmulatorSettings {
-  uint32_t channels;
-  uint32_t pwm_bits;
-  uint32_t level_q15;
-  uint32_t panel_period_us;  // between two reports of a touch
-  uint32_t flash_sectors;    // of the table partition
+struct Hardware {
+  uint32_t table_sectors = 32;
+  PanelModel panel = PanelModel::kGt911;
+  bool has_second_address = false;
+  // From due to running: the sample interrupt's latency, and as much again at random.
+  double interrupt_us = 2.0;
+  double jitter_us = 0.0;
+  double wake_us = 20.0;       // from the panel's call to the main loop
+  double erase_us = 45000.0;   // of a sector
+  double program_us = 2.5;     // per byte
+  double restart_us = 300000;  // from a reset to the firmware
+  double watchdog_us = 5e6;    // a main loop that hangs for so long is reset
+  uint32_t seed = 1;
 };
 
 class Emulator {
  public:
-  explicit Emulator(const EmulatorSettings& settings);
+  explicit Emulator(const Hardware& hardware);
   Emulator(const Emulator&) = delete;
   Emulator& operator=(const Emulator&) = delete;
 
   // Power on: RAM is lost, flash stays.
-  TableStatus boot();
+  void boot(ResetCause cause);
+  // A reset: outputs low, and after a while the firmware starts again.
+  void restart(ResetCause cause);
   // Advance the virtual clock. Stops at the first fault.
   void run_us(uint64_t microseconds);
   // Fingers by time, in ascending order and not before now.
   void add_finger(const FingerEvent& event) { fingers_.push_back(event); }
   // Stop the main loop (a hung task) while interrupts go on.
-  void set_main_loop_hung(bool is_hung) { is_main_loop_hung_ = is_hung; }
-  // The panel stops reporting, lift-up included.
-  void set_panel_silent(bool is_silent) { is_panel_silent_ = is_silent; }
-  // The next lift-up is never reported.
-  void lose_next_lift() { is_next_lift_lost_ = true; }
-  void command(const std::string& line) {
-    if (is_booted_) {
-      device_.command(line.c_str());
-    } else {
-      note("the board is not powered on");
-    }
-  }
+  void set_main_loop_hung(bool is_hung);
+  // The next sample interrupt comes so late.
+  void delay_next_sample(double microseconds) { extra_delay_us_ = microseconds; }
+  void command(const std::string& line);
+  // Let the firmware keep a configuration.
+  ConfigStatus save(const Config& config) { return save_config(hal(), config); }
 
-  Flash& flash() { return flash_; }
+  Flash& tables() { return tables_; }
+  Flash& config() { return config_; }
   Pwm& pwm() { return pwm_; }
+  Panel& panel() { return panel_; }
+  Device& device() { return device_; }
   const Device& device() const { return device_; }
-  uint64_t now_us() const;
+  uint64_t now_us() const { return static_cast<uint64_t>(now_ns() / 1000U); }
   uint64_t period() const { return period_; }
+  // When the panel's line fell, carrier periods.
+  const std::vector<uint64_t>& calls() const { return calls_; }
   // What the firmware did that hardware would not forgive; empty while all is well.
   const std::string& fault() const { return fault_; }
   const std::vector<std::string>& printed() const { return printed_; }
 
  private:
   static Emulator& from(void* context) { return *static_cast<Emulator*>(context); }
+  // 12.5 ns to a step of the carrier.
+  uint64_t now_ns() const { return begun_ns_ + ((period_ - begun_period_) << pwm_.bits()) * 25U / 2U; }
+  uint64_t in_periods(double microseconds) const;
   Hal hal();
-  Touch report(Place* place);
+  void advance_period();
+  void advance(double microseconds);
+  void sample_if_due();
+  void scan_if_due();
+  void move_fingers();
+  void turn_main_loop();
+  double random();
   void note(const std::string& fault) {
     if (fault_.empty()) fault_ = fault;
   }
 
-  EmulatorSettings settings_;
-  Flash flash_;
-  Pwm pwm_;
+  Hardware hardware_;
+  Flash tables_;
+  Flash config_;
+  Pwm pwm_{1, 10};
+  Panel panel_;
   Device device_;
+  bool is_booted_ = false;
+  ResetCause reset_cause_ = ResetCause::kPowerOn;
   uint64_t period_ = 0;
-  uint64_t next_poll_us_ = 0;
-  uint64_t next_report_us_ = 0;
+  // The carrier may change at a boot: where its periods are counted from.
+  uint64_t begun_period_ = 0;
+  uint64_t begun_ns_ = 0;
+  uint64_t sample_due_ = 0;  // carrier periods
+  uint64_t sample_at_ = 0;
+  double extra_delay_us_ = 0.0;
+  uint64_t next_turn_us_ = 0;
+  uint64_t wake_at_us_ = UINT64_MAX;
+  uint64_t next_scan_us_ = 0;
+  bool has_called_ = false;
+  bool is_main_loop_hung_ = false;
+  uint64_t hung_since_us_ = 0;
   std::vector<FingerEvent> fingers_;
   size_t next_finger_ = 0;
-  bool is_finger_down_ = false;
-  Place finger_{};
-  bool is_lift_unreported_ = false;
-  bool is_booted_ = false;
-  bool is_next_lift_lost_ = false;
-  bool is_main_loop_hung_ = false;
-  bool is_panel_silent_ = false;
+  std::vector<PanelFinger> down_;
+  std::vector<uint64_t> calls_;
+  uint32_t random_;
   std::string fault_;
   std::vector<std::string> printed_;
 };

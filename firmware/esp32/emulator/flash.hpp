@@ -1,20 +1,22 @@
 // Flash as the chip has it: 4 KiB sectors erased to 0xFF, bits programmed from 1 to 0 only.
 // Setting a bit from 0 to 1 without an erase is a fault here, where silicon would just not do it.
+// On command the power fails in the middle of an operation, or one is not done though it says so.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-namespace chladni::emulator {
+#include "core/hal.hpp"
 
-constexpr uint32_t kSectorBytes = 4096;
+namespace chladni::emulator {
 
 class Flash {
  public:
   explicit Flash(uint32_t sectors) : bytes_(sectors * kSectorBytes, 0xFF) {}
 
   uint32_t size() const { return static_cast<uint32_t>(bytes_.size()); }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }
 
   bool read(uint32_t offset, uint8_t* out, uint32_t count) const {
     if (offset > size() || count > size() - offset) return false;
@@ -27,7 +29,9 @@ class Flash {
     if (offset % kSectorBytes != 0 || offset >= size()) {
       return "erase at " + std::to_string(offset) + " is not the start of a sector";
     }
-    for (uint32_t k = 0; k < kSectorBytes; ++k) bytes_[offset + k] = 0xFF;
+    if (does_lie_) return {};
+    const uint32_t done = allowance(kSectorBytes);
+    for (uint32_t k = 0; k < done; ++k) bytes_[offset + k] = 0xFF;
     return {};
   }
 
@@ -40,12 +44,33 @@ class Flash {
         return "byte " + std::to_string(offset + k) + " programmed from 0 to 1 without an erase";
       }
     }
-    for (uint32_t k = 0; k < count; ++k) bytes_[offset + k] = data[k];
+    if (does_lie_) return {};
+    const uint32_t done = allowance(count);
+    for (uint32_t k = 0; k < done; ++k) bytes_[offset + k] = data[k];
     return {};
   }
 
+  // After so many more bytes erased or programmed the power fails; what comes later is lost.
+  void cut_after(uint32_t bytes) {
+    is_cut_set_ = true;
+    left_ = bytes;
+  }
+  bool is_cut() const { return is_cut_set_ && left_ == 0; }
+  void restore_power() { is_cut_set_ = false; }
+  void set_lying(bool does_lie) { does_lie_ = does_lie; }
+
  private:
+  uint32_t allowance(uint32_t count) {
+    if (!is_cut_set_) return count;
+    const uint32_t done = count < left_ ? count : left_;
+    left_ -= done;
+    return done;
+  }
+
   std::vector<uint8_t> bytes_;
+  bool is_cut_set_ = false;
+  uint32_t left_ = 0;
+  bool does_lie_ = false;
 };
 
 }  // namespace chladni::emulator

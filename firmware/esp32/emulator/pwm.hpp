@@ -1,5 +1,5 @@
-// PWM outputs as the chip's LEDC makes them, at carrier resolution, and stricter: a duty written
-// twice within one carrier period, which the chip may lose, is a fault here.
+// PWM outputs as the chip's LEDC makes them, at carrier resolution, and stricter: duties written
+// twice within one carrier period, which the chip may lose, are a fault here.
 #pragma once
 
 #include <array>
@@ -17,26 +17,27 @@ class Pwm {
  public:
   Pwm(uint32_t channels, uint32_t bits) : channels_(channels), bits_(bits) {}
 
-  // Write a duty in carrier period `period`; it is latched when the next one begins.
+  // Write all duties in carrier period `period`; they are latched when the next one begins.
   // Returns what is wrong, or an empty string.
-  std::string write(uint64_t period, uint32_t channel, uint32_t duty) {
-    if (channel >= channels_) return "duty written to channel " + std::to_string(channel);
-    if (duty >= (1U << bits_)) return "duty " + std::to_string(duty) + " overflows the timer";
-    if (written_[channel] == period) {
-      return "duty of channel " + std::to_string(channel) + " written twice in carrier period " +
-             std::to_string(period);
+  std::string write(uint64_t period, const uint32_t* duties, uint32_t count) {
+    if (count != channels_) return "duties for " + std::to_string(count) + " channels";
+    if (written_ == period) {
+      return "duties written twice in carrier period " + std::to_string(period);
     }
-    written_[channel] = period;
-    next_[channel] = duty;
+    written_ = period;
+    for (uint32_t k = 0; k < count; ++k) {
+      if (duties[k] >= (1U << bits_)) {
+        return "duty " + std::to_string(duties[k]) + " overflows the timer";
+      }
+      next_[k] = duties[k];
+    }
     return {};
   }
 
   // One carrier period begins: latch, and record what the pins will do.
   void begin_period() {
-    for (uint32_t k = 0; k < channels_; ++k) {
-      latched_[k] = next_[k];
-      record_.push_back(static_cast<uint16_t>(latched_[k]));
-    }
+    latched_ = next_;
+    record_.insert(record_.end(), latched_.begin(), latched_.begin() + channels_);
   }
 
   // Latched duties since the last call, channel by channel within each carrier period.
@@ -46,11 +47,10 @@ class Pwm {
     return taken;
   }
 
-  // Power on: every output low.
+  // Every output low, as a reset leaves them.
   void reset() {
     next_.fill(0);
-    latched_.fill(0);
-    written_.fill(kNever);
+    written_ = kNever;
   }
 
   uint32_t channels() const { return channels_; }
@@ -61,14 +61,8 @@ class Pwm {
   uint32_t bits_;
   std::array<uint32_t, kMaxChannels> next_{};
   std::array<uint32_t, kMaxChannels> latched_{};
-  std::array<uint64_t, kMaxChannels> written_ = filled(kNever);
+  uint64_t written_ = kNever;
   std::vector<uint16_t> record_;
-
-  static std::array<uint64_t, kMaxChannels> filled(uint64_t value) {
-    std::array<uint64_t, kMaxChannels> result{};
-    result.fill(value);
-    return result;
-  }
 };
 
 }  // namespace chladni::emulator

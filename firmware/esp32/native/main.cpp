@@ -1,19 +1,19 @@
 // Runs one touch on the emulated board and prints a CRC of what the pins did.
 //
-//     program TABLE.chl X_UM Y_UM MILLISECONDS
+//     program TABLE.chl CONFIG X_MM Y_MM MILLISECONDS
 //
 // The same scenario in Python's emulator gives the same CRC, which shows that both are built from
 // the same core. Exit codes: 0 done, 1 the device refused or failed, 2 wrong arguments.
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <vector>
 
 #include "core/crc32.hpp"
-#include "core/generated/table_format.hpp"
 #include "emulator/emulator.hpp"
 
 using chladni::emulator::Emulator;
-using chladni::emulator::kSectorBytes;
+using chladni::kSectorBytes;
 
 namespace {
 
@@ -33,31 +33,35 @@ std::vector<uint8_t> read_file(const char* path) {
 }  // namespace
 
 int main(int count, char** words) {
-  if (count != 5) {
-    std::fprintf(stderr, "usage: %s TABLE.chl X_UM Y_UM MILLISECONDS\n", words[0]);
+  if (count != 6) {
+    std::fprintf(stderr, "usage: %s TABLE.chl CONFIG X_MM Y_MM MILLISECONDS\n", words[0]);
     return 2;
   }
-  const std::vector<uint8_t> table = read_file(words[1]);
-  if (table.size() < chladni::table_format::kHeaderBytes) {
-    std::fprintf(stderr, "%s: not a table\n", words[1]);
+  const std::vector<uint8_t> table = read_file(words[1]), config = read_file(words[2]);
+  chladni::emulator::Hardware hardware;
+  hardware.table_sectors = static_cast<uint32_t>(table.size() / kSectorBytes + 1);
+  Emulator emulator(hardware);
+  std::string wrong =
+      emulator.tables().program(0, table.data(), static_cast<uint32_t>(table.size()));
+  if (wrong.empty()) {
+    wrong = emulator.config().program(0, config.data(), static_cast<uint32_t>(config.size()));
+  }
+  if (!wrong.empty()) {
+    std::fprintf(stderr, "%s\n", wrong.c_str());
     return 2;
   }
-  const auto sectors = static_cast<uint32_t>(table.size() / kSectorBytes + 1);
-  const uint32_t channels = table[chladni::table_format::kAtActuators];
-  if (channels < 1 || channels > chladni::kMaxChannels) {
-    std::fprintf(stderr, "%s: %u actuators\n", words[1], channels);
-    return 2;
-  }
-  Emulator emulator({channels, 10, 26214, 10000, sectors});
-  emulator.flash().program(0, table.data(), static_cast<uint32_t>(table.size()));
-  const chladni::TableStatus status = emulator.boot();
-  if (status != chladni::TableStatus::kOk) {
-    std::fprintf(stderr, "%s: %s\n", words[1], chladni::to_text(status));
+  emulator.boot(chladni::ResetCause::kPowerOn);
+  const chladni::Device& device = emulator.device();
+  if (device.config_status() != chladni::ConfigStatus::kOk) {
+    std::fprintf(stderr, "%s: %s\n", words[2], to_text(device.config_status()));
     return 1;
   }
-  const chladni::Place place{std::atoi(words[2]), std::atoi(words[3])};
-  emulator.add_finger({kTouchAtUs, true, place});
-  emulator.run_us(static_cast<uint64_t>(std::atoi(words[4])) * 1000U);
+  if (device.table_status() != chladni::TableStatus::kOk) {
+    std::fprintf(stderr, "%s: %s\n", words[1], to_text(device.table_status()));
+    return 1;
+  }
+  emulator.add_finger({kTouchAtUs, 0, true, std::atof(words[3]), std::atof(words[4])});
+  emulator.run_us(static_cast<uint64_t>(std::atoi(words[5])) * 1000U);
   if (!emulator.fault().empty()) {
     std::fprintf(stderr, "%s\n", emulator.fault().c_str());
     return 1;

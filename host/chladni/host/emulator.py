@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host import _emulator
+from chladni.host.device_config import PANELS, DeviceConfig, config_of, pack_config
+from chladni.sim.board import Board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack
 from chladni.tables.table import Table
@@ -19,14 +23,49 @@ TIMER_HZ = 80_000_000
 """Clock of the ESP32's LEDC timers."""
 LEVEL = 0.8
 """Share of full amplitude that is played: the rest is headroom."""
-PANEL_PERIOD_US = 10_000
-"""A phone-size panel reports 100 times a second while touched."""
 PARTITION_BYTES = 128 * 1024
 """Size of the `tables` partition (firmware/esp32/chip/partitions.csv)."""
+PIXELS_PER_MM = 16
+"""Of a panel made up for a board that has none: a finger is 0.03 mm off at most."""
 
 
 class EmulatorError(ChladniError):
     """The firmware refused the table, or did what the hardware would not forgive."""
+
+
+@dataclass(frozen=True)
+class Hardware:
+    """What the emulated board is like; times in microseconds.
+
+    Attributes
+    ----------
+    panel
+        Controller on the bus.
+    interrupt_us, jitter_us
+        Latency of the sample interrupt, and how much more it may be at random.
+    wake_us
+        From the panel's call to the main loop.
+    erase_us, program_us
+        Of a sector of flash, and of a byte.
+    restart_us
+        From a reset to the running firmware.
+    watchdog_us
+        A main loop that hangs for so long is reset.
+    seed
+        Of the jitter.
+    """
+
+    panel: Literal["none", "ft6x36", "gt911"] = "gt911"
+    has_second_address: bool = False
+    table_sectors: int = PARTITION_BYTES // 4096
+    interrupt_us: float = 2.0
+    jitter_us: float = 0.0
+    wake_us: float = 20.0
+    erase_us: float = 45_000.0
+    program_us: float = 2.5
+    restart_us: float = 300_000.0
+    watchdog_us: float = 5e6
+    seed: int = 1
 
 
 @dataclass(frozen=True)
@@ -35,6 +74,7 @@ class TouchEvent:
 
     at_ms: float
     place_mm: tuple[float, float] | None
+    finger: int = 0
 
 
 @dataclass(frozen=True)
@@ -66,21 +106,44 @@ class Recording:
         return np.arange(self.duty_steps.shape[0]) / self.carrier_hz
 
 
+def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
+    """A board's configuration, with a panel that covers it if the board has none."""
+    if board.panel is None:
+        settings = covering_panel(*(1e3 * size for size in board.plate.size)) | settings
+    return config_of(board, **settings)
+
+
+def covering_panel(width_mm: float, length_mm: float) -> dict[str, int]:
+    """Settings of a panel with an interrupt line over a whole board."""
+    return {
+        "panel": PANELS.index("find"),
+        "interrupt_pin": 34,
+        "panel_columns": min(max(round(width_mm * PIXELS_PER_MM), 16), 4096),
+        "panel_rows": min(max(round(length_mm * PIXELS_PER_MM), 16), 4096),
+        "panel_width_um": round(width_mm * 1e3),
+        "panel_length_um": round(length_mm * 1e3),
+    }
+
+
 class Emulator:
     """An emulated board with a table in flash, powered on.
 
     Parameters
     ----------
+    board
+        The board, or the configuration of its device.
     table
-        A table, or the bytes of one (which may be damaged: the device decides).
-    channels
-        PWM channels of the device; those of the table by default.
-    pwm_bits
-        10, 11 or 12.
+        A table, or the bytes of one (which may be damaged: the device decides), or none.
+    hardware
+        What the firmware runs on.
     level
         Share of full amplitude, 0 to 1.
     frequency_hz
         Of the drives to play; those of the table's first section by default.
+    must_play
+        Whether a table that the device refuses is an error.
+    **settings
+        Of the configuration, by name, instead of the board's.
 
     Raises
     ------
@@ -90,48 +153,59 @@ class Emulator:
 
     def __init__(
         self,
-        table: Table | bytes,
+        board: Board | DeviceConfig,
+        table: Table | bytes | None,
         *,
-        channels: int | None = None,
-        pwm_bits: int = 10,
+        hardware: Hardware = Hardware(),  # noqa: B008
         level: float = LEVEL,
         frequency_hz: float | None = None,
+        must_play: bool = True,
+        **settings: Any,
     ) -> None:
-        if channels is None:
-            if isinstance(table, bytes):
-                raise TypeError("channels is needed with the bytes of a table")
-            channels = table.actuators
-        data = table if isinstance(table, bytes) else pack(table)
+        settings = {"level_q15": round(level * 32767.0)} | settings
+        if isinstance(board, Board):
+            self.config = emulated_config(board, **settings)
+        else:
+            self.config = board.with_values(**settings)
+        data = pack(table) if isinstance(table, Table) else table or b""
         if len(data) > PARTITION_BYTES:
             raise InputError("table", f"{len(data)} bytes", f"at most {PARTITION_BYTES}")
-        self.pwm_bits = pwm_bits
-        self.carrier_hz = TIMER_HZ / (1 << pwm_bits)
-        self.core = _emulator.Emulator(
-            channels=channels,
-            pwm_bits=pwm_bits,
-            level=level,
-            panel_period_us=PANEL_PERIOD_US,
-            flash_sectors=PARTITION_BYTES // _emulator.SECTOR_BYTES,
-        )
-        for offset in range(0, len(data), _emulator.SECTOR_BYTES):
-            self.core.erase_sector(offset)
+        made = _emulator.Hardware()
+        for field in dataclasses.fields(hardware):
+            setattr(made, field.name, getattr(hardware, field.name))
+        self.core = _emulator.Emulator(made)
         self.core.program(0, data)
-        status = self.core.boot()
-        if status != "ok":
+        self.core.program(0, pack_config(self.config), "config")
+        self.core.boot()
+        status = self.core.table_status
+        if status != "ok" and must_play:
             raise EmulatorError(f"the device refused the table: {status}")
         if frequency_hz is not None:
             self.core.command(f"frequency {round(frequency_hz * 1000.0)}")
             if self.core.printed[-1] != "ok":
                 raise EmulatorError(f"{frequency_hz:g} Hz: {self.core.printed[-1]}")
 
+    @property
+    def carrier_hz(self) -> float:
+        """Carrier periods per second of the virtual clock."""
+        return float(TIMER_HZ / (1 << self.config["pwm_bits"]))
+
     def touch(self, event: TouchEvent) -> None:
-        """Let a finger arrive, move or leave at a time that has not passed yet."""
+        """Let a finger arrive, move or leave at a time that has not passed yet.
+
+        Raises
+        ------
+        InputError
+            The panel does not reach there.
+        """
         at_us = round(event.at_ms * 1000.0)
         if event.place_mm is None:
-            self.core.finger_up(at_us)
-        else:
-            x, y = event.place_mm
-            self.core.finger_down(at_us, round(x * 1000.0), round(y * 1000.0))
+            self.core.finger_up(at_us, event.finger)
+            return
+        x, y = event.place_mm
+        if not self.core.panel_sees(x, y):
+            raise InputError("touch", event.place_mm, "a place on the panel's active area")
+        self.core.finger_down(at_us, x, y, event.finger)
 
     def run(self, milliseconds: float) -> Recording:
         """Advance the clock and return what the pins did meanwhile.
@@ -145,15 +219,40 @@ class Emulator:
             self.core.run_us(round(milliseconds * 1000.0))
         except RuntimeError as error:
             raise EmulatorError(f"at {self.core.now_us / 1000.0:.3f} ms: {error}") from None
-        return Recording(self.core.take_duties(), self.carrier_hz, self.pwm_bits)
+        return Recording(self.core.take_duties(), self.carrier_hz, self.config["pwm_bits"])
+
+    def reported_um(self, place_mm: tuple[float, float]) -> tuple[int, int]:
+        """The place that the device takes a finger at `place_mm` to be at."""
+        return reported_um(self.config, place_mm)
+
+
+def reported_um(config: DeviceConfig, place_mm: tuple[float, float]) -> tuple[int, int]:
+    """Centre, on the board, of the panel's pixel under a place."""
+    turns = np.exp(-0.5j * np.pi * config["panel_turns"])
+    offset = complex(config["panel_x_um"], config["panel_y_um"]) * 1e-3
+    on_panel = (complex(*place_mm) - offset) * turns
+    u, v = on_panel.real, on_panel.imag
+    if config["panel_mirrored"]:
+        u = -u
+    pixels = [
+        int(np.clip(np.floor((at * 1e3 / size + 0.5) * count), 0, count - 1))
+        for at, size, count in (
+            (u, config["panel_width_um"], config["panel_columns"]),
+            (v, config["panel_length_um"], config["panel_rows"]),
+        )
+    ]
+    return _emulator.panel_place(pack_config(config), *pixels)
 
 
 def emulate(
-    table: Table, touches: Sequence[TouchEvent], milliseconds: float, *, pwm_bits: int = 10,
-    level: float = LEVEL, frequency_hz: float | None = None,
+    board: Board | DeviceConfig, table: Table, touches: Sequence[TouchEvent], milliseconds: float,
+    **options: Any,
 ) -> Recording:  # fmt: skip
-    """Power on with a table, play touches (any order), and record the pins."""
-    emulator = Emulator(table, pwm_bits=pwm_bits, level=level, frequency_hz=frequency_hz)
+    """Power on with a table, play touches (any order), and record the pins.
+
+    `options` are those of `Emulator`.
+    """
+    emulator = Emulator(board, table, **options)
     for event in sorted(touches, key=lambda event: event.at_ms):
         emulator.touch(event)
     return emulator.run(milliseconds)

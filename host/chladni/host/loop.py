@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.demodulate import Play, drive_phasors, first_change, sfdr_db
-from chladni.host.emulator import LEVEL, Recording, TouchEvent, emulate
+from chladni.host.emulator import (
+    LEVEL,
+    Recording,
+    TouchEvent,
+    emulate,
+    emulated_config,
+    reported_um,
+)
 from chladni.sim import metrics
 from chladni.sim.board import Board
 from chladni.sim.board_file import load_board, shipped_boards
@@ -54,7 +61,8 @@ class LoopReport:
     ssim
         Energy image of the PWM's field against that of a unit load at `target_mm`.
     ssim_table
-        The same for the drive that the table gives for the place, without the firmware.
+        The same for the drive that the table gives for the place as the panel reports it, without
+        the firmware.
     promised
         That drive, shape (actuators,).
     field, target_field
@@ -111,9 +119,8 @@ def run_loop(
     places = [event for event in events if event.place_mm is not None]
     _check_events(board, events, places, milliseconds)
     section = table.section(frequency_hz)
-    bits = board.electronics.pwm_bits
     recording = emulate(
-        table, events, milliseconds, pwm_bits=bits, level=level, frequency_hz=frequency_hz
+        board, table, events, milliseconds, level=level, frequency_hz=frequency_hz
     )
     changed = first_change(recording, int(places[0].at_ms * 1e-3 * recording.carrier_hz))
     if changed is None:
@@ -121,7 +128,8 @@ def run_loop(
     play = _steady_play(recording, table, section, events, places[-1])
     last = places[-1].place_mm
     assert last is not None
-    x_um, y_um = (round(value * 1000.0) for value in last)
+    # A panel says which of its pixels was touched; the device knows no better.
+    x_um, y_um = reported_um(emulated_config(board), last)
     promised = table.drive_at(section, x_um, y_um)
     phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
     played = section.full_scale_gain * phasors

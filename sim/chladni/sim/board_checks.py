@@ -8,6 +8,8 @@ from chladni.sim.board import (
     FEATURES,
     MM,
     NAME_PATTERN,
+    NOT_WIRED,
+    PANEL_KINDS,
     SAME_PLACE,
     SCREW_SUPPORTS,
     Board,
@@ -25,7 +27,7 @@ def check_board(board: Board) -> None:
         if kind not in EDGE_KINDS:
             expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
             raise InputError(f"plate.edges.{edge}", kind, expected)
-    for section in ("plate", "magnet", "coil", "drive", "image", "regions", "electronics"):
+    for section in ("plate", "magnet", "coil", "panel", "drive", "image", "regions", "electronics"):
         part = getattr(board, section)
         if part is not None:
             check_ranges(part, section)
@@ -33,6 +35,7 @@ def check_board(board: Board) -> None:
         for index, feature in enumerate(getattr(board, section)):
             check_ranges(feature, f"{section}[{index}]")
     _check_supports(board)
+    _check_panel(board)
     _check_actuators(board)
     _check_places(board)
     smallest = min(board.plate.size)
@@ -44,6 +47,24 @@ def check_board(board: Board) -> None:
         )
     if board.regions.pitch > smallest:
         raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+
+
+def _check_panel(board: Board) -> None:
+    panel = board.panel
+    if panel is None:
+        return
+    if panel.controller not in PANEL_KINDS:
+        expected = "one of: " + ", ".join(map(repr, PANEL_KINDS))
+        raise InputError("panel.controller", panel.controller, expected)
+    if panel.rotation_deg % 90 != 0:
+        raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
+    if not isinstance(panel.mirrored, bool):
+        raise InputError("panel.mirrored", panel.mirrored, "true or false")
+    pins = [*board.electronics.pwm_pins, panel.sda_pin, panel.scl_pin]
+    pins += [pin for pin in (panel.interrupt_pin, panel.reset_pin) if pin != NOT_WIRED]
+    for pin in pins:
+        if pins.count(pin) > 1:
+            raise InputError("panel", f"GPIO {pin} for two things", "every pin once")
 
 
 def _check_supports(board: Board) -> None:

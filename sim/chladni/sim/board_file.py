@@ -19,6 +19,7 @@ from chladni.sim.board import (
     Image,
     Magnet,
     Mass,
+    Panel,
     Pin,
     Plate,
     Regions,
@@ -45,7 +46,8 @@ FEATURE_CLASSES = {
     "masses": Mass,
     "holes": Hole,
 }
-OPTIONAL_KEYS = (*FEATURE_CLASSES, "magnet", "coil")
+OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel}
+OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS)
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -100,12 +102,11 @@ def board_from_document(document: dict[str, Any]) -> Board:
     features: dict[str, Any] = {
         key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
     }
-    magnet = _part(Magnet, document["magnet"], "magnet") if "magnet" in document else None
+    for key, optional in OPTIONAL_SECTIONS.items():
+        parts[key] = _part(optional, document[key], key) if key in document else None
     return Board(
         name=document["name"],
         **features,
-        magnet=magnet,
-        coil=_part(Coil, document["coil"], "coil") if "coil" in document else None,
         actuators=_parts(Actuator, document["actuators"], "actuators"),
         **parts,
     )

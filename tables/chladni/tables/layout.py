@@ -54,9 +54,16 @@ class Field:
     @property
     def code(self) -> str:
         """Its code for `struct`."""
-        return {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "char4": "4s", "char16": "16s"}[
-            self.kind
-        ]
+        base, _, count = self.kind.partition("x")
+        one = {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "u64": "Q"} | {
+            "char4": "4s", "char16": "16s",
+        }  # fmt: skip
+        return count + one[base]
+
+    @property
+    def count(self) -> int:
+        """Values in it: 1, unless it is an array as in "u16x16"."""
+        return int(self.kind.partition("x")[2] or 1)
 
     @property
     def size(self) -> int:

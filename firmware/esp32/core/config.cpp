@@ -1,0 +1,180 @@
+#include "core/config.hpp"
+
+#include <cstddef>
+
+#include "core/crc32.hpp"
+
+namespace chladni {
+
+namespace {
+
+namespace f = config_format;
+using Record = std::array<uint8_t, f::kRecordBytes>;
+
+constexpr uint32_t kSectors = 2;
+// A record of a later minor version is longer; it is checked in pieces of this size.
+constexpr uint32_t kMostBytes = 1024;
+
+uint32_t word(const uint8_t* bytes, uint32_t count) {
+  uint32_t value = 0;
+  for (uint32_t k = count; k > 0; --k) value = (value << 8) | bytes[k - 1U];
+  return value;
+}
+
+struct Take {
+  template <typename T>
+  bool operator()(const uint8_t* at, int32_t low, int32_t high, T& value) const {
+    const auto found = static_cast<T>(word(at, sizeof(T)));
+    // Fields of 32 bits are far from both ends of int32_t, so that this comparison is exact.
+    const auto wide = static_cast<int32_t>(found);
+    if (wide < low || wide > high) return false;
+    value = found;
+    return true;
+  }
+  template <typename T, size_t kCount>
+  bool each(const uint8_t* at, int32_t low, int32_t high, std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) {
+      if (!(*this)(at + k * sizeof(T), low, high, values[k])) return false;
+    }
+    return true;
+  }
+  bool operator()(const uint8_t* at, int32_t low, int32_t high,
+                  std::array<uint8_t, 16>& values) const {
+    return each(at, low, high, values);
+  }
+  bool operator()(const uint8_t* at, int32_t low, int32_t high,
+                  std::array<uint16_t, 16>& values) const {
+    return each(at, low, high, values);
+  }
+};
+
+struct Put {
+  template <typename T>
+  void operator()(uint8_t* at, const T& value) const {
+    for (uint32_t k = 0; k < sizeof(T); ++k) {
+      at[k] = static_cast<uint8_t>((static_cast<uint32_t>(value) >> (8U * k)) & 0xFFU);
+    }
+  }
+  void operator()(uint8_t* at, const std::array<uint8_t, 16>& values) const {
+    for (uint32_t k = 0; k < 16; ++k) at[k] = values[k];
+  }
+  void operator()(uint8_t* at, const std::array<uint16_t, 16>& values) const {
+    for (uint32_t k = 0; k < 16; ++k) (*this)(at + 2U * k, values[k]);
+  }
+};
+
+struct Found {
+  ConfigStatus status;
+  uint32_t sequence;
+  Config config;
+};
+
+bool crc_is_right(const Hal& hal, uint32_t offset, uint32_t total) {
+  std::array<uint8_t, 64> piece{};
+  uint32_t running = kCrc32Start;
+  for (uint32_t done = 0; done < total - f::kCrcBytes;) {
+    const uint32_t left = total - f::kCrcBytes - done;
+    const uint32_t count = left < piece.size() ? left : static_cast<uint32_t>(piece.size());
+    if (!hal.read_flash(hal.context, FlashArea::kConfig, offset + done, piece.data(), count)) {
+      return false;
+    }
+    running = crc32_feed(running, piece.data(), count);
+    done += count;
+  }
+  if (!hal.read_flash(hal.context, FlashArea::kConfig, offset + total - f::kCrcBytes, piece.data(),
+                      f::kCrcBytes)) {
+    return false;
+  }
+  return word(piece.data(), 4) == (running ^ 0xFFFFFFFFU);
+}
+
+Found read_sector(const Hal& hal, uint32_t sector) {
+  Found found{ConfigStatus::kDamaged, 0, {}};
+  Record record{};
+  const uint32_t offset = sector * kSectorBytes;
+  if (!hal.read_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
+    found.status = ConfigStatus::kReadFailed;
+    return found;
+  }
+  if (word(record.data(), 4) == 0xFFFFFFFFU) {
+    found.status = ConfigStatus::kNone;
+    return found;
+  }
+  const uint32_t total = word(record.data() + f::kAtTotalBytes, 2);
+  if (word(record.data() + f::kAtMagic, 4) != f::kMagic) return found;
+  if (record[f::kAtVersionMajor] != f::kVersionMajor) return found;
+  if (total < f::kRecordBytes || total > kMostBytes) return found;
+  if (!crc_is_right(hal, offset, total)) return found;
+  if (!f::take_fields(record.data(), found.config, Take{})) return found;
+  found.sequence = word(record.data() + f::kAtSequence, 4);
+  found.status = ConfigStatus::kOk;
+  return found;
+}
+
+// The sector with the newest whole record; `kSectors` if there is none.
+uint32_t newest(const Found& first, const Found& second) {
+  const bool has_first = first.status == ConfigStatus::kOk;
+  const bool has_second = second.status == ConfigStatus::kOk;
+  if (!has_first) return has_second ? 1U : kSectors;
+  if (!has_second) return 0U;
+  // Sequence numbers may wrap around.
+  return static_cast<int32_t>(second.sequence - first.sequence) > 0 ? 1U : 0U;
+}
+
+}  // namespace
+
+const char* to_text(ConfigStatus status) {
+  switch (status) {
+    case ConfigStatus::kOk: return "ok";
+    case ConfigStatus::kNone: return "no configuration";
+    case ConfigStatus::kDamaged: return "configuration damaged";
+    case ConfigStatus::kReadFailed: return "flash read failed";
+    case ConfigStatus::kWriteFailed: return "flash write failed";
+  }
+  return "unknown";
+}
+
+ConfigStatus load_config(const Hal& hal, Config& config) {
+  const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
+  const uint32_t sector = newest(first, second);
+  if (sector < kSectors) {
+    config = sector == 0 ? first.config : second.config;
+    return ConfigStatus::kOk;
+  }
+  config = Config{};
+  if (first.status == ConfigStatus::kNone && second.status == ConfigStatus::kNone) {
+    return ConfigStatus::kNone;
+  }
+  return first.status == ConfigStatus::kNone ? second.status : first.status;
+}
+
+ConfigStatus save_config(const Hal& hal, const Config& config) {
+  const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
+  const uint32_t holds = newest(first, second);
+  const uint32_t sequence = holds == kSectors ? 0U : (holds == 0 ? first : second).sequence;
+  const uint32_t sector = holds == 0 ? 1U : 0U;
+  Record record{};
+  const Put put{};
+  put(record.data() + f::kAtMagic, f::kMagic);
+  record[f::kAtVersionMajor] = static_cast<uint8_t>(f::kVersionMajor);
+  record[f::kAtVersionMinor] = static_cast<uint8_t>(f::kVersionMinor);
+  put(record.data() + f::kAtTotalBytes, static_cast<uint16_t>(f::kRecordBytes));
+  put(record.data() + f::kAtSequence, sequence + 1U);
+  f::put_fields(record.data(), config, put);
+  const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
+  put(record.data() + covered,
+      crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU);
+  const uint32_t offset = sector * kSectorBytes;
+  if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
+      !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(),
+                         f::kRecordBytes)) {
+    return ConfigStatus::kWriteFailed;
+  }
+  // Flash has been seen to answer OK and write nothing.
+  const Found written = read_sector(hal, sector);
+  const bool is_there =
+      written.status == ConfigStatus::kOk && written.sequence == sequence + 1U;
+  return is_there ? ConfigStatus::kOk : ConfigStatus::kWriteFailed;
+}
+
+}  // namespace chladni

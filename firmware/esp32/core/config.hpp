@@ -1,0 +1,29 @@
+// The device's configuration, kept in two sectors of flash that are written in turn: a cut while
+// one is written leaves the other.
+#pragma once
+
+#include <cstdint>
+
+#include "core/generated/config_format.hpp"
+#include "core/hal.hpp"
+
+namespace chladni {
+
+enum class ConfigStatus : uint8_t {
+  kOk,
+  kNone,        // never written: the defaults hold
+  kDamaged,     // neither sector holds a whole record: the defaults hold
+  kReadFailed,  // flash could not be read: the defaults hold
+  kWriteFailed,
+};
+
+const char* to_text(ConfigStatus status);
+
+// The newest whole record, or the defaults; says which.
+ConfigStatus load_config(const Hal& hal, Config& config);
+
+// Write a record to the sector that does not hold the newest, read it back and compare. Whatever
+// happens, the newest record so far stays.
+ConfigStatus save_config(const Hal& hal, const Config& config);
+
+}  // namespace chladni

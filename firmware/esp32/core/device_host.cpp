@@ -1,0 +1,158 @@
+// A host that drives the outputs itself, and the console.
+#include "core/device.hpp"
+#include "core/text.hpp"
+
+namespace chladni {
+
+namespace {
+
+constexpr const char* kHelp =
+    "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
+constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangle", "square",
+                                                                "ramp"};
+
+}  // namespace
+
+bool Device::stream_begin() {
+  if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
+  if (!go(DeviceEvent::kStreamBegins)) return false;
+  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  is_release_pending_ = true;
+  is_raw_ = is_clear_pending_ = is_stream_pending_ = true;
+  host_is_heard();
+  return true;
+}
+
+bool Device::stream_push(const uint16_t* duties_q16) {
+  if (state_ != DeviceState::kStreaming || !is_raw_ || is_clear_pending_) return false;
+  host_is_heard();
+  return synthesis_.stream().push(duties_q16);
+}
+
+bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform) {
+  if (state_ != DeviceState::kStreaming) {
+    if (!stream_begin()) return false;
+    is_raw_ = is_clear_pending_ = is_stream_pending_ = false;
+  }
+  if (is_raw_ || is_release_pending_) return false;
+  if (!synthesis_.set_frequency(frequency_mhz) || !synthesis_.set_waveform(waveform)) return false;
+  host_is_heard();
+  // Each one is a touch of its own: a host that goes on asking may go on for long.
+  if (!synthesis_.play(drive, {32767, synthesis_settings().ramp_us, true})) return false;
+  seen_fade_ = FadeCause::kNone;
+  return true;
+}
+
+void Device::stream_end() {
+  if (!go(DeviceEvent::kStreamEnds)) return;
+  is_stream_pending_ = is_clear_pending_ = is_raw_ = false;
+  is_release_pending_ = true;
+  const SynthesisSettings settings = synthesis_settings();
+  synthesis_.set_frequency(settings.frequency_mhz);
+  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
+  settle();
+}
+
+void Device::host_is_heard() {
+  synthesis_.keep_alive();
+  host_us_ = hal_.now_us(hal_.context);
+}
+
+void Device::advance_stream() {
+  if (state_ != DeviceState::kStreaming) return;
+  if (hal_.now_us(hal_.context) - host_us_ >= synthesis_settings().touch_timeout_us) {
+    note(FaultCause::kHostSilent, 0);
+    stream_end();
+    return;
+  }
+  if (!is_raw_) return;
+  if (is_clear_pending_) {
+    if (is_release_pending_ || !synthesis_.is_quiet()) return;
+    synthesis_.stream().clear();
+    is_clear_pending_ = false;
+  }
+  synthesis_.stream().steer();
+  if (is_stream_pending_ && synthesis_.stream().is_ready() && synthesis_.play_stream()) {
+    seen_fade_ = FadeCause::kNone;
+    is_stream_pending_ = false;
+  }
+}
+
+void Device::command(const char* line) {
+  if (!run_command(line)) hal_.print(hal_.context, kHelp);
+}
+
+// False if the line makes no sense.
+bool Device::run_command(const char* line) {
+  Reader reader(line);
+  if (reader.word("touch")) {
+    Place place{};
+    if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end()) return false;
+    is_console_touch_ = true;
+    console_place_ = place;
+    hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
+    return true;
+  }
+  if (reader.word("lift") && reader.at_end()) {
+    if (is_console_touch_) touch_up(hal_.now_us(hal_.context));
+    is_console_touch_ = false;
+    hal_.print(hal_.context, "ok");
+    return true;
+  }
+  if (reader.word("frequency")) {
+    int32_t frequency_mhz = 0;
+    if (!reader.number(&frequency_mhz) || !reader.at_end() || frequency_mhz <= 0) return false;
+    if (!table_.is_loaded()) {
+      hal_.print(hal_.context, to_text(table_status_));
+    } else if (state_ != DeviceState::kIdle) {
+      hal_.print(hal_.context, "lift the finger first");
+    } else {
+      hal_.print(hal_.context, to_text(select_frequency(static_cast<uint32_t>(frequency_mhz))));
+    }
+    return true;
+  }
+  if (reader.word("waveform")) {
+    for (uint32_t k = 0; k < kWaveforms; ++k) {
+      if (!reader.word(kWaveformNames[k]) || !reader.at_end()) continue;
+      set_waveform(static_cast<Waveform>(k));
+      hal_.print(hal_.context, "ok");
+      return true;
+    }
+    return false;
+  }
+  if (reader.word("info") && reader.at_end()) {
+    print_info();
+    return true;
+  }
+  if (reader.word("faults") && reader.at_end()) {
+    print_faults();
+    return true;
+  }
+  return false;
+}
+
+void Device::print_info() {
+  hal_.print(hal_.context, to_text(state_));
+  hal_.print(hal_.context, to_text(table_status_));
+  hal_.print(hal_.context, to_text(config_status_));
+  hal_.print(hal_.context, to_text(input_.health()));
+  Line80 supply;
+  hal_.print(hal_.context, supply.add(heat_.supply_ma()).add(" mA").text());
+  for (uint32_t k = 0; k < config_.channels; ++k) {
+    Line80 line;
+    line.add("coil ").add(k).add(": ").add_milli(heat_.rise_dk(k) * 100U).add(" K");
+    hal_.print(hal_.context, line.text());
+  }
+}
+
+void Device::print_faults() {
+  if (faults_.count() == 0) hal_.print(hal_.context, "no faults");
+  for (uint32_t k = 0; k < faults_.kept(); ++k) {
+    const Fault& fault = faults_.at(k);
+    Line80 line;
+    line.add_milli(fault.at_ms).add(" s: ").add(to_text(fault.cause)).add(" (").add(fault.detail);
+    hal_.print(hal_.context, line.add(")").text());
+  }
+}
+
+}  // namespace chladni

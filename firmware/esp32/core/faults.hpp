@@ -1,0 +1,66 @@
+// What went wrong, when: the last sixteen faults, and which of them still stand.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace chladni {
+
+enum class FaultCause : uint8_t {
+  kReset,          // restarted by something else than power; detail: ResetCause
+  kNoTable,        // the partition is blank
+  kTableRefused,   // detail: TableStatus
+  kConfigRefused,  // the defaults hold; detail: ConfigStatus
+  kPanelMissing,   // nobody answers at the panel's addresses
+  kPanelFails,     // it answered, and fails now
+  kPanelRange,     // it reported a place off its own pixels
+  kTouchTimeout,   // it fell silent under a finger
+  kTouchTooLong,   // a touch outlasted its limit
+  kInterruptLate,  // samples came late; detail: how many were missed in all
+  kUnderrun,       // a stream ran dry
+  kHostSilent,     // a host that drives the outputs fell silent
+  kCoilHot,        // detail: channel
+  kSupplyCurrent,  // detail: milliamperes
+};
+constexpr uint32_t kFaultCauses = 14;
+
+const char* to_text(FaultCause cause);
+
+struct Fault {
+  FaultCause cause;
+  uint32_t detail;
+  uint32_t at_ms;  // since start
+};
+
+class FaultLog {
+ public:
+  static constexpr uint32_t kKept = 16;
+
+  void add(FaultCause cause, uint32_t detail, uint32_t at_ms) {
+    faults_[count_ % kKept] = {cause, detail, at_ms};
+    ++count_;
+  }
+  // Ever noted; the last kKept of them can be read.
+  uint32_t count() const { return count_; }
+  uint32_t kept() const { return count_ < kKept ? count_ : kKept; }
+  // `index` below kept(), the oldest first.
+  const Fault& at(uint32_t index) const { return faults_[(count_ - kept() + index) % kKept]; }
+
+  // Faults that keep the outputs off until they clear.
+  void raise(FaultCause cause) { standing_ |= bit(cause); }
+  void clear(FaultCause cause) { standing_ &= ~bit(cause); }
+  bool stands(FaultCause cause) const { return (standing_ & bit(cause)) != 0; }
+  bool any_stands() const { return standing_ != 0; }
+  bool only_the_table_stands() const {
+    return (standing_ & ~(bit(FaultCause::kNoTable) | bit(FaultCause::kTableRefused))) == 0;
+  }
+
+ private:
+  static uint32_t bit(FaultCause cause) { return 1U << static_cast<uint32_t>(cause); }
+
+  std::array<Fault, kKept> faults_{};
+  uint32_t count_ = 0;
+  uint32_t standing_ = 0;
+};
+
+}  // namespace chladni

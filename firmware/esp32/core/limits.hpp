@@ -1,0 +1,39 @@
+// What outputs are never driven beyond. Numbers come from the board file, by way of the
+// configuration in flash (docs/hardware.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace chladni {
+
+constexpr uint32_t kMaxChannels = 16;
+
+struct OutputLimits {
+  uint32_t max_duty_q15 = 32768;  // ceiling of every duty
+  uint32_t min_on_steps = 0;      // shortest pulse that still switches: the least of a wave
+  uint32_t supply_ma = 0;         // of all channels' mean currents; 0: no limit
+  // Current of a channel at a duty of 1.
+  std::array<uint16_t, kMaxChannels> full_current_ma{};
+};
+
+// Largest whole number whose square is not above `value`.
+inline uint32_t square_root(uint32_t value) {
+  uint32_t root = 0;
+  for (uint32_t bit = 1U << 15; bit != 0; bit >>= 1) {
+    const uint32_t trial = root | bit;
+    if (trial * trial <= value) root = trial;
+  }
+  return root;
+}
+
+// `value` * `part` / `whole` for part <= whole, rounded down, to 15 bits.
+inline uint32_t share_of(uint32_t value, uint32_t part, uint32_t whole) {
+  while (whole > 0xFFFFU) {
+    whole = (whole + 1U) >> 1;
+    part >>= 1;
+  }
+  return whole == 0 ? value : value * ((part << 15) / whole) >> 15;
+}
+
+}  // namespace chladni

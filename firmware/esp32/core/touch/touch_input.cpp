@@ -1,0 +1,208 @@
+#include "core/touch/touch_input.hpp"
+
+namespace chladni {
+
+namespace {
+
+constexpr uint32_t kSearchUs = 250000;
+// A panel that fails so often in a row is lost, and looked for anew.
+constexpr uint32_t kMostErrors = 3;
+// Values of `panel` in the configuration.
+constexpr uint8_t kNoPanel = 0, kFind = 1, kWantFt6x36 = 2, kWantGt911 = 3;
+
+}  // namespace
+
+const char* to_text(PanelHealth health) {
+  switch (health) {
+    case PanelHealth::kNone: return "no panel configured";
+    case PanelHealth::kMissing: return "panel missing";
+    case PanelHealth::kFine: return "panel fine";
+    case PanelHealth::kWedged: return "panel fails";
+  }
+  return "unknown";
+}
+
+PanelMap::PanelMap(const Config& config)
+    : columns_(config.panel_columns),
+      rows_(config.panel_rows),
+      scale_x_q8_(static_cast<int32_t>(config.panel_width_um * 128U / config.panel_columns)),
+      scale_y_q8_(static_cast<int32_t>(config.panel_length_um * 128U / config.panel_rows)),
+      offset_x_um_(config.panel_x_um),
+      offset_y_um_(config.panel_y_um),
+      turns_(config.panel_turns),
+      is_mirrored_(config.panel_mirrored != 0) {}
+
+bool PanelMap::contains(const Finger& finger) const {
+  return finger.x < columns_ && finger.y < rows_;
+}
+
+Place PanelMap::to_board(const Finger& finger) const {
+  // Twice the pixels from the middle to the pixel's centre: at most the panel's count, so that the
+  // product is at most its size in 1/128 um.
+  const int32_t along_x = ((2 * finger.x + 1 - columns_) * scale_x_q8_) / 256;
+  const int32_t v = ((2 * finger.y + 1 - rows_) * scale_y_q8_) / 256;
+  const int32_t u = is_mirrored_ ? -along_x : along_x;
+  switch (turns_) {
+    case 0: return {u + offset_x_um_, v + offset_y_um_};
+    case 1: return {-v + offset_x_um_, u + offset_y_um_};
+    case 2: return {-u + offset_x_um_, -v + offset_y_um_};
+    default: return {v + offset_x_um_, -u + offset_y_um_};
+  }
+}
+
+void TouchInput::start(const Config& config, uint32_t timeout_us) {
+  *this = TouchInput{};
+  map_ = PanelMap(config);
+  wanted_ = config.panel;
+  has_line_ = config.interrupt_pin != 255;
+  report_us_ = config.report_ms * 1000U;
+  timeout_us_ = timeout_us;
+  hold_us_ = config.lift_hold_ms * 1000U;
+  press_reports_ = config.press_reports;
+  health_ = wanted_ == kNoPanel ? PanelHealth::kNone : PanelHealth::kMissing;
+}
+
+TouchEvent TouchInput::poll(const Hal& hal, uint32_t now_us) {
+  if (health_ == PanelHealth::kNone) return {};
+  if (model_ == Model::kUnknown) {
+    const bool is_time = !has_searched_ || now_us - searched_us_ >= kSearchUs;
+    if (is_time) {
+      has_searched_ = true;
+      searched_us_ = now_us;
+      find(hal);
+    }
+    return overdue(now_us);
+  }
+  if (!is_due(hal, now_us)) return overdue(now_us);
+  asked_us_ = now_us;
+  PanelReport report{};
+  const PanelStatus status = model_ == Model::kFt6x36 ? ft6x36::read(hal, report)
+                                                      : gt911::read(hal, address_, report);
+  if (status == PanelStatus::kNothingNew) return overdue(now_us);
+  if (status != PanelStatus::kReport) {
+    fail(hal, status);
+    return overdue(now_us);
+  }
+  errors_in_row_ = 0;
+  health_ = PanelHealth::kFine;
+  // A GT911 marks its news. An FT6x36 calls for them; unasked, it may repeat what is long past, and
+  // only that nobody touches it can be believed. Without its line there is no telling.
+  const bool is_news = model_ == Model::kGt911 || !has_line_ || was_called_;
+  const TouchEvent event = take(report, is_news, now_us);
+  return event.kind == TouchKind::kNothing ? overdue(now_us) : event;
+}
+
+bool TouchInput::is_due(const Hal& hal, uint32_t now_us) {
+  was_called_ = has_line_ && hal.panel_has_called(hal.context);
+  if (was_called_) return true;
+  const uint32_t since = now_us - asked_us_;
+  // A call may get lost: a panel that should be reporting is asked all the same.
+  if (has_line_) return (is_touched_ || pressed_ > 0) && since >= 2U * report_us_;
+  return since >= report_us_ / 4U;
+}
+
+void TouchInput::find(const Hal& hal) {
+  Model found = Model::kUnknown;
+  BusStatus worst = BusStatus::kNoAnswer;
+  const auto note = [&worst](BusStatus status) {
+    if (status == BusStatus::kStuck) worst = status;
+    return status == BusStatus::kOk;
+  };
+  if ((wanted_ == kFind || wanted_ == kWantFt6x36) && note(ft6x36::start(hal))) {
+    found = Model::kFt6x36;
+  }
+  for (const uint8_t address : gt911::kAddresses) {
+    if (found != Model::kUnknown || wanted_ == kWantFt6x36) break;
+    if (note(gt911::start(hal, address))) {
+      found = Model::kGt911;
+      address_ = address;
+    }
+  }
+  if (found == Model::kUnknown) {
+    ++bus_errors_;
+    if (worst == BusStatus::kStuck) hal.recover_bus(hal.context);
+    return;
+  }
+  model_ = found;
+  errors_in_row_ = 0;
+  health_ = PanelHealth::kFine;
+}
+
+void TouchInput::fail(const Hal& hal, PanelStatus status) {
+  ++bus_errors_;
+  if (status == PanelStatus::kStuck) hal.recover_bus(hal.context);
+  if (++errors_in_row_ < kMostErrors) return;
+  // Perhaps it was reset and has forgotten its settings: it is started anew when found.
+  health_ = PanelHealth::kWedged;
+  model_ = Model::kUnknown;
+}
+
+TouchEvent TouchInput::take(const PanelReport& report, bool is_news, uint32_t now_us) {
+  const Finger *own = nullptr, *first = nullptr;
+  for (uint32_t k = 0; k < report.count; ++k) {
+    const Finger& finger = report.fingers[k];
+    if (!map_.contains(finger)) {
+      ++out_of_range_;
+      continue;
+    }
+    if (first == nullptr) first = &finger;
+    if (finger.id == owner_) own = &finger;
+  }
+  if (is_touched_) {
+    // After a moment's absence any finger is taken for the same one.
+    return follow(is_lifting_ && own == nullptr ? first : own, is_news, now_us);
+  }
+  if (first == nullptr) {
+    pressed_ = 0;
+    return {};
+  }
+  if (!is_news) return {};
+  if (++pressed_ < press_reports_) return {};
+  return begin(*first, now_us);
+}
+
+TouchEvent TouchInput::begin(const Finger& finger, uint32_t now_us) {
+  is_touched_ = true;
+  is_lifting_ = false;
+  pressed_ = 0;
+  owner_ = finger.id;
+  place_ = map_.to_board(finger);
+  news_us_ = now_us;
+  return {TouchKind::kDown, place_};
+}
+
+TouchEvent TouchInput::follow(const Finger* own, bool is_news, uint32_t now_us) {
+  if (own == nullptr) {
+    if (hold_us_ == 0) return lift();
+    if (!is_lifting_) lifting_us_ = now_us;
+    is_lifting_ = true;
+    return {};
+  }
+  if (!is_news) return {};
+  is_lifting_ = false;
+  owner_ = own->id;
+  news_us_ = now_us;
+  const Place place = map_.to_board(*own);
+  const bool has_moved = place.x_um != place_.x_um || place.y_um != place_.y_um;
+  place_ = place;
+  return {has_moved ? TouchKind::kMoved : TouchKind::kHeld, place_};
+}
+
+TouchEvent TouchInput::lift() {
+  is_touched_ = false;
+  is_lifting_ = false;
+  return {TouchKind::kUp, place_};
+}
+
+TouchEvent TouchInput::overdue(uint32_t now_us) {
+  if (!is_touched_) return {};
+  if (is_lifting_) {
+    if (now_us - lifting_us_ >= hold_us_) return lift();
+    return {TouchKind::kHeld, place_};
+  }
+  if (now_us - news_us_ < timeout_us_) return {};
+  is_touched_ = false;
+  return {TouchKind::kTimeout, place_};
+}
+
+}  // namespace chladni

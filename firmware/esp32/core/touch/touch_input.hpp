@@ -1,0 +1,107 @@
+// From a panel's reports to one touch on the board: when to ask, what to believe, whose finger.
+//
+// Policy: the first finger down owns the touch until it lifts; then the first that the panel still
+// lists begins a new touch. A lift-up that never comes is made up for after a time without news.
+#pragma once
+
+#include <cstdint>
+
+#include "core/generated/config_format.hpp"
+#include "core/hal.hpp"
+#include "core/touch/panel.hpp"
+
+namespace chladni {
+
+enum class TouchKind : uint8_t {
+  kNothing,
+  kDown,
+  kHeld,     // news: the finger is where it was
+  kMoved,    // news: it is elsewhere
+  kUp,       // it has left
+  kTimeout,  // nothing was heard of it for too long
+};
+
+struct TouchEvent {
+  TouchKind kind = TouchKind::kNothing;
+  Place place{};
+};
+
+enum class PanelHealth : uint8_t {
+  kNone,     // not configured
+  kMissing,  // asked for again and again
+  kFine,
+  kWedged,  // answered once, and fails now
+};
+
+const char* to_text(PanelHealth health);
+
+// Places of the panel's pixels' centres on the board.
+class PanelMap {
+ public:
+  explicit PanelMap(const Config& config);
+  PanelMap() : PanelMap(Config{}) {}
+  bool contains(const Finger& finger) const;
+  Place to_board(const Finger& finger) const;
+
+ private:
+  int32_t columns_, rows_;
+  int32_t scale_x_q8_, scale_y_q8_;  // micrometres per half pixel
+  int32_t offset_x_um_, offset_y_um_;
+  uint32_t turns_;
+  bool is_mirrored_;
+};
+
+class TouchInput {
+ public:
+  // `timeout_us` without news ends a touch.
+  void start(const Config& config, uint32_t timeout_us);
+  void set_timeout(uint32_t timeout_us) { timeout_us_ = timeout_us; }
+  // What happened since the last call; asks the panel if it is time to.
+  TouchEvent poll(const Hal& hal, uint32_t now_us);
+
+  bool is_touched() const { return is_touched_; }
+  PanelHealth health() const { return health_; }
+  // Since start.
+  uint32_t bus_errors() const { return bus_errors_; }
+  uint32_t out_of_range() const { return out_of_range_; }
+
+ private:
+  enum class Model : uint8_t { kUnknown, kFt6x36, kGt911 };
+
+  void find(const Hal& hal);
+  bool is_due(const Hal& hal, uint32_t now_us);
+  TouchEvent take(const PanelReport& report, bool is_news, uint32_t now_us);
+  TouchEvent follow(const Finger* own, bool is_news, uint32_t now_us);
+  TouchEvent begin(const Finger& finger, uint32_t now_us);
+  TouchEvent lift();
+  TouchEvent overdue(uint32_t now_us);
+  void fail(const Hal& hal, PanelStatus status);
+
+  PanelMap map_{};
+  uint8_t wanted_ = 0;  // as in the configuration
+  Model model_ = Model::kUnknown;
+  uint8_t address_ = 0;
+  bool has_line_ = false;
+  bool was_called_ = false;
+  uint32_t report_us_ = 10000;
+  uint32_t timeout_us_ = 100000;
+  uint32_t hold_us_ = 0;
+  uint32_t press_reports_ = 1;
+  PanelHealth health_ = PanelHealth::kNone;
+  bool has_searched_ = false;
+  uint32_t searched_us_ = 0;
+  uint32_t asked_us_ = 0;
+  uint32_t errors_in_row_ = 0;
+  uint32_t bus_errors_ = 0;
+  uint32_t out_of_range_ = 0;
+
+  bool is_touched_ = false;
+  uint8_t owner_ = 0;
+  Place place_{};
+  uint32_t news_us_ = 0;
+  uint32_t pressed_ = 0;    // reports in a row with a finger, before it counts
+  bool is_lifting_ = false;  // gone, but perhaps for a moment only
+  uint32_t lifting_us_ = 0;
+};
+
+}  // namespace chladni
