@@ -81,7 +81,7 @@ def test_emulator_and_platformio_build_the_same_core() -> None:
     cmake = (ROOT / "firmware/esp32/emulator/CMakeLists.txt").read_text(encoding="utf-8")
     ini = (ROOT / "platformio.ini").read_text(encoding="utf-8")
     component = (CORE / "CMakeLists.txt").read_text(encoding="utf-8")
-    assert 'file(GLOB CORE CONFIGURE_DEPENDS "${FIRMWARE}/core/*.cpp")' in cmake
+    assert 'file(GLOB_RECURSE CORE CONFIGURE_DEPENDS "${FIRMWARE}/core/*.cpp")' in cmake
     assert "+<../core/>" in ini
     assert '"${CMAKE_CURRENT_LIST_DIR}/*.cpp"' in component
 

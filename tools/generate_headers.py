@@ -137,7 +137,9 @@ def config_header() -> str:
             field.kind.partition("x")[0]
         ]
         kind = base if field.count == 1 else f"std::array<{base}, {field.count}>"
-        text = str(default) if isinstance(default, int) else "{" + ", ".join(map(str, default)) + "}"
+        values = (default,) if isinstance(default, int) else default
+        text = ", ".join(map(str, values))
+        text = text if field.count == 1 else "{" + text + "}"
         members.append(f"  {kind} {field.name} = {text};  // {field.doc}")
         at = f"record + {places[field.name]}"
         takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")

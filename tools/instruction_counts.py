@@ -1,9 +1,10 @@
 """Run the firmware core on an emulated Xtensa lx106 and RISC-V rv32imc, and count instructions.
 
-    python tools/instruction_counts.py TABLE.chl   decode it, look 4000 places up, print the counts
+    python tools/instruction_counts.py TABLE.chl   decode it, look 4000 places up, play 2 s
 
-Both programs are compiled from the core as it is, run under QEMU, and must give the drives that the
-Python reference gives. What is counted are instructions, not cycles: no cache, no pipeline.
+Both programs are compiled from the core as it is and run under QEMU. They must give the drives that
+the Python reference gives, and the duties that the same program gives on this machine. What is
+counted are instructions, not cycles: no cache, no pipeline.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,10 +27,11 @@ from chladni.tables.lookup import lookup
 from chladni.tables.table import Table
 
 FIRMWARE = Path(__file__).resolve().parents[1] / "firmware" / "esp32"
-CORE = ("crc32", "stream_reader", "section_decoder", "table")
+HERE = FIRMWARE / "qemu"
+CORE = tuple(sorted((FIRMWARE / "core").rglob("*.cpp")))
 FLAGS = (
-    "-std=c++17", "-O2", "-ffreestanding", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra",
-    "-Wconversion", "-Werror",
+    "-std=c++17", "-O2", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Wconversion",
+    "-Werror",
 )  # fmt: skip
 PLACES = 4000
 
@@ -60,14 +63,25 @@ PROCESSORS = (
 )  # fmt: skip
 
 
+SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news")
+
+
 @dataclass(frozen=True)
 class Counts:
-    """Instructions on one processor."""
+    """Instructions on one processor.
+
+    Those of a sample are of five channels, the largest seen; None for a table of other channels.
+    """
 
     processor: str
     load: int
     lookup_most: int
     lookup_mean: float
+    sine_steady: int | None
+    sine_ramping: int | None
+    others_steady: int | None
+    others_ramping: int | None
+    with_news: int | None
 
 
 def missing() -> list[str]:
@@ -82,42 +96,56 @@ def count(processor: Processor, path: Path) -> Counts:
     Raises
     ------
     ChladniError
-        The processor decodes other drives than the reference.
+        The processor decodes other drives than the reference, or plays other duties than here.
     """
     table = read_table(path)
-    with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(path, Path(folder) / "table.chl")
-        program = Path(folder) / "program.elf"
-        here = FIRMWARE / "qemu"
-        sources = [
-            here / "main.cpp", here / "table_data.S", here / f"{processor.prefix}_start.S",
-            *(FIRMWARE / "core" / f"{name}.cpp" for name in CORE),
-        ]  # fmt: skip
-        subprocess.run(
-            [processor.compiler, *processor.flags, *FLAGS, f"-DCHANNELS={table.actuators}U",
-             "-isystem", here / "include", "-I", FIRMWARE, f"-Wa,-I{folder}", "-nostdlib",
-             "-Wl,--no-warn-rwx-segments",
-             "-T", here / f"{processor.prefix}.ld", "-o", program, *sources, "-lgcc"],
-            check=True,
-        )  # fmt: skip
-        answer = subprocess.run(
-            [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel",
-             program],
-            check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120,
-        )  # fmt: skip
-    said = {name: int(value, 16) for name, value in map(str.split, answer.stdout.splitlines())}
+    command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
+    said = run(
+        path,
+        command,
+        ["-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
+         "-Wl,--no-warn-rwx-segments", HERE / f"{processor.prefix}_start.S", "-lgcc"],
+        [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
+    )  # fmt: skip
     if said["status"] != 0:
         raise ChladniError(f"{processor.name}: table status {said['status']}")
     expected = reference_crc(table)
     if said["drives_crc"] != expected:
         raise ChladniError(f"{processor.name}: drives {said['drives_crc']:#x}, not {expected:#x}")
-    scale = processor.per_instruction
+    here = run(path, ["g++", "-DON_THIS_MACHINE"], [HERE / "this_machine.cpp"], [])
+    if said.get("duties_crc") != here.get("duties_crc"):
+        raise ChladniError(f"{processor.name}: other duties than on this machine")
+
+    def of_sample(name: str) -> int | None:
+        return round(said[name] / processor.per_instruction) if name in said else None
+
     return Counts(
         processor.name,
-        round(said["load"] / scale),
-        round(said["lookup_most"] / scale),
-        said["lookup_sum"] / scale / said["lookups"],
+        round(said["load"] / processor.per_instruction),
+        round(said["lookup_most"] / processor.per_instruction),
+        said["lookup_sum"] / processor.per_instruction / said["lookups"],
+        *map(of_sample, SAMPLES),
     )
+
+
+def run(
+    path: Path, compiler: list[str], extra: list[str | Path], machine: Sequence[str]
+) -> dict[str, int]:
+    """Compile the program around a table, run it, and return what it says."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(path, Path(folder) / "table.chl")
+        program = Path(folder) / "program.elf"
+        subprocess.run(
+            [*compiler, *FLAGS, f"-DCHANNELS={read_table(path).actuators}U", "-I", FIRMWARE,
+             f"-Wa,-I{folder}", "-o", program, HERE / "main.cpp", HERE / "table_data.S", *CORE,
+             *extra],
+            check=True,
+        )  # fmt: skip
+        answer = subprocess.run(
+            [*machine, program], check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, timeout=120,
+        )  # fmt: skip
+    return {name: int(value, 16) for name, value in map(str.split, answer.stdout.splitlines())}
 
 
 def reference_crc(table: Table) -> int:
@@ -143,7 +171,10 @@ def main() -> int:
         found = count(processor, path)
         print(
             f"{found.processor}: load {found.load}, lookup {found.lookup_most} at most, "
-            f"{found.lookup_mean:.0f} on average"
+            f"{found.lookup_mean:.0f} on average; a sample {found.sine_steady} steady, "
+            f"{found.sine_ramping} while ramping; {found.others_steady} and {found.others_ramping} "
+            f"of other waves; {found.with_news} "
+            "with news from the main loop"
         )
     return 0
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chladni.host import _emulator
-from chladni.host.demodulate import PURITY_PERIODS, Play, drive_phasors, first_change, sfdr_db
+from chladni.host.demodulate import PURITY_PERIODS, Play, drive_phasors, sfdr_db
 from chladni.host.emulator import Emulator, EmulatorError, Recording, TouchEvent
 from chladni.host.emulator import emulate as emulate_board
 from chladni.sim.errors import InputError
@@ -150,7 +150,7 @@ def test_a_touch_that_never_ends_is_cut_off_until_it_lifts(table: Table) -> None
     emulator.touch(TouchEvent(0.0, (0.0, 0.0)))
     recording = emulator.run(MAX_ON_MS + 200.0)
     assert recording.duty_steps[periods(recording, MAX_ON_MS - 5.0)].any()
-    assert not recording.duty_steps[periods(recording, MAX_ON_MS + RAMP_MS + 2.0) :].any()
+    assert not recording.duty_steps[periods(recording, MAX_ON_MS + STOP_MS) :].any()
     assert emulator.core.state == "fault"
     emulator.touch(TouchEvent(MAX_ON_MS + 210.0, None))
     emulator.touch(TouchEvent(MAX_ON_MS + 240.0, (0.0, 0.0)))
@@ -281,7 +281,7 @@ def test_console_plays_lifts_and_explains(table: Table) -> None:
         emulator.core.command(line)
         assert emulator.core.printed[-1].startswith("expected:")
     emulator.core.command(" info ")
-    assert emulator.core.printed[-9:-6] == ["idle", "ok", "ok"]
+    assert emulator.core.printed[-10:-7] == ["idle", "ok", "ok"]
 
 
 def test_the_same_scenario_is_the_same_to_the_bit(random_table: Table) -> None:

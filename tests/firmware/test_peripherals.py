@@ -68,7 +68,10 @@ def test_a_duty_of_two_to_the_bits_overflows() -> None:
     [("table_sectors", 0), ("erase_us", -1.0), ("jitter_us", 1e9), ("panel", "ouija")],
 )
 def test_impossible_hardware_is_refused(name: str, value: object) -> None:
-    hardware = _emulator.Hardware()
-    with pytest.raises(ValueError, match=r"sectors|times|panel"):
+    def build() -> None:
+        hardware = _emulator.Hardware()
         setattr(hardware, name, value)
         _emulator.Emulator(hardware)
+
+    with pytest.raises(ValueError, match=r"sectors|times|panel"):
+        build()

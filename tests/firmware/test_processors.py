@@ -1,4 +1,4 @@
-"""The core on an emulated Xtensa and RISC-V: the same drives, and few enough instructions."""
+"""The core on an emulated Xtensa and RISC-V: the same drives and duties, in few instructions."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ from made_up import random_table
 MOST_PER_LOOKUP = 350
 MOST_TO_LOAD = 480_000
 """2 ms at 240 MHz, an instruction per cycle."""
+MOST_PER_SAMPLE = {
+    "sine_steady": 210, "sine_ramping": 260, "others_steady": 420, "others_ramping": 420,
+    "with_news": 1000,
+}  # fmt: skip
+"""Of five channels. A sample has 12,288 cycles."""
 
 
 @pytest.fixture(autouse=True)
@@ -38,6 +43,8 @@ def test_a_built_table_is_decoded_and_looked_up_alike_and_in_time(
     found = count(processor, path)
     assert found.load <= MOST_TO_LOAD
     assert found.lookup_most <= MOST_PER_LOOKUP
+    for name, most in MOST_PER_SAMPLE.items():
+        assert 0 < getattr(found, name) <= most, name
 
 
 @pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))

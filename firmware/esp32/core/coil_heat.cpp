@@ -5,7 +5,7 @@ namespace chladni {
 namespace {
 
 // A rise of 2000 K and more counts as this; the numbers fit 31 bits.
-constexpr int32_t kMostUk = 2000000000;
+constexpr uint32_t kMostUk = 2000000000;
 constexpr int32_t kUkPerDk = 100000;
 
 }  // namespace
@@ -20,36 +20,31 @@ void CoilHeat::start(const Config& config, bool is_warm) {
   if (is_warm) rise_uk_.fill(limit_uk_ / 2);
 }
 
-void CoilHeat::update(const Meter& meter, uint32_t now_us) {
-  if (!has_last_) {
-    last_ = meter;
-    last_us_ = now_us;
-    has_last_ = true;
-    return;
+void CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
+  // A main loop that stood still for long counts as a second: sums fit, and outputs were off.
+  const uint32_t passed = milliseconds < 1000U ? milliseconds : 1000U;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    sums_[k].mean_q16 += loads[k].mean_q16 * passed;
+    sums_[k].square_q16 += loads[k].square_q16 * passed;
   }
-  const uint32_t passed_us = now_us - last_us_;
-  const uint32_t samples = (meter.samples - last_.samples) / channels_;
-  if (passed_us < kWindowUs || samples == 0) return;
-  const auto passed_ms = static_cast<int32_t>(passed_us / 1000U);
+  window_ms_ += passed;
+  if (window_ms_ < kWindowMs) return;
   uint32_t supply_ma = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
-    const uint32_t mean_q16 = (meter.duty_q16[k] - last_.duty_q16[k]) / samples;
-    uint32_t square_q16 = (meter.square_q16[k] - last_.square_q16[k]) / samples;
-    if (square_q16 > 65536U) square_q16 = 65536U;
-    supply_ma += (mean_q16 * full_current_ma_[k]) >> 16;
-    // 0.1 K times 2^16 fits; 100000 / 2^16 of it, in two steps, is in microkelvin.
-    const uint32_t target = ((square_q16 >> 1) * full_rise_dk_[k]) >> 11;  // 0.1 K times 16
-    const int32_t most = kMostUk / 6250;
-    const int32_t target_uk =
-        (static_cast<int32_t>(target) > most ? most : static_cast<int32_t>(target)) * 6250;
-    // The exact step of a longer pause would be less: this errs to neither side by much as long as
-    // windows are short against the time constant, and never passes the target.
-    const int32_t steps = heating_ms_ / passed_ms;
+    supply_ma += ((sums_[k].mean_q16 / window_ms_) * full_current_ma_[k]) >> 16;
+    const uint32_t square_q16 = sums_[k].square_q16 / window_ms_;
+    // 0.1 K times 16, then in microkelvin: each step fits 32 bits.
+    const uint32_t target = ((square_q16 >> 1) * full_rise_dk_[k]) >> 11;
+    constexpr uint32_t kMost = kMostUk / 6250;
+    const auto target_uk = static_cast<int32_t>((target < kMost ? target : kMost) * 6250U);
+    // The straight step is a little more than the exponential one, which is the safe side, and
+    // never passes the target.
+    const int32_t steps = heating_ms_ / static_cast<int32_t>(window_ms_);
     rise_uk_[k] += (target_uk - rise_uk_[k]) / (steps > 1 ? steps : 1);
   }
   supply_ma_ = supply_ma;
-  last_ = meter;
-  last_us_ = now_us;
+  sums_.fill({0, 0});
+  window_ms_ = 0;
 }
 
 uint32_t CoilHeat::hot_channel() const {

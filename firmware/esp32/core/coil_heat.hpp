@@ -1,4 +1,4 @@
-// How warm the coils are, from what was on the pins; the supply's current with it.
+// How warm the coils are, from what they are given; the supply's current with it.
 //
 // A coil is one thermal resistance and one time constant: its rise above the air moves towards
 // (mean square of the duty) * (rise at a duty of 1). At a few hundred hertz a coil's inductance
@@ -17,11 +17,13 @@ class CoilHeat {
  public:
   // `is_warm`: coils may have been driven a moment ago, and nobody knows how long.
   void start(const Config& config, bool is_warm);
-  // Take in what the meter has counted; call it at least once a second.
-  void update(const Meter& meter, uint32_t now_us);
+  // What the coils have got in the last milliseconds.
+  void add(const Loads& loads, uint32_t milliseconds);
 
   // Rise above the air, 0.1 K.
-  uint32_t rise_dk(uint32_t channel) const { return static_cast<uint32_t>(rise_uk_[channel]) / 100000U; }
+  uint32_t rise_dk(uint32_t channel) const {
+    return static_cast<uint32_t>(rise_uk_[channel]) / 100000U;
+  }
   // The first channel above its limit, or kMaxChannels.
   uint32_t hot_channel() const;
   // Whether all have cooled to three quarters of it.
@@ -31,7 +33,7 @@ class CoilHeat {
 
  private:
   // Means are taken over so long: ten waves at 160 Hz, and one at 20 Hz.
-  static constexpr uint32_t kWindowUs = 62500;
+  static constexpr uint32_t kWindowMs = 64;
 
   uint32_t channels_ = 0;
   std::array<uint16_t, kMaxChannels> full_current_ma_{};
@@ -39,9 +41,8 @@ class CoilHeat {
   int32_t limit_uk_ = 0;
   int32_t heating_ms_ = 1;
   std::array<int32_t, kMaxChannels> rise_uk_{};  // microkelvin
-  Meter last_{};
-  uint32_t last_us_ = 0;
-  bool has_last_ = false;
+  uint32_t window_ms_ = 0;
+  Loads sums_{};  // times milliseconds
   uint32_t supply_ma_ = 0;
 };
 

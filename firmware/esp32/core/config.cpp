@@ -162,18 +162,15 @@ ConfigStatus save_config(const Hal& hal, const Config& config) {
   put(record.data() + f::kAtSequence, sequence + 1U);
   f::put_fields(record.data(), config, put);
   const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
-  put(record.data() + covered,
-      crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU);
+  put(record.data() + covered, crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU);
   const uint32_t offset = sector * kSectorBytes;
   if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
-      !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(),
-                         f::kRecordBytes)) {
+      !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
     return ConfigStatus::kWriteFailed;
   }
   // Flash has been seen to answer OK and write nothing.
   const Found written = read_sector(hal, sector);
-  const bool is_there =
-      written.status == ConfigStatus::kOk && written.sequence == sequence + 1U;
+  const bool is_there = written.status == ConfigStatus::kOk && written.sequence == sequence + 1U;
   return is_there ? ConfigStatus::kOk : ConfigStatus::kWriteFailed;
 }
 

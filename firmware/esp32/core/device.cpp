@@ -89,7 +89,7 @@ void Device::poll() {
   ticked_us_ += passed_ms * 1000U;
   uptime_ms_ += passed_ms;
   watch_outputs();
-  watch_coils(now_us);
+  watch_coils(passed_ms);
   const TouchEvent event = next_touch(now_us);
   watch_panel();
   // The panel's bytes took their time.
@@ -128,8 +128,12 @@ void Device::watch_outputs() {
   }
 }
 
-void Device::watch_coils(uint32_t now_us) {
-  heat_.update(synthesis_.meter(), now_us);
+void Device::watch_coils(uint32_t passed_ms) {
+  if (passed_ms > 0) {
+    Loads loads;
+    synthesis_.take_loads(loads);
+    heat_.add(loads, passed_ms);
+  }
   const uint32_t hot = heat_.hot_channel();
   if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
     stand(FaultCause::kCoilHot, hot);
@@ -193,7 +197,8 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
     case TouchKind::kHeld:
     case TouchKind::kMoved: break;
   }
-  const bool is_new = state_ == DeviceState::kIdle || is_after_lift_ || event.kind == TouchKind::kDown;
+  const bool is_new =
+      state_ == DeviceState::kIdle || is_after_lift_ || event.kind == TouchKind::kDown;
   if (is_new) {
     touch_down(event.place, now_us);
     return;

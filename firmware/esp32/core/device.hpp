@@ -69,7 +69,7 @@ class Device {
   void settle();
 
   void watch_outputs();
-  void watch_coils(uint32_t now_us);
+  void watch_coils(uint32_t passed_ms);
   void watch_panel();
   void clear_faults();
   TouchEvent next_touch(uint32_t now_us);
@@ -111,7 +111,7 @@ class Device {
   // A host that drives the outputs.
   bool is_stream_pending_ = false;
   bool is_raw_ = false;
-  uint32_t host_us_ = 0;  // when it was last heard
+  uint32_t host_us_ = 0;           // when it was last heard
   bool is_clear_pending_ = false;  // of the ring, which the interrupt may still read
   // A touch from the console lasts until "lift", so it is kept alive here.
   bool is_console_touch_ = false;

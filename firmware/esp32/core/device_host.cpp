@@ -87,7 +87,8 @@ bool Device::run_command(const char* line) {
   Reader reader(line);
   if (reader.word("touch")) {
     Place place{};
-    if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end()) return false;
+    if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end())
+      return false;
     is_console_touch_ = true;
     console_place_ = place;
     hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));

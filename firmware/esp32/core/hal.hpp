@@ -36,9 +36,9 @@ struct Hal {
   // Free-running microseconds; wraps around after 71 minutes.
   uint32_t (*now_us)(void* context);
 
-  // Duties of all channels in steps of the carrier, 0 to 2^bits - 1, taken over at the next carrier
-  // period. Called at most once per carrier period, from the sample interrupt.
-  void (*set_duties)(void* context, const uint32_t* duties, uint32_t count);
+  // Duties of the configuration's channels in steps of the carrier, 0 to 2^bits - 1, taken over at
+  // the next carrier period. Called at most once per carrier period, from the sample interrupt.
+  void (*set_duties)(void* context, const uint32_t* duties);
 
   // One transfer on the panel's I2C bus: write, then, if `read_count` is not 0, read.
   BusStatus (*i2c)(void* context, uint8_t address, const uint8_t* written, uint32_t write_count,

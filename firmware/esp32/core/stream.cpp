@@ -1,5 +1,7 @@
 #include "core/stream.hpp"
 
+#include "core/synthesis.hpp"
+
 namespace chladni {
 
 namespace {
@@ -32,15 +34,39 @@ void SampleStream::clear() {
   between_u32_ = 0;
   mean_fill_q8_ = static_cast<int32_t>(kStreamTarget << 8);
   drift_sum_ = 0;
+  counted_ = 0;
+  duty_sums_.fill(0);
+  square_sums_.fill(0);
+  mean_q16_.fill(0);
+  mean_square_q16_.fill(0);
 }
 
 bool SampleStream::push(const uint16_t* duties_q16) {
   const uint32_t head = head_.load(std::memory_order_relaxed);
   if (head - tail() >= kStreamFrames) return false;
   Frame& frame = frames_[head % kStreamFrames];
-  for (uint32_t k = 0; k < channels_; ++k) frame[k] = duties_q16[k];
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const uint32_t duty = duties_q16[k];
+    frame[k] = duties_q16[k];
+    duty_sums_[k] += duty >> 1;
+    square_sums_[k] += ((duty >> 1) * (duty >> 1)) >> 15;
+  }
+  ++counted_;
   head_.store(head + 1U, std::memory_order_release);
   return true;
+}
+
+void SampleStream::take_loads(Loads& loads) {
+  for (uint32_t k = 0; k < channels_; ++k) {
+    if (counted_ > 0) {
+      mean_q16_[k] = duty_sums_[k] / counted_ * 2U;
+      mean_square_q16_[k] = square_sums_[k] / counted_ * 2U;
+    }
+    loads[k] = {mean_q16_[k], mean_square_q16_[k]};
+  }
+  counted_ = 0;
+  duty_sums_.fill(0);
+  square_sums_.fill(0);
 }
 
 void SampleStream::steer() {

@@ -1,11 +1,12 @@
-// Up to sixteen PWM waves of one frequency, 20 to 1000 Hz, from one 32-bit phase, a sample per call.
+// Up to sixteen PWM waves of one frequency, 20 to 1000 Hz, from one 32-bit phase, a sample per
+// call.
 //
 // A sine's channel has an in-phase and a quadrature gain, so a new drive is reached by a straight
 // ramp of those two: gain and phase change together and nothing clicks. Other waves have an
-// amplitude and a phase of their own per channel, and one drive is faded out while the next is
-// faded in. The outputs switch current one way only, so a bias rides under every wave, as large as
-// its amplitude needs and ramped with it. Duties are rounded with the error of the last two samples
-// fed back, which moves the rounding noise above the band a finger feels.
+// amplitude and a phase per channel, which go straight to the next drive's, the phase by the
+// shorter way round. The outputs switch current one way only, so a bias rides under every wave, as
+// large as its amplitude needs and ramped with it. Duties are rounded with the error of the last
+// two samples fed back, which moves the rounding noise above the band a finger feels.
 //
 // Instead of waves, a host's stream of duties can be played (stream.hpp).
 //
@@ -18,6 +19,7 @@
 
 #include "core/hal.hpp"
 #include "core/limits.hpp"
+#include "core/sine.hpp"
 #include "core/stream.hpp"
 #include "core/waveform.hpp"
 
@@ -78,13 +80,12 @@ const char* to_text(FadeCause cause);
 // A coil stands under the last duty while samples are missing; it may for so long.
 constexpr uint32_t kMostLateUs = 1000;
 
-// What was on the pins since start, taken from one channel per sample in turn. All counters wrap
-// around: take differences.
-struct Meter {
-  uint32_t samples = 0;
-  std::array<uint32_t, kMaxChannels> duty_q16{};    // sums of duties, 65536 for 1
-  std::array<uint32_t, kMaxChannels> square_q16{};  // sums of their squares
+// What a channel's coil gets: means of its duty and of its square, 65536 for a duty of 1.
+struct Load {
+  uint32_t mean_q16;
+  uint32_t square_q16;
 };
+using Loads = std::array<Load, kMaxChannels>;
 
 class Synthesis {
  public:
@@ -111,14 +112,16 @@ class Synthesis {
   Output output() const { return output_.load(std::memory_order_acquire); }
   // Off, and nothing is waiting to change that.
   bool is_quiet() const {
-    return !command_waits_.load(std::memory_order_acquire) && output() == Output::kOff;
+    return command_waits_.load(std::memory_order_acquire) == 0 && output() == Output::kOff;
   }
   FadeCause fade_cause() const { return fade_cause_.load(std::memory_order_acquire); }
   // Samples that were missed since start.
   uint32_t missed() const { return missed_.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.
   uint32_t limited() const { return limited_; }
-  Meter meter() const;
+  // Of the drive that was posted last, as long as anything plays, or of the stream since the last
+  // call; of a ramp, what it leads to.
+  void take_loads(Loads& loads);
   SampleStream& stream() { return stream_; }
   const SampleStream& stream() const { return stream_; }
 
@@ -145,84 +148,133 @@ class Synthesis {
     std::array<int32_t, kMaxChannels> bias;
   };
 
-  // A value that moves in equal steps and lands exactly.
-  struct Ramp {
-    int32_t value;
-    int32_t step;
-    int32_t end;
-  };
-
-  // Gains and amplitudes are in duty steps times 2^`fraction_bits_`, as the bias; the wave in Q15
-  // makes the same of their upper 17 bits.
+  // Gains and amplitudes are in duty steps times 2^(fraction_bits - 15), so that the wave in Q15
+  // makes them what the bias is in: duty steps times 2^fraction_bits. `..._step` times the samples
+  // that are left of a ramp is what is missing from where it leads to; gains and amplitudes have 15
+  // bits more there. So a ramp ends exactly, and its end costs nothing.
   struct Channel {
-    Ramp first;   // sine: in-phase gain; others: amplitude of the drive being played
-    Ramp second;  // sine: quadrature gain; others: amplitude of the drive before, fading out
-    Ramp bias;
-    uint32_t phase;        // of the drive being played; not for a sine
-    uint32_t older_phase;  // of the drive before
+    int32_t first;   // sine: in-phase gain; others: amplitude
+    int32_t second;  // sine: quadrature gain; others: phase of 32 bits
+    int32_t bias;
+    // Of the last sample's rounding and the one before: from 0 to a whole step.
     int32_t error;
     int32_t older_error;
+    int32_t first_step;
+    int32_t second_step;
+    int32_t bias_step;
   };
 
-  using Duties = std::array<uint32_t, kMaxChannels>;
+  // What a sample does.
+  // A fade of sines is apart, so that what plays need not look whether it ends.
+  enum class Mode : uint32_t {
+    kFiveSines,  // of the authors' five channels, which are played one by one
+    kFadingFive,
+    kSines,  // of any number
+    kFadingSines,
+    kOthers,
+    kStream,
+    kOff,
+  };
+
+  // Rounds down to whole steps and feeds the error of the last two samples back: the duty is what
+  // was wanted less the second difference of the error, and any constant part of it cancels.
+  struct Shaper {
+    uint32_t fraction_bits;
+    int32_t mask;
+    int32_t max_duty;
+
+    [[gnu::always_inline]] uint32_t shape(Channel& channel, int32_t wanted) const {
+      const int32_t fed = wanted + 2 * channel.error - channel.older_error;
+      const int32_t duty = fed >> fraction_bits;
+      channel.older_error = channel.error;
+      channel.error = fed & mask;
+      // What is cut off is not fed back: it could only grow.
+      if (static_cast<uint32_t>(duty) > static_cast<uint32_t>(max_duty)) {
+        return duty < 0 ? 0U : static_cast<uint32_t>(max_duty);
+      }
+      return static_cast<uint32_t>(duty);
+    }
+  };
 
   RampRate ramp_rate(uint32_t ramp_us) const;
   uint32_t fitting_level(const std::array<uint32_t, kMaxChannels>& sizes, uint32_t level_q15);
+  Load load_of(const Command& command, uint32_t channel, uint32_t size_q15) const;
   bool post(const Command& command);
+  void consider_command();
   bool can_take(const Command& command) const;
   void take(const Command& command);
-  void fade(FadeCause cause);
-  void switch_off(const Hal& hal);
-  void aim(Ramp& ramp, int32_t end) const;
-  void land();
+  void fade(FadeCause cause, RampRate rate);
+  void go_off();
+  // A ramp's step from one value to another.
+  int32_t step(int32_t from, int32_t to) const;
+  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   void catch_up(uint32_t missed);
-  void watch_deadlines();
-  void measure(const Duties& duties);
-  template <bool kIsRamping>
-  void sines(Duties& duties);
-  template <bool kIsRamping>
-  void others(Duties& duties);
-  void streamed(Duties& duties);
-  int32_t wave_q15(uint32_t phase_u32) const;
-  uint32_t shape(Channel& channel, int32_t wanted) const;
-  uint32_t clip(Channel& channel, int32_t duty, int32_t error) const;
+  void miss_deadline();
+  void forget_deadlines();
 
-  SynthesisSettings settings_{};
+  // The sample interrupt in pieces that end in one another: what every sample goes through calls
+  // nothing, so that few registers need be saved.
+  [[gnu::noinline]] void sample_with_news(const Hal& hal, uint32_t missed);
+  [[gnu::noinline]] void sample_at_deadline(const Hal& hal);
+  [[gnu::noinline]] void other_sample(const Hal& hal);
+  bool plays_sines() const { return mode_ <= Mode::kFadingSines; }
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void play_mode();
+  [[gnu::always_inline]] inline void finish(const Hal& hal);
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void five_sines();
+  template <bool kIsRamping>
+  [[gnu::always_inline]] static inline uint32_t sine(Channel& channel, const Shaper& shaper,
+                                                     SineCosine wave, int32_t left);
+  template <bool kIsRamping>
+  [[gnu::noinline]] void sines();
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void others();
+  template <bool kIsRamping, typename Wave>
+  [[gnu::always_inline]] inline void like(Wave wave_q15);
+  void streamed();
+
+  // What the main loop has for the interrupt; set after what it announces.
+  std::atomic<uint32_t> has_news_{0};
+
+  // The interrupt's, what every sample needs first.
+  uint32_t samples_ = 0;  // since start
+  uint32_t quiet_end_ = 0;
+  uint32_t on_end_ = 0;
+  Mode mode_ = Mode::kOff;
+  int32_t ramp_left_ = 0;  // samples
   uint32_t phase_u32_ = 0;
   uint32_t phase_step_u32_ = 0;
+  Shaper shaper_{20, (1 << 20) - 1, 0};
+  uint32_t last_channel_ = 0;
+  Channel* channels_end_ = channels_.data();
+  std::array<uint32_t, kMaxChannels> duties_{};
+  std::array<Channel, kMaxChannels> channels_{};
+  // And what only some need.
+  SynthesisSettings settings_{};
+  int32_t stream_gain_q15_ = 0;  // where its ramp leads to
+  int32_t stream_step_q30_ = 0;
   Waveform waveform_ = Waveform::kSine;
   EdgeScale edges_{};
-  bool is_stream_ = false;
-  uint32_t fraction_bits_ = 20;
-  int32_t max_duty_ = 0;
   RampRate rate_{};
   RampRate fade_rate_{};
-  int32_t ramp_left_ = 0;
   uint32_t timeout_samples_ = 0;
   uint32_t max_on_samples_ = 0;
   uint32_t late_samples_ = 0;
-  uint32_t quiet_samples_ = 0;
-  uint32_t on_samples_ = 0;
-  uint32_t seen_beats_ = 0;
-  std::array<Channel, kMaxChannels> channels_{};
-  Ramp stream_gain_{};  // 2^30 for 1
 
-  // Main loop to interrupt: one command at a time, a count of signs of life, and the stream.
+  // Main loop to interrupt: one command at a time, signs of life, and the stream.
   Command command_{};
+  std::atomic<uint32_t> command_waits_{0};
+  std::atomic<uint32_t> is_alive_{0};
   uint32_t next_phase_step_u32_ = 0;
   Waveform next_waveform_ = Waveform::kSine;
-  std::atomic<bool> command_waits_{false};
-  std::atomic<uint32_t> beats_{0};
-  SampleStream stream_{};
   uint32_t limited_ = 0;
+  Loads loads_{};  // of `command_`
   // Interrupt to main loop.
   std::atomic<Output> output_{Output::kOff};
   std::atomic<FadeCause> fade_cause_{FadeCause::kNone};
   std::atomic<uint32_t> missed_{0};
-  uint32_t metered_channel_ = 0;
-  std::atomic<uint32_t> metered_{0};
-  std::array<std::atomic<uint32_t>, kMaxChannels> duty_sums_{};
-  std::array<std::atomic<uint32_t>, kMaxChannels> square_sums_{};
+  SampleStream stream_{};
 };
 
 }  // namespace chladni

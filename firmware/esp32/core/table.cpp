@@ -178,7 +178,8 @@ TableStatus Table::check_crc(const Hal& hal, uint32_t total_bytes) const {
   const uint32_t covered = total_bytes - f::kCrcBytes;
   for (uint32_t done = 0; done < covered;) {
     const uint32_t count = covered - done < kChunkBytes ? covered - done : kChunkBytes;
-    if (!hal.read_flash(hal.context, FlashArea::kTables, done, chunk.data(), count)) return TableStatus::kReadFailed;
+    if (!hal.read_flash(hal.context, FlashArea::kTables, done, chunk.data(), count))
+      return TableStatus::kReadFailed;
     running = crc32_feed(running, chunk.data(), count);
     done += count;
   }

@@ -27,29 +27,22 @@ struct EdgeScale {
     EdgeScale scale;
     scale.step_u32 = step_u32 > 0 ? step_u32 : 1U;
     while ((scale.step_u32 >> scale.shift) >= (1U << 16)) ++scale.shift;
-    scale.reciprocal_q30 = (1U << 30) / (scale.step_u32 >> scale.shift);
+    // A little less than the reciprocal, so that a share is never above 32767.
+    scale.reciprocal_q30 = ((1U << 30) - (1U << 15)) / ((scale.step_u32 >> scale.shift) + 1U);
     return scale;
   }
 
   // `phase` below the step.
   int32_t share_q15(uint32_t phase) const {
-    const uint32_t share = ((phase >> shift) * reciprocal_q30) >> 15;
-    return share > 32767U ? kOneQ15 : static_cast<int32_t>(share);
+    return static_cast<int32_t>(((phase >> shift) * reciprocal_q30) >> 15);
   }
 };
 
-// What a jump from -1 to 1 at phase 0 lacks.
-inline int32_t edge_q15(uint32_t phase_u32, const EdgeScale& scale) {
-  if (phase_u32 < scale.step_u32) {
-    const int32_t rest = kOneQ15 - scale.share_q15(phase_u32);
-    return -((rest * rest) >> 15);
-  }
-  const uint32_t ahead = 0U - phase_u32;
-  if (ahead < scale.step_u32) {
-    const int32_t rest = kOneQ15 - scale.share_q15(ahead);
-    return (rest * rest) >> 15;
-  }
-  return 0;
+// What is left of the way to a jump's edge `distance` away, squared: 1 at the edge, and 0 from a
+// sample away. On both sides a jump from -1 to 1 is brought towards 0 by it.
+inline int32_t nearness_q15(uint32_t distance, const EdgeScale& scale) {
+  const int32_t rest = kOneQ15 - scale.share_q15(distance);
+  return (rest * rest) >> 15;
 }
 
 inline int32_t triangle_q15(uint32_t phase_u32) {
@@ -59,16 +52,24 @@ inline int32_t triangle_q15(uint32_t phase_u32) {
 }
 
 inline int32_t square_q15(uint32_t phase_u32, const EdgeScale& scale) {
-  // Up a quarter before phase 0, down a quarter after it.
+  // Up a quarter before phase 0, down a quarter after it: half a turn from edge to edge.
   const uint32_t from_rise = phase_u32 + 0x40000000U;
-  const int32_t level = (from_rise >> 31) == 0 ? kOneQ15 : -kOneQ15;
-  return level + edge_q15(from_rise, scale) - edge_q15(from_rise + 0x80000000U, scale);
+  int32_t size = kOneQ15;
+  const uint32_t from_edge = from_rise & 0x7FFFFFFFU;
+  const uint32_t distance = from_edge < 0x40000000U ? from_edge : 0x80000000U - from_edge;
+  if (distance < scale.step_u32) size -= nearness_q15(distance, scale);
+  return (from_rise >> 31) == 0 ? size : -size;
 }
 
 inline int32_t ramp_q15(uint32_t phase_u32, const EdgeScale& scale) {
   // Rises through a turn from a quarter after phase 0, then falls at once.
   const uint32_t from_fall = phase_u32 - 0x40000000U;
-  return static_cast<int32_t>(from_fall >> 16) - 32768 - edge_q15(from_fall, scale);
+  const int32_t value = static_cast<int32_t>(from_fall >> 16) - 32768;
+  const bool is_after = (from_fall >> 31) == 0;
+  const uint32_t distance = is_after ? from_fall : 0U - from_fall;
+  if (distance >= scale.step_u32) return value;
+  const int32_t correction = nearness_q15(distance, scale);
+  return is_after ? value + correction : value - correction;
 }
 
 }  // namespace chladni

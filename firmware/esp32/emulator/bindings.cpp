@@ -119,8 +119,10 @@ std::vector<std::tuple<std::string, std::string, std::string>> transitions() {
 }
 
 // Frames (count, channels) into the stream's ring; how many it took.
-uint32_t stream_push(Emulator& self, nb::ndarray<const uint16_t, nb::ndim<2>, nb::c_contig> frames) {
-  if (frames.shape(1) != self.pwm().channels()) throw nb::value_error("frames: a column per channel");
+uint32_t stream_push(Emulator& self,
+                     nb::ndarray<const uint16_t, nb::ndim<2>, nb::c_contig> frames) {
+  if (frames.shape(1) != self.pwm().channels())
+    throw nb::value_error("frames: a column per channel");
   uint32_t taken = 0;
   while (taken < frames.shape(0) &&
          self.device().stream_push(frames.data() + taken * frames.shape(1))) {
@@ -129,8 +131,8 @@ uint32_t stream_push(Emulator& self, nb::ndarray<const uint16_t, nb::ndim<2>, nb
   return taken;
 }
 
-bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains, uint32_t frequency_mhz,
-               uint32_t waveform) {
+bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains,
+               uint32_t frequency_mhz, uint32_t waveform) {
   if (gains.size() != self.pwm().channels()) throw nb::value_error("gains: one pair per channel");
   if (waveform >= chladni::kWaveforms) throw nb::value_error("waveform: 0 to 3");
   chladni::Drive drive{};
@@ -194,8 +196,9 @@ void bind_flash(nb::class_<Emulator>& emulator) {
       .def(
           "program",
           [](Emulator& self, uint32_t offset, nb::bytes data, const std::string& name) {
-            raise_if(area(self, name).program(offset, reinterpret_cast<const uint8_t*>(data.c_str()),
-                                              static_cast<uint32_t>(data.size())));
+            raise_if(area(self, name)
+                         .program(offset, reinterpret_cast<const uint8_t*>(data.c_str()),
+                                  static_cast<uint32_t>(data.size())));
           },
           nb::arg("offset"), nb::arg("data"), nb::arg("area") = "tables")
       .def(
@@ -210,7 +213,7 @@ void bind_flash(nb::class_<Emulator>& emulator) {
           [](Emulator& self, uint32_t bytes, const std::string& name) {
             area(self, name).cut_after(bytes);
           },
-          nb::arg("bytes"), nb::arg("area") = "tables",
+          nb::arg("after_bytes"), nb::arg("area") = "tables",
           "Fail in the middle of erasing or programming, after so many bytes.")
       .def("restore_power",
            [](Emulator& self) {
@@ -257,10 +260,9 @@ void bind_state(nb::class_<Emulator>& emulator) {
                    [](Emulator& s) { return std::string(to_text(s.device().config_status())); })
       .def_prop_ro("panel_health",
                    [](Emulator& s) { return std::string(to_text(s.device().input().health())); })
-      .def_prop_ro("fade_cause",
-                   [](Emulator& s) {
-                     return std::string(to_text(s.device().synthesis().fade_cause()));
-                   })
+      .def_prop_ro(
+          "fade_cause",
+          [](Emulator& s) { return std::string(to_text(s.device().synthesis().fade_cause())); })
       .def_prop_ro("faults", &faults, "(cause, detail, milliseconds since start), oldest first.")
       .def_prop_ro("missed_samples", [](Emulator& s) { return s.device().synthesis().missed(); })
       .def_prop_ro("limited_drives", [](Emulator& s) { return s.device().synthesis().limited(); })
@@ -308,8 +310,7 @@ NB_MODULE(_emulator, m) {
           },
           nb::arg("hardware"))
       .def(
-          "boot",
-          [](Emulator& self, const std::string& cause) { self.boot(reset_cause(cause)); },
+          "boot", [](Emulator& self, const std::string& cause) { self.boot(reset_cause(cause)); },
           nb::arg("cause") = "power on")
       .def(
           "run_us",

@@ -35,9 +35,9 @@ Hal Emulator::hal() {
   Hal hal{};
   hal.context = this;
   hal.now_us = [](void* context) { return static_cast<uint32_t>(from(context).now_us()); };
-  hal.set_duties = [](void* context, const uint32_t* duties, uint32_t count) {
+  hal.set_duties = [](void* context, const uint32_t* duties) {
     Emulator& self = from(context);
-    self.note(self.pwm_.write(self.period_, duties, count));
+    self.note(self.pwm_.write(self.period_, duties, self.pwm_.channels()));
   };
   hal.i2c = [](void* context, uint8_t address, const uint8_t* written, uint32_t write_count,
                uint8_t* read, uint32_t read_count) {

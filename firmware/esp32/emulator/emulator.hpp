@@ -79,7 +79,9 @@ class Emulator {
  private:
   static Emulator& from(void* context) { return *static_cast<Emulator*>(context); }
   // 12.5 ns to a step of the carrier.
-  uint64_t now_ns() const { return begun_ns_ + ((period_ - begun_period_) << pwm_.bits()) * 25U / 2U; }
+  uint64_t now_ns() const {
+    return begun_ns_ + ((period_ - begun_period_) << pwm_.bits()) * 25U / 2U;
+  }
   uint64_t in_periods(double microseconds) const;
   Hal hal();
   void advance_period();

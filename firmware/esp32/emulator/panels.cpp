@@ -124,8 +124,8 @@ BusStatus Panel::transfer(uint8_t address, const uint8_t* written, uint32_t writ
   if (!is_here || address != address_) return BusStatus::kNoAnswer;
   const uint32_t width = model_ == PanelModel::kGt911 ? 2 : 1;
   if (write_count >= width) {
-    pointer_ = width == 1 ? written[0]
-                          : (static_cast<uint32_t>(written[0]) << 8 | written[1]) - kGtBase;
+    pointer_ =
+        width == 1 ? written[0] : (static_cast<uint32_t>(written[0]) << 8 | written[1]) - kGtBase;
     for (uint32_t k = width; k < write_count; ++k) registers_[pointer_++ % kRegisters] = written[k];
   }
   for (uint32_t k = 0; k < read_count; ++k) read[k] = registers_[pointer_++ % kRegisters];
@@ -139,8 +139,7 @@ void Panel::clock_free() {
 }
 
 uint32_t Panel::period_us(bool is_touched) const {
-  const bool is_slow =
-      model_ == PanelModel::kFt6x36 && registers_[kFtMonitor] != 0 && !is_touched;
+  const bool is_slow = model_ == PanelModel::kFt6x36 && registers_[kFtMonitor] != 0 && !is_touched;
   return is_slow ? kFtMonitorUs : mounting_.report_ms * 1000U;
 }
 

@@ -28,7 +28,7 @@ struct PanelFaults {
   bool is_silent = false;     // registers frozen, no calls
   bool is_off_range = false;  // reports places beyond its pixels
   bool loses_next_lift = false;
-  bool loses_calls = false;       // its interrupt line never falls
+  bool loses_calls = false;        // its interrupt line never falls
   uint32_t pulses_until_free = 0;  // holds the data line until clocked so often
 };
 

@@ -12,8 +12,8 @@
 #include "core/crc32.hpp"
 #include "emulator/emulator.hpp"
 
-using chladni::emulator::Emulator;
 using chladni::kSectorBytes;
+using chladni::emulator::Emulator;
 
 namespace {
 

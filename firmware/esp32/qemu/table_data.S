@@ -6,3 +6,7 @@
 table_begin:
   .incbin "table.chl"
 table_end:
+
+#ifdef ON_THIS_MACHINE
+  .section .note.GNU-stack, "", @progbits
+#endif

@@ -114,9 +114,9 @@ class DeviceConfig:
 
     def __init__(self, **values: Any) -> None:
         known = {setting.field.name: setting for setting in SETTINGS}
-        for name in values:
+        for name, value in values.items():
             if name not in known:
-                raise InputError(name, values[name], f"a setting: one of {', '.join(known)}")
+                raise InputError(name, value, f"a setting: one of {', '.join(known)}")
         self.values: Mapping[str, int | tuple[int, ...]] = MappingProxyType(
             {
                 name: _checked(setting, values.get(name, setting.default))

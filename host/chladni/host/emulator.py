@@ -156,7 +156,7 @@ class Emulator:
         board: Board | DeviceConfig,
         table: Table | bytes | None,
         *,
-        hardware: Hardware = Hardware(),  # noqa: B008
+        hardware: Hardware = Hardware(),
         level: float = LEVEL,
         frequency_hz: float | None = None,
         must_play: bool = True,

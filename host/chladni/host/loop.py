@@ -119,9 +119,7 @@ def run_loop(
     places = [event for event in events if event.place_mm is not None]
     _check_events(board, events, places, milliseconds)
     section = table.section(frequency_hz)
-    recording = emulate(
-        board, table, events, milliseconds, level=level, frequency_hz=frequency_hz
-    )
+    recording = emulate(board, table, events, milliseconds, level=level, frequency_hz=frequency_hz)
     changed = first_change(recording, int(places[0].at_ms * 1e-3 * recording.carrier_hz))
     if changed is None:
         raise InputError("--ms", milliseconds, "a run long enough for a duty to change")

@@ -22,16 +22,6 @@ const char* to_text(PanelHealth health) {
   return "unknown";
 }
 
-PanelMap::PanelMap(const Config& config)
-    : columns_(config.panel_columns),
-      rows_(config.panel_rows),
-      scale_x_q8_(static_cast<int32_t>(config.panel_width_um * 128U / config.panel_columns)),
-      scale_y_q8_(static_cast<int32_t>(config.panel_length_um * 128U / config.panel_rows)),
-      offset_x_um_(config.panel_x_um),
-      offset_y_um_(config.panel_y_um),
-      turns_(config.panel_turns),
-      is_mirrored_(config.panel_mirrored != 0) {}
-
 bool PanelMap::contains(const Finger& finger) const {
   return finger.x < columns_ && finger.y < rows_;
 }
