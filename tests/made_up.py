@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device_config import DeviceConfig
-from chladni.host.emulator import Emulator, covering_panel
+from chladni.host.emulator import Emulator, Recording, covering_panel
 from chladni.tables import layout
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
@@ -102,6 +102,13 @@ def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any)
         "full_rise_dk": (1,) * count + (0,) * (16 - count),
     }
     return DeviceConfig(**(known | settings))
+
+
+def starts_of(recording: Recording) -> NDArray[np.int64]:
+    """Carrier periods in which outputs come on after 5 ms of silence, or for the first time."""
+    playing = np.flatnonzero(recording.duty_steps.any(axis=1))
+    gap = int(5e-3 * recording.carrier_hz)
+    return np.asarray(playing[np.diff(playing, prepend=-gap - 1) > gap])
 
 
 def powered(table: Table | bytes, *, channels: int = 5, **options: Any) -> Emulator:

@@ -209,6 +209,7 @@ class Synthesis {
   int32_t step(int32_t from, int32_t to) const;
   void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   void catch_up(uint32_t missed);
+  void still_silent_channels();
   void miss_deadline();
   void forget_deadlines();
 

@@ -107,9 +107,17 @@ void Synthesis::sample_with_news(const Hal& hal, uint32_t missed) {
     quiet_end_ = samples_ + timeout_samples_;
   }
   if (command_waits_.load(std::memory_order_acquire) != 0) consider_command();
+  if (ramp_left_ == 0) still_silent_channels();
   const bool is_late = static_cast<int32_t>((quiet_end_ - samples_) | (on_end_ - samples_)) < 0;
   if (is_late) return sample_at_deadline(hal);
   other_sample(hal);
+}
+
+// Errors that were left when a channel fell silent would go on being fed back.
+void Synthesis::still_silent_channels() {
+  for (uint32_t k = 0; k <= last_channel_; ++k) {
+    if (channels_[k].bias == 0) channels_[k].error = channels_[k].older_error = 0;
+  }
 }
 
 void Synthesis::sample_at_deadline(const Hal& hal) {

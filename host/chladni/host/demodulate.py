@@ -79,35 +79,47 @@ def sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float
     None for a channel that is silent, or where the capture is shorter than 2^19 carrier periods
     (docs/metrics.md: settled, mean removed, seven-term Blackman–Harris, fundamental ± 8 bins out).
     """
+    return [
+        None if bins is None else float(20.0 * np.log10(bins.own.max() / bins.rest.max()))
+        for bins in _band(recording, play, frequency_hz)
+    ]
+
+
+def sndr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+    """Ratio of the wave to all else in 20–1000 Hz, noise and distortion, dB; None as above."""
+    return [
+        None if bins is None else float(10.0 * np.log10((bins.own**2).sum() / (bins.rest**2).sum()))
+        for bins in _band(recording, play, frequency_hz)
+    ]
+
+
+@dataclass(frozen=True)
+class _Band:
+    """Magnitudes of a duty's spectrum from 20 to 1000 Hz: the wave's bins, and the rest."""
+
+    own: FloatArray
+    rest: FloatArray
+
+
+def _band(recording: Recording, play: Play, frequency_hz: float) -> list[_Band | None]:
     channels = recording.duty_steps.shape[1]
     if play.stop - play.start < PURITY_PERIODS:
         return [None] * channels
     duty = recording.duty[play.stop - PURITY_PERIODS : play.stop]
-    window = general_cosine(PURITY_PERIODS, _signed(BLACKMAN_HARRIS_7), sym=False)
-    result: list[float | None] = []
+    window = general_cosine(PURITY_PERIODS, list(BLACKMAN_HARRIS_7), sym=False)
+    bins_hz = np.arange(PURITY_PERIODS // 2 + 1) * recording.carrier_hz / PURITY_PERIODS
+    fundamental = round(frequency_hz * PURITY_PERIODS / recording.carrier_hz)
+    own = np.zeros(bins_hz.size, dtype=bool)
+    own[max(fundamental - FUNDAMENTAL_BINS, 0) : fundamental + FUNDAMENTAL_BINS + 1] = True
+    rest = (bins_hz >= BAND_HZ[0]) & (bins_hz <= BAND_HZ[1]) & ~own
+    result: list[_Band | None] = []
     for channel in duty.T:
-        result.append(_sfdr(channel, window, frequency_hz, recording.carrier_hz))
+        if np.ptp(channel) == 0.0:
+            result.append(None)
+            continue
+        spectrum = np.abs(np.fft.rfft((channel - channel.mean()) * window))
+        result.append(_Band(spectrum[own], spectrum[rest]))
     return result
-
-
-def _sfdr(
-    duty: FloatArray, window: FloatArray, frequency_hz: float, carrier_hz: float
-) -> float | None:
-    if np.ptp(duty) == 0.0:
-        return None
-    spectrum = np.abs(np.fft.rfft((duty - duty.mean()) * window))
-    bins_hz = np.arange(spectrum.size) * carrier_hz / PURITY_PERIODS
-    fundamental = round(frequency_hz * PURITY_PERIODS / carrier_hz)
-    spurs = (bins_hz >= BAND_HZ[0]) & (bins_hz <= BAND_HZ[1])
-    near = slice(max(fundamental - FUNDAMENTAL_BINS, 0), fundamental + FUNDAMENTAL_BINS + 1)
-    peak = spectrum[near].max()
-    spurs[near] = False
-    return float(20.0 * np.log10(peak / spectrum[spurs].max()))
-
-
-def _signed(terms: tuple[float, ...]) -> list[float]:
-    """`general_cosine` alternates the signs itself."""
-    return list(terms)
 
 
 def first_change(recording: Recording, after_period: int) -> int | None:

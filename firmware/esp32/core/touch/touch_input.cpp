@@ -5,6 +5,8 @@ namespace chladni {
 namespace {
 
 constexpr uint32_t kSearchUs = 250000;
+// A panel that does not call is asked all the same, once in so many reports.
+constexpr uint32_t kIdleReports = 20;
 // A panel that fails so often in a row is lost, and looked for anew.
 constexpr uint32_t kMostErrors = 3;
 // Values of `panel` in the configuration.
@@ -66,8 +68,8 @@ TouchEvent TouchInput::poll(const Hal& hal, uint32_t now_us) {
   if (!is_due(hal, now_us)) return overdue(now_us);
   asked_us_ = now_us;
   PanelReport report{};
-  const PanelStatus status = model_ == Model::kFt6x36 ? ft6x36::read(hal, report)
-                                                      : gt911::read(hal, address_, report);
+  const PanelStatus status =
+      model_ == Model::kFt6x36 ? ft6x36::read(hal, report) : gt911::read(hal, address_, report);
   if (status == PanelStatus::kNothingNew) return overdue(now_us);
   if (status != PanelStatus::kReport) {
     fail(hal, status);
@@ -87,7 +89,9 @@ bool TouchInput::is_due(const Hal& hal, uint32_t now_us) {
   if (was_called_) return true;
   const uint32_t since = now_us - asked_us_;
   // A call may get lost: a panel that should be reporting is asked all the same.
-  if (has_line_) return (is_touched_ || pressed_ > 0) && since >= 2U * report_us_;
+  // Most of all one under a finger; but a GT911 whose flag was never cleared calls no more.
+  const bool is_busy = is_touched_ || pressed_ > 0;
+  if (has_line_) return since >= (is_busy ? 2U : kIdleReports) * report_us_;
   return since >= report_us_ / 4U;
 }
 

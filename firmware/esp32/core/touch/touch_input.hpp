@@ -107,7 +107,7 @@ class TouchInput {
   uint8_t owner_ = 0;
   Place place_{};
   uint32_t news_us_ = 0;
-  uint32_t pressed_ = 0;    // reports in a row with a finger, before it counts
+  uint32_t pressed_ = 0;     // reports in a row with a finger, before it counts
   bool is_lifting_ = false;  // gone, but perhaps for a moment only
   uint32_t lifting_us_ = 0;
 };
