@@ -163,10 +163,8 @@ void Device::watch_panel() {
 }
 
 void Device::clear_faults() {
-  if (faults_.stands(FaultCause::kCoilHot) && heat_.has_cooled()) {
-    faults_.clear(FaultCause::kCoilHot);
-  }
   if (!is_finger_there() && synthesis_.is_quiet()) {
+    if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
     faults_.clear(FaultCause::kTouchTooLong);
     faults_.clear(FaultCause::kInterruptLate);
     faults_.clear(FaultCause::kSupplyCurrent);
@@ -282,7 +280,7 @@ bool Device::update_begin() {
   if (state_ != DeviceState::kUpdating) {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
     is_drive_pending_ = is_start_pending_ = is_stream_pending_ = is_after_lift_ = false;
-    is_release_pending_ = true;
+    is_release_pending_ = !synthesis_.is_quiet();
   }
   return !is_release_pending_ && synthesis_.is_quiet();
 }

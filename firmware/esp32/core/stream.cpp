@@ -14,7 +14,8 @@ constexpr int32_t kPushPerQ8 = 512;
 constexpr int32_t kLearnPerQ8 = 24;
 // The largest correction, 1000 ppm: crystals are within 100.
 constexpr int32_t kMostDrift = 2147484;
-constexpr int32_t kMeanShift = 6;  // the fill is averaged over 64 ms: frames come in packets
+// The fill is averaged over 256 ms: frames come in packets, and must not be heard as a wobble.
+constexpr int32_t kMeanShift = 8;
 
 int32_t clamp_to(int32_t value, int32_t most) {
   return value < -most ? -most : (value > most ? most : value);
@@ -73,8 +74,10 @@ void SampleStream::steer() {
   const auto fill_q8 = static_cast<int32_t>(filled() << 8);
   mean_fill_q8_ += (fill_q8 - mean_fill_q8_) >> kMeanShift;
   const int32_t error_q8 = mean_fill_q8_ - static_cast<int32_t>(kStreamTarget << 8);
-  drift_sum_ = clamp_to(drift_sum_ + error_q8 * kLearnPerQ8 / 256, kMostDrift);
-  const int32_t drift = clamp_to(error_q8 * kPushPerQ8 + drift_sum_, kMostDrift);
+  const int32_t wanted = error_q8 * kPushPerQ8 + drift_sum_;
+  const int32_t drift = clamp_to(wanted, kMostDrift);
+  // What is learned while more is wanted than allowed would have to be unlearned.
+  if (drift == wanted) drift_sum_ += error_q8 * kLearnPerQ8 / 256;
   rate_.store(kHalf + static_cast<uint32_t>(drift), std::memory_order_relaxed);
 }
 

@@ -110,6 +110,7 @@ class Emulator {
   uint64_t sample_due_ = 0;  // carrier periods
   uint64_t sample_at_ = 0;
   double extra_delay_us_ = 0.0;
+  uint64_t run_until_us_ = 0;
   uint64_t next_turn_us_ = 0;
   uint64_t wake_at_us_ = UINT64_MAX;
   uint64_t next_scan_us_ = 0;

@@ -1,0 +1,136 @@
+"""The configuration in flash: what is written is read, and a cut never costs the one before."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chladni.host import _emulator
+from chladni.host.device_config import (
+    RECORD_BYTES, SETTINGS, DeviceConfig, Setting, config_of, pack_config, unpack_config,
+)  # fmt: skip
+from chladni.sim.board_file import load_board
+from chladni.sim.errors import InputError
+
+
+def booted(*records: tuple[int, bytes]) -> _emulator.Emulator:
+    core = _emulator.Emulator(_emulator.Hardware())
+    for sector, record in records:
+        core.program(sector * _emulator.SECTOR_BYTES, record, "config")
+    core.boot()
+    return core
+
+
+def held(core: _emulator.Emulator) -> DeviceConfig:
+    """The newest whole record in flash, by Python's reader."""
+    flash = core.flash_bytes("config")
+    found = []
+    for sector in (0, 1):
+        try:
+            found.append(unpack_config(flash[sector * _emulator.SECTOR_BYTES :][:RECORD_BYTES]))
+        except InputError:
+            continue
+    return max(found, key=lambda pair: pair[1])[0]
+
+
+def values_of(setting: Setting) -> st.SearchStrategy[object]:
+    one = st.integers(setting.low, setting.high)
+    count = setting.field.count
+    return one if count == 1 else st.tuples(*[one] * count)
+
+
+configs = st.fixed_dictionaries({s.field.name: values_of(s) for s in SETTINGS}).map(
+    lambda values: DeviceConfig(**values)
+)
+
+
+@given(configs, st.integers(0, 2**32 - 1))
+@settings(max_examples=50, deadline=None)
+def test_what_is_packed_is_read_by_both_sides(config: DeviceConfig, sequence: int) -> None:
+    record = pack_config(config, sequence)
+    assert unpack_config(record) == (config, sequence)
+    core = booted()
+    # The firmware reads the record, and writes what it has read.
+    assert core.save_config(record) == "ok"
+    assert held(core) == config
+
+
+def test_defaults_are_the_authors_board_on_both_sides() -> None:
+    core = booted()
+    assert core.config_status == "no configuration"
+    assert core.save_config(pack_config(DeviceConfig())) == "ok"
+    board = config_of(load_board("prototype"))
+    default = DeviceConfig()
+    for name in ("channels", "pwm_bits", "pwm_pins", "sda_pin", "scl_pin", "full_current_ma",
+                 "full_rise_dk", "limit_rise_dk", "supply_ma", "min_on_ns"):  # fmt: skip
+        assert board[name] == default[name], name
+
+
+def test_damaged_records_are_refused_and_the_defaults_hold() -> None:
+    good = pack_config(DeviceConfig(level_q15=1000))
+    assert booted((0, good)).config_status == "ok"
+    for position in range(len(good) * 8):
+        bad = bytearray(good)
+        bad[position // 8] ^= 1 << (position % 8)
+        with pytest.raises(InputError):
+            unpack_config(bytes(bad))
+        if position % 7 == 0:
+            assert booted((0, bytes(bad))).config_status == "configuration damaged"
+    for length in range(0, len(good), 5):
+        with pytest.raises(InputError):
+            unpack_config(good[:length])
+
+
+@pytest.mark.parametrize("newer", [1, 2**31, 2**32 - 1])
+def test_the_newer_of_two_records_counts_across_the_wrap(newer: int) -> None:
+    older, newest = DeviceConfig(level_q15=1), DeviceConfig(level_q15=2)
+    for order in (0, 1):
+        core = booted(
+            (order, pack_config(older, newer - 1)), (1 - order, pack_config(newest, newer))
+        )
+        # What is saved next goes over the older one and leaves the newest.
+        core.save_config(pack_config(DeviceConfig(level_q15=3)))
+        flash = core.flash_bytes("config")[(1 - order) * _emulator.SECTOR_BYTES :][:RECORD_BYTES]
+        assert unpack_config(flash)[0] == newest
+
+
+@pytest.mark.slow
+def test_a_cut_at_any_byte_leaves_the_old_or_the_new_record() -> None:
+    """Torn in the erase and at every byte of the programme, from one record and from two."""
+    old, new = DeviceConfig(level_q15=111), DeviceConfig(level_q15=222)
+    starts: list[list[tuple[int, bytes]]] = [
+        [(0, pack_config(old, 5))],
+        [(0, pack_config(old, 5)), (1, pack_config(DeviceConfig(), 4))],
+        [(1, pack_config(old, 5)), (0, pack_config(DeviceConfig(), 4))],
+    ]
+    cuts = [*range(0, 4096, 512), *range(4096, 4096 + RECORD_BYTES + 1)]
+    for start in starts:
+        for cut in cuts:
+            core = booted(*start)
+            core.cut_power_after(cut, "config")
+            said = core.save_config(pack_config(new))
+            core.restore_power()
+            core.boot("brown-out")
+            assert core.config_status == "ok"
+            assert held(core) == (new if said == "ok" else old)
+    print(f"{len(starts) * len(cuts)} cuts")
+
+
+def test_flash_that_lies_is_found_by_reading_back() -> None:
+    old = DeviceConfig(level_q15=111)
+    core = booted((0, pack_config(old)))
+    core.let_flash_lie(True, "config")
+    assert core.save_config(pack_config(DeviceConfig(level_q15=5))) == "flash write failed"
+    core.let_flash_lie(False, "config")
+    core.boot()
+    assert held(core) == old
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("level", 1), ("channels", 17), ("pwm_pins", (1, 2)), ("level_q15", 0.5), ("waveform", True)],
+)
+def test_wrong_settings_are_named(name: str, value: object) -> None:
+    with pytest.raises(InputError, match=name):
+        DeviceConfig(**{name: value})
