@@ -3,12 +3,16 @@
 #include "console.hpp"
 #include "core/device.hpp"
 #include "esp_attr.h"
+#include "esp_system.h"
+#include "esp_task_wdt.h"
 #include "esp_timer.h"
+#include "flash.hpp"
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
+#include "last_resort.hpp"
+#include "panel_bus.hpp"
 #include "pwm.hpp"
 #include "sample_timer.hpp"
-#include "table_partition.hpp"
 
 namespace {
 
@@ -22,30 +26,53 @@ Device device;
 TaskHandle_t main_task = nullptr;
 bool is_synthesis_running = false;  // written before the notification that main_task waits for
 
-void IRAM_ATTR set_duty(void*, uint32_t channel, uint32_t duty_steps) {
-  chip::pwm_set_duty(channel, duty_steps);
+void IRAM_ATTR set_duties(void*, const uint32_t* duties) { chip::pwm_set_duties(duties); }
+
+ResetCause reset_cause(void*) {
+  switch (esp_reset_reason()) {
+    case ESP_RST_POWERON: return ResetCause::kPowerOn;
+    case ESP_RST_SW: return ResetCause::kSoftware;
+    case ESP_RST_PANIC: return ResetCause::kPanic;
+    case ESP_RST_INT_WDT:
+    case ESP_RST_TASK_WDT:
+    case ESP_RST_WDT: return ResetCause::kWatchdog;
+    case ESP_RST_BROWNOUT: return ResetCause::kBrownOut;
+    default: return ResetCause::kOther;
+  }
 }
 
 Hal make_hal() {
   Hal hal{};
   hal.now_us = [](void*) { return static_cast<uint32_t>(esp_timer_get_time()); };
-  hal.set_duty = set_duty;
-  // A touch comes over the console until a panel is fitted.
-  hal.poll_touch = [](void*, Place*) { return Touch::kNothingNew; };
-  hal.read_table = [](void*, uint32_t offset, uint8_t* bytes, uint32_t count) {
-    return chip::table_partition_read(offset, bytes, count);
+  hal.set_duties = set_duties;
+  hal.i2c = [](void*, uint8_t address, const uint8_t* written, uint32_t write_count, uint8_t* read,
+               uint32_t read_count) {
+    return chip::panel_bus_transfer(address, written, write_count, read, read_count);
   };
+  hal.recover_bus = [](void*) { chip::panel_bus_recover(); };
+  hal.panel_has_called = [](void*) { return chip::panel_has_called(); };
+  hal.read_flash = [](void*, FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
+    return chip::flash_read(area, offset, bytes, count);
+  };
+  hal.erase_sector = [](void*, FlashArea area, uint32_t offset) {
+    return chip::flash_erase_sector(area, offset);
+  };
+  hal.program_flash = [](void*, FlashArea area, uint32_t offset, const uint8_t* bytes,
+                         uint32_t count) {
+    return chip::flash_program(area, offset, bytes, count);
+  };
+  hal.reset_cause = reset_cause;
   hal.print = [](void*, const char* line) { chip::console_print(line); };
   return hal;
 }
 
 // Interrupts belong to the core that asks for them.
 void set_up_synthesis(void*) {
-  esp_err_t status = chip::pwm_start();
+  esp_err_t status = chip::pwm_start(device.config());
   if (status == ESP_OK) status = chip::sample_timer_start(device);
   is_synthesis_running = status == ESP_OK;
   if (!is_synthesis_running) {
-    chip::gates_low();
+    chip::cut_outputs();
     chip::console_print("synthesis did not start:");
     chip::console_print(esp_err_to_name(status));
   }
@@ -53,13 +80,7 @@ void set_up_synthesis(void*) {
   vTaskDelete(nullptr);
 }
 
-}  // namespace
-
-extern "C" void app_main() {
-  chip::gates_low();
-  ESP_ERROR_CHECK(chip::console_start());
-  if (!chip::table_partition_open()) chip::console_print("no partition named tables");
-  device.start(make_hal(), chip::kSettings);
+void start_synthesis() {
   main_task = xTaskGetCurrentTaskHandle();
   if (xTaskCreatePinnedToCore(set_up_synthesis, "synthesis", kSetupStackBytes, nullptr, 10, nullptr,
                               kSynthesisCore) != pdPASS) {
@@ -69,10 +90,30 @@ extern "C" void app_main() {
   }
   // Without its interrupt the device must not answer touches; the console says why above.
   while (!is_synthesis_running) vTaskDelay(portMAX_DELAY);
+}
+
+}  // namespace
+
+extern "C" void app_main() {
+  chip::gates_low(Config{});
+  ESP_ERROR_CHECK(chip::console_start());
+  ESP_ERROR_CHECK(chip::last_resort_arm());
+  if (!chip::flash_open()) chip::console_print("no partition named tables, or none named config");
+  device.start(make_hal());
+  chip::gates_low(device.config());
+  start_synthesis();
+  const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
+  if (panel != ESP_OK) {
+    chip::console_print("the panel's bus did not start:");
+    chip::console_print(esp_err_to_name(panel));
+  }
+  ESP_ERROR_CHECK(esp_task_wdt_add(nullptr));
   device.command("info");
   for (;;) {
+    esp_task_wdt_reset();
     chip::console_poll(device);
     device.poll();
-    vTaskDelay(1);  // one tick is a millisecond (sdkconfig.defaults)
+    // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).
+    ulTaskNotifyTake(pdTRUE, 1);
   }
 }

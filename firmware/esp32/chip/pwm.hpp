@@ -1,23 +1,30 @@
-// Five LEDC outputs on one timer, written from the sample interrupt.
+// LEDC outputs on one timer, written from the sample interrupt.
 #pragma once
 
 #include <cstdint>
 
+#include "core/generated/config_format.hpp"
 #include "esp_err.h"
 
 namespace chladni::chip {
 
-// Hold every gate low; the first thing after reset.
-void gates_low();
+// Hold every gate low; the first thing after reset, and again once the configuration is known.
+void gates_low(const Config& config);
 
 // Start the carrier with every duty at 0. Call once, before the sample timer runs.
-esp_err_t pwm_start();
+esp_err_t pwm_start(const Config& config);
 
-// Hand over a duty for the next carrier period. Safe with the flash cache off; neither spins nor
-// locks. If the channel has not yet taken the last duty, this one is dropped and counted.
-void pwm_set_duty(uint32_t channel, uint32_t duty_steps);
+// Hand over all duties for the next carrier period. Safe with the flash cache off; neither spins
+// nor locks. What a channel has not yet taken is not overwritten: the new one is dropped, counted.
+void pwm_set_duties(const uint32_t* duties);
 
 // Duties dropped since start.
 uint32_t pwm_dropped();
+
+// Position in the carrier period now, in its steps.
+uint32_t pwm_position();
+
+// Take the gates from the PWM and pull them low, from any context, even with half the chip dead.
+void cut_outputs();
 
 }  // namespace chladni::chip

@@ -1,4 +1,4 @@
-// The sample interrupt: every fourth carrier period, at a fixed but so far unaligned point of one.
+// The sample interrupt: every fourth carrier period, in the middle of one.
 #pragma once
 
 #include "core/device.hpp"
@@ -6,8 +6,8 @@
 
 namespace chladni::chip {
 
-// Call `device.sample()` from an interrupt on the calling core, from now on. The interrupt runs
-// with the flash cache off, so `device` must lie in internal RAM.
+// Call `device.sample` from an interrupt on the calling core, from now on. The interrupt runs with
+// the flash cache off, so `device` must lie in internal RAM. The PWM must be running.
 esp_err_t sample_timer_start(Device& device);
 
 }  // namespace chladni::chip

@@ -1,0 +1,43 @@
+#include "flash.hpp"
+
+#include "esp_partition.h"
+
+namespace chladni::chip {
+
+namespace {
+
+// The first type that ESP-IDF leaves to applications.
+constexpr auto kType = static_cast<esp_partition_type_t>(0x40);
+
+const esp_partition_t* tables = nullptr;
+const esp_partition_t* config = nullptr;
+
+const esp_partition_t* partition_of(FlashArea area) {
+  return area == FlashArea::kTables ? tables : config;
+}
+
+}  // namespace
+
+bool flash_open() {
+  tables = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x00), "tables");
+  config = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x01), "config");
+  return tables != nullptr && config != nullptr;
+}
+
+bool flash_read(FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
+  const esp_partition_t* const partition = partition_of(area);
+  return partition != nullptr && esp_partition_read(partition, offset, bytes, count) == ESP_OK;
+}
+
+bool flash_erase_sector(FlashArea area, uint32_t offset) {
+  const esp_partition_t* const partition = partition_of(area);
+  return partition != nullptr &&
+         esp_partition_erase_range(partition, offset, kSectorBytes) == ESP_OK;
+}
+
+bool flash_program(FlashArea area, uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  const esp_partition_t* const partition = partition_of(area);
+  return partition != nullptr && esp_partition_write(partition, offset, bytes, count) == ESP_OK;
+}
+
+}  // namespace chladni::chip
