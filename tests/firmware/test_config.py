@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from chladni.host import _emulator
 from chladni.host.device_config import (
-    RECORD_BYTES, SETTINGS, DeviceConfig, Setting, config_of, pack_config, unpack_config,
+    RECORD_BYTES,
+    SETTINGS,
+    DeviceConfig,
+    Setting,
+    config_of,
+    pack_config,
+    unpack_config,
 )  # fmt: skip
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import InputError

@@ -30,9 +30,7 @@ def at(level: NDArray[np.float64], milliseconds: float) -> float:
 
 def test_attack_decay_sustain_release() -> None:
     touches = [TouchEvent(10.0, (0.0, 0.0)), TouchEvent(500.0, None)]
-    level = levels(
-        touches, 800.0, attack_ms=100, decay_ms=200, sustain_q15=16384, release_ms=150
-    )
+    level = levels(touches, 800.0, attack_ms=100, decay_ms=200, sustain_q15=16384, release_ms=150)
     # Up in a straight line, down to a half, held, and away; a wave, a report and a step of slack.
     assert at(level, 60.0) == pytest.approx(0.4, abs=0.08)
     assert level.max() == pytest.approx(0.8, abs=0.02)

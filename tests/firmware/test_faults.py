@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from chladni.host import _emulator
+from chladni.host.device_config import pack_config
 from chladni.host.emulator import Emulator, Hardware, TouchEvent
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
@@ -23,7 +25,7 @@ def table() -> Table:
     return replace(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])), limits=LIMITS)
 
 
-def playing(table: Table, **options: object) -> Emulator:
+def playing(table: Table, **options: Any) -> Emulator:
     """A device with a finger on it since 20 ms, 60 ms after power-on."""
     emulator = Emulator(device_of(table), table, **options)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
@@ -149,7 +151,7 @@ def test_an_erase_takes_its_time_and_outputs_go_off_by_their_deadline(table: Tab
     """A configuration saved while a finger plays stalls the main loop, not the interrupt."""
     emulator = playing(table, hardware=Hardware(erase_us=300_000.0))
     before = emulator.core.now_us
-    assert emulator.core.save_config(_config_record(table)) == "ok"
+    assert emulator.core.save_config(pack_config(device_of(table))) == "ok"
     assert emulator.core.now_us - before >= 300_000
     recording = emulator.core.take_duties()
     on_ms = np.flatnonzero(recording.any(axis=1))[-1] / 78_125.0 * 1e3
@@ -157,12 +159,6 @@ def test_an_erase_takes_its_time_and_outputs_go_off_by_their_deadline(table: Tab
     emulator.run(30.0)
     assert causes(emulator) == ["touch timeout"]
     check_next_touch(emulator)
-
-
-def _config_record(table: Table) -> bytes:
-    from chladni.host.device_config import pack_config  # noqa: PLC0415
-
-    return pack_config(device_of(table))
 
 
 @pytest.mark.parametrize("cause", ["brown-out", "watchdog", "panic"])

@@ -31,10 +31,12 @@ def wave(begin: int, count: int) -> NDArray[np.uint16]:
     return np.asarray(32768.0 + 20000.0 * np.sin(phase)).astype(np.uint16)
 
 
-def streaming(emulator: Emulator, seconds: float, *, rate: float = 1.0, chunk_ms: int = 5,
-              jitter: int = 0, seed: int = 3, drifts: list[int] | None = None) -> NDArray[np.uint16]:  # fmt: skip
+def streaming(
+    emulator: Emulator, seconds: float, *, rate: float = 1.0, chunk_ms: int = 5, jitter: int = 0,
+    drifts: list[int] | None = None,
+) -> NDArray[np.uint16]:  # fmt: skip
     """Push frames in packets, `rate` times as fast as the device's clock; returns the duties."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(3)
     sent, record = 0, []
     for step in range(round(seconds * 1e3 / chunk_ms)):
         due = (step + 1) * chunk_ms * 1e-3 * FRAME_HZ * rate + PREFILL

@@ -42,7 +42,7 @@ def board(table: Table, model: Model, hardware: dict[str, Any] | None = None,
 def loud(emulator: Emulator, milliseconds: float) -> list[bool]:
     """Which channels play at the end of a run."""
     recording = emulator.run(milliseconds)
-    return [bool(on) for on in recording.duty_steps[-2000:].any(axis=0)]
+    return [bool(duties.any()) for duties in recording.duty_steps[-2000:].T]
 
 
 @pytest.mark.parametrize("line", [34, 255])
