@@ -12,6 +12,10 @@ NATIVE_SOURCES := $(shell find firmware tables/kernel wheel -name '*.cpp' -o -na
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
+# What both analysers read: the core and the emulator; the bindings are mostly nanobind's.
+CHECKED_SOURCES := $(filter-out %/bindings.cpp, \
+	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
+
 .PHONY: help venv demo test lint bench headers native clean
 
 help:  ## say what each target does
@@ -32,11 +36,15 @@ test: venv  ## lint, type-check and run every test
 	$(MAKE) --no-print-directory lint
 	$(BIN)/python -m pytest
 
-lint: venv  ## ruff, mypy, clang-format, generated headers
+lint: venv  ## ruff, mypy, clang-format, clang-tidy, cppcheck (if there is one), generated headers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.cpp' '*.hpp')
+	printf '%s\n' $(CHECKED_SOURCES) | xargs -P 2 -n 4 \
+		sh -c '$(BIN)/clang-tidy --quiet "$$@" -- -std=c++17 -Ifirmware/esp32 2>/dev/null' tidy
+	if command -v cppcheck >/dev/null; then cppcheck --enable=warning,performance,portability \
+		--std=c++17 --error-exitcode=1 --quiet -Ifirmware/esp32 $(CHECKED_SOURCES); fi
 	$(BIN)/python tools/generate_headers.py --check
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md

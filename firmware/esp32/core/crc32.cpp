@@ -10,7 +10,7 @@ constexpr std::array<uint32_t, 16> make_nibbles() {
   std::array<uint32_t, 16> table{};
   for (uint32_t nibble = 0; nibble < 16; ++nibble) {
     uint32_t value = nibble;
-    for (int bit = 0; bit < 4; ++bit) value = (value >> 1) ^ ((value & 1U) ? 0xEDB88320U : 0U);
+    for (int bit = 0; bit < 4; ++bit) value = (value >> 1) ^ ((value & 1U) != 0 ? 0xEDB88320U : 0U);
     table[nibble] = value;
   }
   return table;

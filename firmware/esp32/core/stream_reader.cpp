@@ -40,6 +40,7 @@ void StreamReader::rice(uint32_t pairs, uint32_t width_one, uint32_t width_other
     const uint32_t taken = ones + 1 + width;
     if (taken <= left) {
       rest >>= 1;
+      // NOLINTNEXTLINE(clang-analyzer-core.BitwiseShift): one of the two widths, in turn
       *codes = (ones << width) + (rest & ((1U << width) - 1U));
       bits = rest >> width;
       left -= taken;

@@ -166,7 +166,7 @@ class Synthesis {
 
   // What a sample does.
   // A fade of sines is apart, so that what plays need not look whether it ends.
-  enum class Mode : uint32_t {
+  enum class Mode : uint8_t {
     kFiveSines,  // of the authors' five channels, which are played one by one
     kFadingFive,
     kSines,  // of any number
@@ -248,7 +248,7 @@ class Synthesis {
   uint32_t phase_step_u32_ = 0;
   Shaper shaper_{20, (1 << 20) - 1, 0};
   uint32_t last_channel_ = 0;
-  Channel* channels_end_ = channels_.data();
+  Channel* channels_end_ = nullptr;
   std::array<uint32_t, kMaxChannels> duties_{};
   std::array<Channel, kMaxChannels> channels_{};
   // And what only some need.

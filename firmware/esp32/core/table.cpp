@@ -172,7 +172,7 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   return TableStatus::kOk;
 }
 
-TableStatus Table::check_crc(const Hal& hal, uint32_t total_bytes) const {
+TableStatus Table::check_crc(const Hal& hal, uint32_t total_bytes) {
   std::array<uint8_t, kChunkBytes> chunk{};
   uint32_t running = kCrc32Start;
   const uint32_t covered = total_bytes - f::kCrcBytes;

@@ -61,7 +61,7 @@ Hal Emulator::hal() {
   };
   hal.read_flash = [](void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
                       uint32_t count) {
-    Emulator& self = from(context);
+    const Emulator& self = from(context);
     return (area == FlashArea::kTables ? self.tables_ : self.config_).read(offset, bytes, count);
   };
   hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {

@@ -85,7 +85,7 @@ class TouchInput {
   TouchEvent overdue(uint32_t now_us);
   void fail(const Hal& hal, PanelStatus status);
 
-  PanelMap map_{};
+  PanelMap map_;
   uint8_t wanted_ = 0;  // as in the configuration
   Model model_ = Model::kUnknown;
   uint8_t address_ = 0;
