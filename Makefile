@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 CHECKED_SOURCES := $(filter-out %/bindings.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
-.PHONY: help venv demo test lint bench headers native clean
+.PHONY: help venv demo test lint sanitize bench headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -46,6 +46,15 @@ lint: venv  ## ruff, mypy, clang-format, clang-tidy, cppcheck (if there is one),
 	if command -v cppcheck >/dev/null; then cppcheck --enable=warning,performance,portability \
 		--std=c++17 --error-exitcode=1 --quiet -Ifirmware/esp32 $(CHECKED_SOURCES); fi
 	$(BIN)/python tools/generate_headers.py --check
+
+sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
+		--target build/sanitized --config-settings=cmake.define.CHLADNI_SANITIZE=ON \
+		--config-settings=build-dir=build/sanitized-objects .
+	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized CHLADNI_SANITIZED=build/sanitized \
+		$(BIN)/python -m pytest tests/firmware tests/tables/test_format.py tests/tables/test_lookup.py \
+		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
 	cat bench/about.md > docs/performance.md.part

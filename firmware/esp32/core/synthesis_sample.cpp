@@ -234,7 +234,7 @@ void Synthesis::fade(FadeCause cause, RampRate rate) {
     // A wave other than a sine fades out in the phase that it was going to.
     aim(channels_[k], 0, plays_sines() ? 0 : channels_[k].second, 0);
   }
-  stream_step_q30_ = step((stream_gain_q15_ << 15) - stream_step_q30_ * ramp_left_, 0);
+  stream_step_q30_ = step(stream_gain_q15_ * (1 << 15) - stream_step_q30_ * ramp_left_, 0);
   stream_gain_q15_ = 0;
   if (mode_ == Mode::kFiveSines) mode_ = Mode::kFadingFive;
   if (mode_ == Mode::kSines) mode_ = Mode::kFadingSines;
@@ -252,9 +252,9 @@ int32_t Synthesis::step(int32_t from, int32_t to) const {
 // From where a channel is to a new drive; `first` and a sine's `second` with 15 bits more.
 void Synthesis::aim(Channel& channel, int32_t first, int32_t second, int32_t bias) {
   const int32_t left = ramp_left_;
-  const int32_t first_now = (channel.first << 15) - channel.first_step * left;
+  const int32_t first_now = channel.first * (1 << 15) - channel.first_step * left;
   if (plays_sines()) {
-    const int32_t second_now = (channel.second << 15) - channel.second_step * left;
+    const int32_t second_now = channel.second * (1 << 15) - channel.second_step * left;
     channel.second_step = step(second_now, second);
     channel.second = second >> 15;
   } else {
