@@ -24,14 +24,15 @@ def test_the_pins_make_the_field_the_table_promised(
     coarse_board: Board, coarse_table: tuple[Table, TableReport], place: tuple[float, float]
 ) -> None:
     table, _ = coarse_table
-    recording, report = run_loop(table, coarse_board, [TouchEvent(20.0, place)], 250.0)
+    recording, report = run_loop(table, coarse_board, [TouchEvent(23.0, place)], 250.0)
     assert report.ssim == pytest.approx(report.ssim_table, abs=0.002)
     for channel in report.channels:
         assert channel.gain_error_db is not None
         assert channel.phase_error_deg is not None
         assert abs(channel.gain_error_db) < 0.1
         assert abs(channel.phase_error_deg) < 0.5
-    assert 0.0 <= report.latency_ms < 1.2
+    # The panel reports every 10 ms; its bus, the main loop and the interrupt take the rest.
+    assert 7.0 <= report.latency_ms < 8.0
     assert recording.duty.shape[1] == 5
 
 

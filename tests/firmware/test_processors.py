@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from instruction_counts import PROCESSORS, Processor, count, missing
+from stack_depth import depths
 
 from chladni.tables.build import TableReport
 from chladni.tables.folding import UNFOLDED, Folding
@@ -45,6 +46,13 @@ def test_a_built_table_is_decoded_and_looked_up_alike_and_in_time(
     assert found.lookup_most <= MOST_PER_LOOKUP
     for name, most in MOST_PER_SAMPLE.items():
         assert 0 < getattr(found, name) <= most, name
+
+
+def test_stacks_stay_as_small_as_the_documentation_says() -> None:
+    """docs/hardware.md; the compiler's own frames, the deepest chain of calls."""
+    found = {what: size for what, (size, _) in depths().items()}
+    assert found["sample interrupt"] <= 256
+    assert max(found.values()) <= 1024
 
 
 @pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))

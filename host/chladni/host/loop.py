@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.demodulate import Play, drive_phasors, first_change, sfdr_db
+from chladni.host.demodulate import Play, drive_phasors, edge_sfdr_db, first_change, sfdr_db
 from chladni.host.emulator import (
     LEVEL,
     Recording,
@@ -44,6 +44,7 @@ class ChannelReport:
     gain_error_db: float | None
     phase_error_deg: float | None
     sfdr_db: float | None
+    edge_sfdr_db: float | None
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,9 @@ def run_loop(
     fields = scene.fields.values
     wanted = target_field(scene.board, last, model=scene.model).values[0]
     field = compose(fields, played)
-    purity = sfdr_db(recording, play, section.frequency_hz)
+    purity = [
+        measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)
+    ]
     return recording, LoopReport(
         latency_ms=changed / recording.carrier_hz * 1e3 - places[0].at_ms,
         channels=_channels(played, promised, section.full_scale_gain, purity),
@@ -190,19 +193,21 @@ def _steady_play(
 
 
 def _channels(
-    played: ComplexArray, promised: ComplexArray, full_scale: float, purity: list[float | None]
+    played: ComplexArray, promised: ComplexArray, full_scale: float,
+    purity: list[list[float | None]],
 ) -> list[ChannelReport]:
     """Errors of each channel, the common phase taken out (it is free)."""
     common = np.angle(np.vdot(promised, played))
     reports = []
-    for own, entry, sfdr in zip(played * np.exp(-1j * common), promised, purity, strict=True):
+    turned = played * np.exp(-1j * common)
+    for own, entry, sfdr, edge in zip(turned, promised, *purity, strict=True):
         if abs(entry) < SILENT * full_scale or own == 0.0:
-            reports.append(ChannelReport(None, None, None))
+            reports.append(ChannelReport(None, None, None, None))
             continue
         ratio = own / entry
         reports.append(
             ChannelReport(
-                float(20.0 * np.log10(abs(ratio))), float(np.degrees(np.angle(ratio))), sfdr
+                float(20.0 * np.log10(abs(ratio))), float(np.degrees(np.angle(ratio))), sfdr, edge
             )
         )
     return reports

@@ -1,0 +1,46 @@
+"""Every region of the prototype, from its table through the emulated pins to the plate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from chladni.host.demodulate import Play, drive_phasors
+from chladni.host.emulator import Emulator, TouchEvent
+from chladni.sim import metrics
+from chladni.sim.board import Board
+from chladni.sim.energy import compose
+from chladni.sim.transfer import target_field
+from chladni.tables.build import build_table
+from chladni.tables.scene import scene_of
+
+WAVES = 16
+SETTLE_MS, PLAY_MS = 30.0, 30.0 + WAVES / 160.0 * 1e3
+
+
+@pytest.mark.slow
+def test_the_pins_field_is_the_solvers_in_every_region(prototype: Board) -> None:
+    """SSIM against each target within 0.001 of what the table's own drive has."""
+    table, _ = build_table(prototype)
+    section = table.section()
+    scene = scene_of(prototype)
+    emulator = Emulator(prototype, table)
+    differences = []
+    for region in range(table.grid.count):
+        place = table.grid.centre_mm(region)
+        now_ms = emulator.core.now_us / 1e3
+        emulator.touch(TouchEvent(now_ms + 0.5, place))
+        recording = emulator.run(PLAY_MS)
+        emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 0.5, None))
+        emulator.run(30.0)
+        play = Play(int(SETTLE_MS * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
+        played = drive_phasors(recording, play, section.frequency_hz, level=0.8)
+        promised = table.drives(section)[region]
+        wanted = np.abs(target_field(prototype, place, model=scene.model).values[0])
+        own, table_s = (
+            metrics.ssim(np.abs(compose(scene.fields.values, drive)), wanted)
+            for drive in (played, promised)
+        )
+        differences.append(abs(own - table_s))
+    assert len(differences) == 406
+    assert max(differences) < 0.001
