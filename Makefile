@@ -52,8 +52,8 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		--target build/sanitized --config-settings=cmake.define.CHLADNI_SANITIZE=ON \
 		--config-settings=build-dir=build/sanitized-objects .
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
-		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized CHLADNI_SANITIZED=build/sanitized \
-		$(BIN)/python -m pytest tests/firmware tests/tables/test_format.py tests/tables/test_lookup.py \
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
+		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md

@@ -198,7 +198,9 @@ def draw(rows: list[tuple[Variant, Purity, Purity, list[float]]]) -> None:
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.invert_yaxis()
     axes.set_xlim(55.0, 125.0)
-    axes.set_xlabel("SFDR of the duty, 20–1000 Hz, dB; at the right instructions per sample (RISC-V)")
+    axes.set_xlabel(
+        "SFDR of the duty, 20–1000 Hz, dB; at the right instructions per sample (RISC-V)"
+    )
     axes.scatter([], [], 28, COLOURS[0], label="full amplitude")
     axes.scatter([], [], 28, COLOURS[1], marker="s", label="24 dB below")
     figure.legend(loc="outside upper center", ncols=2, frameon=False)

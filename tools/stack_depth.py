@@ -26,7 +26,7 @@ ROOTS = {
 }
 
 
-class Recursion(Exception):
+class UnboundedError(Exception):
     """A function calls itself: there is no bound."""
 
 
@@ -52,7 +52,7 @@ def call_graph() -> tuple[dict[str, int], dict[str, set[str]], dict[str, str]]:
                 found = re.search(r"(\d+) bytes \((\w+)", label)
                 if found:
                     if found[2] != "static":
-                        raise Recursion(f"{parts[0]}: its frame has no fixed size")
+                        raise UnboundedError(f"{parts[0]}: its frame has no fixed size")
                     frames[title] = int(found[1])
             for caller, callee in re.findall(
                 r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"', text
@@ -66,7 +66,7 @@ def deepest(
 ) -> tuple[int, tuple[str, ...]]:
     """Bytes of the deepest chain from a function, and the chain."""
     if symbol in chain:
-        raise Recursion(f"{symbol} calls itself")
+        raise UnboundedError(f"{symbol} calls itself")
     best: tuple[int, tuple[str, ...]] = (0, ())
     for callee in sorted(calls.get(symbol, ())):
         if callee in frames:

@@ -216,7 +216,7 @@ def test_from_the_panels_call_to_the_first_duty(
     ]
     assert len(waits) == 1000
     # Address, register and what is read: 9 bits each at 400 kHz, and start, restart and stop.
-    read = {"ft6x36": [(1, 5)], "gt911": [(2, 9), (4, 0)]}[model]
+    read = {"ft6x36": [(1, 5)], "gt911": [(2, 9), (3, 0)]}[model]
     bits = sum(9 * (1 + w + (1 + r if r else 0)) + (4 if r else 2) for w, r in read)
     injected = bits / 400e3 + (wake_us + interrupt_us + jitter_us) * 1e-6
     assert np.percentile(waits, 99) - injected <= 0.2e-3

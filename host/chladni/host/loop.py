@@ -136,9 +136,7 @@ def run_loop(
     fields = scene.fields.values
     wanted = target_field(scene.board, last, model=scene.model).values[0]
     field = compose(fields, played)
-    purity = [
-        measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)
-    ]
+    purity = [measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)]
     return recording, LoopReport(
         latency_ms=changed / recording.carrier_hz * 1e3 - places[0].at_ms,
         channels=_channels(played, promised, section.full_scale_gain, purity),
@@ -193,7 +191,9 @@ def _steady_play(
 
 
 def _channels(
-    played: ComplexArray, promised: ComplexArray, full_scale: float,
+    played: ComplexArray,
+    promised: ComplexArray,
+    full_scale: float,
     purity: list[list[float | None]],
 ) -> list[ChannelReport]:
     """Errors of each channel, the common phase taken out (it is free)."""
