@@ -223,8 +223,8 @@ def bench_firmware() -> None:
     print("|---|---|---|")
     for name, key in zip(names, SAMPLES, strict=True):
         print(f"| {name} | " + " | ".join(str(getattr(c, key)) for c in counts) + " |")
-    print("\nThe budget is 12,288 cycles of 240 MHz per sample. Two seconds of touches give the same "
-          "duties on both processors and here.\n")  # fmt: skip
+    print("\nThe budget is 12,288 cycles of 240 MHz per sample. Two seconds of touches give the "
+        "same duties on both processors and here.\n")  # fmt: skip
     print("| level | SFDR | edge SFDR | SNDR | THD |")
     print("|---|---|---|---|---|")
     for name, level in (("full", 1.0), ("80 %", 0.8), ("−12 dB", 0.251), ("−24 dB", 0.063)):
@@ -237,8 +237,8 @@ def bench_firmware() -> None:
         found = purity(one)
         print(f"| {name} | {found.sfdr:.1f} | {found.edge_sfdr:.1f} | {found.sndr:.1f} | "
               f"{found.thd:.1f} |")  # fmt: skip
-    print("\nThe edges of left-aligned pulses carry a second harmonic that no shaping of the duties "
-          "removes; it falls with the amplitude.\n")  # fmt: skip
+    print("\nThe edges of left-aligned pulses carry a second harmonic that no shaping of the "
+        "duties removes; it falls with the amplitude.\n")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -137,8 +137,8 @@ def _band(
             square = channel**2
             turn = 2.0 * np.pi * bins_hz / recording.carrier_hz
             spectrum = spectrum - 0.5j * turn * np.fft.rfft((square - square.mean()) * window)
-        spectrum = np.abs(spectrum)
-        result.append(_Band(spectrum[own], spectrum[rest]))
+        size = np.abs(spectrum)
+        result.append(_Band(size[own], size[rest]))
     return result
 
 
