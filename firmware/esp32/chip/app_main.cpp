@@ -1,7 +1,7 @@
 // Chladni on an ESP32: synthesis alone on core 1, everything else on core 0.
 #include "board.hpp"
 #include "console.hpp"
-#include "core/device.hpp"
+#include "core/link.hpp"
 #include "esp_attr.h"
 #include "esp_system.h"
 #include "esp_task_wdt.h"
@@ -23,6 +23,7 @@ constexpr BaseType_t kSynthesisCore = 1;
 
 // In internal RAM (.bss), where the interrupt finds it while the flash cache is off.
 Device device;
+Link host_link(device);
 TaskHandle_t main_task = nullptr;
 bool is_synthesis_running = false;  // written before the notification that main_task waits for
 
@@ -62,6 +63,8 @@ Hal make_hal() {
     return chip::flash_program(area, offset, bytes, count);
   };
   hal.reset_cause = reset_cause;
+  hal.send = [](void*, const uint8_t* bytes, uint32_t count) { chip::console_send(bytes, count); };
+  hal.restart = [](void*) { esp_restart(); };
   hal.print = [](void*, const char* line) { chip::console_print(line); };
   return hal;
 }
@@ -111,7 +114,7 @@ extern "C" void app_main() {
   device.command("info");
   for (;;) {
     esp_task_wdt_reset();
-    chip::console_poll(device);
+    chip::console_poll(host_link);
     device.poll();
     // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).
     ulTaskNotifyTake(pdTRUE, 1);

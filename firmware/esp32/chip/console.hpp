@@ -1,16 +1,17 @@
-// Lines of text over UART0.
+// The link and the console over UART0, which also carries the ROM's and a panic's text.
 #pragma once
 
-#include "core/device.hpp"
+#include "core/link.hpp"
 #include "esp_err.h"
 
 namespace chladni::chip {
 
 esp_err_t console_start();
 
-// Hand complete lines to the device; returns at once if there are none.
-void console_poll(Device& device);
+// Hand what has come to the link; returns at once if that is nothing.
+void console_poll(Link& link);
 
 void console_print(const char* line);
+void console_send(const uint8_t* bytes, uint32_t count);
 
 }  // namespace chladni::chip

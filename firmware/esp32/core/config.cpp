@@ -148,21 +148,40 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
   return first.status == ConfigStatus::kNone ? second.status : first.status;
 }
 
+ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config) {
+  if (bytes < f::kRecordBytes) return ConfigStatus::kDamaged;
+  const uint32_t total = word(record + f::kAtTotalBytes, 2);
+  if (word(record + f::kAtMagic, 4) != f::kMagic) return ConfigStatus::kDamaged;
+  if (record[f::kAtVersionMajor] != f::kVersionMajor) return ConfigStatus::kDamaged;
+  if (total < f::kRecordBytes || total > bytes) return ConfigStatus::kDamaged;
+  const uint32_t covered = total - f::kCrcBytes;
+  const uint32_t crc = crc32_feed(kCrc32Start, record, covered) ^ 0xFFFFFFFFU;
+  if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
+  Config found{};
+  if (!f::take_fields(record, found, Take{})) return ConfigStatus::kDamaged;
+  config = found;
+  return ConfigStatus::kOk;
+}
+
+void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
+  const Put put{};
+  put(record + f::kAtMagic, f::kMagic);
+  record[f::kAtVersionMajor] = static_cast<uint8_t>(f::kVersionMajor);
+  record[f::kAtVersionMinor] = static_cast<uint8_t>(f::kVersionMinor);
+  put(record + f::kAtTotalBytes, static_cast<uint16_t>(f::kRecordBytes));
+  put(record + f::kAtSequence, sequence);
+  f::put_fields(record, config, put);
+  const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
+  put(record + covered, crc32_feed(kCrc32Start, record, covered) ^ 0xFFFFFFFFU);
+}
+
 ConfigStatus save_config(const Hal& hal, const Config& config) {
   const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
   const uint32_t holds = newest(first, second);
   const uint32_t sequence = holds == kSectors ? 0U : (holds == 0 ? first : second).sequence;
   const uint32_t sector = holds == 0 ? 1U : 0U;
   Record record{};
-  const Put put{};
-  put(record.data() + f::kAtMagic, f::kMagic);
-  record[f::kAtVersionMajor] = static_cast<uint8_t>(f::kVersionMajor);
-  record[f::kAtVersionMinor] = static_cast<uint8_t>(f::kVersionMinor);
-  put(record.data() + f::kAtTotalBytes, static_cast<uint16_t>(f::kRecordBytes));
-  put(record.data() + f::kAtSequence, sequence + 1U);
-  f::put_fields(record.data(), config, put);
-  const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
-  put(record.data() + covered, crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU);
+  write_record(config, sequence + 1U, record.data());
   const uint32_t offset = sector * kSectorBytes;
   if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
       !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {

@@ -22,6 +22,11 @@ const char* to_text(ConfigStatus status);
 // The newest whole record, or the defaults; says which.
 ConfigStatus load_config(const Hal& hal, Config& config);
 
+// The settings of a record, if it is whole and every one lies in its range.
+ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config);
+// config_format::kRecordBytes of a record.
+void write_record(const Config& config, uint32_t sequence, uint8_t* record);
+
 // Write a record to the sector that does not hold the newest, read it back and compare. Whatever
 // happens, the newest record so far stays.
 ConfigStatus save_config(const Hal& hal, const Config& config);

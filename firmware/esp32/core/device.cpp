@@ -25,7 +25,7 @@ void Device::start(const Hal& hal) {
 void Device::load_table() {
   faults_.clear(FaultCause::kNoTable);
   faults_.clear(FaultCause::kTableRefused);
-  table_status_ = table_.load(hal_, config_.channels);
+  table_status_ = store_.load(hal_, table_, config_.channels);
   if (table_status_ == TableStatus::kNone) {
     stand(FaultCause::kNoTable, 0);
   } else if (table_status_ != TableStatus::kOk) {
@@ -96,6 +96,7 @@ void Device::poll() {
   handle(event, hal_.now_us(hal_.context));
   advance_effects(hal_.now_us(hal_.context));
   advance_stream();
+  watch_update();
   post_drive();
   clear_faults();
 }

@@ -10,7 +10,9 @@
 #include "core/faults.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis.hpp"
+#include "core/generated/link_format.hpp"
 #include "core/table.hpp"
+#include "core/table_store.hpp"
 #include "core/touch/touch_input.hpp"
 
 namespace chladni {
@@ -45,6 +47,25 @@ class Device {
   // are refused until `update_end`, which loads the table anew.
   bool update_begin();
   void update_end();
+  // An update of the table: begin is busy until outputs are off; a commit ends it, whatever comes
+  // of it, and so does silence.
+  link_format::Status table_begin(uint32_t total_bytes, uint32_t table_crc);
+  link_format::Status table_data(uint32_t offset, const uint8_t* bytes, uint32_t count);
+  link_format::Status table_commit();
+  link_format::Status table_previous();
+  uint32_t table_next() const { return store_.next_offset(); }
+  uint32_t slot() const { return store_.slot(); }
+
+  // A finger that the host or the console holds, until it lifts it.
+  void touch(Place place);
+  void lift();
+  // Kept for the next start.
+  ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
+  void restart() { hal_.restart(hal_.context); }
+  void send(const uint8_t* bytes, uint32_t count) { hal_.send(hal_.context, bytes, count); }
+  // Since start.
+  uint32_t now_ms() const { return uptime_ms_; }
+
   // Of touches from now on.
   bool set_waveform(Waveform waveform);
   TableStatus select_frequency(uint32_t frequency_mhz);
@@ -81,6 +102,7 @@ class Device {
   void advance_effects(uint32_t now_us);
   void host_is_heard();
   void advance_stream();
+  void watch_update();
   void post_drive();
   bool is_finger_there() const { return input_.is_touched() || is_console_touch_; }
 
@@ -119,6 +141,8 @@ class Device {
   Place console_place_{};
   uint32_t uptime_ms_ = 0;
   uint32_t ticked_us_ = 0;
+  uint32_t update_ms_ = 0;  // when an update was last heard of
+  TableStore store_;
   Table table_;
   Synthesis synthesis_;
 };

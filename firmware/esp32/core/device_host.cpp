@@ -78,6 +78,81 @@ void Device::advance_stream() {
   }
 }
 
+namespace {
+
+link_format::Status to_link(StoreStatus status) {
+  using Status = link_format::Status;
+  switch (status) {
+    case StoreStatus::kOk: return Status::kOk;
+    case StoreStatus::kTooLarge: return Status::kTooLarge;
+    case StoreStatus::kNotBegun: return Status::kNotBegun;
+    case StoreStatus::kWrongOffset: return Status::kWrongOffset;
+    case StoreStatus::kFlashFailed: return Status::kFlashFailed;
+    case StoreStatus::kRefused: return Status::kRefused;
+    case StoreStatus::kNoOther: return Status::kNoOther;
+  }
+  return Status::kMalformed;
+}
+
+}  // namespace
+
+link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
+  using Status = link_format::Status;
+  if (total_bytes == 0 || total_bytes > store_format::kSlotBytes) return Status::kTooLarge;
+  update_ms_ = uptime_ms_;
+  if (!update_begin()) return Status::kBusy;
+  const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
+  update_ms_ = uptime_ms_;
+  if (status != Status::kOk) update_end();
+  return status;
+}
+
+link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  update_ms_ = uptime_ms_;
+  // Sent twice, because the answer was lost: they are there.
+  const uint32_t next = store_.next_offset();
+  if (store_.is_updating() && offset <= next && count <= next - offset) {
+    return link_format::Status::kOk;
+  }
+  return to_link(store_.write(hal_, offset, bytes, count));
+}
+
+link_format::Status Device::table_commit() {
+  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
+  const StoreStatus status = store_.commit(hal_, table_, config_.channels);
+  if (status != StoreStatus::kNotBegun) update_end();
+  return to_link(status);
+}
+
+link_format::Status Device::table_previous() {
+  update_ms_ = uptime_ms_;
+  if (!update_begin()) return link_format::Status::kBusy;
+  const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
+  update_end();
+  return to_link(status);
+}
+
+void Device::watch_update() {
+  const bool is_silent = uptime_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
+  if (state_ == DeviceState::kUpdating && is_silent) update_end();
+}
+
+void Device::touch(Place place) {
+  is_console_touch_ = true;
+  console_place_ = place;
+}
+
+void Device::lift() {
+  if (is_console_touch_) touch_up(hal_.now_us(hal_.context));
+  is_console_touch_ = false;
+}
+
+ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes) {
+  Config wanted{};
+  const ConfigStatus status = parse_record(record, bytes, wanted);
+  return status == ConfigStatus::kOk ? save_config(hal_, wanted) : status;
+}
+
 void Device::command(const char* line) {
   if (!run_command(line)) hal_.print(hal_.context, kHelp);
 }
@@ -89,14 +164,12 @@ bool Device::run_command(const char* line) {
     Place place{};
     if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end())
       return false;
-    is_console_touch_ = true;
-    console_place_ = place;
+    touch(place);
     hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
     return true;
   }
   if (reader.word("lift") && reader.at_end()) {
-    if (is_console_touch_) touch_up(hal_.now_us(hal_.context));
-    is_console_touch_ = false;
+    lift();
     hal_.print(hal_.context, "ok");
     return true;
   }

@@ -59,6 +59,12 @@ struct Hal {
   // Why the processor started.
   ResetCause (*reset_cause)(void* context);
 
+  // Bytes to the host; they may wait for the wire.
+  void (*send)(void* context, const uint8_t* bytes, uint32_t count);
+
+  // Start anew; outputs are off when it is called.
+  void (*restart)(void* context);
+
   // One line for people, without the line's end.
   void (*print)(void* context, const char* line);
 };

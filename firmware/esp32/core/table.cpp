@@ -106,8 +106,9 @@ const char* to_text(TableStatus status) {
   return "unknown";
 }
 
-TableStatus Table::load(const Hal& hal, uint32_t channels) {
+TableStatus Table::load(const Hal& hal, uint32_t channels, uint32_t base) {
   is_loaded_ = false;
+  base_ = base;
   TableStatus status = check(hal, channels);
   // Every section is decoded once, so that none can fail later; the first one stays.
   for (uint32_t section = sections_; status == TableStatus::kOk && section > 0; --section) {
@@ -122,7 +123,7 @@ TableStatus Table::select(const Hal& hal, uint32_t frequency_mhz) {
   for (uint32_t section = 0; section < sections_; ++section) {
     std::array<uint8_t, 4> bytes{};
     const uint32_t at = header_bytes_ + section * section_bytes_ + f::kSectionAtFrequencyMhz;
-    if (!hal.read_flash(hal.context, FlashArea::kTables, at, bytes.data(), 4)) {
+    if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(), 4)) {
       is_loaded_ = false;
       return TableStatus::kReadFailed;
     }
@@ -137,7 +138,7 @@ TableStatus Table::select(const Hal& hal, uint32_t frequency_mhz) {
 TableStatus Table::check(const Hal& hal, uint32_t channels) {
   sections_ = 0;
   std::array<uint8_t, f::kHeaderBytes> header{};
-  if (!hal.read_flash(hal.context, FlashArea::kTables, 0, header.data(), f::kHeaderBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, base_, header.data(), f::kHeaderBytes)) {
     return TableStatus::kReadFailed;
   }
   const uint8_t* const h = header.data();
@@ -148,8 +149,10 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   if (!in_range(total_bytes_, f::kHeaderBytes + f::kSectionBytes + f::kCrcBytes, f::kLargestFile)) {
     return TableStatus::kBadSize;
   }
-  const TableStatus status = check_crc(hal, total_bytes_);
+  const TableStatus status = check_crc(hal);
   if (status != TableStatus::kOk) return status;
+  static_assert(f::kAtBoardName == f::kAtBoardFingerprint + 8, "one stretch of bytes");
+  for (uint32_t k = 0; k < kIdentityBytes; ++k) identity_[k] = h[f::kAtBoardFingerprint + k];
   header_bytes_ = read_u16(h + f::kAtHeaderBytes);
   section_bytes_ = h[f::kAtSectionBytes];
   const bool is_own = h[f::kAtVersionMinor] == f::kVersionMinor;
@@ -172,22 +175,22 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   return TableStatus::kOk;
 }
 
-TableStatus Table::check_crc(const Hal& hal, uint32_t total_bytes) {
+TableStatus Table::check_crc(const Hal& hal) {
   std::array<uint8_t, kChunkBytes> chunk{};
   uint32_t running = kCrc32Start;
-  const uint32_t covered = total_bytes - f::kCrcBytes;
+  const uint32_t covered = total_bytes_ - f::kCrcBytes;
   for (uint32_t done = 0; done < covered;) {
     const uint32_t count = covered - done < kChunkBytes ? covered - done : kChunkBytes;
-    if (!hal.read_flash(hal.context, FlashArea::kTables, done, chunk.data(), count))
+    if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + done, chunk.data(), count))
       return TableStatus::kReadFailed;
     running = crc32_feed(running, chunk.data(), count);
     done += count;
   }
-  if (!hal.read_flash(hal.context, FlashArea::kTables, covered, chunk.data(), f::kCrcBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + covered, chunk.data(), f::kCrcBytes)) {
     return TableStatus::kReadFailed;
   }
-  return read_u32(chunk.data()) == (running ^ 0xFFFFFFFFU) ? TableStatus::kOk
-                                                           : TableStatus::kBadCrc;
+  crc_ = running ^ 0xFFFFFFFFU;
+  return read_u32(chunk.data()) == crc_ ? TableStatus::kOk : TableStatus::kBadCrc;
 }
 
 bool Table::take_header(const uint8_t* h) {
@@ -250,7 +253,7 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
   std::array<uint8_t, f::kSectionBytes> bytes{};
   const uint8_t* const h = bytes.data();
   const uint32_t at = header_bytes_ + section * section_bytes_;
-  if (!hal.read_flash(hal.context, FlashArea::kTables, at, bytes.data(), f::kSectionBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(), f::kSectionBytes)) {
     return TableStatus::kReadFailed;
   }
   const uint32_t offset = read_u32(h + f::kSectionAtOffset);
@@ -271,7 +274,7 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
       shape.labels > f::kMaxLabels || shape.start_shift > f::kMaxShift) {
     return TableStatus::kBadField;
   }
-  StreamReader stream(hal, offset, count);
+  StreamReader stream(hal, base_ + offset, count);
   switch (decode_section(stream, shape, drives_)) {
     case StreamReader::Status::kOk: break;
     case StreamReader::Status::kReadFailed: return TableStatus::kReadFailed;

@@ -30,9 +30,9 @@ const char* to_text(TableStatus status);
 
 class Table {
  public:
-  // Read and check the table at the start of the partition, all its sections, and keep the drives
-  // of the first. Unless kOk comes back there is no table.
-  TableStatus load(const Hal& hal, uint32_t channels);
+  // Read and check the table that begins at `base` in the partition, all its sections, and keep the
+  // drives of the first. Unless kOk comes back there is no table.
+  TableStatus load(const Hal& hal, uint32_t channels, uint32_t base = 0);
   // Keep the drives of another frequency instead. Unless kOk or kNoSection comes back, there is no
   // table any more.
   TableStatus select(const Hal& hal, uint32_t frequency_mhz);
@@ -43,6 +43,11 @@ class Table {
   uint32_t ramp_us() const { return ramp_us_; }
   uint32_t touch_timeout_us() const { return touch_timeout_us_; }
   uint32_t max_on_us() const { return max_on_us_; }
+  uint32_t total_bytes() const { return total_bytes_; }
+  uint32_t crc() const { return crc_; }
+  // Fingerprint and name of its board, as they stand in the header.
+  static constexpr uint32_t kIdentityBytes = 8 + table_format::kBoardNameBytes;
+  const std::array<uint8_t, kIdentityBytes>& identity() const { return identity_; }
   uint32_t regions() const { return x_.cells * y_.cells; }
 
   // The region of a place; places off the board belong to the nearest region.
@@ -76,7 +81,7 @@ class Table {
   };
 
   TableStatus check(const Hal& hal, uint32_t channels);
-  static TableStatus check_crc(const Hal& hal, uint32_t total_bytes);
+  TableStatus check_crc(const Hal& hal);
   bool take_header(const uint8_t* header);
   TableStatus decode(const Hal& hal, uint32_t section);
   static uint32_t position(const Axis& axis, uint32_t offset_um);
@@ -89,6 +94,9 @@ class Table {
 
   bool is_loaded_ = false;
   uint32_t actuators_ = 0;
+  uint32_t base_ = 0;
+  uint32_t crc_ = 0;
+  std::array<uint8_t, kIdentityBytes> identity_{};
   uint32_t total_bytes_ = 0;
   uint32_t header_bytes_ = 0;
   uint32_t section_bytes_ = 0;

@@ -6,7 +6,6 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include <cstring>
 #include <stdexcept>
 #include <tuple>
 
@@ -14,7 +13,6 @@
 
 namespace nb = nanobind;
 using chladni::Config;
-using chladni::Hal;
 using chladni::emulator::Emulator;
 using chladni::emulator::Flash;
 using chladni::emulator::Hardware;
@@ -76,19 +74,9 @@ Duties take_duties(Emulator& self) {
 
 // The settings of a record, by the firmware's own reader.
 Config parsed(const std::string& record) {
-  Hal hal{};
-  std::string sectors(2 * chladni::kSectorBytes, '\xFF');
-  std::memcpy(sectors.data(), record.data(), std::min(record.size(), sectors.size()));
-  hal.context = &sectors;
-  hal.read_flash = [](void* context, chladni::FlashArea, uint32_t offset, uint8_t* bytes,
-                      uint32_t count) {
-    const auto& own = *static_cast<std::string*>(context);
-    if (offset > own.size() || count > own.size() - offset) return false;
-    std::memcpy(bytes, own.data() + offset, count);
-    return true;
-  };
   Config config{};
-  const chladni::ConfigStatus status = load_config(hal, config);
+  const chladni::ConfigStatus status = chladni::parse_record(
+      reinterpret_cast<const uint8_t*>(record.data()), static_cast<uint32_t>(record.size()), config);
   if (status != chladni::ConfigStatus::kOk) throw nb::value_error(to_text(status));
   return config;
 }
@@ -158,6 +146,7 @@ void bind_hardware(nb::module_& m) {
       .def_rw("program_us", &Hardware::program_us)
       .def_rw("restart_us", &Hardware::restart_us)
       .def_rw("watchdog_us", &Hardware::watchdog_us)
+      .def_rw("baud", &Hardware::baud)
       .def_rw("seed", &Hardware::seed);
   nb::class_<PanelFaults>(m, "PanelFaults")
       .def_rw("is_absent", &PanelFaults::is_absent)
@@ -339,6 +328,17 @@ NB_MODULE(_emulator, m) {
             raise_if(self.fault());
           },
           nb::arg("line"))
+      .def(
+          "uart_write",
+          [](Emulator& self, nb::bytes data) { self.uart_write({data.c_str(), data.size()}); },
+          nb::arg("data"), "Bytes onto the wire to the device.")
+      .def(
+          "uart_read",
+          [](Emulator& self) {
+            const std::string bytes = self.uart_read();
+            return nb::bytes(bytes.data(), bytes.size());
+          },
+          "Bytes that have come from the device by now.")
       .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
       .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
       .def("stream_push", &stream_push, nb::arg("frames"))

@@ -8,6 +8,7 @@ namespace {
 
 constexpr uint64_t kTurnUs = 1000;
 constexpr uint32_t kConfigSectors = 2;
+constexpr size_t kReceiveBytes = 4096;  // as chip/console.cpp
 constexpr uint64_t kRunSlackUs = 100;  // more than a carrier period
 // Start, stop and an acknowledge per byte.
 constexpr double kBitsPerByte = 9.0, kFrameBits = 2.0;
@@ -78,8 +79,17 @@ Hal Emulator::hal() {
     self.advance(self.hardware_.program_us * count);
     return true;
   };
+  hal.send = [](void* context, const uint8_t* bytes, uint32_t count) {
+    from(context).transmit(bytes, count);
+  };
+  hal.restart = [](void* context) { from(context).must_restart_ = true; };
   hal.reset_cause = [](void* context) { return from(context).reset_cause_; };
-  hal.print = [](void* context, const char* line) { from(context).printed_.emplace_back(line); };
+  hal.print = [](void* context, const char* line) {
+    Emulator& self = from(context);
+    self.printed_.emplace_back(line);
+    const std::string text = self.printed_.back() + "\r\n";
+    self.transmit(reinterpret_cast<const uint8_t*>(text.data()), text.size());
+  };
   return hal;
 }
 
@@ -91,6 +101,10 @@ void Emulator::boot(ResetCause cause) {
   // The device holds atomics and cannot be assigned; starting means made anew in place.
   device_.~Device();
   new (&device_) Device();
+  link_.~Link();
+  new (&link_) Link(device_);
+  to_device_.clear();
+  must_restart_ = false;
   is_booted_ = false;  // no samples before the outputs are set up
   device_.start(hal());
   const Config& config = device_.config();
@@ -191,10 +205,53 @@ void Emulator::turn_main_loop() {
   if (now >= wake_at_us_) wake_at_us_ = UINT64_MAX;
   while (next_turn_us_ <= now) next_turn_us_ += kTurnUs;
   if (!is_main_loop_hung_) {
+    receive();
     device_.poll();
+    if (must_restart_) restart(ResetCause::kSoftware);
   } else if (static_cast<double>(now - hung_since_us_) >= hardware_.watchdog_us) {
     restart(ResetCause::kWatchdog);
   }
+}
+
+void Emulator::uart_write(const std::string& bytes) {
+  const double per_byte_us = 10e6 / hardware_.baud;
+  double at_us = static_cast<double>(now_us());
+  if (!to_device_.empty() && to_device_.back().at_us > at_us) at_us = to_device_.back().at_us;
+  for (const char byte : bytes) {
+    at_us += per_byte_us;
+    to_device_.push_back({at_us, static_cast<uint8_t>(byte)});
+  }
+}
+
+std::string Emulator::uart_read() {
+  std::string bytes;
+  const auto now = static_cast<double>(now_us());
+  while (!from_device_.empty() && from_device_.front().at_us <= now) {
+    bytes.push_back(static_cast<char>(from_device_.front().byte));
+    from_device_.pop_front();
+  }
+  return bytes;
+}
+
+void Emulator::transmit(const uint8_t* bytes, size_t count) {
+  const double per_byte_us = 10e6 / hardware_.baud;
+  double at_us = static_cast<double>(now_us());
+  if (!from_device_.empty() && from_device_.back().at_us > at_us) at_us = from_device_.back().at_us;
+  for (size_t k = 0; k < count; ++k) {
+    at_us += per_byte_us;
+    from_device_.push_back({at_us, bytes[k]});
+  }
+}
+
+// What has arrived since the last turn; more than the driver's buffer holds is lost.
+void Emulator::receive() {
+  const auto now = static_cast<double>(now_us());
+  std::vector<uint8_t> arrived;
+  while (!to_device_.empty() && to_device_.front().at_us <= now) {
+    if (arrived.size() < kReceiveBytes) arrived.push_back(to_device_.front().byte);
+    to_device_.pop_front();
+  }
+  if (!arrived.empty()) link_.receive(arrived.data(), static_cast<uint32_t>(arrived.size()));
 }
 
 void Emulator::run_us(uint64_t microseconds) {

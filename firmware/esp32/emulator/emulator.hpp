@@ -7,10 +7,11 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
-#include "core/device.hpp"
+#include "core/link.hpp"
 #include "emulator/flash.hpp"
 #include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"
@@ -37,6 +38,7 @@ struct Hardware {
   double program_us = 2.5;     // per byte
   double restart_us = 300000;  // from a reset to the firmware
   double watchdog_us = 5e6;    // a main loop that hangs for so long is reset
+  double baud = 115200.0;      // of the console and link
   uint32_t seed = 1;
 };
 
@@ -59,6 +61,10 @@ class Emulator {
   // The next sample interrupt comes so late.
   void delay_next_sample(double microseconds) { extra_delay_us_ = microseconds; }
   void command(const std::string& line);
+  // The wire of the link: bytes on their way to the device, one after another; and what has come
+  // from it by now.
+  void uart_write(const std::string& bytes);
+  std::string uart_read();
   // Let the firmware keep a configuration.
   ConfigStatus save(const Config& config) { return save_config(hal(), config); }
 
@@ -90,6 +96,8 @@ class Emulator {
   void scan_if_due();
   void move_fingers();
   void turn_main_loop();
+  void receive();
+  void transmit(const uint8_t* bytes, size_t count);
   double random();
   void note(const std::string& fault) {
     if (fault_.empty()) fault_ = fault;
@@ -101,6 +109,7 @@ class Emulator {
   Pwm pwm_{1, 10};
   Panel panel_;
   Device device_;
+  Link link_{device_};
   bool is_booted_ = false;
   ResetCause reset_cause_ = ResetCause::kPowerOn;
   uint64_t period_ = 0;
@@ -121,6 +130,13 @@ class Emulator {
   size_t next_finger_ = 0;
   std::vector<PanelFinger> down_;
   std::vector<uint64_t> calls_;
+  struct WireByte {
+    double at_us;
+    uint8_t byte;
+  };
+  std::deque<WireByte> to_device_;
+  std::deque<WireByte> from_device_;
+  bool must_restart_ = false;
   uint32_t random_;
   std::string fault_;
   std::vector<std::string> printed_;

@@ -29,7 +29,7 @@ class Flash {
     if (offset % kSectorBytes != 0 || offset >= size()) {
       return "erase at " + std::to_string(offset) + " is not the start of a sector";
     }
-    if (does_lie_) return {};
+    if (does_lie_ || is_cut()) return {};
     const uint32_t done = allowance(kSectorBytes);
     for (uint32_t k = 0; k < done; ++k) bytes_[offset + k] = 0xFF;
     return {};
@@ -39,6 +39,7 @@ class Flash {
     if (offset > size() || count > size() - offset) {
       return "programme at " + std::to_string(offset) + " leaves the partition";
     }
+    if (is_cut()) return {};
     for (uint32_t k = 0; k < count; ++k) {
       if ((data[k] & ~bytes_[offset + k]) != 0) {
         return "byte " + std::to_string(offset + k) + " programmed from 0 to 1 without an erase";

@@ -111,6 +111,7 @@ class Scenario {
     };
     hal.read_flash = read_flash;
     hal.reset_cause = [](void*) { return chladni::ResetCause::kPowerOn; };
+    hal.send = [](void*, const uint8_t*, uint32_t) {};
     hal.print = [](void*, const char*) {};
     device.start(hal);
     for (uint32_t wave = 0; wave < chladni::kWaveforms; ++wave) {

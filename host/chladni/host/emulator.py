@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chladni.host import _emulator
 from chladni.host.device_config import PANELS, DeviceConfig, config_of, pack_config
+from chladni.host.flash_layout import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board import Board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack
@@ -23,8 +24,6 @@ TIMER_HZ = 80_000_000
 """Clock of the ESP32's LEDC timers."""
 LEVEL = 0.8
 """Share of full amplitude that is played: the rest is headroom."""
-PARTITION_BYTES = 128 * 1024
-"""Size of the `tables` partition (firmware/esp32/chip/partitions.csv)."""
 PIXELS_PER_MM = 16
 """Of a panel made up for a board that has none: a finger is 0.03 mm off at most."""
 
@@ -51,6 +50,8 @@ class Hardware:
         From a reset to the running firmware.
     watchdog_us
         A main loop that hangs for so long is reset.
+    baud
+        Of the console and link, bits per second of virtual time.
     seed
         Of the jitter.
     """
@@ -65,6 +66,7 @@ class Hardware:
     program_us: float = 2.5
     restart_us: float = 300_000.0
     watchdog_us: float = 5e6
+    baud: float = 115_200.0
     seed: int = 1
 
 
@@ -168,8 +170,8 @@ class Emulator:
         else:
             self.config = board.with_values(**settings)
         data = pack(table) if isinstance(table, Table) else table or b""
-        if len(data) > PARTITION_BYTES:
-            raise InputError("table", f"{len(data)} bytes", f"at most {PARTITION_BYTES}")
+        if len(data) > SLOT_BYTES:
+            raise InputError("table", f"{len(data)} bytes", f"at most {SLOT_BYTES}")
         made = _emulator.Hardware()
         for field in dataclasses.fields(hardware):
             setattr(made, field.name, getattr(hardware, field.name))

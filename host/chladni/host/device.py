@@ -1,0 +1,214 @@
+"""A device at the other end of a wire: what it is, what it plays, and a new table for it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+from chladni.host.device_config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
+from chladni.host.link import Link, LinkError
+from chladni.host.link_protocol import (
+    BY_NAME,
+    MAX_PAYLOAD,
+    VERSION_MAJOR,
+    VERSION_MINOR,
+    WINDOW,
+    Status,
+)
+from chladni.host.wire import Wire
+from chladni.tables.format import pack, unpack
+from chladni.tables.table import Table
+
+Progress = Callable[[int, int], None]
+
+STATES = ("idle", "playing", "streaming", "updating", "fault")
+HEALTH = ("none", "missing", "fine", "fails")
+RESETS = ("power on", "software", "panic", "watchdog", "brown-out", "other")
+TABLE_STATUS = (
+    "ok", "no table", "flash could not be read", "not a table", "another format", "sizes that "
+    "contradict each other", "damaged", "a header field out of range", "a stream that is no drives",
+    "too large for the device", "made for another number of channels", "no such frequency",
+)  # fmt: skip
+CAUSES = (
+    "reset", "no table", "table refused", "configuration refused", "panel missing", "panel fails",
+    "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
+    "host silent", "coil hot", "supply current",
+)  # fmt: skip
+DATA_WAIT_S = 0.35
+"""For an answer to a piece of a table, before the pieces since are sent again."""
+
+
+@dataclass(frozen=True)
+class Flashed:
+    """What came of an update."""
+
+    bytes: int
+    slot: int
+    seconds: float
+    repeated: int
+    verified: bool
+
+
+class Device:
+    """Asks a device and tells it what to do; a context manager that lets go of the wire.
+
+    Raises
+    ------
+    LinkError
+        Nobody answers, or it speaks another version of the link.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        self.wire = wire
+        self.link = Link(wire)
+        try:
+            self.version = self.link.request("hello", major=VERSION_MAJOR, minor=VERSION_MINOR)
+        except LinkError as error:
+            wire.close()
+            if error.status is not None:
+                raise
+            raise LinkError(
+                "nobody answers there; is it a Chladni device, at this baud rate?"
+            ) from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:  # fmt: skip
+        self.wire.close()
+
+    def info(self) -> dict[str, Any]:
+        """State, table, heat: the answer's fields, with words for codes."""
+        found = self.link.request("info").fields
+        channels = found.pop("channels")
+        rises = found.pop("rise_dk")[:channels]
+        return found | {
+            "state": STATES[found["state"]],
+            "table_status": TABLE_STATUS[found["table_status"]],
+            "panel_health": HEALTH[found["panel_health"]],
+            "config_status": found["config_status"],
+            "channels": channels,
+            "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
+            "fingerprint": f"{found['fingerprint']:#018x}",
+            "table_crc": f"{found['table_crc']:#010x}",
+            "coil_rise_k": [rise / 10.0 for rise in rises],
+        }
+
+    def faults(self) -> list[dict[str, Any]]:
+        """The last faults, oldest first."""
+        tail = self.link.request("faults").tail
+        return [
+            {"cause": CAUSES[cause], "detail": detail, "at_ms": at_ms}
+            for cause, detail, at_ms in struct.iter_unpack("<III", tail)
+        ]
+
+    def touch(self, x_mm: float, y_mm: float) -> None:
+        """Hold a finger there until `lift`."""
+        self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
+
+    def lift(self) -> None:
+        """Let go."""
+        self.link.request("lift")
+
+    def select_frequency(self, frequency_hz: float) -> None:
+        """Play the table's drives of another frequency from the next touch on."""
+        self.link.request("frequency", mhz=round(frequency_hz * 1e3))
+
+    def set_waveform(self, waveform: str) -> None:
+        """Of touches from now on: sine, triangle, square or ramp."""
+        self.link.request("waveform", waveform=WAVEFORMS.index(waveform))
+
+    def config(self) -> DeviceConfig:
+        """The configuration in force."""
+        return unpack_config(self.link.request("config_get").tail)[0]
+
+    def set_config(self, config: DeviceConfig) -> None:
+        """Keep a configuration; it is in force from the next start."""
+        self.link.request("config_set", pack_config(config))
+
+    def restart(self) -> None:
+        """Start the device anew."""
+        self.link.request("restart")
+
+    def live(self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine") -> None:
+        """Play a drive, 1 for full amplitude, until it is no longer repeated."""
+        tail = b"".join(
+            struct.pack("<hh", round(gain.real * 32767.0), round(gain.imag * 32767.0))
+            for gain in map(complex, gains)
+        )
+        self.link.request(
+            "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
+        )
+
+    def stop(self) -> None:
+        """End a live drive or a stream."""
+        self.link.request("stream_end")
+
+    @property
+    def log(self) -> str:
+        """Text that came between frames: the boot loader's, a panic's, the console's."""
+        return self.link.splitter.text.decode("utf-8", "replace")
+
+    def flash(self, table: Table | bytes, progress: Progress | None = None) -> Flashed:
+        """Write a table to the slot that is not in use; it plays once it is whole.
+
+        Raises
+        ------
+        InputError
+            The bytes are no table.
+        LinkError
+            The device refused or fell silent; the old table plays on.
+        """
+        data = pack(table) if isinstance(table, Table) else table
+        unpack(data)
+        crc = int.from_bytes(data[-4:], "little")
+        begun = self.wire.now_s()
+        repeated = self.link.repeated
+        self.link.request("table_begin", total=len(data), crc=crc)
+        self._send_pieces(data, progress)
+        slot = self.link.request("table_commit").fields["slot"]
+        found = self.link.request("info").fields
+        verified = (found["table_crc"], found["table_bytes"]) == (crc, len(data))
+        return Flashed(
+            len(data), slot, self.wire.now_s() - begun, self.link.repeated - repeated, verified
+        )
+
+    def previous(self) -> int:
+        """Go back to the other slot's table; returns the slot."""
+        return int(self.link.request("table_previous").fields["slot"])
+
+    def _send_pieces(self, data: bytes, progress: Progress | None) -> None:
+        """All of a table, `WINDOW` pieces under way; after a loss from where the device is."""
+        message, due, sent, quiet = BY_NAME["table_data"], 0, 0, 0
+        waiting: dict[int, int] = {}
+        deadline = 0.0
+        while due < len(data):
+            while len(waiting) < WINDOW and sent < len(data):
+                piece = data[sent : sent + MAX_PAYLOAD]
+                waiting[self.link.send(message, piece, {"offset": sent})] = sent
+                sent += len(piece)
+                deadline = self.wire.now_s() + DATA_WAIT_S
+                deadline += self.link.wire_time(2 * MAX_PAYLOAD * len(waiting))
+            for code, sequence, answer in self.link.poll(deadline - self.wire.now_s()):
+                if code != message.code or waiting.pop(sequence, None) is None:
+                    continue
+                if answer.status not in (Status.OK, Status.WRONG_OFFSET):
+                    raise LinkError(f"{message.name}: {answer.status.name.lower()}", answer.status)
+                due, quiet = max(due, answer.fields["next"]), 0
+                if answer.status == Status.WRONG_OFFSET and not waiting:
+                    sent = due
+                if progress:
+                    progress(due, len(data))
+            if due < len(data) and self.wire.now_s() >= deadline:
+                quiet += 1
+                if quiet > 8:
+                    raise LinkError("table_data: no answer")
+                self.link.repeated += len(waiting)
+                waiting.clear()
+                sent = due

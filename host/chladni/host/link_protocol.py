@@ -1,0 +1,137 @@
+"""What host and device say to each other: the one declaration of the link.
+
+`tools/generate_headers.py` writes the C++ header and docs/link-protocol.md from it.
+
+A frame is kind, sequence, payload and CRC-32, COBS-coded between two zeros. Text may stand between
+frames: the boot loader's, a panic's, the console's. The host asks, the device answers with the same
+sequence number, the kind's top bit set and a status before the payload. A request that is repeated
+with its number is answered again and not done twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from chladni.tables.layout import MAX_ACTUATORS, Field
+
+VERSION_MAJOR, VERSION_MINOR = 1, 0
+MAX_PAYLOAD = 1024
+"""Bytes behind a request's fixed fields, or a response's."""
+WINDOW = 2
+"""Requests that the host may send before the first is answered."""
+CRC_BYTES = 4
+HEAD_BYTES = 2
+MAX_FRAME = HEAD_BYTES + 64 + MAX_PAYLOAD + CRC_BYTES
+"""Before COBS, which adds a byte per 254."""
+SILENCE_MS = 100
+"""A frame that stops for so long is none."""
+UPDATE_SILENCE_MS = 5000
+"""An update that hears nothing for so long is dropped; the old table plays on."""
+RESPONSE = 0x80
+
+
+class Status(IntEnum):
+    """How a request went."""
+
+    OK = 0
+    BUSY = 1
+    UNKNOWN = 2
+    MALFORMED = 3
+    INCOMPATIBLE = 4
+    WRONG_OFFSET = 5
+    TOO_LARGE = 6
+    FLASH_FAILED = 7
+    REFUSED = 8
+    NOT_BEGUN = 9
+    NO_OTHER = 10
+    NOT_NOW = 11
+
+
+STATUS_TEXT = {
+    Status.OK: "done",
+    Status.BUSY: "ask again in a moment",
+    Status.UNKNOWN: "no such request in this version",
+    Status.MALFORMED: "fields that cannot be",
+    Status.INCOMPATIBLE: "another major version of the link",
+    Status.WRONG_OFFSET: "bytes out of order; the answer says which are due",
+    Status.TOO_LARGE: "more than a slot holds",
+    Status.FLASH_FAILED: "flash failed; the old table stays",
+    Status.REFUSED: "the device refuses it; the answer says why",
+    Status.NOT_BEGUN: "nothing under way",
+    Status.NO_OTHER: "no other table",
+    Status.NOT_NOW: "not in this state",
+}
+
+
+@dataclass(frozen=True)
+class Message:
+    """A request and its answer: fixed fields, and what may follow them."""
+
+    code: int
+    name: str
+    request: tuple[Field, ...]
+    request_tail: str
+    answer: tuple[Field, ...]
+    answer_tail: str
+    doc: str
+
+
+_PLACE = (Field("x_um", "i32", "From the board's centre."), Field("y_um", "i32", "The same."))
+MESSAGES = (
+    Message(1, "hello", (Field("major", "u8", "The host's version."),
+                         Field("minor", "u8", "")), "",
+            (Field("major", "u8", "The device's."), Field("minor", "u8", ""),
+             Field("window", "u16", "Requests it keeps."),
+             Field("max_payload", "u16", "Bytes it takes at once.")), "",
+            "Another major version is refused."),
+    Message(2, "info", (), "",
+            (Field("state", "u8", "As in docs/device.md, from 0."),
+             Field("table_status", "u8", "0 is ok."), Field("config_status", "u8", "0 is ok."),
+             Field("panel_health", "u8", "0 none, 1 missing, 2 fine, 3 fails."),
+             Field("slot", "u8", "Of the table in use."), Field("channels", "u8", ""),
+             Field("missed", "u16", "Samples, the lower 16 bits."),
+             Field("uptime_ms", "u32", ""), Field("faults", "u32", "Ever noted."),
+             Field("supply_ma", "u32", "Mean over the last 64 ms."),
+             Field("frequency_mhz", "u32", "Of the drives in use."),
+             Field("table_bytes", "u32", ""), Field("table_crc", "u32", "Its last four bytes."),
+             Field("fingerprint", "u64", "Of the table's board."),
+             Field("board", "char16", "Its name."),
+             Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K.")), "",
+            "State, table, heat."),
+    Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),
+            "each: cause u8, three zeros, detail u32, milliseconds since start u32",
+            "The last sixteen, oldest first."),
+    Message(4, "table_begin", (Field("total", "u32", "Bytes of the whole table."),
+                               Field("crc", "u32", "Its last four bytes.")), "", (), "",
+            "Outputs go off first: busy until they are. Erases the other slot."),
+    Message(5, "table_data", (Field("offset", "u32", "Of these bytes in the table."),),
+            "bytes of the table", (Field("next", "u32", "Offset that is due."),), "",
+            "In order; bytes that are there already are answered ok."),
+    Message(6, "table_commit", (), "", (Field("slot", "u8", "In use now."),
+                                        Field("table_status", "u8", "0 is ok.")), "",
+            "Reads back, enters into the journal, loads."),
+    Message(7, "table_previous", (), "", (Field("slot", "u8", "In use now."),
+                                          Field("table_status", "u8", "0 is ok.")), "",
+            "Back to the other slot's table."),
+    Message(8, "touch", _PLACE, "", (), "", "As a finger, until lift."),
+    Message(9, "lift", (), "", (), "", ""),
+    Message(10, "frequency", (Field("mhz", "u32", "Millihertz; one of the table's."),), "",
+            (Field("table_status", "u8", "0 is ok."),), "", "Of touches from now on."),
+    Message(11, "waveform", (Field("waveform", "u8", "0 sine, 1 triangle, 2 square, 3 ramp."),),
+            "", (), "", "Of touches from now on."),
+    Message(12, "config_get", (), "", (), "a configuration record", "What is in force."),
+    Message(13, "config_set", (), "a configuration record",
+            (Field("config_status", "u8", "0 is ok."),), "", "In force from the next start."),
+    Message(14, "restart", (), "", (), "", "Answered first."),
+    Message(15, "stream_begin", (), "", (), "", "Takes over from a finger."),
+    Message(16, "stream_data", (), "frames of duties, 10 bits each, packed from the lowest bit",
+            (Field("taken", "u16", "Frames."), Field("filled", "u16", "Frames in the ring.")), "",
+            "As many as the ring has room for."),
+    Message(17, "stream_end", (), "", (), "", ""),
+    Message(18, "live", (Field("mhz", "u32", "Millihertz."),
+                         Field("waveform", "u8", "As above.")),
+            "per channel: in-phase i16, quadrature i16, 32767 for full amplitude", (), "",
+            "To be repeated within the touch timeout."),
+)  # fmt: skip
+BY_NAME = {message.name: message for message in MESSAGES}
