@@ -82,23 +82,18 @@ class Start:
     playing: bytes | None
 
 
+BOTH = [(1, 0, OLDER), (2, 1, OLD)]
+REVERSED = [(1, 0, OLD), (2, 1, OLDER)]
+ONE = image({0: OLD}, [(1, 0, OLD)])
+TORN = JOURNAL_OFFSET + ENTRY_BYTES
 STARTS = {
     "no table": Start(image({}, []), None),
     "one, by the ROM's loader": Start(image({0: OLD}, []), OLD),
     "one, in the second slot": Start(image({1: OLD}, [(4, 1, OLD)]), OLD),
-    "two": Start(image({0: OLDER, 1: OLD}, [(1, 0, OLDER), (2, 1, OLD)]), OLD),
-    "two, the newer corrupt": Start(
-        image({0: OLD, 1: damaged(OLDER)}, [(1, 0, OLD), (2, 1, OLDER)]), OLD
-    ),  # fmt: skip
-    "two, the older corrupt": Start(
-        image({0: damaged(OLDER), 1: OLD}, [(1, 0, OLDER), (2, 1, OLD)]), OLD
-    ),  # fmt: skip
-    "a torn entry": Start(
-        image({0: OLD}, [(1, 0, OLD)])[: JOURNAL_OFFSET + 16]
-        + b"\x02\x00"
-        + b"\xff" * (PARTITION_BYTES - JOURNAL_OFFSET - 18),
-        OLD,
-    ),  # fmt: skip
+    "two": Start(image({0: OLDER, 1: OLD}, BOTH), OLD),
+    "two, the newer corrupt": Start(image({0: OLD, 1: damaged(OLDER)}, REVERSED), OLD),
+    "two, the older corrupt": Start(image({0: damaged(OLDER), 1: OLD}, BOTH), OLD),
+    "a torn entry": Start(ONE[:TORN] + b"\x02\x00" + ONE[TORN + 2 :], OLD),
     "a full journal": Start(image({0: OLD, 1: OLDER}, FULL_JOURNAL), OLD),
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,14 +11,14 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.host import compare_command, plate_commands, table_commands
+from chladni.host import compare_command, device_commands, plate_commands, table_commands
 from chladni.host.console import (
     answer,
     check_output,
     parse_place,
     progress_bar,
 )  # fmt: skip
-from chladni.host.emulator import LEVEL, TouchEvent
+from chladni.host.emulator import LEVEL, Emulator, TouchEvent
 from chladni.host.figures import save
 from chladni.host.loop import board_of, run_loop
 from chladni.host.options import (
@@ -30,6 +31,7 @@ from chladni.host.options import (
     check_figure,
 )  # fmt: skip
 from chladni.host.solver_figures import trace_figure
+from chladni.host.terminal import Terminal
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError, InputError
@@ -39,6 +41,7 @@ from chladni.tables.format import read_table
 from chladni.tables.methods import SEED
 from chladni.tables.scorecard import score
 from chladni.tables.solve import Solution, check_request, solve
+from chladni.tables.table import Table
 
 app = typer.Typer(
     help="Put a vibration where a finger is.", no_args_is_help=True, add_completion=False,
@@ -52,6 +55,7 @@ app.add_typer(table_app, name="table")
 plate_commands.register(app)
 compare_command.register(app)
 table_commands.register(table_app)
+device_commands.register(app)
 
 
 @board_app.command("show")
@@ -146,9 +150,16 @@ def drive_entries(
 @app.command()
 def emulate(
     table: Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")],
-    touch: Annotated[list[str], typer.Option(help="Touch X,Y@MS: place in mm, time in ms.")],
-    ms: Annotated[float, typer.Option("--ms", help="How long to run, ms.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write (.npz).")],
+    touch: Annotated[
+        list[str] | None, typer.Option(help="Touch X,Y@MS: place in mm, time in ms.")
+    ] = None,
+    ms: Annotated[float | None, typer.Option("--ms", help="How long to run, ms.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Recording to write (.npz).")
+    ] = None,
+    serial: Annotated[
+        bool, typer.Option("--serial", help="Offer the device on a pseudo-terminal instead.")
+    ] = False,
     lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
@@ -158,9 +169,18 @@ def emulate(
     as_json: JsonOption = False,
 ) -> None:
     """Run the firmware on touches, record its pins, and score the field they make."""
-    check_output(output, "-o")
     if not 0.0 < level <= 1.0:
         raise InputError("--level", level, "a share of full amplitude from 0 to 1")
+    if serial:
+        _serve(read_table(table), board, str(table), ms, level)
+        return
+    for option, value in (("--touch", touch), ("--ms", ms), ("-o", output)):
+        if value is None:
+            raise InputError(option, "nothing", "this option")
+    assert touch is not None
+    assert ms is not None
+    assert output is not None
+    check_output(output, "-o")
     events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
     loaded = read_table(table)
     owner = board_of(loaded, board, file=str(table))
@@ -179,6 +199,21 @@ def emulate(
         "path": str(output),
     }
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _serve(table: Table, board: str | None, file: str, ms: float | None, level: float) -> None:
+    """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
+    owner = board_of(table, board, file=file)
+    terminal = Terminal(Emulator(owner, table, level=level))
+    sys.stdout.write(terminal.port + "\n")
+    sys.stdout.flush()
+    end = None if ms is None else time.monotonic() + ms / 1e3
+    try:
+        terminal.serve(lambda: end is not None and time.monotonic() > end)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        terminal.close()
 
 
 def _parse_touch(text: str) -> TouchEvent:

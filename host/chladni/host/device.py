@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from chladni.host.device_config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
-from chladni.host.link import Link, LinkError
+from chladni.host.link import GREETING_TRIES, Link, LinkError
 from chladni.host.link_protocol import (
     BY_NAME,
     MAX_PAYLOAD,
@@ -65,7 +65,9 @@ class Device:
         self.wire = wire
         self.link = Link(wire)
         try:
-            self.version = self.link.request("hello", major=VERSION_MAJOR, minor=VERSION_MINOR)
+            self.version = self.link.request(
+                "hello", tries=GREETING_TRIES, major=VERSION_MAJOR, minor=VERSION_MINOR
+            )
         except LinkError as error:
             wire.close()
             if error.status is not None:

@@ -24,6 +24,7 @@ from chladni.host.wire import Wire
 from chladni.sim.errors import ChladniError
 
 TRIES = 6
+GREETING_TRIES = 4
 FIRST_WAIT_S = 0.25
 """For an answer, beyond the time both frames need on the wire; doubled with every try."""
 BUSY_WAIT_S = 0.02
@@ -108,8 +109,8 @@ class Link:
         self.repeated = 0
         self._sequence = 0
 
-    def request(self, name: str, tail: bytes = b"", **fields: Any) -> Answer:
-        """Send a request and wait for its answer.
+    def request(self, name: str, tail: bytes = b"", *, tries: int = TRIES, **fields: Any) -> Answer:
+        """Send a request, `tries` times at most, and wait for its answer.
 
         Raises
         ------
@@ -118,7 +119,7 @@ class Link:
         """
         end = self.wire.now_s() + BUSY_FOR_S
         while True:
-            answer = self._ask(BY_NAME[name], tail, fields)
+            answer = self._ask(BY_NAME[name], tail, fields, tries)
             if answer.status != Status.BUSY:
                 break
             if self.wire.now_s() > end:
@@ -128,11 +129,11 @@ class Link:
             raise LinkError(f"{name}: {STATUS_TEXT[answer.status]}", answer.status)
         return answer
 
-    def _ask(self, message: Message, tail: bytes, fields: dict[str, Any]) -> Answer:
+    def _ask(self, message: Message, tail: bytes, fields: dict[str, Any], tries: int) -> Answer:
         sequence = self.send(message, tail, fields)
         frame = _frame(message, sequence, tail, fields)
         wait = FIRST_WAIT_S
-        for attempt in range(TRIES):
+        for attempt in range(tries):
             if attempt > 0:
                 self.wire.write(frame)
                 self.repeated += 1

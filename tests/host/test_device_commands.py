@@ -1,0 +1,125 @@
+"""`chladni flash` and `chladni device`, on the emulated device and over a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from chladni.host.device import Device
+from chladni.host.wire import SerialWire
+from chladni.sim.board import Board
+from chladni.tables.build import TableReport
+from chladni.tables.format import pack
+from chladni.tables.table import Table
+from conftest import CommandLine
+
+
+@pytest.fixture
+def table(coarse_table: tuple[Table, TableReport], prototype: Board, tmp_path: Path) -> Path:
+    """A small table that says it is the shipped prototype's, so that no board need be named."""
+    path = tmp_path / "t.chl"
+    named = replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
+    path.write_bytes(pack(named))
+    return path
+
+
+@pytest.fixture
+def port(table: Path) -> Iterator[str]:
+    """An emulated device on a pseudo-terminal, in a process of its own."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "chladni.host.cli", "emulate", str(table), "--serial", "--ms",
+         "60000"],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    yield process.stdout.readline().strip()
+    process.terminate()
+    process.wait()
+
+
+def test_flash_into_the_emulator(chladni: CommandLine, table: Path) -> None:
+    done = chladni("flash", table, "--emulator", "--json")
+    assert done.code == 0
+    assert {"bytes", "seconds", "slot", "verified"} <= done.json.keys()
+    assert done.json["verified"]
+    assert done.json["bytes"] == table.stat().st_size
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("info",), ("touch", "10,25", "--seconds", "0.2"), ("self-test",), ("config",),
+        ("stream", "1@0,0.5@90,0,0,0", "--seconds", "0.3"), ("config", "level_q15=1000"),
+    ],
+)  # fmt: skip
+def test_every_device_command_answers(
+    chladni: CommandLine, table: Path, arguments: tuple[str, ...]
+) -> None:
+    extra = ("--table", table) if arguments[0] in ("info", "touch") else ()
+    done = chladni("device", *arguments, "--emulator", *extra, "--json")
+    assert done.code == 0, done.err
+    if arguments[0] == "self-test":
+        # Half amplitude: a quarter of 333 mA and the shortest pulse.
+        assert [row["supply_ma"] for row in done.json["channels"]] == pytest.approx([87] * 5, abs=4)
+    if arguments[-1] == "level_q15=1000":
+        assert done.json["level_q15"] == 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("flash",), 2, "TABLE, --previous"),
+        (("flash", "nothing.chl", "--emulator"), 2, "nothing.chl"),
+        (("device", "info"), 2, "--port, --emulator"),
+        (("device", "info", "--port", "/dev/nothing"), 1, "no such port"),
+        (("device", "touch", "10", "--emulator"), 2, "X,Y"),
+        (("device", "touch", "1,1", "--emulator"), 1, "not in this state"),
+        (("device", "stream", "1@0", "--emulator"), 2, "5 channels"),
+        (("device", "stream", "2@0", "--emulator"), 2, "gain from 0 to 1"),
+        (("device", "config", "colour=3", "--emulator"), 2, "colour"),
+        (("device", "config", "level_q15=99999", "--emulator"), 2, "level_q15"),
+        (("flash", "--previous", "--emulator"), 1, "no other table"),
+    ],
+)
+def test_what_is_wrong_is_said(
+    chladni: CommandLine, arguments: tuple[str, ...], code: int, words: str
+) -> None:
+    done = chladni(*arguments)
+    assert done.code == code
+    assert words in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.slow
+def test_a_pseudo_terminal_is_met_as_a_device(chladni: CommandLine, port: str, table: Path) -> None:
+    """Flash, look, touch, power cycle; then the port is busy for a second program."""
+    done = chladni("flash", table, "--port", port, "--json")
+    assert done.code == 0, done.err
+    assert done.json["verified"]
+    shown = chladni("device", "info", "--port", port, "--json")
+    assert shown.json["slot"] == 1
+    assert chladni("flash", "--previous", "--port", port).code == 0
+    assert chladni("device", "touch", "5,5", "--seconds", "0.3", "--port", port).code == 0
+    with Device(SerialWire(port)) as device:
+        busy = chladni("device", "info", "--port", port)
+        assert (busy.code, "busy" in busy.err) == (1, True)
+        device.restart()
+
+
+@pytest.mark.slow
+def test_a_program_that_speaks_something_else_is_not_taken_for_a_device(
+    chladni: CommandLine,
+) -> None:
+    master, slave = os.openpty()
+    os.write(master, b"login: \r\n" * 3)
+    done = chladni("device", "info", "--port", os.ttyname(slave))
+    assert done.code == 1
+    assert "nobody answers" in done.err
+    os.close(master)
+    os.close(slave)

@@ -1,0 +1,212 @@
+"""The link: frames on a wire that loses, repeats, swaps and bends what it carries."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from chladni.host.device import Device
+from chladni.host.device_config import DeviceConfig
+from chladni.host.emulator import Hardware
+from chladni.host.link import FrameSplitter, LinkError, encode
+from chladni.host.link_protocol import MAX_PAYLOAD, MESSAGES, Status
+from chladni.host.wire import EmulatorWire
+from chladni.tables.format import pack
+from made_up import make_table, powered, random_table
+
+OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
+BIG = pack(random_table(30, 20, 5, 3))
+
+
+@dataclass
+class BadWire:
+    """A wire that spoils what goes through it, both ways, with a seed."""
+
+    inner: EmulatorWire
+    loss: float
+    flips: float
+    repeats: float
+    seed: int
+    random: random.Random = field(init=False)
+    held: bytes = b""
+    baud: float = 115_200.0
+
+    def __post_init__(self) -> None:
+        self.random = random.Random(self.seed)
+
+    def spoil(self, data: bytes) -> bytes:
+        """One packet as it arrives."""
+        if self.random.random() < self.loss:
+            return data[: self.random.randrange(len(data))] if self.random.random() < 0.5 else b""
+        spoilt = bytearray(data)
+        for k in range(len(spoilt)):
+            if self.random.random() < self.flips:
+                spoilt[k] ^= 1 << self.random.randrange(8)
+        return bytes(spoilt) * (2 if self.random.random() < self.repeats else 1)
+
+    def write(self, data: bytes) -> None:
+        """Towards the device."""
+        self.inner.write(self.spoil(data))
+
+    def read(self, timeout_s: float) -> bytes:
+        """From the device."""
+        self.held += self.inner.read(timeout_s)
+        # A frame is one packet, as a radio or a USB bridge would have it.
+        end = self.held.rfind(b"\0") + 1
+        packets, self.held = self.held[:end].split(b"\0\0"), self.held[end:]
+        return b"".join(self.spoil(b"\0" + packet + b"\0") for packet in packets if packet)
+
+    def now_s(self) -> float:
+        """Virtual seconds."""
+        return self.inner.now_s()
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+@given(st.binary(max_size=MAX_PAYLOAD), st.integers(0, 127), st.integers(0, 255),
+       st.binary(max_size=50))  # fmt: skip
+@settings(deadline=None)
+def test_a_frame_comes_through_behind_any_garbage(
+    payload: bytes, kind: int, sequence: int, garbage: bytes
+) -> None:
+    frame = encode(kind, sequence, payload)
+    assert 0 not in frame[1:-1]
+    splitter = FrameSplitter()
+    found = list(splitter.feed(garbage + frame + frame))
+    assert bytes([kind, sequence]) + payload in found
+
+
+@given(st.binary(max_size=400))
+@settings(max_examples=300, deadline=None)
+def test_the_device_survives_any_bytes_and_answers_the_next_request(garbage: bytes) -> None:
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    wire.write(garbage)
+    assert Device(wire).info()["table_status"] == "ok"
+
+
+@given(st.integers(1, 40), st.binary(max_size=80))
+@settings(max_examples=200, deadline=None)
+def test_the_device_survives_any_request(code: int, payload: bytes) -> None:
+    """Every code with any payload, well framed: an answer with a status, and nothing else."""
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    device = Device(wire)
+    wire.write(encode(code, 77, payload))
+    answers = [
+        body for _ in range(400) for body in device.link.splitter.feed(wire.read(0.001))
+    ]  # fmt: skip
+    known = {message.code for message in MESSAGES}
+    assert [body[:2] for body in answers] == [bytes([code | 0x80, 77])]
+    if code not in known:
+        assert answers[0][2] == Status.UNKNOWN
+    emulator.run(400.0)
+    assert device.info()["table_status"] == "ok"
+    # Nothing of it got into flash.
+    assert emulator.core.flash_bytes()[: len(OLD)] == OLD
+
+
+@given(st.floats(0.0, 0.25), st.floats(0.0, 3e-4), st.floats(0.0, 0.3), st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
+def test_a_flash_over_a_bad_wire_ends_right_or_says_that_it_failed(
+    loss: float, flips: float, repeats: float, seed: int
+) -> None:
+    emulator = powered(OLD)
+    wire = BadWire(EmulatorWire(emulator), loss, flips, repeats, seed)
+    try:
+        said = Device(wire).flash(BIG).verified
+    except LinkError:
+        said = False
+    emulator.run(6_000.0)
+    emulator.core.boot()
+    info = Device(EmulatorWire(emulator)).info()
+    new, old = (int.from_bytes(data[-4:], "little") for data in (BIG, OLD))
+    assert int(info["table_crc"], 16) in (old, new)
+    if said:
+        assert int(info["table_crc"], 16) == new
+
+
+def test_moderate_loss_is_made_up_for() -> None:
+    """A frame in twenty lost, both ways: every one of twenty updates arrives."""
+    for seed in range(20):
+        emulator = powered(OLD)
+        wire = BadWire(EmulatorWire(emulator), 0.05, 0.0, 0.02, seed)
+        assert Device(wire).flash(BIG).verified
+
+
+def test_a_repeated_request_is_done_once() -> None:
+    """`table_previous` twice would come back to where it was."""
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    device = Device(wire)
+    device.flash(NEW)
+    frame = encode(7, 200, b"")
+    wire.write(frame + frame)
+    emulator.run(200.0)
+    assert int(device.info()["table_crc"], 16) == int.from_bytes(OLD[-4:], "little")
+
+
+def test_another_version_is_refused_with_a_reason() -> None:
+    device = Device(EmulatorWire(powered(OLD)))
+    with pytest.raises(LinkError, match="another major version"):
+        device.link.request("hello", major=2, minor=0)
+
+
+def test_a_wrong_baud_rate_or_nobody_there_is_said_so() -> None:
+    wire = BadWire(EmulatorWire(powered(OLD)), 1.0, 0.0, 0.0, 1)
+    with pytest.raises(LinkError, match="nobody answers"):
+        Device(wire)
+
+
+def test_text_between_frames_is_kept_as_a_log() -> None:
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    device = Device(wire)
+    wire.write(b"info\n")
+    emulator.run(20.0)
+    device.info()
+    assert "idle\r\nok\r\n" in device.log
+
+
+def test_configuration_is_set_for_the_next_start() -> None:
+    emulator = powered(OLD)
+    device = Device(EmulatorWire(emulator))
+    wanted = device.config().with_values(level_q15=1234, lift_hold_ms=20)
+    device.set_config(wanted)
+    assert device.config() != wanted
+    device.restart()
+    emulator.run(400.0)
+    assert device.config() == wanted
+    assert isinstance(wanted, DeviceConfig)
+
+
+def test_touches_play_and_a_live_drive_draws_what_it_should() -> None:
+    emulator = powered(OLD)
+    device = Device(EmulatorWire(emulator))
+    device.touch(0.0, 0.0)
+    assert emulator.run(60.0).duty_steps[-1].any()
+    device.lift()
+    assert not emulator.run(60.0).duty_steps[-1].any()
+    for _ in range(6):
+        device.live([0.5, 0.0, 0.0, 0.0, 0.0], 160.0)
+        emulator.run(40.0)
+    # Half amplitude has a bias of a quarter: 333 mA / 4 and the rounding's two steps.
+    assert device.info()["supply_ma"] == pytest.approx(333.0 * 0.25, abs=3.0)
+    device.stop()
+
+
+@pytest.mark.parametrize("baud", [115_200.0, 921_600.0])
+def test_goodput_comes_close_to_the_wires_limit(baud: float) -> None:
+    """A slot full of table: 85 % of the wire's bytes are the table's."""
+    emulator = powered(OLD, hardware=Hardware(baud=baud, erase_us=0.0))
+    device = Device(EmulatorWire(emulator, baud=baud))
+    data = pack(random_table(60, 50, 5, 3))
+    done = device.flash(data)
+    assert done.verified
+    assert done.bytes / done.seconds / (baud / 10.0) > 0.85
