@@ -63,6 +63,7 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 	$(BIN)/python bench/paper_scene.py >> docs/performance.md.part
 	$(BIN)/python bench/tables.py >> docs/performance.md.part
 	$(BIN)/python bench/synthesis.py >> docs/performance.md.part
+	$(BIN)/python bench/link.py >> docs/performance.md.part
 	mv docs/performance.md.part docs/performance.md
 
 headers: venv  ## write the C++ headers that Python declares

@@ -22,6 +22,7 @@ ROOTS = {
     "sample interrupt": r"Synthesis::sample\(",
     "main loop": r"Device::poll\(\)",
     "console": r"Device::command\(",
+    "link": r"Link::receive\(",
     "start": r"Device::start\(",
 }
 

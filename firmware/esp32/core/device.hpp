@@ -8,9 +8,9 @@
 #include "core/device_state.hpp"
 #include "core/envelope.hpp"
 #include "core/faults.hpp"
+#include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis.hpp"
-#include "core/generated/link_format.hpp"
 #include "core/table.hpp"
 #include "core/table_store.hpp"
 #include "core/touch/touch_input.hpp"
@@ -61,8 +61,8 @@ class Device {
   void lift();
   // Kept for the next start.
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
-  void restart() { hal_.restart(hal_.context); }
-  void send(const uint8_t* bytes, uint32_t count) { hal_.send(hal_.context, bytes, count); }
+  void restart() const { hal_.restart(hal_.context); }
+  void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   // Since start.
   uint32_t now_ms() const { return uptime_ms_; }
 

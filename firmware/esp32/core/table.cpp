@@ -186,7 +186,8 @@ TableStatus Table::check_crc(const Hal& hal) {
     running = crc32_feed(running, chunk.data(), count);
     done += count;
   }
-  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + covered, chunk.data(), f::kCrcBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + covered, chunk.data(),
+                      f::kCrcBytes)) {
     return TableStatus::kReadFailed;
   }
   crc_ = running ^ 0xFFFFFFFFU;
@@ -253,7 +254,8 @@ TableStatus Table::decode(const Hal& hal, uint32_t section) {
   std::array<uint8_t, f::kSectionBytes> bytes{};
   const uint8_t* const h = bytes.data();
   const uint32_t at = header_bytes_ + section * section_bytes_;
-  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(), f::kSectionBytes)) {
+  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(),
+                      f::kSectionBytes)) {
     return TableStatus::kReadFailed;
   }
   const uint32_t offset = read_u32(h + f::kSectionAtOffset);

@@ -59,7 +59,7 @@ class TableStore {
   static bool newest(const Hal& hal, const Entry* limit, Entry& entry);
   static bool crc_of(const Hal& hal, uint32_t slot, uint32_t& crc);
   static uint32_t end_of_entries(const Hal& hal, uint32_t sector);
-  bool append(const Hal& hal, uint32_t slot, uint32_t table_crc);
+  static bool append(const Hal& hal, uint32_t slot, uint32_t table_crc);
 
   uint32_t slot_ = store_format::kSlots;
   bool is_updating_ = false;

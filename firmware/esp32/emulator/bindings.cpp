@@ -75,8 +75,9 @@ Duties take_duties(Emulator& self) {
 // The settings of a record, by the firmware's own reader.
 Config parsed(const std::string& record) {
   Config config{};
-  const chladni::ConfigStatus status = chladni::parse_record(
-      reinterpret_cast<const uint8_t*>(record.data()), static_cast<uint32_t>(record.size()), config);
+  const chladni::ConfigStatus status =
+      chladni::parse_record(reinterpret_cast<const uint8_t*>(record.data()),
+                            static_cast<uint32_t>(record.size()), config);
   if (status != chladni::ConfigStatus::kOk) throw nb::value_error(to_text(status));
   return config;
 }

@@ -9,7 +9,7 @@ namespace {
 constexpr uint64_t kTurnUs = 1000;
 constexpr uint32_t kConfigSectors = 2;
 constexpr size_t kReceiveBytes = 4096;  // as chip/console.cpp
-constexpr uint64_t kRunSlackUs = 100;  // more than a carrier period
+constexpr uint64_t kRunSlackUs = 100;   // more than a carrier period
 // Start, stop and an acknowledge per byte.
 constexpr double kBitsPerByte = 9.0, kFrameBits = 2.0;
 

@@ -37,8 +37,12 @@ CAUSES = (
     "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
     "host silent", "coil hot", "supply current",
 )  # fmt: skip
-DATA_WAIT_S = 0.35
-"""For an answer to a piece of a table, before the pieces since are sent again."""
+DATA_WAIT_S = 0.08
+"""For an answer to a piece of a table beyond its time on the wire, before it is sent again: a
+programme of 20 ms, a USB adapter's 16 ms twice, and slack. Doubled with every silence."""
+
+MAX_SILENCES = 6
+"""In a row, before the device is given up."""
 
 
 @dataclass(frozen=True)
@@ -195,22 +199,26 @@ class Device:
                 piece = data[sent : sent + MAX_PAYLOAD]
                 waiting[self.link.send(message, piece, {"offset": sent})] = sent
                 sent += len(piece)
-                deadline = self.wire.now_s() + DATA_WAIT_S
-                deadline += self.link.wire_time(2 * MAX_PAYLOAD * len(waiting))
+                deadline = self.wire.now_s() + DATA_WAIT_S * 2.0**quiet
+                deadline += self.link.wire_time((MAX_PAYLOAD + 64) * (len(waiting) + 1))
             for code, sequence, answer in self.link.poll(deadline - self.wire.now_s()):
-                if code != message.code or waiting.pop(sequence, None) is None:
+                if code != message.code or sequence not in waiting:
                     continue
                 if answer.status not in (Status.OK, Status.WRONG_OFFSET):
                     raise LinkError(f"{message.name}: {answer.status.name.lower()}", answer.status)
                 due, quiet = max(due, answer.fields["next"]), 0
-                if answer.status == Status.WRONG_OFFSET and not waiting:
-                    sent = due
+                waiting.pop(sequence)
+                # What the device has counts as answered, whether or not its answer came.
+                waiting = {s: at for s, at in waiting.items() if at >= due}
+                if answer.status == Status.WRONG_OFFSET:
+                    # A piece before this one was lost: from there again, and at once.
+                    self.link.repeated += 1 + len(waiting)
+                    waiting, sent = {}, due
                 if progress:
                     progress(due, len(data))
             if due < len(data) and self.wire.now_s() >= deadline:
                 quiet += 1
-                if quiet > 8:
+                if quiet > MAX_SILENCES:
                     raise LinkError("table_data: no answer")
                 self.link.repeated += len(waiting)
-                waiting.clear()
-                sent = due
+                waiting, sent = {}, due

@@ -18,7 +18,7 @@ from chladni.tables.layout import MAX_ACTUATORS, Field
 VERSION_MAJOR, VERSION_MINOR = 1, 0
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
-WINDOW = 2
+WINDOW = 3
 """Requests that the host may send before the first is answered."""
 CRC_BYTES = 4
 HEAD_BYTES = 2

@@ -11,7 +11,7 @@ namespace chladni::link_format {
 constexpr uint32_t kVersionMajor = 1U;
 constexpr uint32_t kVersionMinor = 0U;
 constexpr uint32_t kMaxPayload = 1024U;
-constexpr uint32_t kWindow = 2U;
+constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kMaxFrame = 1094U;

@@ -1,0 +1,123 @@
+"""The link: how much of the wire a table gets, and when it plays.
+
+    .venv/bin/python bench/link.py      prints tables
+
+On the emulator's virtual wire and clock, so the numbers do not depend on this machine. A frame is
+lost whole, either way, with the probability given; medians of seven seeds.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from chladni.host.device import Device
+from chladni.host.emulator import Emulator, Hardware
+from chladni.host.wire import EmulatorWire
+from chladni.tables.format import pack
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+from made_up import device_of, make_table, random_table  # noqa: E402
+
+SEEDS = range(7)
+
+
+@dataclass
+class LossyWire:
+    """Frames that get lost, both ways."""
+
+    inner: EmulatorWire
+    loss: float
+    seed: int
+    held: bytes = b""
+    random: random.Random = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.random = random.Random(self.seed)
+        self.baud = self.inner.baud
+
+    def write(self, data: bytes) -> None:
+        """Towards the device; a lost frame takes its time on the wire all the same."""
+        lost = self.random.random() < self.loss
+        self.inner.write(b"\x01" * len(data) if lost else data)
+
+    def read(self, timeout_s: float) -> bytes:
+        """From the device."""
+        self.held += self.inner.read(timeout_s)
+        end = self.held.rfind(b"\0") + 1
+        packets, self.held = self.held[:end].split(b"\0\0"), self.held[end:]
+        return b"".join(
+            b"\0" + packet + b"\0"
+            for packet in packets
+            if packet and self.random.random() >= self.loss
+        )
+
+    def now_s(self) -> float:
+        """Virtual seconds."""
+        return self.inner.now_s()
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+def flash(data: bytes, baud: float, loss: float, seed: int, hardware: Hardware) -> float:
+    """Seconds of virtual time until a table plays."""
+    emulator = Emulator(device_of(), pack(make_table(np.ones((1, 5)))), hardware=hardware)
+    wire = LossyWire(EmulatorWire(emulator, baud=baud), loss, seed)
+    done = Device(wire).flash(data)
+    assert done.verified
+    return done.seconds
+
+
+def bench_goodput() -> None:
+    """Share of the wire that is the table's."""
+    data = pack(random_table(60, 50, 5, 3))
+    print("## The link: goodput\n")
+    print(
+        f"A table of {len(data):,} bytes (a slot holds 61,440), erase time left out; share of the "
+        "wire's bytes that are the table's. Three pieces of 1,024 bytes under way.\n"
+    )
+    print("| baud | no loss | 1 % of frames lost | 5 % |")
+    print("|---|---|---|---|")
+    for baud in (115_200.0, 921_600.0):
+        shares = []
+        for loss in (0.0, 0.01, 0.05):
+            hardware = Hardware(baud=baud, erase_us=0.0)
+            seconds = median(flash(data, baud, loss, seed, hardware) for seed in SEEDS)
+            shares.append(len(data) / seconds / (baud / 10.0))
+        print(f"| {baud:,.0f} | " + " | ".join(f"{100.0 * share:.0f} %" for share in shares) + " |")
+    print()
+
+
+def bench_time_to_play() -> None:
+    """From the first byte to a table that plays."""
+    data = pack(random_table(7, 7, 5, 3))
+    print("## The link: time until a table plays\n")
+    print(
+        f"A table of {len(data):,} bytes, from the first request to the device's word that it "
+        "plays; one sector to erase.\n"
+    )
+    print("| flash | 115,200 baud | 921,600 baud |")
+    print("|---|---|---|")
+    kinds = {
+        "typical: 45 ms, 2.5 µs a byte": (45e3, 2.5),
+        "worst case: 400 ms, 20 µs a byte": (400e3, 20.0),
+    }
+    for name, (erase_us, program_us) in kinds.items():
+        times = []
+        for baud in (115_200.0, 921_600.0):
+            hardware = Hardware(baud=baud, erase_us=erase_us, program_us=program_us)
+            times.append(1e3 * flash(data, baud, 0.0, 0, hardware))
+        print(f"| {name} | " + " | ".join(f"{t:.0f} ms" for t in times) + " |")
+    print()
+
+
+if __name__ == "__main__":
+    bench_goodput()
+    bench_time_to_play()
