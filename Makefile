@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 CHECKED_SOURCES := $(filter-out %/bindings.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
-.PHONY: help venv demo test lint sanitize bench headers native clean
+.PHONY: help venv demo test lint sanitize fuzz bench headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -55,6 +55,11 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
 		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py
+
+FUZZ_SECONDS ?= 60
+fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs clang
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'atheris>=2.3'
+	$(BIN)/python tools/fuzz.py --seconds $(FUZZ_SECONDS)
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
 	cat bench/about.md > docs/performance.md.part

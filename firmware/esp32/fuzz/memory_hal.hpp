@@ -1,0 +1,79 @@
+// A board in memory for fuzzers: flash that does as it is told, a panel that says anything.
+#pragma once
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "core/generated/config_format.hpp"
+#include "core/generated/store_format.hpp"
+#include "core/hal.hpp"
+
+namespace chladni::fuzz {
+
+struct Board {
+  std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kPartitionBytes, 0xFF);
+  std::array<uint8_t, 2 * kSectorBytes> config{};
+  uint32_t now_us = 0;
+  // What the panel's bus reads, over and over.
+  const uint8_t* bus = nullptr;
+  size_t bus_size = 0, bus_at = 0;
+
+  Board() { config.fill(0xFF); }
+
+  uint8_t next() { return bus_size == 0 ? uint8_t{0} : bus[bus_at++ % bus_size]; }
+};
+
+inline Board& board_of(void* context) { return *static_cast<Board*>(context); }
+
+inline uint8_t* area_of(Board& board, FlashArea area, uint32_t& size) {
+  size = area == FlashArea::kTables ? static_cast<uint32_t>(board.tables.size())
+                                    : static_cast<uint32_t>(board.config.size());
+  return area == FlashArea::kTables ? board.tables.data() : board.config.data();
+}
+
+inline Hal make_hal(Board& board) {
+  Hal hal{};
+  hal.context = &board;
+  hal.now_us = [](void* context) { return board_of(context).now_us; };
+  hal.set_duties = [](void*, const uint32_t*) {};
+  hal.i2c = [](void* context, uint8_t, const uint8_t*, uint32_t, uint8_t* read, uint32_t count) {
+    Board& own = board_of(context);
+    const uint8_t said = own.next();
+    for (uint32_t k = 0; k < count; ++k) read[k] = own.next();
+    if (said > 250) return BusStatus::kStuck;
+    return said > 240 ? BusStatus::kNoAnswer : BusStatus::kOk;
+  };
+  hal.recover_bus = [](void*) {};
+  hal.panel_has_called = [](void* context) { return (board_of(context).next() & 1U) != 0; };
+  hal.read_flash = [](void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
+                      uint32_t count) {
+    uint32_t size = 0;
+    const uint8_t* const own = area_of(board_of(context), area, size);
+    if (offset > size || count > size - offset) return false;
+    std::memcpy(bytes, own + offset, count);
+    return true;
+  };
+  hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {
+    uint32_t size = 0;
+    uint8_t* const own = area_of(board_of(context), area, size);
+    if (offset % kSectorBytes != 0 || offset >= size) __builtin_trap();
+    std::memset(own + offset, 0xFF, kSectorBytes);
+    return true;
+  };
+  hal.program_flash = [](void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,
+                         uint32_t count) {
+    uint32_t size = 0;
+    uint8_t* const own = area_of(board_of(context), area, size);
+    if (offset > size || count > size - offset) __builtin_trap();
+    for (uint32_t k = 0; k < count; ++k) own[offset + k] &= bytes[k];
+    return true;
+  };
+  hal.send = [](void*, const uint8_t*, uint32_t) {};
+  hal.restart = [](void*) {};
+  hal.reset_cause = [](void*) { return ResetCause::kPowerOn; };
+  hal.print = [](void*, const char*) {};
+  return hal;
+}
+
+}  // namespace chladni::fuzz

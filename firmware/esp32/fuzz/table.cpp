@@ -1,0 +1,33 @@
+// Any bytes as a table whose CRC is right: what the device takes in, it looks up without harm.
+#include <memory>
+
+#include "core/crc32.hpp"
+#include "core/table.hpp"
+#include "fuzz/memory_hal.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace chladni;
+  if (size < 8 || size > store_format::kSlotBytes) return -1;
+  fuzz::Board board;
+  std::memcpy(board.tables.data(), data, size);
+  // The header says how long it is; the CRC belongs there.
+  uint32_t total = 0;
+  std::memcpy(&total, board.tables.data() + table_format::kAtTotalBytes, 4);
+  if (total >= 4 && total <= store_format::kSlotBytes) {
+    const uint32_t crc = crc32_feed(kCrc32Start, board.tables.data(), total - 4) ^ 0xFFFFFFFFU;
+    std::memcpy(board.tables.data() + total - 4, &crc, 4);
+  }
+  const Hal hal = fuzz::make_hal(board);
+  const auto table = std::make_unique<Table>();
+  const uint32_t channels =
+      size > table_format::kAtActuators ? data[table_format::kAtActuators] : 5U;
+  if (table->load(hal, channels) != TableStatus::kOk) return 0;
+  Drive drive{};
+  for (int32_t x = -300000; x <= 300000; x += 37111) {
+    for (int32_t y = -300000; y <= 300000; y += 41177) table->drive_at({x, y}, drive);
+  }
+  for (uint32_t region = 0; region < table->regions() && region < 64; ++region) {
+    table->drive(region, drive);
+  }
+  return 0;
+}
