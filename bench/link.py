@@ -69,7 +69,7 @@ class LossyWire:
 def flash(data: bytes, baud: float, loss: float, seed: int, hardware: Hardware) -> float:
     """Seconds of virtual time until a table plays."""
     emulator = Emulator(device_of(), pack(make_table(np.ones((1, 5)))), hardware=hardware)
-    wire = LossyWire(EmulatorWire(emulator, baud=baud), loss, seed)
+    wire = LossyWire(EmulatorWire(emulator), loss, seed)
     done = Device(wire).flash(data)
     assert done.verified
     return done.seconds

@@ -205,8 +205,31 @@ def test_touches_play_and_a_live_drive_draws_what_it_should() -> None:
 def test_goodput_comes_close_to_the_wires_limit(baud: float) -> None:
     """A slot full of table: 85 % of the wire's bytes are the table's."""
     emulator = powered(OLD, hardware=Hardware(baud=baud, erase_us=0.0))
-    device = Device(EmulatorWire(emulator, baud=baud))
+    device = Device(EmulatorWire(emulator))
     data = pack(random_table(60, 50, 5, 3))
     done = device.flash(data)
     assert done.verified
     assert done.bytes / done.seconds / (baud / 10.0) > 0.85
+
+
+def test_raw_duties_go_through_the_link_at_921600_baud() -> None:
+    """The paper's 10 kHz of five channels, ten bits each, without a gap: 488 of 921 kbit/s."""
+    emulator = powered(OLD, link_baud=921_600)
+    device = Device(EmulatorWire(emulator))
+    seconds = 2.0
+    t = np.arange(round(seconds * 78_125 / 8)) / (78_125 / 8)
+    phases = np.arange(5) * 0.6
+    duties = 0.4 + 0.3 * np.sin(2.0 * np.pi * 160.0 * t[:, None] + phases)
+    emulator.core.take_duties()
+    assert device.stream(duties) == len(t)
+    played = emulator.core.take_duties()
+    assert device.faults() == []
+    tail = played[-78_125:].astype(float) / 1024.0
+    tone = np.exp(-2j * np.pi * 160.0 * np.arange(len(tail)) / 78_125.0)
+    gains = 2.0 * (tail - tail.mean(axis=0)).T @ (tone * np.hanning(len(tail)))
+    gains /= np.hanning(len(tail)).sum()
+    assert np.abs(gains) == pytest.approx(0.3, rel=0.02)
+    assert np.angle(gains[1:] / gains[:-1]) == pytest.approx(0.6, abs=0.01)
+    device.stop()
+    emulator.run(20.0)
+    assert emulator.core.state == "idle"

@@ -104,6 +104,7 @@ extern "C" void app_main() {
   if (!chip::flash_open()) chip::console_print("no partition named tables, or none named config");
   device.start(make_hal());
   chip::gates_low(device.config());
+  chip::console_set_baud(device.config().link_baud);
   start_synthesis();
   const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
   if (panel != ESP_OK) {

@@ -5,6 +5,7 @@
 
 #include "board.hpp"
 #include "driver/uart.h"
+#include "freertos/FreeRTOS.h"
 
 namespace chladni::chip {
 
@@ -27,6 +28,11 @@ esp_err_t console_start() {
   esp_err_t status = uart_driver_install(kPort, kReceiveBytes, kSendBytes, 0, nullptr, 0);
   if (status == ESP_OK) status = uart_param_config(kPort, &config);
   return status;
+}
+
+void console_set_baud(uint32_t baud) {
+  uart_wait_tx_done(kPort, pdMS_TO_TICKS(100));
+  uart_set_baudrate(kPort, baud);
 }
 
 void console_poll(Link& link) {

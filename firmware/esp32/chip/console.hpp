@@ -7,6 +7,8 @@
 namespace chladni::chip {
 
 esp_err_t console_start();
+// Another rate than the ROM's, once what was printed is out.
+void console_set_baud(uint32_t baud);
 
 // Hand what has come to the link; returns at once if that is nothing.
 void console_poll(Link& link);

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chladni.host.device_config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
 from chladni.host.link import GREETING_TRIES, Link, LinkError
 from chladni.host.link_protocol import (
@@ -45,6 +48,11 @@ MAX_SILENCES = 6
 """In a row, before the device is given up."""
 
 
+STREAM_HIGH = 300
+"""Frames in the device's ring of 512 above which the host waits for STREAM_WAIT_S."""
+STREAM_WAIT_S = 0.008
+
+
 @dataclass(frozen=True)
 class Flashed:
     """What came of an update."""
@@ -54,6 +62,12 @@ class Flashed:
     seconds: float
     repeated: int
     verified: bool
+
+
+def pack_frames(words: NDArray[np.uint16]) -> bytes:
+    """Ten bits a duty, one after another from the lowest bit, shape (frames, channels)."""
+    bits = (words.reshape(-1, 1) >> np.arange(10, dtype=np.uint16)) & 1
+    return np.packbits(bits.astype(np.uint8).reshape(-1), bitorder="little").tobytes()
 
 
 class Device:
@@ -151,6 +165,33 @@ class Device:
         self.link.request(
             "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
         )
+
+    def stream(self, duties: NDArray[np.float64]) -> int:
+        """Play raw duties at carrier/8 samples a second, as fast as the device takes them.
+
+        Parameters
+        ----------
+        duties
+            Shares of a carrier period, 0 to 1, shape (frames, channels). The device rounds to 10
+            bits; its clock is followed within 1000 ppm.
+
+        Returns
+        -------
+        int
+            Frames that the device has taken: all, unless it ended the stream.
+        """
+        self.link.request("stream_begin")
+        words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
+        channels = words.shape[1]
+        # Whole frames that fill whole bytes: four of any number of channels do.
+        most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
+        sent = 0
+        while sent < len(words):
+            answer = self.link.request("stream_data", pack_frames(words[sent : sent + most]))
+            sent += answer.fields["taken"]
+            if answer.fields["filled"] > STREAM_HIGH:
+                self.link.wait(STREAM_WAIT_S)
+        return sent
 
     def stop(self) -> None:
         """End a live drive or a stream."""

@@ -76,6 +76,7 @@ SETTINGS = (
     _setting("panel_length_um", "u32", 1000, 500_000, 132_000, "Active area along its y."),
     _setting("panel_x_um", "i32", -500_000, 500_000, 0, "Its centre, from the board's."),
     _setting("panel_y_um", "i32", -500_000, 500_000, 0, "Its centre, from the board's."),
+    _setting("link_baud", "u32", 9600, 921_600, 115_200, "Bits per second of console and link."),
     _setting("level_q15", "u16", 0, 32767, 26214, "Loudness while touched; the rest is headroom."),
     _setting("attack_ms", "u16", 0, 1000, 0, "To full level at touch-down; 0: the table's ramp."),
     _setting("decay_ms", "u16", 0, 10_000, 0, "From there to the sustained level; 0: none."),

@@ -51,7 +51,7 @@ class Hardware:
     watchdog_us
         A main loop that hangs for so long is reset.
     baud
-        Of the console and link, bits per second of virtual time.
+        Of the console and link, bits per second of virtual time; the configuration's by default.
     seed
         Of the jitter.
     """
@@ -66,7 +66,7 @@ class Hardware:
     program_us: float = 2.5
     restart_us: float = 300_000.0
     watchdog_us: float = 5e6
-    baud: float = 115_200.0
+    baud: float | None = None
     seed: int = 1
 
 
@@ -174,7 +174,9 @@ class Emulator:
             raise InputError("table", f"{len(data)} bytes", f"at most {SLOT_BYTES}")
         made = _emulator.Hardware()
         for field in dataclasses.fields(hardware):
-            setattr(made, field.name, getattr(hardware, field.name))
+            value = getattr(hardware, field.name)
+            setattr(made, field.name, self.config["link_baud"] if value is None else value)
+        self.baud = float(made.baud)
         self.core = _emulator.Emulator(made)
         self.core.program(0, data)
         self.core.program(0, pack_config(self.config), "config")

@@ -124,7 +124,7 @@ class Link:
                 break
             if self.wire.now_s() > end:
                 raise LinkError(f"{name}: the device stays busy", Status.BUSY)
-            self._idle(BUSY_WAIT_S)
+            self.wait(BUSY_WAIT_S)
         if answer.status != Status.OK:
             raise LinkError(f"{name}: {STATUS_TEXT[answer.status]}", answer.status)
         return answer
@@ -164,7 +164,8 @@ class Link:
         """Seconds that bytes take on the wire."""
         return count * 10.0 / self.wire.baud
 
-    def _idle(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
+        """Let time pass; what comes meanwhile is no answer to anything."""
         end = self.wire.now_s() + seconds
         while self.wire.now_s() < end:
             self.poll(end - self.wire.now_s())

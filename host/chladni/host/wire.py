@@ -40,9 +40,9 @@ class Wire(Protocol):
 class EmulatorWire:
     """The wire of an emulated device; its clock is the emulator's own."""
 
-    def __init__(self, emulator: Emulator, *, baud: float = BAUD) -> None:
+    def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        self.baud = baud
+        self.baud = emulator.baud
 
     def write(self, data: bytes) -> None:
         """Send bytes."""

@@ -31,6 +31,7 @@ struct Config {
   uint32_t panel_length_um = 132000;  // Active area along its y.
   int32_t panel_x_um = 0;  // Its centre, from the board's.
   int32_t panel_y_um = 0;  // Its centre, from the board's.
+  uint32_t link_baud = 115200;  // Bits per second of console and link.
   uint16_t level_q15 = 26214;  // Loudness while touched; the rest is headroom.
   uint16_t attack_ms = 0;  // To full level at touch-down; 0: the table's ramp.
   uint16_t decay_ms = 0;  // From there to the sustained level; 0: none.
@@ -53,7 +54,7 @@ namespace config_format {
 constexpr uint32_t kMagic = 0x434C4843U;
 constexpr uint32_t kVersionMajor = 1U;
 constexpr uint32_t kVersionMinor = 0U;
-constexpr uint32_t kRecordBytes = 158U;
+constexpr uint32_t kRecordBytes = 162U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
 constexpr uint32_t kAtVersionMajor = 4U;  // u8
@@ -85,21 +86,22 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 52, 1000, 500000, config.panel_length_um) &&
          take(record + 56, -500000, 500000, config.panel_x_um) &&
          take(record + 60, -500000, 500000, config.panel_y_um) &&
-         take(record + 64, 0, 32767, config.level_q15) &&
-         take(record + 66, 0, 1000, config.attack_ms) &&
-         take(record + 68, 0, 10000, config.decay_ms) &&
-         take(record + 70, 0, 32767, config.sustain_q15) &&
-         take(record + 72, 0, 1000, config.release_ms) &&
-         take(record + 74, 0, 1000, config.lift_pulse_ms) &&
-         take(record + 76, 0, 32767, config.lift_level_q15) &&
-         take(record + 78, 0, 200, config.lift_hold_ms) &&
-         take(record + 80, 1638, 32768, config.max_duty_q15) &&
-         take(record + 82, 0, 5000, config.min_on_ns) &&
-         take(record + 84, 1, 20000, config.supply_ma) &&
-         take(record + 86, 0, 4095, config.full_current_ma) &&
-         take(record + 118, 0, 65535, config.full_rise_dk) &&
-         take(record + 150, 10, 3000, config.limit_rise_dk) &&
-         take(record + 152, 1, 36000, config.heating_ds);
+         take(record + 64, 9600, 921600, config.link_baud) &&
+         take(record + 68, 0, 32767, config.level_q15) &&
+         take(record + 70, 0, 1000, config.attack_ms) &&
+         take(record + 72, 0, 10000, config.decay_ms) &&
+         take(record + 74, 0, 32767, config.sustain_q15) &&
+         take(record + 76, 0, 1000, config.release_ms) &&
+         take(record + 78, 0, 1000, config.lift_pulse_ms) &&
+         take(record + 80, 0, 32767, config.lift_level_q15) &&
+         take(record + 82, 0, 200, config.lift_hold_ms) &&
+         take(record + 84, 1638, 32768, config.max_duty_q15) &&
+         take(record + 86, 0, 5000, config.min_on_ns) &&
+         take(record + 88, 1, 20000, config.supply_ma) &&
+         take(record + 90, 0, 4095, config.full_current_ma) &&
+         take(record + 122, 0, 65535, config.full_rise_dk) &&
+         take(record + 154, 10, 3000, config.limit_rise_dk) &&
+         take(record + 156, 1, 36000, config.heating_ds);
 }
 
 template <typename Put>
@@ -125,21 +127,22 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 52, config.panel_length_um);
   put(record + 56, config.panel_x_um);
   put(record + 60, config.panel_y_um);
-  put(record + 64, config.level_q15);
-  put(record + 66, config.attack_ms);
-  put(record + 68, config.decay_ms);
-  put(record + 70, config.sustain_q15);
-  put(record + 72, config.release_ms);
-  put(record + 74, config.lift_pulse_ms);
-  put(record + 76, config.lift_level_q15);
-  put(record + 78, config.lift_hold_ms);
-  put(record + 80, config.max_duty_q15);
-  put(record + 82, config.min_on_ns);
-  put(record + 84, config.supply_ma);
-  put(record + 86, config.full_current_ma);
-  put(record + 118, config.full_rise_dk);
-  put(record + 150, config.limit_rise_dk);
-  put(record + 152, config.heating_ds);
+  put(record + 64, config.link_baud);
+  put(record + 68, config.level_q15);
+  put(record + 70, config.attack_ms);
+  put(record + 72, config.decay_ms);
+  put(record + 74, config.sustain_q15);
+  put(record + 76, config.release_ms);
+  put(record + 78, config.lift_pulse_ms);
+  put(record + 80, config.lift_level_q15);
+  put(record + 82, config.lift_hold_ms);
+  put(record + 84, config.max_duty_q15);
+  put(record + 86, config.min_on_ns);
+  put(record + 88, config.supply_ma);
+  put(record + 90, config.full_current_ma);
+  put(record + 122, config.full_rise_dk);
+  put(record + 154, config.limit_rise_dk);
+  put(record + 156, config.heating_ds);
 }
 
 }  // namespace config_format
