@@ -87,6 +87,13 @@ class SerialWire:
         except ValueError as error:
             raise InputError("--baud", baud, str(error)) from None
 
+    @classmethod
+    def of(cls, opened: serial.Serial) -> SerialWire:
+        """The wire of a port that somebody else has opened and will close."""
+        wire = cls.__new__(cls)
+        wire.serial, wire.baud = opened, float(opened.baudrate)
+        return wire
+
     def write(self, data: bytes) -> None:
         """Send bytes."""
         try:

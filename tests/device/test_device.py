@@ -1,0 +1,83 @@
+"""One suite for the emulated device and for a board on the bench.
+
+pytest tests/device                            the emulated device
+pytest tests/device --port /dev/ttyUSB0        a board; its table and configuration are changed
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from chladni.host.device import Device
+from chladni.host.wire import SerialWire
+from chladni.sim.board import Board
+from chladni.tables.table import Table
+
+pytest.importorskip("pytest_embedded_serial")
+pytestmark = pytest.mark.slow
+
+
+@contextmanager
+def device_of(dut: Any) -> Iterator[Device]:
+    """The link on the port that pytest-embedded holds, which stops reading meanwhile."""
+    with dut.serial.disable_redirect_thread():
+        yield Device(SerialWire.of(dut.serial.proc))
+
+
+def test_the_console_answers(dut: Any) -> None:
+    dut.write("info\n")
+    dut.expect_exact("ok", timeout=5)
+    dut.write("nonsense\n")
+    dut.expect("expected: touch", timeout=5)
+
+
+def test_handshake(dut: Any, board: Board) -> None:
+    with device_of(dut) as device:
+        assert device.version.fields["major"] == 1
+        assert device.info()["channels"] == len(board.actuators)
+
+
+def test_a_table_is_flashed_and_the_one_before_comes_back(dut: Any, another_table: Table) -> None:
+    with device_of(dut) as device:
+        before = device.info()["table_crc"]
+        done = device.flash(another_table)
+        assert done.verified
+        assert device.info()["table_crc"] != before
+        assert device.previous() != done.slot
+        assert device.info()["table_crc"] == before
+
+
+def test_a_touch_plays_and_ends(dut: Any) -> None:
+    with device_of(dut) as device:
+        device.touch(0.0, 0.0)
+        device.link.wait(0.3)
+        info = device.info()
+        device.lift()
+        device.link.wait(0.2)
+        assert info["state"] == "playing"
+        assert device.info()["state"] == "idle"
+        assert not [f for f in device.faults() if f["cause"] not in ("reset", "panel missing")]
+
+
+def test_a_live_drive_draws_current(dut: Any, board: Board) -> None:
+    with device_of(dut) as device:
+        for _ in range(8):
+            device.live([0.5] + [0.0] * (len(board.actuators) - 1), 160.0)
+            device.link.wait(0.04)
+        drawn = device.info()["supply_ma"]
+        device.stop()
+    assert drawn == pytest.approx(333.0 * 0.25, rel=0.1)
+
+
+def test_a_restart_is_survived_and_remembered(dut: Any) -> None:
+    with device_of(dut) as device:
+        device.restart()
+        device.link.wait(1.0)
+        assert device.info()["uptime_ms"] < 5_000
+        assert {"cause": "reset", "detail": 1} in [
+            {k: v for k, v in fault.items() if k != "at_ms"} for fault in device.faults()
+        ]
