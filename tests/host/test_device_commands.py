@@ -75,6 +75,10 @@ def test_every_device_command_answers(
     ("arguments", "code", "words"),
     [
         (("flash",), 2, "TABLE, --previous"),
+        (("flash", "--previous", "--rom", "--port", "/dev/nothing"), 2, "needs a running device"),
+        (("flash", "--firmware", "nothing.bin", "--port", "/dev/nothing"), 2, "readable file"),
+        (("flash", "--firmware", "README.md", "--port", "/dev/nothing"), 2, "application image"),
+        (("flash", "--firmware", "README.md"), 2, "--port"),
         (("flash", "nothing.chl", "--emulator"), 2, "nothing.chl"),
         (("device", "info"), 2, "--port, --emulator"),
         (("device", "info", "--port", "/dev/nothing"), 1, "no such port"),

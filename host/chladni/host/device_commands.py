@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -68,15 +69,24 @@ def flash(
     previous: Annotated[
         bool, typer.Option("--previous", help="Go back to the table before this one.")
     ] = False,
+    rom: Annotated[
+        bool, typer.Option("--rom", help="Through the ROM's loader: the device need not run.")
+    ] = False,
+    firmware: Annotated[
+        Path | None, typer.Option("--firmware", help="The firmware itself, through the loader.")
+    ] = None,
     port: PortOption = None,
     emulator: EmulatorOption = False,
     baud: BaudOption = BAUD,
     board: BoardOption = "prototype",
     as_json: JsonOption = False,
 ) -> None:
-    """Write a table to a running device; until it is whole the old one stays."""
-    if previous == (table is not None):
-        raise InputError("TABLE, --previous", str(table), "one of the two")
+    """Write a table to a device; until it is whole the old one stays."""
+    if sum((previous, table is not None, firmware is not None)) != 1:
+        raise InputError("TABLE, --previous, --firmware", str(table), "one of the three")
+    if rom or firmware is not None:
+        _flash_by_rom(table, firmware, port, baud, as_json=as_json)
+        return
     loaded = None if table is None else read_table(table)
     with Device(open_wire(port, emulator, baud, board)) as device:
         if loaded is None:
@@ -89,6 +99,26 @@ def flash(
         if not done.verified:
             raise LinkError("the device does not say that it plays this table")
     answer(asdict(done), as_json=as_json, title=f"{table} plays")
+
+
+def _flash_by_rom(
+    table: Path | None, firmware: Path | None, port: str | None, baud: int, *, as_json: bool
+) -> None:
+    from chladni.host import rom  # noqa: PLC0415  (esptool takes a second to load)
+
+    if port is None:
+        raise InputError("--port", "nothing", "the port of the device")
+    begun = time.monotonic()
+    if firmware is not None:
+        if not firmware.is_file():
+            raise InputError("--firmware", str(firmware), "a readable file")
+        result = rom.flash_firmware(port, baud, firmware)
+    else:
+        if table is None:
+            raise InputError("--rom", "no table", "a table: going back needs a running device")
+        result = rom.flash_table(port, baud, pack(read_table(table)))
+    result["seconds"] = time.monotonic() - begun
+    answer(result, as_json=as_json, title=f"{firmware or table} is written")
 
 
 @device_app.command("info")
