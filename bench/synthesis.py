@@ -30,7 +30,7 @@ from chladni.tables.table import Limits
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
-from instruction_counts import FLAGS, HERE, PROCESSORS, SAMPLES, count, missing  # noqa: E402
+from instruction_counts import FIRMWARE, FLAGS, HERE, PROCESSORS, SAMPLES, count, missing  # noqa: E402
 
 FREQUENCY_HZ = 160.0
 SETTLE = 4_000
@@ -72,7 +72,7 @@ def program(folder: Path, variant: Variant, level: float, compiler: list[str],
     )
     out = folder / "program.elf"
     subprocess.run(
-        [*compiler, *FLAGS, *variant.defines(level), "-I", folder, "-o", out,
+        [*compiler, *FLAGS, *variant.defines(level), "-I", folder, "-I", FIRMWARE, "-o", out,
          ROOT / "bench" / "synthesis_variant.cpp", *extra],
         check=True,
     )  # fmt: skip

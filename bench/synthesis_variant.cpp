@@ -2,25 +2,8 @@
 // it prints the duties, on an emulated processor how many instructions a sample takes.
 #include <cstdint>
 
+#include "qemu/runtime.hpp"
 #include "variant_table.hpp"  // kQuarter: 2^POINTS_BITS + 1 values of a quarter wave in Q15
-
-extern "C" {
-void write_host(const char* bytes, uint32_t count);
-uint32_t counter();
-#ifndef ON_THIS_MACHINE
-void* memcpy(void* to, const void* from, size_t count) {
-  auto* t = static_cast<uint8_t*>(to);
-  const auto* f = static_cast<const uint8_t*>(from);
-  for (; count > 0; --count) *t++ = *f++;
-  return to;
-}
-void* memset(void* to, int value, size_t count) {
-  auto* t = static_cast<uint8_t*>(to);
-  for (; count > 0; --count) *t++ = static_cast<uint8_t>(value);
-  return to;
-}
-#endif
-}
 
 uint32_t duties[5];  // seen from outside, or an idle shaper would be left out
 

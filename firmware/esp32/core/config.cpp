@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "core/bytes.hpp"
 #include "core/crc32.hpp"
 
 namespace chladni {
@@ -14,12 +15,6 @@ using Record = std::array<uint8_t, f::kRecordBytes>;
 constexpr uint32_t kSectors = 2;
 // A record of a later minor version is longer; it is checked in pieces of this size.
 constexpr uint32_t kMostBytes = 1024;
-
-uint32_t word(const uint8_t* bytes, uint32_t count) {
-  uint32_t value = 0;
-  for (uint32_t k = count; k > 0; --k) value = (value << 8) | bytes[k - 1U];
-  return value;
-}
 
 struct Take {
   template <typename T>

@@ -1,17 +1,13 @@
 #include "core/link.hpp"
 
+#include "core/bytes.hpp"
+
 namespace chladni {
 
 namespace {
 
 namespace f = link_format;
 using Status = f::Status;
-
-uint32_t word(const uint8_t* bytes, uint32_t count) {
-  uint32_t value = 0;
-  for (uint32_t k = count; k > 0; --k) value = (value << 8) | bytes[k - 1U];
-  return value;
-}
 
 int32_t signed_word(const uint8_t* bytes) { return static_cast<int32_t>(word(bytes, 4)); }
 

@@ -1,5 +1,6 @@
 #include "core/table.hpp"
 
+#include "core/bytes.hpp"
 #include "core/crc32.hpp"
 
 namespace chladni {
@@ -13,12 +14,6 @@ constexpr uint32_t kChunkBytes = 256;
 constexpr uint8_t kNobody = 16;
 static_assert(kNobody >= f::kMaxActuators, "a channel's number");
 static_assert(f::kMaxActuators == kMaxChannels, "tables and synthesis disagree");
-
-uint32_t read_u16(const uint8_t* bytes) {
-  return static_cast<uint32_t>(bytes[0]) | (static_cast<uint32_t>(bytes[1]) << 8);
-}
-
-uint32_t read_u32(const uint8_t* bytes) { return read_u16(bytes) | (read_u16(bytes + 2) << 16); }
 
 // Nibble k of the eight bytes is the actuator that stands in for k. False unless that is an order
 // which undoes itself.

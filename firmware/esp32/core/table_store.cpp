@@ -1,5 +1,6 @@
 #include "core/table_store.hpp"
 
+#include "core/bytes.hpp"
 #include "core/crc32.hpp"
 
 namespace chladni {
@@ -10,15 +11,6 @@ namespace f = store_format;
 
 constexpr uint32_t kEntriesPerSector = kSectorBytes / f::kEntryBytes;
 constexpr uint32_t kChunkBytes = 64;
-
-uint32_t word(const uint8_t* bytes) {
-  return bytes[0] | (static_cast<uint32_t>(bytes[1]) << 8) |
-         (static_cast<uint32_t>(bytes[2]) << 16) | (static_cast<uint32_t>(bytes[3]) << 24);
-}
-
-void put_word(uint8_t* bytes, uint32_t value) {
-  for (uint32_t k = 0; k < 4; ++k) bytes[k] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
-}
 
 bool read(const Hal& hal, uint32_t offset, uint8_t* bytes, uint32_t count) {
   return hal.read_flash(hal.context, FlashArea::kTables, offset, bytes, count);
@@ -48,9 +40,9 @@ bool TableStore::read_entry(const Hal& hal, uint32_t offset, Entry& entry) {
   std::array<uint8_t, f::kEntryBytes> bytes{};
   if (!read(hal, offset, bytes.data(), f::kEntryBytes)) return false;
   const uint32_t crc = crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU;
-  entry = {word(&bytes[f::kAtSequence]), word(&bytes[f::kAtSlot]), word(&bytes[f::kAtTableCrc]),
+  entry = {read_u32(&bytes[f::kAtSequence]), read_u32(&bytes[f::kAtSlot]), read_u32(&bytes[f::kAtTableCrc]),
            offset};
-  return word(&bytes[f::kAtEntryCrc]) == crc && entry.slot < f::kSlots;
+  return read_u32(&bytes[f::kAtEntryCrc]) == crc && entry.slot < f::kSlots;
 }
 
 bool TableStore::newest(const Hal& hal, const Entry* limit, Entry& entry) {
@@ -74,8 +66,8 @@ bool TableStore::crc_of(const Hal& hal, uint32_t slot, uint32_t& crc) {
   const uint32_t base = slot * f::kSlotBytes;
   std::array<uint8_t, kChunkBytes> chunk{};
   if (!read(hal, base, chunk.data(), t::kAtTotalBytes + 4U)) return false;
-  const uint32_t total = word(&chunk[t::kAtTotalBytes]);
-  if (word(&chunk[t::kAtMagic]) != t::kMagic) return false;
+  const uint32_t total = read_u32(&chunk[t::kAtTotalBytes]);
+  if (read_u32(&chunk[t::kAtMagic]) != t::kMagic) return false;
   if (total < t::kHeaderBytes + t::kCrcBytes || total > f::kSlotBytes) return false;
   uint32_t running = kCrc32Start;
   for (uint32_t done = 0; done < total - t::kCrcBytes;) {
@@ -87,7 +79,7 @@ bool TableStore::crc_of(const Hal& hal, uint32_t slot, uint32_t& crc) {
   }
   if (!read(hal, base + total - t::kCrcBytes, chunk.data(), t::kCrcBytes)) return false;
   crc = running ^ 0xFFFFFFFFU;
-  return word(chunk.data()) == crc;
+  return read_u32(chunk.data()) == crc;
 }
 
 TableStatus TableStore::load(const Hal& hal, Table& table, uint32_t channels) {
@@ -193,11 +185,11 @@ bool TableStore::append(const Hal& hal, uint32_t slot, uint32_t table_crc) {
   }
   std::array<uint8_t, f::kEntryBytes> bytes{};
   const uint32_t sequence = has_last ? last.sequence + 1U : 1U;
-  put_word(&bytes[f::kAtSequence], sequence);
-  put_word(&bytes[f::kAtSlot], slot);
-  put_word(&bytes[f::kAtTableCrc], table_crc);
+  put_word(&bytes[f::kAtSequence], sequence, 4);
+  put_word(&bytes[f::kAtSlot], slot, 4);
+  put_word(&bytes[f::kAtTableCrc], table_crc, 4);
   put_word(&bytes[f::kAtEntryCrc],
-           crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU);
+           crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU, 4);
   const uint32_t offset = journal_sector(sector) + cell * f::kEntryBytes;
   if (!hal.program_flash(hal.context, FlashArea::kTables, offset, bytes.data(), f::kEntryBytes)) {
     return false;

@@ -4,27 +4,11 @@
 
 #include "core/crc32.hpp"
 #include "core/device.hpp"
+#include "qemu/runtime.hpp"
 
 extern "C" {
-void write_host(const char* bytes, uint32_t count);
-uint32_t counter();
 extern const uint8_t table_begin[];
 extern const uint8_t table_end[];
-
-#ifndef ON_THIS_MACHINE
-// What compilers call for copies and blanks.
-void* memcpy(void* to, const void* from, size_t count) {
-  auto* t = static_cast<uint8_t*>(to);
-  const auto* f = static_cast<const uint8_t*>(from);
-  for (; count > 0; --count) *t++ = *f++;
-  return to;
-}
-void* memset(void* to, int value, size_t count) {
-  auto* t = static_cast<uint8_t*>(to);
-  for (; count > 0; --count) *t++ = static_cast<uint8_t>(value);
-  return to;
-}
-#endif
 #ifdef __XTENSA__
 // The lx106 has no division; the ESP32's LX6 divides in hardware, and only while a table is loaded.
 uint32_t __udivsi3(uint32_t dividend, uint32_t divisor) {

@@ -35,6 +35,7 @@ TABLE_STATUS = (
     "contradict each other", "damaged", "a header field out of range", "a stream that is no drives",
     "too large for the device", "made for another number of channels", "no such frequency",
 )  # fmt: skip
+CONFIG_STATUS = ("ok", "defaults", "damaged: defaults", "unreadable: defaults", "not written")
 CAUSES = (
     "reset", "no table", "table refused", "configuration refused", "panel missing", "panel fails",
     "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
@@ -112,7 +113,7 @@ class Device:
             "state": STATES[found["state"]],
             "table_status": TABLE_STATUS[found["table_status"]],
             "panel_health": HEALTH[found["panel_health"]],
-            "config_status": found["config_status"],
+            "config_status": CONFIG_STATUS[found["config_status"]],
             "channels": channels,
             "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
             "fingerprint": f"{found['fingerprint']:#018x}",
