@@ -204,6 +204,30 @@ def test_a_coil_that_gets_too_hot_ends_the_touch_until_it_has_cooled(table: Tabl
     check_next_touch(emulator)
 
 
+def test_a_long_decay_is_counted_as_heat(table: Table) -> None:
+    """Ten seconds, the longest there is: while it goes down a coil gets what it began with."""
+    device = device_of(table).with_values(
+        full_rise_dk=(1000,) * 5 + (0,) * 11, limit_rise_dk=3000, heating_ds=20,
+        decay_ms=10_000, sustain_q15=0,
+    )  # fmt: skip
+    emulator = Emulator(device, table, level=1.0)
+    emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
+    recording = emulator.run(3_000.0)
+    assert recording.duty_steps[-1].any()
+    # After 1.5 time constants of full amplitude: at most 37.5 K, at least what it really got.
+    assert 20.0 < emulator.core.coil_rise_k[0] < 37.5
+    assert not emulator.run(8_000.0).duty_steps[-800:, 0].max() > 4
+
+
+def test_a_ceiling_that_leaves_no_room_is_silence(table: Table) -> None:
+    """5 % of duty are 51 steps, and the shortest pulse takes 50 of them."""
+    device = device_of(table).with_values(max_duty_q15=1638, min_on_ns=625)
+    emulator = Emulator(device, table, level=1.0)
+    emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
+    assert not emulator.run(200.0).duty_steps.any()
+    assert emulator.core.limited_drives == 1
+
+
 def test_more_faults_than_are_kept_leave_the_newest(table: Table) -> None:
     emulator = playing(table)
     for _ in range(20):

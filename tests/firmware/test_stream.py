@@ -165,6 +165,36 @@ def test_a_stream_beyond_the_supply_is_ended(table: Table) -> None:
     assert emulator.core.stream_push(wave(0, 1)) == 0
 
 
+def test_frames_count_alike_however_they_come(table: Table) -> None:
+    """A burst of full frames and one of silence a moment later: the burst is what heats."""
+    emulator = Emulator(device_of(table), table, supply_ma=200)
+    emulator.run(5.0)
+    assert emulator.core.stream_begin()
+    emulator.run(10.0)
+    full, nothing = np.full((163, 2), 65_000, np.uint16), np.zeros((1, 2), np.uint16)
+    for _ in range(40):
+        emulator.core.stream_push(full)
+        emulator.run(1.1)
+        emulator.core.stream_push(nothing)
+        emulator.run(15.5)
+    assert causes(emulator).count("supply current") == 1
+
+
+def test_a_finger_gets_the_tables_wave_after_a_live_drive_ended_in_a_fault(table: Table) -> None:
+    emulator = Emulator(device_of(table), table)
+    for _ in range(10):
+        emulator.core.play_live([(16000, 0), (0, 8000)], 50_000, 2)
+        emulator.run(20.0)
+    emulator.core.delay_next_sample(3_000.0)
+    emulator.run(200.0)
+    assert "interrupt late" in causes(emulator)
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, (0.0, 0.0)))
+    recording = emulator.run(400.0)
+    tail = recording.duty_steps[-4 * 4883 :: 4, 0].astype(float)
+    spectrum = np.abs(np.fft.rfft((tail - tail.mean()) * np.hanning(len(tail))))
+    assert np.argmax(spectrum) * (78_125 / 4) / len(tail) == pytest.approx(160.0, abs=4.0)
+
+
 def test_frames_are_refused_unless_streaming(table: Table) -> None:
     emulator = Emulator(device_of(table), table)
     emulator.run(5.0)

@@ -250,8 +250,9 @@ def test_an_update_that_falls_silent_is_dropped() -> None:
     assert emulator.core.state == "updating"
     emulator.run(6_000.0)
     assert emulator.core.state == "idle"
-    with pytest.raises(LinkError, match="under way"):
-        device.link.request("table_commit")
+    for name, tail, fields in (("table_commit", b"", {}), ("table_data", b"x", {"offset": 0})):
+        with pytest.raises(LinkError, match="under way"):
+            device.link.request(name, tail, **fields)
     assert table_crc(device) == crc_of(OLD)
 
 

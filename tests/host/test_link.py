@@ -186,6 +186,14 @@ def test_configuration_is_set_for_the_next_start() -> None:
     assert isinstance(wanted, DeviceConfig)
 
 
+def test_no_configuration_is_written_while_something_plays() -> None:
+    device = Device(EmulatorWire(powered(OLD)))
+    device.touch(0.0, 0.0)
+    device.link.wait(0.05)
+    with pytest.raises(LinkError, match="not in this state"):
+        device.set_config(device.config())
+
+
 def test_touches_play_and_a_live_drive_draws_what_it_should() -> None:
     emulator = powered(OLD)
     device = Device(EmulatorWire(emulator))

@@ -74,7 +74,8 @@ void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail
 void Device::stand(FaultCause cause, uint32_t detail) {
   note(cause, detail);
   faults_.raise(cause);
-  is_drive_pending_ = is_start_pending_ = is_stream_pending_ = is_after_lift_ = false;
+  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  forget_host();
   is_release_pending_ = synthesis_.output() != Output::kOff || !synthesis_.is_quiet();
   go(DeviceEvent::kFaultArises);
 }
@@ -132,7 +133,7 @@ void Device::watch_outputs() {
 void Device::watch_coils(uint32_t passed_ms) {
   if (passed_ms > 0) {
     Loads loads;
-    synthesis_.take_loads(loads);
+    synthesis_.take_loads(loads, passed_ms);
     heat_.add(loads, passed_ms);
   }
   const uint32_t hot = heat_.hot_channel();
@@ -168,7 +169,8 @@ void Device::clear_faults() {
     if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
     faults_.clear(FaultCause::kTouchTooLong);
     faults_.clear(FaultCause::kInterruptLate);
-    faults_.clear(FaultCause::kSupplyCurrent);
+    // The mean that raised it goes on for a window.
+    if (heat_.supply_ma() <= config_.supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
   }
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
@@ -212,6 +214,8 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
 }
 
 void Device::touch_down(Place place, uint32_t now_us) {
+  // What ended the last touch is noted before this one wipes it out.
+  watch_outputs();
   if (!go(DeviceEvent::kTouchBegins)) return;
   place_ = place;
   line_ = envelope_.begin(now_us);
@@ -280,7 +284,8 @@ TableStatus Device::select_frequency(uint32_t frequency_mhz) {
 bool Device::update_begin() {
   if (state_ != DeviceState::kUpdating) {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
-    is_drive_pending_ = is_start_pending_ = is_stream_pending_ = is_after_lift_ = false;
+    is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+    forget_host();
     is_release_pending_ = !synthesis_.is_quiet();
   }
   return !is_release_pending_ && synthesis_.is_quiet();
@@ -288,6 +293,7 @@ bool Device::update_begin() {
 
 void Device::update_end() {
   if (state_ != DeviceState::kUpdating || !synthesis_.is_quiet()) return;
+  store_.abandon();
   load_table();
   start_outputs();
   input_.set_timeout(table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);

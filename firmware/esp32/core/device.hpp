@@ -59,7 +59,8 @@ class Device {
   // A finger that the host or the console holds, until it lifts it.
   void touch(Place place);
   void lift();
-  // Kept for the next start.
+  // Kept for the next start. Only while `is_quiet`: flash is written.
+  bool is_quiet() const { return synthesis_.is_quiet(); }
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
   void restart() const { hal_.restart(hal_.context); }
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
@@ -101,6 +102,7 @@ class Device {
   void end_touch();
   void advance_effects(uint32_t now_us);
   void host_is_heard();
+  void forget_host();
   void advance_stream();
   void watch_update();
   void post_drive();
@@ -134,6 +136,7 @@ class Device {
   // A host that drives the outputs.
   bool is_stream_pending_ = false;
   bool is_raw_ = false;
+  bool is_host_wave_ = false;      // frequency and wave are the host's
   uint32_t host_us_ = 0;           // when it was last heard
   bool is_clear_pending_ = false;  // of the ring, which the interrupt may still read
   // A touch from the console lasts until "lift", so it is kept alive here.

@@ -36,6 +36,12 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform wave
   }
   if (is_raw_ || is_release_pending_) return false;
   if (!synthesis_.set_frequency(frequency_mhz) || !synthesis_.set_waveform(waveform)) return false;
+  is_host_wave_ = true;
+  watch_outputs();
+  if (state_ != DeviceState::kStreaming) {
+    forget_host();
+    return false;
+  }
   host_is_heard();
   // Each one is a touch of its own: a host that goes on asking may go on for long.
   if (!synthesis_.play(drive, {32767, synthesis_settings().ramp_us, true})) return false;
@@ -45,12 +51,18 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform wave
 
 void Device::stream_end() {
   if (!go(DeviceEvent::kStreamEnds)) return;
-  is_stream_pending_ = is_clear_pending_ = is_raw_ = false;
+  forget_host();
   is_release_pending_ = true;
-  const SynthesisSettings settings = synthesis_settings();
-  synthesis_.set_frequency(settings.frequency_mhz);
-  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
   settle();
+}
+
+// Fingers get the table's frequency and the configured wave again.
+void Device::forget_host() {
+  is_stream_pending_ = is_clear_pending_ = is_raw_ = false;
+  if (!is_host_wave_) return;
+  is_host_wave_ = false;
+  synthesis_.set_frequency(synthesis_settings().frequency_mhz);
+  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
 }
 
 void Device::host_is_heard() {
@@ -108,6 +120,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
 }
 
 link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
   update_ms_ = uptime_ms_;
   // Sent twice, because the answer was lost: they are there.
   const uint32_t next = store_.next_offset();

@@ -121,6 +121,7 @@ Status Link::handle_host(uint32_t kind, const Request& request) {
       }
       return device_.set_waveform(static_cast<Waveform>(at[0])) ? Status::kOk : Status::kRefused;
     case f::config_set::kCode: {
+      if (!device_.is_quiet()) return Status::kNotNow;
       const ConfigStatus status = device_.set_config(at, request.size);
       put(static_cast<uint32_t>(status), 1);
       return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;

@@ -16,6 +16,7 @@ constexpr int32_t kLearnPerQ8 = 24;
 constexpr int32_t kMostDrift = 2147484;
 // The fill is averaged over 256 ms: frames come in packets, and must not be heard as a wobble.
 constexpr int32_t kMeanShift = 8;
+constexpr int32_t kLoadShift = 8;
 
 int32_t clamp_to(int32_t value, int32_t most) {
   return value < -most ? -most : (value > most ? most : value);
@@ -35,11 +36,8 @@ void SampleStream::clear() {
   between_u32_ = 0;
   mean_fill_q8_ = static_cast<int32_t>(kStreamTarget << 8);
   drift_sum_ = 0;
-  counted_ = 0;
-  duty_sums_.fill(0);
-  square_sums_.fill(0);
-  mean_q16_.fill(0);
-  mean_square_q16_.fill(0);
+  mean_q24_.fill(0);
+  square_q24_.fill(0);
 }
 
 bool SampleStream::push(const uint16_t* duties_q16) {
@@ -49,25 +47,19 @@ bool SampleStream::push(const uint16_t* duties_q16) {
   for (uint32_t k = 0; k < channels_; ++k) {
     const uint32_t duty = duties_q16[k];
     frame[k] = duties_q16[k];
-    duty_sums_[k] += duty >> 1;
-    square_sums_[k] += ((duty >> 1) * (duty >> 1)) >> 15;
+    const auto square_q16 = static_cast<int32_t>(((duty >> 1) * (duty >> 1)) >> 14);
+    mean_q24_[k] += (static_cast<int32_t>(duty << 8) - mean_q24_[k]) >> kLoadShift;
+    square_q24_[k] += (square_q16 * 256 - square_q24_[k]) >> kLoadShift;
   }
-  ++counted_;
   head_.store(head + 1U, std::memory_order_release);
   return true;
 }
 
-void SampleStream::take_loads(Loads& loads) {
+void SampleStream::loads(Loads& loads) const {
   for (uint32_t k = 0; k < channels_; ++k) {
-    if (counted_ > 0) {
-      mean_q16_[k] = duty_sums_[k] / counted_ * 2U;
-      mean_square_q16_[k] = square_sums_[k] / counted_ * 2U;
-    }
-    loads[k] = {mean_q16_[k], mean_square_q16_[k]};
+    loads[k] = {static_cast<uint32_t>(mean_q24_[k] >> 8),
+                static_cast<uint32_t>(square_q24_[k] >> 8)};
   }
-  counted_ = 0;
-  duty_sums_.fill(0);
-  square_sums_.fill(0);
 }
 
 void SampleStream::steer() {

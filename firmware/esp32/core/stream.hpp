@@ -25,8 +25,8 @@ class SampleStream {
 
   // Main loop: append a frame of duties (65536 would be 1). False if the ring is full.
   bool push(const uint16_t* duties_q16);
-  // Main loop: means of what was pushed since the last call; what they were if nothing was.
-  void take_loads(std::array<Load, kMaxChannels>& loads);
+  // Main loop: means over the last frames pushed, each of the same weight however they came.
+  void loads(std::array<Load, kMaxChannels>& loads) const;
   // Main loop, every millisecond: keep the ring filled to its target.
   void steer();
   uint32_t filled() const { return head_.load(std::memory_order_acquire) - tail(); }
@@ -52,12 +52,9 @@ class SampleStream {
   std::atomic<uint32_t> tail_{0};  // frames left behind; written by the interrupt
   std::atomic<uint32_t> rate_{kHalf};
   uint32_t between_u32_ = 0;  // from the frame at the tail to the one after it; interrupt only
-  // Of the frames pushed since their means were last taken, each halved.
-  uint32_t counted_ = 0;
-  std::array<uint32_t, kMaxChannels> duty_sums_{};
-  std::array<uint32_t, kMaxChannels> square_sums_{};
-  std::array<uint32_t, kMaxChannels> mean_q16_{};
-  std::array<uint32_t, kMaxChannels> mean_square_q16_{};
+  // Exponential means of duties and their squares over some 256 frames (26 ms at 10 bits).
+  std::array<int32_t, kMaxChannels> mean_q24_{};
+  std::array<int32_t, kMaxChannels> square_q24_{};
   int32_t mean_fill_q8_ = 0;
   int32_t drift_sum_ = 0;
 };

@@ -9,6 +9,11 @@ namespace {
 // A ramp of fewer samples would need a factor beyond 15 bits.
 constexpr uint32_t kShortestRamp = 4;
 
+Load larger(const Load& one, const Load& other) {
+  return {one.mean_q16 > other.mean_q16 ? one.mean_q16 : other.mean_q16,
+          one.square_q16 > other.square_q16 ? one.square_q16 : other.square_q16};
+}
+
 // Phase of x + iy, from 0 to one turn, to 2^-17 turns: halves the quarter until it is found.
 uint32_t phase_of(int32_t x, int32_t y) {
   uint32_t turned = 0;
@@ -99,8 +104,9 @@ Synthesis::RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
   if (samples < kShortestRamp) samples = kShortestRamp;
   RampRate rate;
   rate.samples = static_cast<int32_t>(samples);
-  // 65536 / samples as a factor of 15 bits and a shift.
-  while ((65536U << rate.shift) / samples < (1U << 14)) ++rate.shift;
+  // 65536 / samples as a factor of 15 bits and a shift; of ramps beyond 131,072 samples, which
+  // only decays have, the factor has 14.
+  while (rate.shift < 15U && (65536U << rate.shift) / samples < (1U << 14)) ++rate.shift;
   rate.factor = static_cast<int32_t>((65536U << rate.shift) / samples);
   return rate;
 }
@@ -119,8 +125,9 @@ uint32_t Synthesis::fitting_level(const std::array<uint32_t, kMaxChannels>& size
     if (sizes[k] > 0) rest_sum += rest * limits.full_current_ma[k];
   }
   uint32_t level = level_q15;
-  const uint32_t peak_room =
-      (static_cast<uint32_t>(shaper_.max_duty) - rest - kBiasMarginSteps) / 2U;
+  const auto max_duty = static_cast<uint32_t>(shaper_.max_duty);
+  const uint32_t taken = rest + kBiasMarginSteps;
+  const uint32_t peak_room = max_duty > taken ? (max_duty - taken) / 2U : 0U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
   if (limits.supply_ma > 0) {
     const uint32_t allowed = limits.supply_ma << settings_.pwm_bits;
@@ -147,6 +154,7 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
     sizes[k] = square_root(static_cast<uint32_t>(in_phase * in_phase) +
                            static_cast<uint32_t>(quadrature * quadrature));
   }
+  start_load_ramp(options.ramp_us);
   const auto level = static_cast<int32_t>(
       fitting_level(sizes, options.level_q15 > 32767U ? 32767U : options.level_q15));
   // Gains times this are duty steps with the shaper's fraction.
@@ -223,25 +231,48 @@ Load Synthesis::load_of(const Command& command, uint32_t channel, uint32_t size_
   return {mean_q16, ((mean_q16 >> 1) * (mean_q16 >> 1) >> 14) + square_q16 / share};
 }
 
+// While a drive goes over into the next, coils get no more than the larger of the two.
+void Synthesis::start_load_ramp(uint32_t ramp_us) {
+  const bool was_off = output() == Output::kOff;
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    if (was_off) {
+      older_loads_[k] = {0, 0};
+    } else {
+      older_loads_[k] = ramp_ms_left_ > 0 ? larger(loads_[k], older_loads_[k]) : loads_[k];
+    }
+  }
+  ramp_ms_left_ = ramp_us / 1000U + 2U;
+}
+
 bool Synthesis::post(const Command& command) {
   command_ = command;
   // What ended the last touch must not be taken for the end of this one.
   if (command.starts_touch) fade_cause_.store(FadeCause::kNone, std::memory_order_relaxed);
   command_waits_.store(1, std::memory_order_release);
-  has_news_.store(1, std::memory_order_release);
+  announce();
   return true;
 }
 
 void Synthesis::keep_alive() {
-  is_alive_.store(1, std::memory_order_relaxed);
-  has_news_.store(1, std::memory_order_release);
+  beats_.store(beats_.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+  announce();
 }
 
-void Synthesis::take_loads(Loads& loads) {
+// One writer, so a plain load and store count correctly without a read-modify-write.
+void Synthesis::announce() {
+  news_.store(news_.load(std::memory_order_relaxed) + 1U, std::memory_order_release);
+}
+
+void Synthesis::take_loads(Loads& loads, uint32_t passed_ms) {
   loads.fill({0, 0});
-  if (output() == Output::kOff) return;
-  for (uint32_t k = 0; k < settings_.channels; ++k) loads[k] = loads_[k];
-  if (command_.kind == Kind::kStream) stream_.take_loads(loads);
+  if (output() != Output::kOff) {
+    const bool is_ramping = ramp_ms_left_ > 0;
+    for (uint32_t k = 0; k < settings_.channels; ++k) {
+      loads[k] = is_ramping ? larger(loads_[k], older_loads_[k]) : loads_[k];
+    }
+    if (command_.kind == Kind::kStream) stream_.loads(loads);
+  }
+  ramp_ms_left_ -= passed_ms < ramp_ms_left_ ? passed_ms : ramp_ms_left_;
 }
 
 }  // namespace chladni

@@ -119,9 +119,9 @@ class Synthesis {
   uint32_t missed() const { return missed_.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.
   uint32_t limited() const { return limited_; }
-  // Of the drive that was posted last, as long as anything plays, or of the stream since the last
-  // call; of a ramp, what it leads to.
-  void take_loads(Loads& loads);
+  // Of what plays, over the milliseconds since the last call: of the drive that was posted last, or
+  // the larger of two while one goes over into the other; of a stream, its recent mean.
+  void take_loads(Loads& loads, uint32_t passed_ms);
   SampleStream& stream() { return stream_; }
   const SampleStream& stream() const { return stream_; }
 
@@ -198,6 +198,8 @@ class Synthesis {
 
   RampRate ramp_rate(uint32_t ramp_us) const;
   uint32_t fitting_level(const std::array<uint32_t, kMaxChannels>& sizes, uint32_t level_q15);
+  void start_load_ramp(uint32_t ramp_us);
+  void announce();
   Load load_of(const Command& command, uint32_t channel, uint32_t size_q15) const;
   bool post(const Command& command);
   void consider_command();
@@ -235,10 +237,11 @@ class Synthesis {
   [[gnu::always_inline]] inline void like(Wave wave_q15);
   void streamed();
 
-  // What the main loop has for the interrupt; set after what it announces.
-  std::atomic<uint32_t> has_news_{0};
+  // How often the main loop had something for the interrupt; counted after what it announces.
+  std::atomic<uint32_t> news_{0};
 
   // The interrupt's, what every sample needs first.
+  uint32_t seen_news_ = 0;
   uint32_t samples_ = 0;  // since start
   uint32_t quiet_end_ = 0;
   uint32_t on_end_ = 0;
@@ -266,11 +269,14 @@ class Synthesis {
   // Main loop to interrupt: one command at a time, signs of life, and the stream.
   Command command_{};
   std::atomic<uint32_t> command_waits_{0};
-  std::atomic<uint32_t> is_alive_{0};
+  std::atomic<uint32_t> beats_{0};
+  uint32_t seen_beats_ = 0;  // by the interrupt
   uint32_t next_phase_step_u32_ = 0;
   Waveform next_waveform_ = Waveform::kSine;
   uint32_t limited_ = 0;
-  Loads loads_{};  // of `command_`
+  Loads loads_{};        // of `command_`
+  Loads older_loads_{};  // and of what it ramps from
+  uint32_t ramp_ms_left_ = 0;
   // Interrupt to main loop.
   std::atomic<Output> output_{Output::kOff};
   std::atomic<FadeCause> fade_cause_{FadeCause::kNone};

@@ -77,7 +77,7 @@ void Synthesis::like(Wave wave_q15) {
 }
 
 void Synthesis::sample(const Hal& hal, uint32_t missed) {
-  if ((missed | has_news_.load(std::memory_order_acquire)) != 0) {
+  if ((missed | (news_.load(std::memory_order_acquire) ^ seen_news_)) != 0) {
     return sample_with_news(hal, missed);
   }
   const uint32_t samples = ++samples_;
@@ -99,11 +99,12 @@ void Synthesis::sample(const Hal& hal, uint32_t missed) {
 
 void Synthesis::sample_with_news(const Hal& hal, uint32_t missed) {
   // Before what it announces is looked at: what comes later announces itself anew.
-  has_news_.store(0, std::memory_order_relaxed);
+  seen_news_ = news_.load(std::memory_order_acquire);
   ++samples_;
   if (missed != 0) catch_up(missed);
-  if (is_alive_.load(std::memory_order_acquire) != 0) {
-    is_alive_.store(0, std::memory_order_relaxed);
+  const uint32_t beats = beats_.load(std::memory_order_relaxed);
+  if (beats != seen_beats_) {
+    seen_beats_ = beats;
     quiet_end_ = samples_ + timeout_samples_;
   }
   if (command_waits_.load(std::memory_order_acquire) != 0) consider_command();
@@ -173,7 +174,7 @@ void Synthesis::consider_command() {
     command_waits_.store(0, std::memory_order_release);
     return;
   }
-  has_news_.store(1, std::memory_order_relaxed);
+  --seen_news_;  // it is looked at again in the next sample
   const bool is_at_odds =
       mode_ == Mode::kStream || command_.waveform != waveform_ || command_.kind == Kind::kStream;
   if (is_at_odds && ramp_left_ == 0 &&

@@ -40,8 +40,8 @@ bool TableStore::read_entry(const Hal& hal, uint32_t offset, Entry& entry) {
   std::array<uint8_t, f::kEntryBytes> bytes{};
   if (!read(hal, offset, bytes.data(), f::kEntryBytes)) return false;
   const uint32_t crc = crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU;
-  entry = {read_u32(&bytes[f::kAtSequence]), read_u32(&bytes[f::kAtSlot]), read_u32(&bytes[f::kAtTableCrc]),
-           offset};
+  entry = {read_u32(&bytes[f::kAtSequence]), read_u32(&bytes[f::kAtSlot]),
+           read_u32(&bytes[f::kAtTableCrc]), offset};
   return read_u32(&bytes[f::kAtEntryCrc]) == crc && entry.slot < f::kSlots;
 }
 

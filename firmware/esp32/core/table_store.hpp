@@ -43,6 +43,8 @@ class TableStore {
   // Back to what the other slot holds.
   StoreStatus restore_other(const Hal& hal, Table& table, uint32_t channels);
 
+  // What is under way is given up; nothing of it counts.
+  void abandon() { is_updating_ = false; }
   bool is_updating() const { return is_updating_; }
   uint32_t next_offset() const { return next_offset_; }
 
