@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from chladni.host.device import Device
@@ -55,7 +56,7 @@ def test_flash_into_the_emulator(chladni: CommandLine, table: Path) -> None:
     "arguments",
     [
         ("info",), ("touch", "10,25", "--seconds", "0.2"), ("self-test",), ("config",),
-        ("stream", "1@0,0.5@90,0,0,0", "--seconds", "0.3"), ("config", "level_q15=1000"),
+        ("stream", "1@0,0.5@90,0,0,0", "--seconds", "0.3"), ("config", "set", "level_q15=1000"),
     ],
 )  # fmt: skip
 def test_every_device_command_answers(
@@ -69,6 +70,17 @@ def test_every_device_command_answers(
         assert [row["supply_ma"] for row in done.json["channels"]] == pytest.approx([87] * 5, abs=4)
     if arguments[-1] == "level_q15=1000":
         assert done.json["level_q15"] == 1000
+
+
+def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> None:
+    path = tmp_path / "duties.csv"
+    t = np.arange(3_000)[:, None] / (78_125 / 8)
+    np.savetxt(path, 0.2 + 0.1 * np.sin(2.0 * np.pi * 160.0 * t + np.zeros(5)), delimiter=",")
+    done = chladni("device", "stream", "--csv", path, "--emulator", "--json")
+    assert done.code == 0, done.err
+    assert done.json["frames"] == 3_000
+    # At 115,200 baud five channels cannot keep up, and the device says so.
+    assert {fault["cause"] for fault in done.json["faults"]} == {"stream underrun"}
 
 
 @pytest.mark.parametrize(
@@ -86,8 +98,11 @@ def test_every_device_command_answers(
         (("device", "touch", "1,1", "--emulator"), 1, "not in this state"),
         (("device", "stream", "1@0", "--emulator"), 2, "5 channels"),
         (("device", "stream", "2@0", "--emulator"), 2, "gain from 0 to 1"),
-        (("device", "config", "colour=3", "--emulator"), 2, "colour"),
-        (("device", "config", "level_q15=99999", "--emulator"), 2, "level_q15"),
+        (("device", "config", "set", "colour=3", "--emulator"), 2, "colour"),
+        (("device", "config", "set", "--emulator"), 2, "NAME=VALUE"),
+        (("device", "stream", "--emulator"), 2, "DRIVE, --csv"),
+        (("device", "stream", "--csv", "README.md", "--emulator"), 2, "rows of numbers"),
+        (("device", "config", "set", "level_q15=99999", "--emulator"), 2, "level_q15"),
         (("flash", "--previous", "--emulator"), 1, "no other table"),
     ],
 )

@@ -8,12 +8,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 from serial.tools import list_ports
 
 from chladni.host.console import answer, parse_place, progress_bar
 from chladni.host.device import Device
-from chladni.host.device_config import SETTINGS, DeviceConfig
+from chladni.host.device_config import SETTINGS, WAVEFORMS, DeviceConfig
 from chladni.host.emulator import Emulator
 from chladni.host.link import LinkError
 from chladni.host.options import JsonOption
@@ -157,27 +159,63 @@ def touch(
 
 @device_app.command("stream")
 def stream(
-    drive: Annotated[str, typer.Argument(help="Gain@phase per channel: 1@0,0.5@90,…")],
+    drive: Annotated[
+        str | None, typer.Argument(help="Gain@degrees per channel: 1@0,0.5@90,…")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", help="Duties instead, 0 to 1: a row per frame.")
+    ] = None,
     frequency: Annotated[float, typer.Option(help="Hz.")] = 160.0,
     waveform: Annotated[str, typer.Option(help="sine, triangle, square or ramp.")] = "sine",
-    seconds: Annotated[float, typer.Option(help="How long.")] = 1.0,
+    seconds: Annotated[float, typer.Option(help="How long a drive is repeated.")] = 1.0,
     port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
     board: BoardOption = "prototype", as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Play a drive from here, as the paper's host did: gains, phases, frequency, wave."""
-    gains = parse_drive(drive)
+    """Play a drive from here, as the paper's host did, or raw duties at carrier/8 a second."""
+    if (drive is None) == (csv is None):
+        raise InputError("DRIVE, --csv", drive, "one of the two")
     if not 1.0 <= frequency <= 1000.0:
         raise InputError("--frequency", frequency, "1 to 1000 Hz")
-    if waveform not in ("sine", "triangle", "square", "ramp"):
-        raise InputError("--waveform", waveform, "sine, triangle, square or ramp")
+    if waveform not in WAVEFORMS:
+        raise InputError("--waveform", waveform, ", ".join(WAVEFORMS))
+    if not 0.0 < seconds <= 600.0:
+        raise InputError("--seconds", seconds, "more than 0, at most 600")
+    gains = parse_drive(drive) if drive is not None else []
+    duties = None if csv is None else read_duties(csv)
     with Device(open_wire(port, emulator, baud, board)) as device:
         channels = device.info()["channels"]
-        if len(gains) != channels:
-            raise InputError("DRIVE", len(gains), f"{channels} channels")
-        _play(device, gains, frequency, waveform, seconds)
-        current = device.info()["supply_ma"]
+        given = len(gains) if duties is None else duties.shape[1]
+        if given != channels:
+            raise InputError("DRIVE" if duties is None else "--csv", given, f"{channels} channels")
+        result: dict[str, Any] = {}
+        if duties is None:
+            _play(device, gains, frequency, waveform, seconds)
+            result["seconds"] = seconds
+        else:
+            result["frames"] = device.stream(duties)
+        result["supply_ma"] = device.info()["supply_ma"]
         device.stop()
-    answer({"seconds": seconds, "supply_ma": current}, as_json=as_json, title="Stream")
+        result["faults"] = device.faults()
+    answer(result, as_json=as_json, title="Stream")
+
+
+def read_duties(path: Path) -> NDArray[np.float64]:
+    """Duties from 0 to 1, a row per frame and a column per channel.
+
+    Raises
+    ------
+    InputError
+        Not readable, not such numbers, or no rows.
+    """
+    try:
+        duties = np.loadtxt(path, delimiter=",", ndmin=2)
+    except OSError as error:
+        raise InputError("--csv", error.strerror, "a readable file", file=str(path)) from None
+    except ValueError as error:
+        raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
+    if duties.size == 0 or not np.all((duties >= 0.0) & (duties <= 1.0)):
+        raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
+    return np.asarray(duties, dtype=np.float64)
 
 
 @device_app.command("self-test")
@@ -213,6 +251,7 @@ def log(
 
 @device_app.command("config")
 def config(
+    action: Annotated[str, typer.Argument(metavar="get|set", help="Show, or change.")] = "get",
     settings: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME=VALUE]…", help="Settings to change.")
     ] = None,
@@ -220,6 +259,8 @@ def config(
     board: BoardOption = "prototype", as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Show the configuration, or change settings and restart the device."""
+    if action not in ("get", "set") or (action == "set") != bool(settings):
+        raise InputError("get|set", action, "get, or set with at least one NAME=VALUE")
     changes = dict(map(parse_setting, settings or []))
     with Device(open_wire(port, emulator, baud, board)) as device:
         found = device.config()
