@@ -34,6 +34,7 @@ demo: venv  ## run the whole chain on the prototype board; writes out/demo.png
 
 test: venv  ## lint, type-check and run every test
 	$(MAKE) --no-print-directory lint
+	$(BIN)/python -m pytest -p pytest_embedded tests/device
 	$(BIN)/python -m pytest
 
 lint: venv  ## ruff, mypy, clang-format, clang-tidy, cppcheck (if there is one), generated headers

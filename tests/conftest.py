@@ -39,6 +39,12 @@ class Answer:
 CommandLine = Callable[..., Answer]
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Tests of a device need pytest-embedded, which slows every other test: `make test` asks."""
+    is_device = collection_path.name == "device"
+    return True if is_device and not config.pluginmanager.hasplugin("pytest_embedded") else None
+
+
 @pytest.fixture
 def chladni(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> CommandLine:
     """Run `chladni` with arguments, in this process."""
