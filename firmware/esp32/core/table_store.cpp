@@ -87,8 +87,10 @@ TableStatus TableStore::load(const Hal& hal, Table& table, uint32_t channels) {
   std::array<uint32_t, f::kSlots> crcs{};
   for (uint32_t slot = 0; slot < f::kSlots; ++slot) is_whole[slot] = crc_of(hal, slot, crcs[slot]);
   slot_ = f::kSlots;
-  Entry entry{};
-  for (bool has = newest(hal, nullptr, entry); has; has = newest(hal, &entry, entry)) {
+  Entry entry{}, older{};
+  // Two of them: what is looked for must not change what it has to be older than.
+  for (bool has = newest(hal, nullptr, entry); has;
+       has = newest(hal, &entry, older), entry = older) {
     if (!is_whole[entry.slot] || crcs[entry.slot] != entry.table_crc) continue;
     // Whole and meant: what is wrong with it otherwise is for people to hear.
     slot_ = entry.slot;
