@@ -4,6 +4,7 @@
 
 #include "core/bytes.hpp"
 #include "core/crc32.hpp"
+#include "core/flash_crc.hpp"
 
 namespace chladni {
 
@@ -13,7 +14,7 @@ namespace f = config_format;
 using Record = std::array<uint8_t, f::kRecordBytes>;
 
 constexpr uint32_t kSectors = 2;
-// A record of a later minor version is longer; it is checked in pieces of this size.
+// A record of a later minor version may be longer, but not than this.
 constexpr uint32_t kMostBytes = 1024;
 
 struct Take {
@@ -27,34 +28,23 @@ struct Take {
     return true;
   }
   template <typename T, size_t kCount>
-  bool each(const uint8_t* at, int32_t low, int32_t high, std::array<T, kCount>& values) const {
+  bool operator()(const uint8_t* at, int32_t low, int32_t high,
+                  std::array<T, kCount>& values) const {
     for (size_t k = 0; k < kCount; ++k) {
       if (!(*this)(at + k * sizeof(T), low, high, values[k])) return false;
     }
     return true;
-  }
-  bool operator()(const uint8_t* at, int32_t low, int32_t high,
-                  std::array<uint8_t, 16>& values) const {
-    return each(at, low, high, values);
-  }
-  bool operator()(const uint8_t* at, int32_t low, int32_t high,
-                  std::array<uint16_t, 16>& values) const {
-    return each(at, low, high, values);
   }
 };
 
 struct Put {
   template <typename T>
   void operator()(uint8_t* at, const T& value) const {
-    for (uint32_t k = 0; k < sizeof(T); ++k) {
-      at[k] = static_cast<uint8_t>((static_cast<uint32_t>(value) >> (8U * k)) & 0xFFU);
-    }
+    put_word(at, static_cast<uint32_t>(value), sizeof(T));
   }
-  void operator()(uint8_t* at, const std::array<uint8_t, 16>& values) const {
-    for (uint32_t k = 0; k < 16; ++k) at[k] = values[k];
-  }
-  void operator()(uint8_t* at, const std::array<uint16_t, 16>& values) const {
-    for (uint32_t k = 0; k < 16; ++k) (*this)(at + 2U * k, values[k]);
+  template <typename T, size_t kCount>
+  void operator()(uint8_t* at, const std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) (*this)(at + k * sizeof(T), values[k]);
   }
 };
 
@@ -64,23 +54,12 @@ struct Found {
   Config config;
 };
 
-bool crc_is_right(const Hal& hal, uint32_t offset, uint32_t total) {
-  std::array<uint8_t, 64> piece{};
-  uint32_t running = kCrc32Start;
-  for (uint32_t done = 0; done < total - f::kCrcBytes;) {
-    const uint32_t left = total - f::kCrcBytes - done;
-    const uint32_t count = left < piece.size() ? left : static_cast<uint32_t>(piece.size());
-    if (!hal.read_flash(hal.context, FlashArea::kConfig, offset + done, piece.data(), count)) {
-      return false;
-    }
-    running = crc32_feed(running, piece.data(), count);
-    done += count;
-  }
-  if (!hal.read_flash(hal.context, FlashArea::kConfig, offset + total - f::kCrcBytes, piece.data(),
-                      f::kCrcBytes)) {
-    return false;
-  }
-  return word(piece.data(), 4) == (running ^ 0xFFFFFFFFU);
+// Bytes of a record that begins like one and has at most `most`; else 0.
+uint32_t total_of(const uint8_t* record, uint32_t most) {
+  const uint32_t total = read_u16(record + f::kAtTotalBytes);
+  const bool is_one =
+      read_u32(record + f::kAtMagic) == f::kMagic && record[f::kAtVersionMajor] == f::kVersionMajor;
+  return is_one && total >= f::kRecordBytes && total <= most ? total : 0U;
 }
 
 Found read_sector(const Hal& hal, uint32_t sector) {
@@ -95,11 +74,12 @@ Found read_sector(const Hal& hal, uint32_t sector) {
     found.status = ConfigStatus::kNone;
     return found;
   }
-  const uint32_t total = word(record.data() + f::kAtTotalBytes, 2);
-  if (word(record.data() + f::kAtMagic, 4) != f::kMagic) return found;
-  if (record[f::kAtVersionMajor] != f::kVersionMajor) return found;
-  if (total < f::kRecordBytes || total > kMostBytes) return found;
-  if (!crc_is_right(hal, offset, total)) return found;
+  const uint32_t total = total_of(record.data(), kMostBytes);
+  uint32_t crc = 0;
+  if (total == 0 ||
+      check_flash_crc(hal, FlashArea::kConfig, offset, total, crc) != FlashCrc::kRight) {
+    return found;
+  }
   if (!f::take_fields(record.data(), found.config, Take{})) return found;
   found.sequence = word(record.data() + f::kAtSequence, 4);
   found.status = ConfigStatus::kOk;
@@ -145,10 +125,8 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
 
 ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config) {
   if (bytes < f::kRecordBytes) return ConfigStatus::kDamaged;
-  const uint32_t total = word(record + f::kAtTotalBytes, 2);
-  if (word(record + f::kAtMagic, 4) != f::kMagic) return ConfigStatus::kDamaged;
-  if (record[f::kAtVersionMajor] != f::kVersionMajor) return ConfigStatus::kDamaged;
-  if (total < f::kRecordBytes || total > bytes) return ConfigStatus::kDamaged;
+  const uint32_t total = total_of(record, bytes);
+  if (total == 0) return ConfigStatus::kDamaged;
   const uint32_t covered = total - f::kCrcBytes;
   const uint32_t crc = crc32_feed(kCrc32Start, record, covered) ^ 0xFFFFFFFFU;
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;

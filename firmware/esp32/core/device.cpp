@@ -74,9 +74,9 @@ void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail
 void Device::stand(FaultCause cause, uint32_t detail) {
   note(cause, detail);
   faults_.raise(cause);
-  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  forget_touch();
   forget_host();
-  is_release_pending_ = synthesis_.output() != Output::kOff || !synthesis_.is_quiet();
+  is_release_pending_ = !synthesis_.is_quiet();
   go(DeviceEvent::kFaultArises);
 }
 
@@ -236,8 +236,10 @@ void Device::touch_up(uint32_t now_us) {
   is_drive_pending_ = true;
 }
 
+void Device::forget_touch() { is_drive_pending_ = is_start_pending_ = is_after_lift_ = false; }
+
 void Device::end_touch() {
-  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  forget_touch();
   is_release_pending_ = true;
   go(DeviceEvent::kTouchEnds);
   settle();
@@ -284,7 +286,7 @@ TableStatus Device::select_frequency(uint32_t frequency_mhz) {
 bool Device::update_begin() {
   if (state_ != DeviceState::kUpdating) {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
-    is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+    forget_touch();
     forget_host();
     is_release_pending_ = !synthesis_.is_quiet();
   }

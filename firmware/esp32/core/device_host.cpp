@@ -16,7 +16,7 @@ constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangl
 bool Device::stream_begin() {
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
-  is_drive_pending_ = is_start_pending_ = is_after_lift_ = false;
+  forget_touch();
   is_release_pending_ = true;
   is_raw_ = is_clear_pending_ = is_stream_pending_ = true;
   host_is_heard();

@@ -94,7 +94,6 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   max_on_samples_ = samples_in(settings.max_on_us, settings.pwm_bits);
   late_samples_ = samples_in(kMostLateUs, settings.pwm_bits);
   last_channel_ = settings.channels - 1U;
-  channels_end_ = channels_.data() + settings.channels;
   stream_.start(settings.channels);
   return true;
 }
@@ -231,16 +230,15 @@ Load Synthesis::load_of(const Command& command, uint32_t channel, uint32_t size_
   return {mean_q16, ((mean_q16 >> 1) * (mean_q16 >> 1) >> 14) + square_q16 / share};
 }
 
+Load Synthesis::load_now(uint32_t channel) const {
+  if (output() == Output::kOff) return {0, 0};
+  const Load& own = loads_[channel];
+  return ramp_ms_left_ > 0 ? larger(own, older_loads_[channel]) : own;
+}
+
 // While a drive goes over into the next, coils get no more than the larger of the two.
 void Synthesis::start_load_ramp(uint32_t ramp_us) {
-  const bool was_off = output() == Output::kOff;
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    if (was_off) {
-      older_loads_[k] = {0, 0};
-    } else {
-      older_loads_[k] = ramp_ms_left_ > 0 ? larger(loads_[k], older_loads_[k]) : loads_[k];
-    }
-  }
+  for (uint32_t k = 0; k < settings_.channels; ++k) older_loads_[k] = load_now(k);
   ramp_ms_left_ = ramp_us / 1000U + 2U;
 }
 
@@ -264,14 +262,8 @@ void Synthesis::announce() {
 }
 
 void Synthesis::take_loads(Loads& loads, uint32_t passed_ms) {
-  loads.fill({0, 0});
-  if (output() != Output::kOff) {
-    const bool is_ramping = ramp_ms_left_ > 0;
-    for (uint32_t k = 0; k < settings_.channels; ++k) {
-      loads[k] = is_ramping ? larger(loads_[k], older_loads_[k]) : loads_[k];
-    }
-    if (command_.kind == Kind::kStream) stream_.loads(loads);
-  }
+  for (uint32_t k = 0; k < settings_.channels; ++k) loads[k] = load_now(k);
+  if (command_.kind == Kind::kStream && output() != Output::kOff) stream_.loads(loads);
   ramp_ms_left_ -= passed_ms < ramp_ms_left_ ? passed_ms : ramp_ms_left_;
 }
 

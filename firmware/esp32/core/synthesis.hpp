@@ -199,6 +199,7 @@ class Synthesis {
   RampRate ramp_rate(uint32_t ramp_us) const;
   uint32_t fitting_level(const std::array<uint32_t, kMaxChannels>& sizes, uint32_t level_q15);
   void start_load_ramp(uint32_t ramp_us);
+  Load load_now(uint32_t channel) const;
   void announce();
   Load load_of(const Command& command, uint32_t channel, uint32_t size_q15) const;
   bool post(const Command& command);
@@ -251,7 +252,6 @@ class Synthesis {
   uint32_t phase_step_u32_ = 0;
   Shaper shaper_{20, (1 << 20) - 1, 0};
   uint32_t last_channel_ = 0;
-  Channel* channels_end_ = nullptr;
   std::array<uint32_t, kMaxChannels> duties_{};
   std::array<Channel, kMaxChannels> channels_{};
   // And what only some need.

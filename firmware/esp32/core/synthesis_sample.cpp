@@ -63,7 +63,7 @@ void Synthesis::like(Wave wave_q15) {
   const uint32_t phase_now = phase_u32_;
   const int32_t left = ramp_left_;
   uint32_t* duty = duties_.data();
-  Channel* const end = channels_end_;
+  Channel* const end = channels_.data() + last_channel_ + 1;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
     int32_t amplitude = channel->first, wanted = channel->bias;
     uint32_t phase = phase_now + static_cast<uint32_t>(channel->second);

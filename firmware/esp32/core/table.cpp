@@ -1,7 +1,7 @@
 #include "core/table.hpp"
 
 #include "core/bytes.hpp"
-#include "core/crc32.hpp"
+#include "core/flash_crc.hpp"
 
 namespace chladni {
 
@@ -9,7 +9,6 @@ namespace {
 
 namespace f = table_format;
 
-constexpr uint32_t kChunkBytes = 256;
 // Ends a list of channels. An Xtensa compares with 16 at no cost, and with few other numbers.
 constexpr uint8_t kNobody = 16;
 static_assert(kNobody >= f::kMaxActuators, "a channel's number");
@@ -144,8 +143,11 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   if (!in_range(total_bytes_, f::kHeaderBytes + f::kSectionBytes + f::kCrcBytes, f::kLargestFile)) {
     return TableStatus::kBadSize;
   }
-  const TableStatus status = check_crc(hal);
-  if (status != TableStatus::kOk) return status;
+  switch (check_flash_crc(hal, FlashArea::kTables, base_, total_bytes_, crc_)) {
+    case FlashCrc::kRight: break;
+    case FlashCrc::kWrong: return TableStatus::kBadCrc;
+    case FlashCrc::kReadFailed: return TableStatus::kReadFailed;
+  }
   static_assert(f::kAtBoardName == f::kAtBoardFingerprint + 8, "one stretch of bytes");
   for (uint32_t k = 0; k < kIdentityBytes; ++k) identity_[k] = h[f::kAtBoardFingerprint + k];
   header_bytes_ = read_u16(h + f::kAtHeaderBytes);
@@ -168,25 +170,6 @@ TableStatus Table::check(const Hal& hal, uint32_t channels) {
   if (actuators_ != channels) return TableStatus::kWrongActuators;
   sections_ = sections;
   return TableStatus::kOk;
-}
-
-TableStatus Table::check_crc(const Hal& hal) {
-  std::array<uint8_t, kChunkBytes> chunk{};
-  uint32_t running = kCrc32Start;
-  const uint32_t covered = total_bytes_ - f::kCrcBytes;
-  for (uint32_t done = 0; done < covered;) {
-    const uint32_t count = covered - done < kChunkBytes ? covered - done : kChunkBytes;
-    if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + done, chunk.data(), count))
-      return TableStatus::kReadFailed;
-    running = crc32_feed(running, chunk.data(), count);
-    done += count;
-  }
-  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + covered, chunk.data(),
-                      f::kCrcBytes)) {
-    return TableStatus::kReadFailed;
-  }
-  crc_ = running ^ 0xFFFFFFFFU;
-  return read_u32(chunk.data()) == crc_ ? TableStatus::kOk : TableStatus::kBadCrc;
 }
 
 bool Table::take_header(const uint8_t* h) {

@@ -81,7 +81,6 @@ class Table {
   };
 
   TableStatus check(const Hal& hal, uint32_t channels);
-  TableStatus check_crc(const Hal& hal);
   bool take_header(const uint8_t* header);
   TableStatus decode(const Hal& hal, uint32_t section);
   static uint32_t position(const Axis& axis, uint32_t offset_um);

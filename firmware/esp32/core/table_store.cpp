@@ -2,6 +2,7 @@
 
 #include "core/bytes.hpp"
 #include "core/crc32.hpp"
+#include "core/flash_crc.hpp"
 
 namespace chladni {
 
@@ -10,7 +11,6 @@ namespace {
 namespace f = store_format;
 
 constexpr uint32_t kEntriesPerSector = kSectorBytes / f::kEntryBytes;
-constexpr uint32_t kChunkBytes = 64;
 
 bool read(const Hal& hal, uint32_t offset, uint8_t* bytes, uint32_t count) {
   return hal.read_flash(hal.context, FlashArea::kTables, offset, bytes, count);
@@ -64,22 +64,12 @@ bool TableStore::newest(const Hal& hal, const Entry* limit, Entry& entry) {
 bool TableStore::crc_of(const Hal& hal, uint32_t slot, uint32_t& crc) {
   namespace t = table_format;
   const uint32_t base = slot * f::kSlotBytes;
-  std::array<uint8_t, kChunkBytes> chunk{};
-  if (!read(hal, base, chunk.data(), t::kAtTotalBytes + 4U)) return false;
-  const uint32_t total = read_u32(&chunk[t::kAtTotalBytes]);
-  if (read_u32(&chunk[t::kAtMagic]) != t::kMagic) return false;
+  std::array<uint8_t, t::kAtTotalBytes + 4U> head{};
+  if (!read(hal, base, head.data(), head.size())) return false;
+  const uint32_t total = read_u32(&head[t::kAtTotalBytes]);
+  if (read_u32(&head[t::kAtMagic]) != t::kMagic) return false;
   if (total < t::kHeaderBytes + t::kCrcBytes || total > f::kSlotBytes) return false;
-  uint32_t running = kCrc32Start;
-  for (uint32_t done = 0; done < total - t::kCrcBytes;) {
-    const uint32_t left = total - t::kCrcBytes - done;
-    const uint32_t count = left < kChunkBytes ? left : kChunkBytes;
-    if (!read(hal, base + done, chunk.data(), count)) return false;
-    running = crc32_feed(running, chunk.data(), count);
-    done += count;
-  }
-  if (!read(hal, base + total - t::kCrcBytes, chunk.data(), t::kCrcBytes)) return false;
-  crc = running ^ 0xFFFFFFFFU;
-  return read_u32(chunk.data()) == crc;
+  return check_flash_crc(hal, FlashArea::kTables, base, total, crc) == FlashCrc::kRight;
 }
 
 TableStatus TableStore::load(const Hal& hal, Table& table, uint32_t channels) {
@@ -142,8 +132,6 @@ StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) 
       status = StoreStatus::kFlashFailed;
     }
   }
-  // In any case what plays is what the next start would play.
-  load(hal, table, channels);
   return status;
 }
 
@@ -153,12 +141,9 @@ StoreStatus TableStore::restore_other(const Hal& hal, Table& table, uint32_t cha
   is_updating_ = false;
   if (slot_ >= f::kSlots || !crc_of(hal, other, crc)) return StoreStatus::kNoOther;
   if (table.load(hal, channels, other * f::kSlotBytes) != TableStatus::kOk) {
-    load(hal, table, channels);
     return StoreStatus::kRefused;
   }
-  const bool is_kept = append(hal, other, crc);
-  load(hal, table, channels);
-  return is_kept ? StoreStatus::kOk : StoreStatus::kFlashFailed;
+  return append(hal, other, crc) ? StoreStatus::kOk : StoreStatus::kFlashFailed;
 }
 
 // The first cell behind everything that was ever written to a sector, torn or not.

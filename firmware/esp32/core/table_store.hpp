@@ -35,8 +35,9 @@ class TableStore {
   // The slot of what was loaded last; kSlots if nothing was.
   uint32_t slot() const { return slot_; }
 
-  // An update of so many bytes that end in `table_crc`, in order, and its end. `commit` loads the
-  // new table if it is whole, else the old one again. A cut in between costs the update only.
+  // An update of so many bytes that end in `table_crc`, in order, and its end. A cut in between
+  // costs the update only. `commit` and `restore_other` try a table out in `table`: whatever they
+  // answer, `load` comes next, and gives what a start would.
   StoreStatus begin(const Hal& hal, uint32_t total_bytes, uint32_t table_crc);
   StoreStatus write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count);
   StoreStatus commit(const Hal& hal, Table& table, uint32_t channels);
