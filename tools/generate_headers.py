@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from link_texts import link_header, link_page
+from link_texts import link_header, link_page, network_header
 
 from chladni.host import device_config, flash_layout
 from chladni.tables import coding, layout, regions
@@ -228,6 +228,7 @@ HEADERS: dict[str, Callable[[], str]] = {
     "config_format.hpp": config_header,
     "store_format.hpp": store_header,
     "link_format.hpp": link_header,
+    "network_format.hpp": network_header,
     "../../../../docs/link-protocol.md": link_page,
     "sine_table.hpp": sine_header,
 }

@@ -10,6 +10,7 @@
 #include "core/faults.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
+#include "core/network.hpp"
 #include "core/synthesis.hpp"
 #include "core/table.hpp"
 #include "core/table_store.hpp"
@@ -22,6 +23,16 @@ constexpr uint32_t kDefaultFrequencyMhz = 160000;
 constexpr uint32_t kDefaultRampUs = 4000;
 constexpr uint32_t kDefaultTimeoutUs = 100000;
 constexpr uint32_t kDefaultMaxOnUs = 10000000;
+
+// Of the network, for whoever asks; kept by datagrams.cpp and, for the address, by the chip.
+struct NetworkState {
+  bool is_on = false;
+  uint16_t port = 0;
+  uint32_t address = 0;  // IPv4, its first byte lowest; 0 for none
+  uint32_t accepted = 0;
+  uint32_t rejected = 0;
+  std::array<char, network_format::kSsidBytes + 1> ssid{};
+};
 
 class Device {
  public:
@@ -62,6 +73,11 @@ class Device {
   // Kept for the next start. Only while `is_quiet`: flash is written.
   bool is_quiet() const { return synthesis_.is_quiet(); }
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
+  // The same for a record that `parse_network` takes, or none.
+  bool set_network(const uint8_t* record, uint32_t size) const {
+    return save_network(hal_, record, size);
+  }
+  NetworkState& network() { return network_; }
   void restart() const { hal_.restart(hal_.context); }
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   // Since start.
@@ -146,6 +162,7 @@ class Device {
   uint32_t uptime_ms_ = 0;
   uint32_t ticked_us_ = 0;
   uint32_t update_ms_ = 0;  // when an update was last heard of
+  NetworkState network_;
   TableStore store_;
   Table table_;
   Synthesis synthesis_;

@@ -23,7 +23,8 @@ enum class BusStatus : uint8_t {
 
 enum class FlashArea : uint8_t {
   kTables,
-  kConfig,  // two sectors
+  kConfig,   // two sectors
+  kNetwork,  // one
 };
 
 constexpr uint32_t kSectorBytes = 4096;
@@ -61,6 +62,14 @@ struct Hal {
 
   // Bytes to the host; they may wait for the wire.
   void (*send)(void* context, const uint8_t* bytes, uint32_t count);
+
+  // One datagram to whoever sent the one that is being handled.
+  void (*send_datagram)(void* context, const uint8_t* bytes, uint32_t count);
+  // HMAC-SHA-256 under a key of 32 bytes, 32 bytes long; false if there is no way to make one.
+  bool (*hmac_sha256)(void* context, const uint8_t* key, const uint8_t* bytes, uint32_t count,
+                      uint8_t* mac);
+  // A number that nobody can foretell.
+  uint32_t (*random)(void* context);
 
   // Start anew; outputs are off when it is called.
   void (*restart)(void* context);

@@ -59,7 +59,8 @@ void check(const Hardware& hardware) {
 Flash& area(Emulator& self, const std::string& name) {
   if (name == "tables") return self.tables();
   if (name == "config") return self.config();
-  throw nb::value_error("area: tables or config");
+  if (name == "network") return self.network();
+  throw nb::value_error("area: tables, config or network");
 }
 
 using Duties = nb::ndarray<nb::numpy, uint16_t, nb::ndim<2>>;
@@ -210,6 +211,7 @@ void bind_flash(nb::class_<Emulator>& emulator) {
            [](Emulator& self) {
              self.tables().restore_power();
              self.config().restore_power();
+             self.network().restore_power();
            })
       .def(
           "let_flash_lie",
@@ -257,6 +259,10 @@ void bind_state(nb::class_<Emulator>& emulator) {
       .def_prop_ro("faults", &faults, "(cause, detail, milliseconds since start), oldest first.")
       .def_prop_ro("missed_samples", [](Emulator& s) { return s.device().synthesis().missed(); })
       .def_prop_ro("limited_drives", [](Emulator& s) { return s.device().synthesis().limited(); })
+      .def_prop_ro("network_port",
+                   [](Emulator& s) {
+                     return s.device().network().is_on ? s.device().network().port : uint16_t{0};
+                   })
       .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().heat().supply_ma(); })
       .def_prop_ro("stream_filled", [](Emulator& s) { return s.device().stream().filled(); })
       .def_prop_ro("stream_drift", [](Emulator& s) { return s.device().stream().drift(); })
@@ -340,6 +346,32 @@ NB_MODULE(_emulator, m) {
             return nb::bytes(bytes.data(), bytes.size());
           },
           "Bytes that have come from the device by now.")
+      .def(
+          "udp_write",
+          [](Emulator& self, nb::bytes data, uint32_t peer) {
+            self.udp_write({peer, {data.c_str(), data.size()}});
+          },
+          nb::arg("data"), nb::arg("peer") = 0, "A datagram to the device, from a peer.")
+      .def(
+          "udp_read",
+          [](Emulator& self) {
+            std::vector<std::pair<uint32_t, nb::bytes>> sent;
+            for (const chladni::emulator::Datagram& one : self.udp_read()) {
+              sent.emplace_back(one.peer, nb::bytes(one.bytes.data(), one.bytes.size()));
+            }
+            return sent;
+          },
+          "Datagrams that the device has sent, and to whom.")
+      .def(
+          "set_hmac",
+          [](Emulator& self, nb::callable hmac) {
+            self.set_hmac([hmac](const std::string& key, const std::string& bytes) {
+              const auto made = nb::cast<nb::bytes>(
+                  hmac(nb::bytes(key.data(), key.size()), nb::bytes(bytes.data(), bytes.size())));
+              return std::string(made.c_str(), made.size());
+            });
+          },
+          nb::arg("hmac"), "How the device makes HMAC-SHA-256: of (key, bytes).")
       .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
       .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
       .def("stream_push", &stream_push, nb::arg("frames"))

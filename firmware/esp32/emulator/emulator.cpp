@@ -7,9 +7,10 @@ namespace chladni::emulator {
 namespace {
 
 constexpr uint64_t kTurnUs = 1000;
-constexpr uint32_t kConfigSectors = 2;
-constexpr size_t kReceiveBytes = 4096;  // as chip/console.cpp
-constexpr uint64_t kRunSlackUs = 100;   // more than a carrier period
+constexpr uint32_t kConfigSectors = 2, kNetworkSectors = 1;
+constexpr uint32_t kLoopback = 0x0100007F;  // 127.0.0.1
+constexpr size_t kReceiveBytes = 4096;      // as chip/console.cpp
+constexpr uint64_t kRunSlackUs = 100;       // more than a carrier period
 // Start, stop and an acknowledge per byte.
 constexpr double kBitsPerByte = 9.0, kFrameBits = 2.0;
 
@@ -19,6 +20,7 @@ Emulator::Emulator(const Hardware& hardware)
     : hardware_(hardware),
       tables_(hardware.table_sectors),
       config_(kConfigSectors),
+      network_(kNetworkSectors),
       random_(hardware.seed * 2654435761U + 1U) {}
 
 uint64_t Emulator::in_periods(double microseconds) const {
@@ -62,25 +64,40 @@ Hal Emulator::hal() {
   };
   hal.read_flash = [](void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
                       uint32_t count) {
-    const Emulator& self = from(context);
-    return (area == FlashArea::kTables ? self.tables_ : self.config_).read(offset, bytes, count);
+    return from(context).area(area).read(offset, bytes, count);
   };
   hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {
     Emulator& self = from(context);
-    self.note((area == FlashArea::kTables ? self.tables_ : self.config_).erase_sector(offset));
+    self.note(self.area(area).erase_sector(offset));
     self.advance(self.hardware_.erase_us);
     return true;
   };
   hal.program_flash = [](void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,
                          uint32_t count) {
     Emulator& self = from(context);
-    self.note(
-        (area == FlashArea::kTables ? self.tables_ : self.config_).program(offset, bytes, count));
+    self.note(self.area(area).program(offset, bytes, count));
     self.advance(self.hardware_.program_us * count);
     return true;
   };
   hal.send = [](void* context, const uint8_t* bytes, uint32_t count) {
-    from(context).transmit(bytes, count);
+    Emulator& self = from(context);
+    self.put_on(self.from_device_, bytes, count);
+  };
+  hal.send_datagram = [](void* context, const uint8_t* bytes, uint32_t count) {
+    Emulator& self = from(context);
+    self.datagrams_out_.push_back({self.peer_, std::string(bytes, bytes + count)});
+  };
+  hal.hmac_sha256 = [](void* context, const uint8_t* key, const uint8_t* bytes, uint32_t count,
+                       uint8_t* mac) {
+    const Emulator& self = from(context);
+    if (!self.hmac_) return false;
+    const std::string made =
+        self.hmac_(std::string(key, key + network_format::kKeyBytes), {bytes, bytes + count});
+    for (size_t k = 0; k < 32; ++k) mac[k] = static_cast<uint8_t>(made.at(k));
+    return true;
+  };
+  hal.random = [](void* context) {
+    return static_cast<uint32_t>(from(context).random() * 4294967296.0);
   };
   hal.restart = [](void* context) { from(context).must_restart_ = true; };
   hal.reset_cause = [](void* context) { return from(context).reset_cause_; };
@@ -88,7 +105,7 @@ Hal Emulator::hal() {
     Emulator& self = from(context);
     self.printed_.emplace_back(line);
     const std::string text = self.printed_.back() + "\r\n";
-    self.transmit(reinterpret_cast<const uint8_t*>(text.data()), text.size());
+    self.put_on(self.from_device_, reinterpret_cast<const uint8_t*>(text.data()), text.size());
   };
   return hal;
 }
@@ -103,10 +120,15 @@ void Emulator::boot(ResetCause cause) {
   new (&device_) Device();
   link_.~Link();
   new (&link_) Link(device_);
+  datagrams_.~Datagrams();
+  new (&datagrams_) Datagrams(device_);
   to_device_.clear();
+  datagrams_in_.clear();
   must_restart_ = false;
   is_booted_ = false;  // no samples before the outputs are set up
   device_.start(hal());
+  datagrams_.start(hal());
+  if (device_.network().is_on) device_.network().address = kLoopback;
   const Config& config = device_.config();
   if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits()) {
     begun_ns_ = now_ns();
@@ -206,6 +228,7 @@ void Emulator::turn_main_loop() {
   while (next_turn_us_ <= now) next_turn_us_ += kTurnUs;
   if (!is_main_loop_hung_) {
     receive();
+    receive_datagrams();
     device_.poll();
     if (must_restart_) restart(ResetCause::kSoftware);
   } else if (static_cast<double>(now - hung_since_us_) >= hardware_.watchdog_us) {
@@ -213,14 +236,19 @@ void Emulator::turn_main_loop() {
   }
 }
 
-void Emulator::uart_write(const std::string& bytes) {
+// One byte after another, behind those that are still on their way.
+void Emulator::put_on(Wire& wire, const uint8_t* bytes, size_t count) const {
   const double per_byte_us = 10e6 / hardware_.baud;
   double at_us = static_cast<double>(now_us());
-  if (!to_device_.empty() && to_device_.back().at_us > at_us) at_us = to_device_.back().at_us;
-  for (const char byte : bytes) {
+  if (!wire.empty() && wire.back().at_us > at_us) at_us = wire.back().at_us;
+  for (size_t k = 0; k < count; ++k) {
     at_us += per_byte_us;
-    to_device_.push_back({at_us, static_cast<uint8_t>(byte)});
+    wire.push_back({at_us, bytes[k]});
   }
+}
+
+void Emulator::uart_write(const std::string& bytes) {
+  put_on(to_device_, reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
 }
 
 std::string Emulator::uart_read() {
@@ -233,16 +261,6 @@ std::string Emulator::uart_read() {
   return bytes;
 }
 
-void Emulator::transmit(const uint8_t* bytes, size_t count) {
-  const double per_byte_us = 10e6 / hardware_.baud;
-  double at_us = static_cast<double>(now_us());
-  if (!from_device_.empty() && from_device_.back().at_us > at_us) at_us = from_device_.back().at_us;
-  for (size_t k = 0; k < count; ++k) {
-    at_us += per_byte_us;
-    from_device_.push_back({at_us, bytes[k]});
-  }
-}
-
 // What has arrived since the last turn; more than the driver's buffer holds is lost.
 void Emulator::receive() {
   const auto now = static_cast<double>(now_us());
@@ -252,6 +270,31 @@ void Emulator::receive() {
     to_device_.pop_front();
   }
   if (!arrived.empty()) link_.receive(arrived.data(), static_cast<uint32_t>(arrived.size()));
+}
+
+void Emulator::receive_datagrams() {
+  while (!datagrams_in_.empty()) {
+    const Datagram datagram = datagrams_in_.front();
+    datagrams_in_.pop_front();
+    peer_ = datagram.peer;
+    datagrams_.receive(reinterpret_cast<const uint8_t*>(datagram.bytes.data()),
+                       static_cast<uint32_t>(datagram.bytes.size()));
+  }
+}
+
+std::vector<Datagram> Emulator::udp_read() {
+  std::vector<Datagram> sent;
+  sent.swap(datagrams_out_);
+  return sent;
+}
+
+Flash& Emulator::area(FlashArea area) {
+  switch (area) {
+    case FlashArea::kTables: return tables_;
+    case FlashArea::kConfig: return config_;
+    case FlashArea::kNetwork: break;
+  }
+  return network_;
 }
 
 void Emulator::run_us(uint64_t microseconds) {

@@ -8,9 +8,11 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "core/datagrams.hpp"
 #include "core/link.hpp"
 #include "emulator/flash.hpp"
 #include "emulator/panels.hpp"
@@ -42,6 +44,15 @@ struct Hardware {
   uint32_t seed = 1;
 };
 
+// A datagram and the peer it comes from or goes to; the emulator only hands the number back.
+struct Datagram {
+  uint32_t peer;
+  std::string bytes;
+};
+
+// HMAC-SHA-256 of bytes under a key, of some library's.
+using Hmac = std::function<std::string(const std::string& key, const std::string& bytes)>;
+
 class Emulator {
  public:
   explicit Emulator(const Hardware& hardware);
@@ -65,11 +76,17 @@ class Emulator {
   // from it by now.
   void uart_write(const std::string& bytes);
   std::string uart_read();
+  // Datagrams to the device, taken at the main loop's next turn; and what it has sent.
+  void udp_write(const Datagram& datagram) { datagrams_in_.push_back(datagram); }
+  std::vector<Datagram> udp_read();
+  // Without it the device makes no MAC, and stays off the network.
+  void set_hmac(Hmac hmac) { hmac_ = std::move(hmac); }
   // Let the firmware keep a configuration.
   ConfigStatus save(const Config& config) { return save_config(hal(), config); }
 
   Flash& tables() { return tables_; }
   Flash& config() { return config_; }
+  Flash& network() { return network_; }
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
   Device& device() { return device_; }
@@ -97,7 +114,8 @@ class Emulator {
   void move_fingers();
   void turn_main_loop();
   void receive();
-  void transmit(const uint8_t* bytes, size_t count);
+  void receive_datagrams();
+  Flash& area(FlashArea area);
   double random();
   void note(const std::string& fault) {
     if (fault_.empty()) fault_ = fault;
@@ -106,10 +124,13 @@ class Emulator {
   Hardware hardware_;
   Flash tables_;
   Flash config_;
+  Flash network_;
   Pwm pwm_{1, 10};
   Panel panel_;
   Device device_;
   Link link_{device_};
+  Datagrams datagrams_{device_};
+  Hmac hmac_;
   bool is_booted_ = false;
   ResetCause reset_cause_ = ResetCause::kPowerOn;
   uint64_t period_ = 0;
@@ -134,8 +155,13 @@ class Emulator {
     double at_us;
     uint8_t byte;
   };
-  std::deque<WireByte> to_device_;
-  std::deque<WireByte> from_device_;
+  using Wire = std::deque<WireByte>;
+  void put_on(Wire& wire, const uint8_t* bytes, size_t count) const;
+  Wire to_device_;
+  Wire from_device_;
+  std::deque<Datagram> datagrams_in_;
+  std::vector<Datagram> datagrams_out_;
+  uint32_t peer_ = 0;  // of the datagram that is being handled
   bool must_restart_ = false;
   uint32_t random_;
   std::string fault_;

@@ -13,13 +13,12 @@ namespace chladni::fuzz {
 
 struct Board {
   std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kPartitionBytes, 0xFF);
-  std::array<uint8_t, 2 * kSectorBytes> config{};
+  std::vector<uint8_t> config = std::vector<uint8_t>(2 * kSectorBytes, 0xFF);
+  std::vector<uint8_t> network = std::vector<uint8_t>(kSectorBytes, 0xFF);
   uint32_t now_us = 0;
   // What the panel's bus reads, over and over.
   const uint8_t* bus = nullptr;
   size_t bus_size = 0, bus_at = 0;
-
-  Board() { config.fill(0xFF); }
 
   uint8_t next() { return bus_size == 0 ? uint8_t{0} : bus[bus_at++ % bus_size]; }
 };
@@ -27,9 +26,11 @@ struct Board {
 inline Board& board_of(void* context) { return *static_cast<Board*>(context); }
 
 inline uint8_t* area_of(Board& board, FlashArea area, uint32_t& size) {
-  size = area == FlashArea::kTables ? static_cast<uint32_t>(board.tables.size())
-                                    : static_cast<uint32_t>(board.config.size());
-  return area == FlashArea::kTables ? board.tables.data() : board.config.data();
+  std::vector<uint8_t>* own = &board.tables;
+  if (area == FlashArea::kConfig) own = &board.config;
+  if (area == FlashArea::kNetwork) own = &board.network;
+  size = static_cast<uint32_t>(own->size());
+  return own->data();
 }
 
 inline Hal make_hal(Board& board) {
@@ -70,6 +71,13 @@ inline Hal make_hal(Board& board) {
     return true;
   };
   hal.send = [](void*, const uint8_t*, uint32_t) {};
+  hal.send_datagram = [](void*, const uint8_t*, uint32_t) {};
+  // A MAC that a fuzzer hits: of zeros.
+  hal.hmac_sha256 = [](void*, const uint8_t*, const uint8_t*, uint32_t, uint8_t* mac) {
+    std::memset(mac, 0, 32);
+    return true;
+  };
+  hal.random = [](void*) { return 7U; };
   hal.restart = [](void*) {};
   hal.reset_cause = [](void*) { return ResetCause::kPowerOn; };
   hal.print = [](void*, const char*) {};

@@ -21,6 +21,7 @@ from chladni.host.console import (
 from chladni.host.emulator import LEVEL, Emulator, TouchEvent
 from chladni.host.figures import save
 from chladni.host.loop import board_of, run_loop
+from chladni.host.network_format import DEFAULT_PORT, NetworkSettings, read_key
 from chladni.host.options import (
     BoardArgument,
     FigureOption,
@@ -41,7 +42,6 @@ from chladni.tables.format import read_table
 from chladni.tables.methods import SEED
 from chladni.tables.scorecard import score
 from chladni.tables.solve import Solution, check_request, solve
-from chladni.tables.table import Table
 
 app = typer.Typer(
     help="Put a vibration where a finger is.", no_args_is_help=True, add_completion=False,
@@ -160,6 +160,10 @@ def emulate(
     serial: Annotated[
         bool, typer.Option("--serial", help="Offer the device on a pseudo-terminal instead.")
     ] = False,
+    key: Annotated[
+        Path | None, typer.Option(help="With --serial: on UDP too, at 127.0.0.1, under this key.")
+    ] = None,
+    udp_port: Annotated[int, typer.Option(help="Where, with --key.")] = DEFAULT_PORT,
     lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
@@ -172,7 +176,11 @@ def emulate(
     if not 0.0 < level <= 1.0:
         raise InputError("--level", level, "a share of full amplitude from 0 to 1")
     if serial:
-        _serve(read_table(table), board, str(table), ms, level)
+        network = None
+        if key is not None:
+            network = NetworkSettings("emulated", "", read_key(key), udp_port)
+        owner = board_of(loaded := read_table(table), board, file=str(table))
+        _serve(Emulator(owner, loaded, level=level, network=network), ms)
         return
     for option, value in (("--touch", touch), ("--ms", ms), ("-o", output)):
         if value is None:
@@ -201,10 +209,9 @@ def emulate(
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _serve(table: Table, board: str | None, file: str, ms: float | None, level: float) -> None:
+def _serve(emulator: Emulator, ms: float | None) -> None:
     """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
-    owner = board_of(table, board, file=file)
-    terminal = Terminal(Emulator(owner, table, level=level))
+    terminal = Terminal(emulator)
     sys.stdout.write(terminal.port + "\n")
     sys.stdout.flush()
     end = None if ms is None else time.monotonic() + ms / 1e3

@@ -21,6 +21,7 @@ from chladni.host.link_protocol import (
     WINDOW,
     Status,
 )
+from chladni.host.network_format import NetworkSettings, pack_network
 from chladni.host.wire import Wire
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
@@ -35,6 +36,7 @@ TABLE_STATUS = (
     "contradict each other", "damaged", "a header field out of range", "a stream that is no drives",
     "too large for the device", "made for another number of channels", "no such frequency",
 )  # fmt: skip
+NETWORK_STATES = ("off", "not on the network", "on")
 CONFIG_STATUS = ("ok", "defaults", "damaged: defaults", "unreadable: defaults", "not written")
 CAUSES = (
     "reset", "no table", "table refused", "configuration refused", "panel missing", "panel fails",
@@ -152,6 +154,19 @@ class Device:
     def set_config(self, config: DeviceConfig) -> None:
         """Keep a configuration; it is in force from the next start."""
         self.link.request("config_set", pack_config(config))
+
+    def network(self) -> dict[str, Any]:
+        """Whether it can be reached over a network, and how."""
+        found = self.link.request("network_get").fields
+        return found | {
+            "state": NETWORK_STATES[found["state"]],
+            "ssid": found["ssid"].rstrip(b"\0").decode("utf-8", "replace"),
+            "address": ".".join(map(str, found["address"].to_bytes(4, "little"))),
+        }
+
+    def set_network(self, settings: NetworkSettings | None) -> None:
+        """Let it onto a network, or none, from the next start; over a wire only."""
+        self.link.request("network_set", b"" if settings is None else pack_network(settings))
 
     def restart(self) -> None:
         """Start the device anew."""

@@ -8,29 +8,26 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 from serial.tools import list_ports
 
 from chladni.host.console import answer, parse_place, progress_bar
 from chladni.host.device import Device
 from chladni.host.device_config import SETTINGS, WAVEFORMS, DeviceConfig
-from chladni.host.emulator import Emulator
 from chladni.host.link import LinkError
+from chladni.host.network_command import network
 from chladni.host.options import JsonOption
-from chladni.host.wire import BAUD, EmulatorWire, SerialWire, Wire
-from chladni.sim.board_file import load_board
+from chladni.host.reach import Reach, reaching
+from chladni.host.stream_sources import (
+    frame_rate_hz,
+    load_script,
+    parse_drive,
+    read_duties,
+    scripted_duties,
+)
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack, read_table
 
-PortOption = Annotated[str | None, typer.Option(help="Serial port of the device.")]
-BaudOption = Annotated[int, typer.Option(help="Bits per second.")]
-EmulatorOption = Annotated[bool, typer.Option("--emulator", help="An emulated device instead.")]
-BoardOption = Annotated[str, typer.Option(help="The emulated device's board.")]
-TableOption = Annotated[
-    Path | None, typer.Option("--table", help="What the emulated device has in flash.")
-]
 REPEAT_S = 0.05
 SELF_TEST_S = 0.6
 SELF_TEST_GAIN = 0.5
@@ -41,30 +38,13 @@ device_app = typer.Typer(help="Ask a device and tell it what to do.", no_args_is
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("flash")(flash)
+    device_app.command("network")(network)
     app.add_typer(device_app, name="device")
 
 
-def open_wire(
-    port: str | None, emulator: bool, baud: int, board: str, table: Path | None = None
-) -> Wire:
-    """The wire that the options name.
-
-    Raises
-    ------
-    InputError
-        Both or neither of --port and --emulator.
-    WireError
-        The port cannot be opened.
-    """
-    if emulator == (port is not None):
-        raise InputError("--port, --emulator", port or "neither", "one of the two")
-    if port is not None:
-        return SerialWire(port, baud=baud)
-    data = pack(read_table(table)) if table else None
-    return EmulatorWire(Emulator(load_board(board), data, must_play=False))
-
-
+@reaching
 def flash(
+    reach: Reach,
     table: Annotated[
         Path | None, typer.Argument(metavar="TABLE", help="Table file (.chl).")
     ] = None,
@@ -77,20 +57,16 @@ def flash(
     firmware: Annotated[
         Path | None, typer.Option("--firmware", help="The firmware itself, through the loader.")
     ] = None,
-    port: PortOption = None,
-    emulator: EmulatorOption = False,
-    baud: BaudOption = BAUD,
-    board: BoardOption = "prototype",
     as_json: JsonOption = False,
 ) -> None:
     """Write a table to a device; until it is whole the old one stays."""
     if sum((previous, table is not None, firmware is not None)) != 1:
         raise InputError("TABLE, --previous, --firmware", str(table), "one of the three")
     if rom or firmware is not None:
-        _flash_by_rom(table, firmware, port, baud, as_json=as_json)
+        _flash_by_rom(reach, table, firmware, as_json=as_json)
         return
     loaded = None if table is None else read_table(table)
-    with Device(open_wire(port, emulator, baud, board)) as device:
+    with reach.device() as device:
         if loaded is None:
             slot = device.previous()
             result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
@@ -104,32 +80,33 @@ def flash(
 
 
 def _flash_by_rom(
-    table: Path | None, firmware: Path | None, port: str | None, baud: int, *, as_json: bool
+    reach: Reach, table: Path | None, firmware: Path | None, *, as_json: bool
 ) -> None:
     from chladni.host import rom  # noqa: PLC0415  (esptool takes a second to load)
 
-    if port is None:
+    if reach.port is None:
         raise InputError("--port", "nothing", "the port of the device")
     begun = time.monotonic()
     if firmware is not None:
         if not firmware.is_file():
             raise InputError("--firmware", str(firmware), "a readable file")
-        result = rom.flash_firmware(port, baud, firmware)
+        result = rom.flash_firmware(reach.port, reach.baud, firmware)
     else:
         if table is None:
             raise InputError("--rom", "no table", "a table: going back needs a running device")
-        result = rom.flash_table(port, baud, pack(read_table(table)))
+        result = rom.flash_table(reach.port, reach.baud, pack(read_table(table)))
     result["seconds"] = time.monotonic() - begun
     answer(result, as_json=as_json, title=f"{firmware or table} is written")
 
 
 @device_app.command("info")
+@reaching
 def info(
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype", table: TableOption = None, as_json: JsonOption = False,
+    reach: Reach,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """State, table, heat and faults."""
-    with Device(open_wire(port, emulator, baud, board, table)) as device:
+    with reach.device() as device:
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
@@ -137,17 +114,18 @@ def info(
 
 
 @device_app.command("touch", context_settings={"ignore_unknown_options": True})
+@reaching
 def touch(
+    reach: Reach,
     place: Annotated[str, typer.Argument(metavar="X,Y", help="Place in mm.")],
     seconds: Annotated[float, typer.Option(help="How long the finger stays.")] = 1.0,
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype", table: TableOption = None, as_json: JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Play a place for a while, as a finger would."""
     x, y = parse_place(place, "X,Y")
     if not 0.0 < seconds <= 60.0:
         raise InputError("--seconds", seconds, "more than 0, at most 60")
-    with Device(open_wire(port, emulator, baud, board, table)) as device:
+    with reach.device() as device:
         device.touch(x, y)
         _wait(device, seconds)
         state = device.info()["state"]
@@ -158,74 +136,66 @@ def touch(
 
 
 @device_app.command("stream")
+@reaching
 def stream(
+    reach: Reach,
     drive: Annotated[
         str | None, typer.Argument(help="Gain@degrees per channel: 1@0,0.5@90,…")
     ] = None,
     csv: Annotated[
         Path | None, typer.Option("--csv", help="Duties instead, 0 to 1: a row per frame.")
     ] = None,
+    script: Annotated[
+        Path | None,
+        typer.Option("--script", help="A Python file with duties(t): times in s to duties."),
+    ] = None,
     frequency: Annotated[float, typer.Option(help="Hz.")] = 160.0,
     waveform: Annotated[str, typer.Option(help="sine, triangle, square or ramp.")] = "sine",
-    seconds: Annotated[float, typer.Option(help="How long a drive is repeated.")] = 1.0,
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype", as_json: JsonOption = False,
+    seconds: Annotated[float, typer.Option(help="How long a drive or a script plays.")] = 1.0,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Play a drive from here, as the paper's host did, or raw duties at carrier/8 a second."""
-    if (drive is None) == (csv is None):
-        raise InputError("DRIVE, --csv", drive, "one of the two")
+    if sum(source is not None for source in (drive, csv, script)) != 1:
+        raise InputError("DRIVE, --csv, --script", drive, "one of the three")
     if not 1.0 <= frequency <= 1000.0:
         raise InputError("--frequency", frequency, "1 to 1000 Hz")
     if waveform not in WAVEFORMS:
         raise InputError("--waveform", waveform, ", ".join(WAVEFORMS))
     if not 0.0 < seconds <= 600.0:
         raise InputError("--seconds", seconds, "more than 0, at most 600")
-    gains = parse_drive(drive) if drive is not None else []
+    gains = parse_drive(drive) if drive is not None else None
     duties = None if csv is None else read_duties(csv)
-    with Device(open_wire(port, emulator, baud, board)) as device:
+    function = None if script is None else load_script(script)
+    with reach.device() as device:
         channels = device.info()["channels"]
-        given = len(gains) if duties is None else duties.shape[1]
-        if given != channels:
-            raise InputError("DRIVE" if duties is None else "--csv", given, f"{channels} channels")
+        if function is not None:
+            duties = scripted_duties(function, frame_rate_hz(device.config()), seconds)
+        if gains is not None and len(gains) != channels:
+            raise InputError("DRIVE", len(gains), f"{channels} channels")
+        if duties is not None and duties.shape[1] != channels:
+            name = "--csv" if script is None else "--script"
+            raise InputError(name, duties.shape[1], f"{channels} channels")
         result: dict[str, Any] = {}
-        if duties is None:
+        if duties is not None:
+            result["frames"] = device.stream(duties)
+        elif gains is not None:
             _play(device, gains, frequency, waveform, seconds)
             result["seconds"] = seconds
-        else:
-            result["frames"] = device.stream(duties)
         result["supply_ma"] = device.info()["supply_ma"]
         device.stop()
         result["faults"] = device.faults()
     answer(result, as_json=as_json, title="Stream")
 
 
-def read_duties(path: Path) -> NDArray[np.float64]:
-    """Duties from 0 to 1, a row per frame and a column per channel.
-
-    Raises
-    ------
-    InputError
-        Not readable, not such numbers, or no rows.
-    """
-    try:
-        duties = np.loadtxt(path, delimiter=",", ndmin=2)
-    except OSError as error:
-        raise InputError("--csv", error.strerror, "a readable file", file=str(path)) from None
-    except ValueError as error:
-        raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
-    if duties.size == 0 or not np.all((duties >= 0.0) & (duties <= 1.0)):
-        raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
-    return np.asarray(duties, dtype=np.float64)
-
-
 @device_app.command("self-test")
+@reaching
 def self_test(
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype", as_json: JsonOption = False,
+    reach: Reach,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Play each actuator in turn at half amplitude, and report the current it should draw."""
     rows = []
-    with Device(open_wire(port, emulator, baud, board)) as device:
+    with reach.device() as device:
         channels = device.info()["channels"]
         for channel in range(channels):
             gains = [SELF_TEST_GAIN if k == channel else 0.0 for k in range(channels)]
@@ -238,31 +208,34 @@ def self_test(
 
 
 @device_app.command("log")
+@reaching
 def log(
+    reach: Reach,
     seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype",
 ) -> None:  # fmt: skip
     """Print what the device says between frames: boot, panics, the console."""
-    with Device(open_wire(port, emulator, baud, board)) as device:
+    if reach.udp is not None:
+        raise InputError("--udp", reach.udp, "--port: text comes over the wire only")
+    with reach.device() as device:
         _wait(device, seconds)
         sys.stdout.write(device.log)
 
 
 @device_app.command("config")
+@reaching
 def config(
+    reach: Reach,
     action: Annotated[str, typer.Argument(metavar="get|set", help="Show, or change.")] = "get",
     settings: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME=VALUE]…", help="Settings to change.")
     ] = None,
-    port: PortOption = None, emulator: EmulatorOption = False, baud: BaudOption = BAUD,
-    board: BoardOption = "prototype", as_json: JsonOption = False,
+    as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Show the configuration, or change settings and restart the device."""
     if action not in ("get", "set") or (action == "set") != bool(settings):
         raise InputError("get|set", action, "get, or set with at least one NAME=VALUE")
     changes = dict(map(parse_setting, settings or []))
-    with Device(open_wire(port, emulator, baud, board)) as device:
+    with reach.device() as device:
         found = device.config()
         if changes:
             wanted = found.with_values(**changes)
@@ -285,29 +258,6 @@ def list_devices(as_json: JsonOption = False) -> None:
         if port.vid is not None
     ]
     answer({"ports": ports}, as_json=as_json, title="Ports")
-
-
-def parse_drive(text: str) -> list[complex]:
-    """Gains of "1@0,0.5@90": shares of full amplitude at phases in degrees.
-
-    Raises
-    ------
-    InputError
-        Not of that form, or a gain above 1.
-    """
-    import cmath  # noqa: PLC0415
-
-    gains = []
-    for part in text.split(","):
-        gain, _, phase = part.partition("@")
-        try:
-            value = cmath.rect(float(gain), cmath.pi / 180.0 * float(phase or 0.0))
-        except ValueError:
-            raise InputError("DRIVE", part, "GAIN@DEGREES, the gain from 0 to 1") from None
-        if not 0.0 <= float(gain) <= 1.0:
-            raise InputError("DRIVE", part, "a gain from 0 to 1")
-        gains.append(value)
-    return gains
 
 
 def parse_setting(text: str) -> tuple[str, int | tuple[int, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hmac
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from chladni.host import _emulator
 from chladni.host.device_config import PANELS, DeviceConfig, config_of, pack_config
 from chladni.host.flash_layout import PARTITION_BYTES, SLOT_BYTES
+from chladni.host.network_format import NetworkSettings, pack_network
 from chladni.sim.board import Board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack
@@ -144,6 +146,8 @@ class Emulator:
         Of the drives to play; those of the table's first section by default.
     must_play
         Whether a table that the device refuses is an error.
+    network
+        What it finds in flash to be reached over a network; nothing by default.
     **settings
         Of the configuration, by name, instead of the board's.
 
@@ -162,6 +166,7 @@ class Emulator:
         level: float = LEVEL,
         frequency_hz: float | None = None,
         must_play: bool = True,
+        network: NetworkSettings | None = None,
         **settings: Any,
     ) -> None:
         settings = {"level_q15": round(level * 32767.0)} | settings
@@ -178,7 +183,10 @@ class Emulator:
             setattr(made, field.name, self.config["link_baud"] if value is None else value)
         self.baud = float(made.baud)
         self.core = _emulator.Emulator(made)
+        self.core.set_hmac(_hmac_sha256)
         self.core.program(0, data)
+        if network is not None:
+            self.core.program(0, pack_network(network), "network")
         self.core.program(0, pack_config(self.config), "config")
         self.core.boot()
         status = self.core.table_status
@@ -228,6 +236,11 @@ class Emulator:
     def reported_um(self, place_mm: tuple[float, float]) -> tuple[int, int]:
         """The place that the device takes a finger at `place_mm` to be at."""
         return reported_um(self.config, place_mm)
+
+
+def _hmac_sha256(key: bytes, data: bytes) -> bytes:
+    """What the chip's library does for the device."""
+    return hmac.digest(key, data, "sha256")
 
 
 def reported_um(config: DeviceConfig, place_mm: tuple[float, float]) -> tuple[int, int]:

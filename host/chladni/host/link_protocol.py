@@ -15,7 +15,7 @@ from enum import IntEnum
 
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 1, 0
+VERSION_MAJOR, VERSION_MINOR = 1, 1
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -133,5 +133,13 @@ MESSAGES = (
                          Field("waveform", "u8", "As above.")),
             "per channel: in-phase i16, quadrature i16, 32767 for full amplitude", (), "",
             "To be repeated within the touch timeout."),
+    Message(19, "network_set", (), "a network record, or nothing for none", (), "",
+            "Over the wire only. In force from the next start."),
+    Message(20, "network_get", (), "",
+            (Field("state", "u8", "0 off, 1 not on the network, 2 on it."),
+             Field("port", "u16", "UDP."), Field("address", "u32", "IPv4, its first byte lowest."),
+             Field("accepted", "u32", "Datagrams since start."),
+             Field("rejected", "u32", "The same."), Field("ssid", "char32", "")), "",
+            "Never the key or the passphrase."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

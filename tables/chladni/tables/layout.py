@@ -54,11 +54,10 @@ class Field:
     @property
     def code(self) -> str:
         """Its code for `struct`."""
+        if self.kind.startswith("char"):
+            return self.kind.removeprefix("char") + "s"
         base, _, count = self.kind.partition("x")
-        one = {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "u64": "Q"} | {
-            "char4": "4s", "char16": "16s",
-        }  # fmt: skip
-        return count + one[base]
+        return count + {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "u64": "Q"}[base]
 
     @property
     def count(self) -> int:

@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 1U;
-constexpr uint32_t kVersionMinor = 0U;
+constexpr uint32_t kVersionMinor = 1U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
@@ -182,5 +182,23 @@ constexpr uint32_t kRequestWaveform = 4U;  // u8
 constexpr uint32_t kRequestBytes = 5U;
 constexpr uint32_t kAnswerBytes = 0U;
 }  // namespace live
+
+namespace network_set {
+constexpr uint32_t kCode = 19U;
+constexpr uint32_t kRequestBytes = 0U;
+constexpr uint32_t kAnswerBytes = 0U;
+}  // namespace network_set
+
+namespace network_get {
+constexpr uint32_t kCode = 20U;
+constexpr uint32_t kRequestBytes = 0U;
+constexpr uint32_t kAnswerState = 0U;  // u8
+constexpr uint32_t kAnswerPort = 1U;  // u16
+constexpr uint32_t kAnswerAddress = 3U;  // u32
+constexpr uint32_t kAnswerAccepted = 7U;  // u32
+constexpr uint32_t kAnswerRejected = 11U;  // u32
+constexpr uint32_t kAnswerSsid = 15U;  // char32
+constexpr uint32_t kAnswerBytes = 47U;
+}  // namespace network_get
 
 }  // namespace chladni::link_format

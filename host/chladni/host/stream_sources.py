@@ -1,0 +1,125 @@
+"""What `chladni device stream` plays: a drive, the rows of a CSV file, or a script's function."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.host.device_config import DeviceConfig
+from chladni.host.emulator import TIMER_HZ
+from chladni.sim.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Duties = Callable[[FloatArray], Any]
+
+CARRIER_PERIODS_PER_FRAME = 8
+
+
+def frame_rate_hz(config: DeviceConfig) -> float:
+    """Frames a second that a device plays of a stream."""
+    return TIMER_HZ / float(1 << config["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
+
+
+def parse_drive(text: str) -> list[complex]:
+    """Gains of "1@0,0.5@90": shares of full amplitude at phases in degrees.
+
+    Raises
+    ------
+    InputError
+        Not of that form, or a gain above 1.
+    """
+    gains = []
+    for part in text.split(","):
+        gain, _, phase = part.partition("@")
+        try:
+            value = cmath.rect(float(gain), cmath.pi / 180.0 * float(phase or 0.0))
+        except ValueError:
+            raise InputError("DRIVE", part, "GAIN@DEGREES, the gain from 0 to 1") from None
+        if not 0.0 <= float(gain) <= 1.0:
+            raise InputError("DRIVE", part, "a gain from 0 to 1")
+        gains.append(value)
+    return gains
+
+
+def read_duties(path: Path) -> NDArray[np.float64]:
+    """Duties from 0 to 1, a row per frame and a column per channel.
+
+    Raises
+    ------
+    InputError
+        Not readable, not such numbers, or no rows.
+    """
+    try:
+        duties = np.loadtxt(path, delimiter=",", ndmin=2)
+    except OSError as error:
+        raise InputError("--csv", error.strerror, "a readable file", file=str(path)) from None
+    except ValueError as error:
+        raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
+    if duties.size == 0 or not np.all((duties >= 0.0) & (duties <= 1.0)):
+        raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
+    return np.asarray(duties, dtype=np.float64)
+
+
+def load_script(path: Path) -> Duties:
+    """The function `duties(t)` of a Python file, which is run for it.
+
+    Raises
+    ------
+    InputError
+        Not readable, no Python, an error of its own, or no such function.
+    """
+    try:
+        source = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("--script", str(error), "a readable file", file=str(path)) from None
+    names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
+    try:
+        exec(compile(source, str(path), "exec"), names)
+    except Exception as error:
+        raise InputError("--script", _told(error), "a file that runs", file=str(path)) from None
+    function = names.get("duties")
+    if not callable(function):
+        raise InputError("--script", "no duties(t)", "a function of that name", file=str(path))
+    return _Named(function, path)
+
+
+def scripted_duties(function: Duties, rate_hz: float, seconds: float) -> FloatArray:
+    """What a script's function says for every frame; shape (frames, channels).
+
+    Raises
+    ------
+    InputError
+        It fails, or does not give a row of duties from 0 to 1 per time.
+    """
+    t = np.arange(max(round(seconds * rate_hz), 1)) / rate_hz
+    duties = function(t)
+    if duties.ndim != 2 or len(duties) != len(t):
+        raise InputError("duties(t)", f"shape {duties.shape}", f"({len(t)}, channels)")
+    if not np.all((duties >= 0.0) & (duties <= 1.0)):
+        raise InputError("duties(t)", "numbers outside", "duties from 0 to 1")
+    return np.asarray(duties)
+
+
+class _Named:
+    """A script's function, whose errors name its file."""
+
+    def __init__(self, function: Duties, path: Path) -> None:
+        self._function, self._path = function, path
+
+    def __call__(self, t: FloatArray) -> FloatArray:
+        try:
+            return np.asarray(self._function(t), dtype=np.float64)
+        except Exception as error:
+            expected = "an array of times taken, one of duties given back"
+            raise InputError("duties(t)", _told(error), expected, file=str(self._path)) from None
+
+
+def _told(error: Exception) -> str:
+    line = getattr(error, "lineno", None)
+    where = f" in line {line}" if line else ""
+    return f"{type(error).__name__}{where}: {error}"
