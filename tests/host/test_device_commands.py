@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device import Device
+from chladni.host.device_commands import who_answers
 from chladni.host.wire import SerialWire
 from chladni.sim.board import Board
 from chladni.tables.build import TableReport
@@ -83,6 +85,40 @@ def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> No
     assert {fault["cause"] for fault in done.json["faults"]} == {"stream underrun"}
 
 
+SCRIPT = """
+import numpy as np
+def duties(t):
+    return 0.2 + 0.1 * np.sin(2.0 * np.pi * 160.0 * t[:, None] + np.zeros({channels})) {more}
+"""
+
+
+def test_a_script_is_streamed_for_as_long_as_asked(chladni: CommandLine, tmp_path: Path) -> None:
+    path = tmp_path / "wave.py"
+    path.write_text(SCRIPT.format(channels=5, more=""))
+    done = chladni(
+        "device", "stream", "--script", path, "--seconds", "0.25", "--emulator", "--json"
+    )
+    assert done.code == 0, done.err
+    assert done.json["frames"] == round(0.25 * 78_125 / 8)
+
+
+@pytest.mark.parametrize(
+    ("channels", "more", "words"),
+    [(4, "", "5 channels"), (5, "+ 2.0", "duties from 0 to 1"), (5, "/ nothing", "NameError"),
+     (5, ", 1", "duties(t)"), (5, ")[:3] + (0.0", "channels)")],
+)  # fmt: skip
+def test_a_script_that_gives_no_duties_is_named(
+    chladni: CommandLine, tmp_path: Path, channels: int, more: str, words: str
+) -> None:
+    path = tmp_path / "wave.py"
+    text = SCRIPT.format(channels=channels, more=more)
+    path.write_text(text.replace("return", "return (") + ")" if "(" in more else text)
+    done = chladni("device", "stream", "--script", path, "--emulator")
+    assert done.code == 2
+    assert words in done.err
+    assert "Traceback" not in done.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
@@ -92,7 +128,7 @@ def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> No
         (("flash", "--firmware", "README.md", "--port", "/dev/nothing"), 2, "application image"),
         (("flash", "--firmware", "README.md"), 2, "--port"),
         (("flash", "nothing.chl", "--emulator"), 2, "nothing.chl"),
-        (("device", "info"), 2, "--port, --emulator"),
+        (("device", "info"), 2, "--port, --udp, --emulator"),
         (("device", "info", "--port", "/dev/nothing"), 1, "no such port"),
         (("device", "touch", "10", "--emulator"), 2, "X,Y"),
         (("device", "touch", "1,1", "--emulator"), 1, "not in this state"),
@@ -100,7 +136,20 @@ def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> No
         (("device", "stream", "2@0", "--emulator"), 2, "gain from 0 to 1"),
         (("device", "config", "set", "colour=3", "--emulator"), 2, "colour"),
         (("device", "config", "set", "--emulator"), 2, "NAME=VALUE"),
-        (("device", "stream", "--emulator"), 2, "DRIVE, --csv"),
+        (("device", "stream", "--emulator"), 2, "DRIVE, --csv, --script"),
+        (("device", "stream", "--script", "nothing.py", "--emulator"), 2, "nothing.py"),
+        (("device", "stream", "--script", "README.md", "--emulator"), 2, "SyntaxError in line"),
+        (("device", "stream", "--script", "tests/made_up.py", "--emulator"), 2, "duties(t)"),
+        (("device", "info", "--udp", "127.0.0.1"), 2, "--key"),
+        (("device", "info", "--udp", ":5", "--key", "README.md"), 2, "HOST or HOST:PORT"),
+        (("device", "info", "--udp", "h:0", "--key", "README.md"), 2, "HOST or HOST:PORT"),
+        (("device", "info", "--udp", "127.0.0.1", "--key", "README.md"), 2, "hexadecimal"),
+        (("device", "info", "--udp", "127.0.0.1", "--emulator"), 2, "one of the three"),
+        (("device", "log", "--udp", "127.0.0.1"), 2, "over the wire only"),
+        (("device", "network", "set", "--emulator"), 2, "--ssid"),
+        (("device", "network", "set", "--ssid", "x", "--emulator"), 2, "--key"),
+        (("device", "network", "out", "--emulator"), 2, "one of the three"),
+        (("device", "network", "off", "--udp", "127.0.0.1"), 2, "over the wire only"),
         (("device", "stream", "--csv", "README.md", "--emulator"), 2, "rows of numbers"),
         (("device", "config", "set", "level_q15=99999", "--emulator"), 2, "level_q15"),
         (("flash", "--previous", "--emulator"), 1, "no other table"),
@@ -142,3 +191,42 @@ def test_a_program_that_speaks_something_else_is_not_taken_for_a_device(
     assert "nobody answers" in done.err
     os.close(master)
     os.close(slave)
+
+
+@pytest.fixture
+def udp_port() -> int:
+    """A UDP port that nobody has just now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+@pytest.mark.slow
+def test_a_key_set_over_the_wire_opens_the_network(
+    chladni: CommandLine, port: str, table: Path, tmp_path: Path, udp_port: int
+) -> None:
+    """Set, flash and touch over UDP, refuse another key, and close it again."""
+    key, passphrase = tmp_path / "own.key", tmp_path / "passphrase"
+    passphrase.write_text("a passphrase\n")
+    there = ("--udp", f"127.0.0.1:{udp_port}", "--key", key)
+    done = chladni(
+        "device", "network", "set", "--ssid", "lab", "--key", key, "--passphrase-file", passphrase,
+        "--udp-port", str(udp_port), "--port", port, "--json",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    assert (done.json["state"], done.json["ssid"]) == ("on", "lab")
+    assert chladni("flash", table, *there, "--json").json["verified"]
+    assert chladni("device", "touch", "5,5", "--seconds", "0.3", *there).code == 0
+    other = tmp_path / "other.key"
+    other.write_text("ab" * 32)
+    refused = chladni("device", "info", "--udp", there[1], "--key", other)
+    assert (refused.code, "the key its own" in refused.err) == (1, True)
+    assert chladni("device", "network", "off", "--port", port, "--json").json["state"] == "off"
+    assert chladni("device", "info", *there).code == 1
+
+
+def test_who_answers_at_a_port_is_told(port: str, prototype: Board) -> None:
+    assert who_answers(port) == {"board": prototype.name, "why": None}
+    found = who_answers("/dev/nothing")
+    assert found["board"] is None
+    assert "no such port" in str(found["why"])

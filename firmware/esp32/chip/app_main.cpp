@@ -1,6 +1,7 @@
 // Chladni on an ESP32: synthesis alone on core 1, everything else on core 0.
 #include "board.hpp"
 #include "console.hpp"
+#include "core/datagrams.hpp"
 #include "core/link.hpp"
 #include "esp_attr.h"
 #include "esp_system.h"
@@ -10,6 +11,7 @@
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 #include "last_resort.hpp"
+#include "network.hpp"
 #include "panel_bus.hpp"
 #include "pwm.hpp"
 #include "sample_timer.hpp"
@@ -24,6 +26,7 @@ constexpr BaseType_t kSynthesisCore = 1;
 // In internal RAM (.bss), where the interrupt finds it while the flash cache is off.
 Device device;
 Link host_link(device);
+Datagrams datagrams(device);
 TaskHandle_t main_task = nullptr;
 bool is_synthesis_running = false;  // written before the notification that main_task waits for
 
@@ -64,6 +67,12 @@ Hal make_hal() {
   };
   hal.reset_cause = reset_cause;
   hal.send = [](void*, const uint8_t* bytes, uint32_t count) { chip::console_send(bytes, count); };
+  hal.send_datagram = [](void*, const uint8_t* bytes, uint32_t count) {
+    chip::network_send(bytes, count);
+  };
+  hal.hmac_sha256 = [](void*, const uint8_t* key, const uint8_t* bytes, uint32_t count,
+                       uint8_t* mac) { return chip::network_hmac(key, bytes, count, mac); };
+  hal.random = [](void*) { return chip::network_random(); };
   hal.restart = [](void*) { esp_restart(); };
   hal.print = [](void*, const char* line) { chip::console_print(line); };
   return hal;
@@ -95,6 +104,19 @@ void start_synthesis() {
   while (!is_synthesis_running) vTaskDelay(portMAX_DELAY);
 }
 
+// Off, and the radio with it, unless a key was set over the wire.
+void start_network() {
+  Network network;
+  if (!load_network(make_hal(), network)) return;
+  const esp_err_t status = chip::network_start(network, device.network());
+  if (status != ESP_OK) {
+    chip::console_print("the network did not start:");
+    chip::console_print(esp_err_to_name(status));
+    return;
+  }
+  datagrams.start(make_hal());
+}
+
 }  // namespace
 
 extern "C" void app_main() {
@@ -111,11 +133,13 @@ extern "C" void app_main() {
     chip::console_print("the panel's bus did not start:");
     chip::console_print(esp_err_to_name(panel));
   }
+  start_network();
   ESP_ERROR_CHECK(esp_task_wdt_add(nullptr));
   device.command("info");
   for (;;) {
     esp_task_wdt_reset();
     chip::console_poll(host_link);
+    chip::network_poll(datagrams, device.network());
     device.poll();
     // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).
     ulTaskNotifyTake(pdTRUE, 1);

@@ -11,9 +11,15 @@ constexpr auto kType = static_cast<esp_partition_type_t>(0x40);
 
 const esp_partition_t* tables = nullptr;
 const esp_partition_t* config = nullptr;
+const esp_partition_t* network = nullptr;
 
 const esp_partition_t* partition_of(FlashArea area) {
-  return area == FlashArea::kTables ? tables : config;
+  switch (area) {
+    case FlashArea::kTables: return tables;
+    case FlashArea::kConfig: return config;
+    case FlashArea::kNetwork: break;
+  }
+  return network;
 }
 
 }  // namespace
@@ -21,6 +27,8 @@ const esp_partition_t* partition_of(FlashArea area) {
 bool flash_open() {
   tables = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x00), "tables");
   config = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x01), "config");
+  // A device that was partitioned before there was one does without a network.
+  network = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x02), "network");
   return tables != nullptr && config != nullptr;
 }
 

@@ -5,7 +5,10 @@
 #include <cstring>
 #include <vector>
 
+#include "core/bytes.hpp"
+#include "core/crc32.hpp"
 #include "core/generated/config_format.hpp"
+#include "core/generated/network_format.hpp"
 #include "core/generated/store_format.hpp"
 #include "core/hal.hpp"
 
@@ -22,6 +25,19 @@ struct Board {
 
   uint8_t next() { return bus_size == 0 ? uint8_t{0} : bus[bus_at++ % bus_size]; }
 };
+
+// What a device needs to be on a network.
+inline std::array<uint8_t, network_format::kRecordBytes> network_record() {
+  namespace f = network_format;
+  std::array<uint8_t, f::kRecordBytes> record{};
+  put_word(&record[f::kRecordAtMagic], f::kRecordMagic, 4);
+  put_word(&record[f::kRecordAtVersion], f::kVersion, 2);
+  put_word(&record[f::kRecordAtPort], f::kLowestPort, 2);
+  record[f::kRecordAtKey] = 1;
+  const uint32_t covered = f::kRecordBytes - 4U;
+  put_word(&record[covered], crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU, 4);
+  return record;
+}
 
 inline Board& board_of(void* context) { return *static_cast<Board*>(context); }
 

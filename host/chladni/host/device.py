@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -51,9 +52,16 @@ MAX_SILENCES = 6
 """In a row, before the device is given up."""
 
 
-STREAM_HIGH = 300
-"""Frames in the device's ring of 512 above which the host waits for STREAM_WAIT_S."""
-STREAM_WAIT_S = 0.008
+STREAM_TARGET = 96
+"""Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
+STREAM_TURN_S = 0.002
+"""From a request's last byte to its answer: two turns of the main loop."""
+STREAM_SHARE = 0.8
+"""Of the time that frames take to play, for sending them."""
+STREAM_SETTLED = 8
+"""Pieces after which the device plays for certain."""
+SMALLEST_PIECE = 40
+"""Frames at once, 4 ms: smaller pieces would only cost more requests."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,15 @@ class Flashed:
     seconds: float
     repeated: int
     verified: bool
+
+
+@dataclass(frozen=True)
+class StreamStep:
+    """Frames that one request of a stream took, how many the ring then held, and its time."""
+
+    taken: int
+    filled: int
+    seconds: float
 
 
 def pack_frames(words: NDArray[np.uint16]) -> bytes:
@@ -183,31 +200,60 @@ class Device:
         )
 
     def stream(self, duties: NDArray[np.float64]) -> int:
-        """Play raw duties at carrier/8 samples a second, as fast as the device takes them.
+        """Play raw duties at carrier/8 frames a second of this machine's clock.
 
         Parameters
         ----------
         duties
             Shares of a carrier period, 0 to 1, shape (frames, channels). The device rounds to 10
-            bits; its clock is followed within 1000 ppm.
+            bits and follows this clock within 1000 ppm.
 
         Returns
         -------
         int
-            Frames that the device has taken: all, unless it ended the stream.
+            Frames that the device has taken: all of them.
+
+        Raises
+        ------
+        LinkError
+            The device ended the stream.
         """
-        self.link.request("stream_begin")
+        return sum(step.taken for step in self.stream_steps(duties))
+
+    def stream_steps(self, duties: NDArray[np.float64]) -> Iterator[StreamStep]:
+        """The same, piece by piece: what a request came to."""
+        rate_hz = self.config().frame_rate_hz
         words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
-        channels = words.shape[1]
+        piece = self._stream_piece(words.shape[1], rate_hz)
+        self.link.request("stream_begin")
+        # Each piece goes out so early that the ring holds its target on the average. How long the
+        # device takes to begin shows in what it holds then, and is made up for once.
+        lead, sent, begun = STREAM_TARGET + piece // 2, 0, self.wire.now_s()
+        for number in itertools.count():
+            if sent == len(words):
+                return
+            part = words[sent : sent + piece]
+            due = begun + (sent + len(part) - lead) / rate_hz
+            if due > self.wire.now_s():
+                self.link.wait(due - self.wire.now_s())
+            asked = self.wire.now_s()
+            answer = self.link.request("stream_data", pack_frames(part)).fields
+            sent += answer["taken"]
+            yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
+            if number == STREAM_SETTLED:
+                begun += (answer["filled"] - lead) / rate_hz
+            if answer["taken"] < len(part):
+                # The ring was full: this machine was late, and caught up too fast.
+                self.link.wait(piece / rate_hz)
+
+    def _stream_piece(self, channels: int, rate_hz: float) -> int:
+        """Frames per request: as few as the wire can carry in time, whole bytes of them."""
         # Whole frames that fill whole bytes: four of any number of channels do.
         most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
-        sent = 0
-        while sent < len(words):
-            answer = self.link.request("stream_data", pack_frames(words[sent : sent + most]))
-            sent += answer.fields["taken"]
-            if answer.fields["filled"] > STREAM_HIGH:
-                self.link.wait(STREAM_WAIT_S)
-        return sent
+        spare_s = STREAM_SHARE / rate_hz - self.link.wire_time(1) * 10 * channels / 8.0
+        if spare_s <= 0.0:
+            return most
+        return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, min(SMALLEST_PIECE, most), most))
 
     def stop(self) -> None:
         """End a live drive or a stream."""

@@ -19,18 +19,20 @@ from chladni.host.network_command import network
 from chladni.host.options import JsonOption
 from chladni.host.reach import Reach, reaching
 from chladni.host.stream_sources import (
-    frame_rate_hz,
     load_script,
     parse_drive,
     read_duties,
     scripted_duties,
 )
-from chladni.sim.errors import InputError
+from chladni.host.wire import SerialWire
+from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack, read_table
 
 REPEAT_S = 0.05
 SELF_TEST_S = 0.6
 SELF_TEST_GAIN = 0.5
+USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
+"""Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
 
 device_app = typer.Typer(help="Ask a device and tell it what to do.", no_args_is_help=True)
 
@@ -169,7 +171,7 @@ def stream(
     with reach.device() as device:
         channels = device.info()["channels"]
         if function is not None:
-            duties = scripted_duties(function, frame_rate_hz(device.config()), seconds)
+            duties = scripted_duties(function, device.config().frame_rate_hz, seconds)
         if gains is not None and len(gains) != channels:
             raise InputError("DRIVE", len(gains), f"{channels} channels")
         if duties is not None and duties.shape[1] != channels:
@@ -251,13 +253,23 @@ def config(
 
 @device_app.command("list")
 def list_devices(as_json: JsonOption = False) -> None:
-    """Serial ports and what is plugged into them."""
-    ports = [
-        {"port": port.device, "what": port.description, "usb": f"{port.vid:04x}:{port.pid:04x}"}
-        for port in list_ports.comports()
-        if port.vid is not None
-    ]
-    answer({"ports": ports}, as_json=as_json, title="Ports")
+    """Serial ports with a USB bridge that boards have, and who answers there."""
+    rows = []
+    for port in list_ports.comports():
+        if port.vid in USB_VENDORS:
+            row: dict[str, str | None] = {"port": port.device, "what": port.description}
+            rows.append(row | {"usb": f"{port.vid:04x}:{port.pid:04x}"} | who_answers(port.device))
+    answer({"ports": rows}, as_json=as_json, title="Ports")
+
+
+def who_answers(port: str) -> dict[str, str | None]:
+    """The board of the table of the device at a port, or why there is none."""
+    try:
+        with Device(SerialWire(port)) as device:
+            found = device.info()
+    except ChladniError as error:
+        return {"board": None, "why": str(error)}
+    return {"board": found["board"] or "no table", "why": None}
 
 
 def parse_setting(text: str) -> tuple[str, int | tuple[int, ...]]:

@@ -24,6 +24,11 @@ PANELS = ("none", "find", "ft6x36", "gt911")
 WAVEFORMS = ("sine", "triangle", "square", "ramp")
 MOVES = ("follow", "stay")
 
+TIMER_HZ = 80_000_000
+"""Clock of the ESP32's LEDC timers."""
+CARRIER_PERIODS_PER_FRAME = 8
+"""Of a stream: two samples a frame, four periods a sample."""
+
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLC".'),
     Field("version_major", "u8", "1. A reader refuses another."),
@@ -133,6 +138,11 @@ class DeviceConfig:
 
     def __hash__(self) -> int:
         return hash(tuple(self.values.items()))
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Frames a second that it plays of a stream: the carrier by eight."""
+        return TIMER_HZ / float(1 << self["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
 
     def with_values(self, **changes: Any) -> DeviceConfig:
         """The same but for these settings."""

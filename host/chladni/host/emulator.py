@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host import _emulator
-from chladni.host.device_config import PANELS, DeviceConfig, config_of, pack_config
+from chladni.host.device_config import PANELS, TIMER_HZ, DeviceConfig, config_of, pack_config
 from chladni.host.flash_layout import PARTITION_BYTES, SLOT_BYTES
 from chladni.host.network_format import NetworkSettings, pack_network
 from chladni.sim.board import Board
@@ -22,8 +22,6 @@ from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
 
-TIMER_HZ = 80_000_000
-"""Clock of the ESP32's LEDC timers."""
 LEVEL = 0.8
 """Share of full amplitude that is played: the rest is headroom."""
 PIXELS_PER_MM = 16

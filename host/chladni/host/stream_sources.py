@@ -10,19 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device_config import DeviceConfig
-from chladni.host.emulator import TIMER_HZ
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
 Duties = Callable[[FloatArray], Any]
-
-CARRIER_PERIODS_PER_FRAME = 8
-
-
-def frame_rate_hz(config: DeviceConfig) -> float:
-    """Frames a second that a device plays of a stream."""
-    return TIMER_HZ / float(1 << config["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
 
 
 def parse_drive(text: str) -> list[complex]:
