@@ -132,6 +132,17 @@ def test_a_flash_over_a_bad_wire_ends_right_or_says_that_it_failed(
         assert int(info["table_crc"], 16) == new
 
 
+def test_a_table_arrives_while_a_finger_plays() -> None:
+    """The device is busy until its outputs are off, and pieces sent meanwhile do no harm."""
+    emulator = powered(OLD)
+    device = Device(EmulatorWire(emulator))
+    device.touch(0.0, 0.0)
+    emulator.run(60.0)
+    assert emulator.core.state == "playing"
+    assert device.flash(BIG).verified
+    device.lift()
+
+
 def test_moderate_loss_is_made_up_for() -> None:
     """A frame in twenty lost, both ways: every one of twenty updates arrives."""
     for seed in range(20):

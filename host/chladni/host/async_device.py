@@ -11,8 +11,9 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device import Device, Flashed, Progress
+from chladni.host.device import Device, Flashed
 from chladni.host.device_config import DeviceConfig
+from chladni.host.table_upload import Progress
 from chladni.host.wire import Wire
 from chladni.tables.table import Table
 

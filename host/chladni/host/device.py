@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -15,19 +15,15 @@ from numpy.typing import NDArray
 from chladni.host.device_config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
 from chladni.host.link import GREETING_TRIES, Link, LinkError
 from chladni.host.link_protocol import (
-    BY_NAME,
     MAX_PAYLOAD,
     VERSION_MAJOR,
     VERSION_MINOR,
-    WINDOW,
-    Status,
 )
 from chladni.host.network_format import NetworkSettings, pack_network
+from chladni.host.table_upload import Progress, TableUpload
 from chladni.host.wire import Wire
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
-
-Progress = Callable[[int, int], None]
 
 STATES = ("idle", "playing", "streaming", "updating", "fault")
 HEALTH = ("none", "missing", "fine", "fails")
@@ -44,14 +40,6 @@ CAUSES = (
     "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
     "host silent", "coil hot", "supply current",
 )  # fmt: skip
-DATA_WAIT_S = 0.08
-"""For an answer to a piece of a table beyond its time on the wire, before it is sent again: a
-programme of 20 ms, a USB adapter's 16 ms twice, and slack. Doubled with every silence."""
-
-MAX_SILENCES = 6
-"""In a row, before the device is given up."""
-
-
 STREAM_TARGET = 96
 """Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
 STREAM_TURN_S = 0.002
@@ -279,8 +267,7 @@ class Device:
         crc = int.from_bytes(data[-4:], "little")
         begun = self.wire.now_s()
         repeated = self.link.repeated
-        self.link.request("table_begin", total=len(data), crc=crc)
-        self._send_pieces(data, progress)
+        TableUpload(self.link, data, progress).run()
         slot = self.link.request("table_commit").fields["slot"]
         found = self.link.request("info").fields
         verified = (found["table_crc"], found["table_bytes"]) == (crc, len(data))
@@ -291,37 +278,3 @@ class Device:
     def previous(self) -> int:
         """Go back to the other slot's table; returns the slot."""
         return int(self.link.request("table_previous").fields["slot"])
-
-    def _send_pieces(self, data: bytes, progress: Progress | None) -> None:
-        """All of a table, `WINDOW` pieces under way; after a loss from where the device is."""
-        message, due, sent, quiet = BY_NAME["table_data"], 0, 0, 0
-        waiting: dict[int, int] = {}
-        deadline = 0.0
-        while due < len(data):
-            while len(waiting) < WINDOW and sent < len(data):
-                piece = data[sent : sent + MAX_PAYLOAD]
-                waiting[self.link.send(message, piece, {"offset": sent})] = sent
-                sent += len(piece)
-                deadline = self.wire.now_s() + DATA_WAIT_S * 2.0**quiet
-                deadline += self.link.wire_time((MAX_PAYLOAD + 64) * (len(waiting) + 1))
-            for code, sequence, answer in self.link.poll(deadline - self.wire.now_s()):
-                if code != message.code or sequence not in waiting:
-                    continue
-                if answer.status not in (Status.OK, Status.WRONG_OFFSET):
-                    raise LinkError(f"{message.name}: {answer.status.name.lower()}", answer.status)
-                due, quiet = max(due, answer.fields["next"]), 0
-                waiting.pop(sequence)
-                # What the device has counts as answered, whether or not its answer came.
-                waiting = {s: at for s, at in waiting.items() if at >= due}
-                if answer.status == Status.WRONG_OFFSET:
-                    # A piece before this one was lost: from there again, and at once.
-                    self.link.repeated += 1 + len(waiting)
-                    waiting, sent = {}, due
-                if progress:
-                    progress(due, len(data))
-            if due < len(data) and self.wire.now_s() >= deadline:
-                quiet += 1
-                if quiet > MAX_SILENCES:
-                    raise LinkError("table_data: no answer")
-                self.link.repeated += len(waiting)
-                waiting, sent = {}, due
