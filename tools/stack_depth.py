@@ -23,6 +23,7 @@ ROOTS = {
     "main loop": r"Device::poll\(\)",
     "console": r"Device::command\(",
     "link": r"Link::receive\(",
+    "network": r"Datagrams::receive\(",
     "start": r"Device::start\(",
 }
 

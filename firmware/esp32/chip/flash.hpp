@@ -1,4 +1,4 @@
-// The two partitions that are the device's own (partitions.csv), through esp_partition.
+// The partitions that are the device's own (partitions.csv), through esp_partition.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace chladni::chip {
 
-// Find both; false if the partition table lacks one.
+// Find them; false if the partition table lacks tables or config.
 bool flash_open();
 
 bool flash_read(FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count);

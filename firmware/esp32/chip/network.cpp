@@ -32,7 +32,8 @@ void on_event(void*, esp_event_base_t base, int32_t event, void* data) {
     esp_wifi_connect();
   } else if (base == WIFI_EVENT && event == WIFI_EVENT_STA_DISCONNECTED) {
     address = 0;
-    // The driver waits between attempts itself; a device is to come back whenever its network does.
+    // Forever: a device is to come back when its network does. An attempt scans for a second or
+    // more, so this is no busy loop.
     esp_wifi_connect();
   }
 }

@@ -14,11 +14,16 @@ void Link::receive(const uint8_t* bytes, uint32_t count) {
 
 void Link::handle_frame() {
   if (!requests_.take(reader_.bytes(), reader_.size())) return;
+  send_answer();
+  requests_.finish();
+}
+
+// Apart, so that its buffer and what a request needs are not on the stack at once.
+void Link::send_answer() const {
   constexpr uint32_t kBytes = Requests::kMostAnswer + link_format::kCrcBytes;
   std::array<uint8_t, kBytes + kBytes / 254U + 3U> coded{};
   device_.send(coded.data(),
                encode_frame(requests_.answer(), requests_.answer_size(), coded.data()));
-  requests_.finish();
 }
 
 }  // namespace chladni

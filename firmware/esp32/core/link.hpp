@@ -19,6 +19,7 @@ class Link {
 
  private:
   void handle_frame();
+  void send_answer() const;
 
   Device& device_;
   Requests requests_;

@@ -1,7 +1,5 @@
 #include "core/network.hpp"
 
-#include <cstddef>
-
 #include "core/bytes.hpp"
 #include "core/crc32.hpp"
 
@@ -14,10 +12,10 @@ using Record = std::array<uint8_t, f::kRecordBytes>;
 
 constexpr uint32_t kCrcBytes = 4;
 
-template <std::size_t kSize>
-void take_text(const uint8_t* bytes, std::array<char, kSize>& text) {
-  for (std::size_t k = 0; k + 1 < kSize; ++k) text[k] = static_cast<char>(bytes[k]);
-  text[kSize - 1] = '\0';
+// `text` has room for a zero behind so many bytes.
+void take_text(const uint8_t* bytes, uint32_t count, char* text) {
+  for (uint32_t k = 0; k < count; ++k) text[k] = static_cast<char>(bytes[k]);
+  text[count] = '\0';
 }
 
 bool read(const Hal& hal, Record& record) {
@@ -39,8 +37,8 @@ bool parse_network(const uint8_t* record, uint32_t size, Network& network) {
   if (read_u32(record + kCovered) != crc || port < f::kLowestPort || any == 0) return false;
   network.port = static_cast<uint16_t>(port);
   for (uint32_t k = 0; k < f::kKeyBytes; ++k) network.key[k] = record[f::kRecordAtKey + k];
-  take_text(record + f::kRecordAtSsid, network.ssid);
-  take_text(record + f::kRecordAtPassphrase, network.passphrase);
+  take_text(record + f::kRecordAtSsid, f::kSsidBytes, network.ssid.data());
+  take_text(record + f::kRecordAtPassphrase, f::kPassphraseBytes, network.passphrase.data());
   return true;
 }
 
