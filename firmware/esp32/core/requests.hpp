@@ -20,7 +20,7 @@ class Requests {
 
   // Kind, sequence, fields and tail of a request, in the main loop. False if it asks nothing, and
   // gets no answer. A request that is repeated is answered again and not done twice.
-  bool take(const uint8_t* request, uint32_t size);
+  bool take(const uint8_t* bytes, uint32_t size);
   const uint8_t* answer() const { return answer_.data(); }
   uint32_t answer_size() const { return answer_size_; }
   // Once the answer is out.

@@ -215,7 +215,8 @@ class Device:
         piece = self._stream_piece(words.shape[1], rate_hz)
         self.link.request("stream_begin")
         # Each piece goes out so early that the ring holds its target on the average. How long the
-        # device takes to begin shows in what it holds then, and is made up for once.
+        # device takes to begin shows in what it holds then, and is made up for; so is a ring that
+        # stays too full because the device, short of frames, had to begin again.
         lead, sent, begun = STREAM_TARGET + piece // 2, 0, self.wire.now_s()
         for number in itertools.count():
             if sent == len(words):
@@ -228,7 +229,7 @@ class Device:
             answer = self.link.request("stream_data", pack_frames(part)).fields
             sent += answer["taken"]
             yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
-            if number == STREAM_SETTLED:
+            if number == STREAM_SETTLED or answer["filled"] > lead + 2 * piece:
                 begun += (answer["filled"] - lead) / rate_hz
             if answer["taken"] < len(part):
                 # The ring was full: this machine was late, and caught up too fast.
