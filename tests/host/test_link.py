@@ -143,6 +143,53 @@ def test_a_table_arrives_while_a_finger_plays() -> None:
     device.lift()
 
 
+class PlugPulledError(Exception):
+    """In the middle of an update."""
+
+
+def break_off(device: Device, data: bytes, after: int) -> None:
+    """An update that ends in the middle."""
+
+    def progress(done: int, _: int) -> None:
+        if done >= after:
+            raise PlugPulledError
+
+    with pytest.raises(PlugPulledError):
+        device.flash(data, progress)
+
+
+@pytest.mark.parametrize("silence_ms", [100.0, 7_000.0])
+def test_an_update_that_broke_off_goes_on_where_it_ended(silence_ms: float) -> None:
+    """Before and after the device has dropped it; the old table plays meanwhile."""
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    whole = Device(EmulatorWire(powered(OLD))).flash(BIG).seconds
+    break_off(Device(wire), BIG, len(BIG) // 2)
+    emulator.run(silence_ms)
+    again = Device(wire)
+    if silence_ms > 5_000.0:
+        assert int(again.info()["table_crc"], 16) == int.from_bytes(OLD[-4:], "little")
+    done = again.flash(BIG)
+    assert done.verified
+    assert done.seconds < 0.7 * whole
+
+
+def test_what_broke_off_is_not_mixed_with_another_table() -> None:
+    """The same size, other bytes; and what broke off is no table to go back to."""
+    other = pack(random_table(30, 20, 5, 4))
+    emulator = powered(OLD)
+    wire = EmulatorWire(emulator)
+    for first, second in ((BIG, other), (other, BIG)):
+        break_off(Device(wire), first, len(first) // 2)
+        assert Device(wire).flash(second).verified
+        assert second in emulator.core.flash_bytes()
+    break_off(Device(wire), other, len(other) // 2)
+    with pytest.raises(LinkError, match="no other table"):
+        Device(wire).previous()
+    assert Device(wire).flash(other).verified
+    assert other in emulator.core.flash_bytes()
+
+
 def test_moderate_loss_is_made_up_for() -> None:
     """A frame in twenty lost, both ways: every one of twenty updates arrives."""
     for seed in range(20):

@@ -93,13 +93,20 @@ TableStatus TableStore::load(const Hal& hal, Table& table, uint32_t channels) {
 StoreStatus TableStore::begin(const Hal& hal, uint32_t total_bytes, uint32_t table_crc) {
   is_updating_ = false;
   if (total_bytes == 0 || total_bytes > f::kSlotBytes) return StoreStatus::kTooLarge;
-  target_ = slot_ == 0 ? 1U : 0U;
+  const uint32_t target = slot_ == 0 ? 1U : 0U;
+  if (has_part_ && target == target_ && total_bytes == total_bytes_ && table_crc == table_crc_) {
+    // The same that broke off: it goes on where it ended, and its CRC tells whether that was right.
+    is_updating_ = true;
+    return StoreStatus::kOk;
+  }
+  has_part_ = false;
+  target_ = target;
   for (uint32_t done = 0; done < total_bytes; done += kSectorBytes) {
     const uint32_t offset = target_ * f::kSlotBytes + done;
     if (!hal.erase_sector(hal.context, FlashArea::kTables, offset))
       return StoreStatus::kFlashFailed;
   }
-  is_updating_ = true;
+  is_updating_ = has_part_ = true;
   total_bytes_ = total_bytes;
   table_crc_ = table_crc;
   next_offset_ = 0;
@@ -112,7 +119,7 @@ StoreStatus TableStore::write(const Hal& hal, uint32_t offset, const uint8_t* by
   if (offset != next_offset_ || count > total_bytes_ - offset) return StoreStatus::kWrongOffset;
   const uint32_t at = target_ * f::kSlotBytes + offset;
   if (!hal.program_flash(hal.context, FlashArea::kTables, at, bytes, count)) {
-    is_updating_ = false;
+    is_updating_ = has_part_ = false;
     return StoreStatus::kFlashFailed;
   }
   next_offset_ += count;
@@ -121,7 +128,7 @@ StoreStatus TableStore::write(const Hal& hal, uint32_t offset, const uint8_t* by
 
 StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) {
   if (!is_updating_ || next_offset_ != total_bytes_) return StoreStatus::kNotBegun;
-  is_updating_ = false;
+  is_updating_ = has_part_ = false;
   // Read back: flash has been seen to answer OK and write nothing.
   uint32_t crc = 0;
   StoreStatus status = StoreStatus::kFlashFailed;

@@ -66,6 +66,7 @@ class TableStore {
 
   uint32_t slot_ = store_format::kSlots;
   bool is_updating_ = false;
+  bool has_part_ = false;  // of the table that is described below, up to `next_offset_`
   uint32_t target_ = 0;
   uint32_t total_bytes_ = 0;
   uint32_t table_crc_ = 0;

@@ -104,7 +104,8 @@ MESSAGES = (
             "The last sixteen, oldest first."),
     Message(4, "table_begin", (Field("total", "u32", "Bytes of the whole table."),
                                Field("crc", "u32", "Its last four bytes.")), "", (), "",
-            "Outputs go off first: busy until they are. Erases the other slot."),
+            "Outputs go off first: busy until they are. Erases the other slot, unless the same "
+            "table broke off there since the last start: `table_data` says what is there already."),
     Message(5, "table_data", (Field("offset", "u32", "Of these bytes in the table."),),
             "bytes of the table", (Field("next", "u32", "Offset that is due."),), "",
             "In order; bytes that are there already are answered ok."),

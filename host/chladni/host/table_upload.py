@@ -103,7 +103,9 @@ class TableUpload:
         """What the device says of a piece."""
         if answer.status not in (Status.OK, Status.WRONG_OFFSET):
             raise LinkError(f"{_DATA.name}: {answer.status.name.lower()}", answer.status)
+        # More than was sent, if this table broke off before: the device goes on where that ended.
         self._due = max(self._due, answer.fields["next"])
+        self._sent = max(self._sent, self._due)
         self._waiting.pop(sequence)
         # What the device has counts as answered, whether or not its answer came.
         self._waiting = {s: at for s, at in self._waiting.items() if at >= self._due}

@@ -1,0 +1,139 @@
+"""Through the ROM's loader: esptool's own code against a chip that speaks its protocol."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.host.device import Device
+from chladni.host.emulator import Emulator
+from chladni.host.flash_layout import PARTITION_BYTES, SECTOR_BYTES
+from chladni.host.rom import TABLE_OFFSET
+from chladni.host.wire import EmulatorWire
+from chladni.tables.format import pack
+from conftest import CommandLine
+from host.rom_chip import FLASH_BYTES, RomChip
+from made_up import device_of, make_table
+
+pytestmark = pytest.mark.slow
+
+APP_AT, TABLES_AT = 0x20000, 0x1B0000
+"""Not where partitions.csv puts them: the device's own table is to be believed."""
+OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
+
+
+def row(name: str, kind: int, subtype: int, offset: int, size: int) -> bytes:
+    """A row of a partition table."""
+    return struct.pack("<2sBBII16sI", b"\xaa\x50", kind, subtype, offset, size, name.encode(), 0)
+
+
+def chip_with_chladni() -> RomChip:
+    """A chip whose flash holds a partition table, and rubbish in the application."""
+    chip = RomChip()
+    table = row("factory", 0, 0, APP_AT, 0x100000) + row(
+        "tables", 0x40, 0, TABLES_AT, PARTITION_BYTES
+    )
+    chip.flash[TABLE_OFFSET : TABLE_OFFSET + len(table)] = table
+    chip.flash[APP_AT : APP_AT + 64] = bytes(range(64))
+    return chip
+
+
+def sectors_of(at: int, size: int) -> set[int]:
+    """Numbers of the sectors of a partition."""
+    return set(range(at // SECTOR_BYTES, (at + size) // SECTOR_BYTES))
+
+
+def table_in(chip: RomChip) -> str:
+    """What the firmware plays that finds this partition."""
+    emulator = Emulator(device_of(), None, must_play=False)
+    image = bytes(chip.flash[TABLES_AT : TABLES_AT + PARTITION_BYTES])
+    for at in range(0, len(image), SECTOR_BYTES):
+        emulator.core.erase_sector(at)
+        emulator.core.program(at, image[at : at + SECTOR_BYTES])
+    emulator.core.boot()
+    assert emulator.core.table_status == "ok"
+    crc = int(Device(EmulatorWire(emulator)).info()["table_crc"], 16).to_bytes(4, "little")
+    return {OLD[-4:]: "old", NEW[-4:]: "new"}[crc]
+
+
+def test_a_table_goes_to_the_slot_not_in_use_and_nowhere_else(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """Twice: the firmware plays the first, then the second, and the first is still there."""
+    path = tmp_path / "t.chl"
+    with chip_with_chladni().running() as chip:
+        before = bytes(chip.flash)
+        slots = []
+        for data, name in ((OLD, "old"), (NEW, "new")):
+            path.write_bytes(data)
+            done = chladni("flash", path, "--rom", "--port", chip.port, "--json")
+            assert done.code == 0, done.err
+            assert (done.json["bytes"], done.json["verified"]) == (len(data), True)
+            slots.append(done.json["slot"])
+            assert table_in(chip) == name
+        assert sorted(slots) == [0, 1]
+        assert chip.flash.count(OLD) == chip.flash.count(NEW) == 1
+        assert chip.written <= sectors_of(TABLES_AT, PARTITION_BYTES)
+        end = TABLES_AT + PARTITION_BYTES
+        assert chip.flash[:TABLES_AT] == before[:TABLES_AT]
+        assert chip.flash[end:] == before[end:]
+
+
+def test_firmware_goes_into_the_applications_partition(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    path = tmp_path / "firmware.bin"
+    image = b"\xe9" + np.random.default_rng(3).bytes(20_000)
+    path.write_bytes(image)
+    with chip_with_chladni().running() as chip:
+        done = chladni("flash", "--firmware", path, "--port", chip.port, "--json")
+        assert done.code == 0, done.err
+        assert (done.json["offset"], done.json["verified"]) == (APP_AT, True)
+        assert chip.flash[APP_AT : APP_AT + len(image)] == image
+        assert chip.written <= sectors_of(APP_AT, 0x100000)
+
+
+def test_flash_that_lies_is_found_out(chladni: CommandLine, tmp_path: Path) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(NEW)
+    with chip_with_chladni().running() as chip:
+        chip.lies = True
+        done = chladni("flash", path, "--rom", "--port", chip.port)
+    assert done.code == 1
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("rows", "code", "words"),
+    [
+        (b"", 2, "named 'tables'"),
+        (row("tables", 0x40, 0, TABLES_AT, 0x1000), 2, "bytes at least"),
+        (row("tables", 1, 0, TABLES_AT, PARTITION_BYTES), 2, "named 'tables'"),
+        (b"\x12" * 64, 2, "aa50"),
+    ],
+)
+def test_another_partition_table_is_refused_and_nothing_written(
+    chladni: CommandLine, tmp_path: Path, rows: bytes, code: int, words: str
+) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(NEW)
+    with RomChip().running() as chip:
+        chip.flash[TABLE_OFFSET : TABLE_OFFSET + len(rows)] = rows
+        done = chladni("flash", path, "--rom", "--port", chip.port)
+        assert chip.written == set()
+    assert done.code == code
+    assert words in done.err
+
+
+def test_another_chip_is_refused(chladni: CommandLine, tmp_path: Path) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(NEW)
+    with RomChip(magic=0xFFF0C101).running() as chip:  # an ESP8266
+        done = chladni("flash", path, "--rom", "--port", chip.port)
+        assert chip.written == set()
+    assert done.code == 1
+    assert "not an ESP32" in done.err
+    assert len(chip.flash) == FLASH_BYTES
