@@ -134,3 +134,36 @@ def test_a_restart_is_survived_and_remembered(dut: Any) -> None:
         assert {"cause": "reset", "detail": 1} in [
             {k: v for k, v in fault.items() if k != "at_ms"} for fault in device.faults()
         ]
+
+
+def test_a_start_greets_on_the_console(dut: Any) -> None:
+    """What the firmware prints before anybody asks; a board's ROM says more before it."""
+    with device_of(dut) as device:
+        device.restart()
+        device.link.wait(1.0)
+        assert "idle\r\nok\r\n" in device.log
+
+
+def test_a_table_outlives_a_restart(dut: Any, another_table: Table) -> None:
+    with device_of(dut) as device:
+        before = device.info()["table_crc"]
+        device.flash(another_table)
+        flashed = device.info()["table_crc"]
+        device.restart()
+        device.link.wait(1.0)
+        assert device.info()["table_crc"] == flashed != before
+        device.previous()
+        assert device.info()["table_crc"] == before
+
+
+def test_raw_duties_are_played(dut: Any, board: Board) -> None:
+    """One piece, enough for the device to begin, so that the port's rate does not matter."""
+    channels = len(board.actuators)
+    t = np.arange(120)[:, None] / 9765.625
+    duties = 0.2 + 0.1 * np.sin(2.0 * np.pi * 160.0 * t + np.zeros(channels))
+    with device_of(dut) as device:
+        assert device.stream(duties) == len(duties)
+        assert device.info()["state"] == "streaming"
+        device.stop()
+        device.link.wait(0.2)
+        assert device.info()["state"] == "idle"

@@ -96,7 +96,7 @@ class RomChip:
                 self._answer(SYNC, value=0 if self._is_stub else 0x20120707)
         elif operation == READ_REG:
             known = {MAGIC_REGISTER: self._magic, SPI_W0: FLASH_ID}
-            self._answer(READ_REG, value=known.get(*struct.unpack("<I", data), 0))
+            self._answer(READ_REG, value=known.get(struct.unpack("<I", data)[0], 0))
         elif operation in (FLASH_BEGIN, DEFL_BEGIN):
             size, _, _, self._at = struct.unpack_from("<IIII", data)
             self._erase(self._at, size)

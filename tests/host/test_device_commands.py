@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import os
 import socket
+import struct
 import subprocess
 import sys
+import threading
+import tty
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import serial
 
 from chladni.host.device import Device
 from chladni.host.device_commands import who_answers
+from chladni.host.link import encode
+from chladni.host.link_protocol import BY_NAME, RESPONSE
 from chladni.host.wire import SerialWire
 from chladni.sim.board import Board
 from chladni.tables.build import TableReport
@@ -70,6 +76,8 @@ def test_every_device_command_answers(
     if arguments[0] == "self-test":
         # Half amplitude: a quarter of 333 mA and the shortest pulse.
         assert [row["supply_ma"] for row in done.json["channels"]] == pytest.approx([87] * 5, abs=4)
+        assert [row["expected_ma"] for row in done.json["channels"]] == [83] * 5
+        assert done.json["supply_limit_ma"] > 0
     if arguments[-1] == "level_q15=1000":
         assert done.json["level_q15"] == 1000
 
@@ -223,6 +231,69 @@ def test_a_key_set_over_the_wire_opens_the_network(
     assert (refused.code, "the key its own" in refused.err) == (1, True)
     assert chladni("device", "network", "off", "--port", port, "--json").json["state"] == "off"
     assert chladni("device", "info", *there).code == 1
+
+
+class Unplugged:
+    """A pseudo-terminal that is taken away in the middle of a command."""
+
+    def __init__(self, answers: bytes) -> None:
+        self.master, slave = os.openpty()
+        tty.setraw(slave)
+        self.port, self._answers, self._slave = os.ttyname(slave), answers, slave
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> str:
+        self._thread.start()
+        return self.port
+
+    def _run(self) -> None:
+        os.read(self.master, 100)
+        os.write(self.master, self._answers)
+        os.read(self.master, 100)
+        os.close(self._slave)
+        os.close(self.master)
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join()
+
+
+@pytest.mark.slow
+def test_a_plug_that_is_pulled_ends_a_command_with_a_reason(
+    chladni: CommandLine, table: Path
+) -> None:
+    hello = encode(BY_NAME["hello"].code | RESPONSE, 1, struct.pack("<BBBHH", 0, 1, 1, 3, 1024))
+    with Unplugged(hello) as port:
+        done = chladni("flash", table, "--port", port)
+    assert done.code == 1
+    assert port in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.slow
+def test_another_baud_rate_is_not_taken_for_a_device(chladni: CommandLine) -> None:
+    """A console that prints at 9600 while we listen at 115200: bytes that make no sense."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    os.write(master, bytes((37 * k * k + 11) % 256 for k in range(3000)))
+    done = chladni("device", "info", "--port", os.ttyname(slave))
+    assert done.code == 1
+    assert "baud rate" in done.err
+    os.close(master)
+    os.close(slave)
+
+
+def test_no_permission_is_said_with_what_to_do(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Root may open anything, so the refusal is the operating system's in name only."""
+
+    def refuse(_: object) -> None:
+        raise serial.SerialException(13, "could not open port: [Errno 13] Permission denied")
+
+    monkeypatch.setattr(serial.Serial, "open", refuse)
+    done = chladni("device", "info", "--port", "/dev/ttyS0")
+    assert done.code == 1
+    assert "join the group" in done.err
 
 
 def test_who_answers_at_a_port_is_told(port: str, prototype: Board) -> None:

@@ -144,6 +144,7 @@ void Emulator::boot(ResetCause cause) {
   sample_at_ = sample_due_ + in_periods(hardware_.interrupt_us);
   next_turn_us_ = now_us();
   next_scan_us_ = now_us() + panel_.period_us(false);
+  device_.command("info");  // as chip/app_main.cpp greets
 }
 
 void Emulator::restart(ResetCause cause) {

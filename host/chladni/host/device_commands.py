@@ -30,7 +30,7 @@ from chladni.tables.format import pack, read_table
 
 REPEAT_S = 0.05
 SELF_TEST_S = 0.6
-SELF_TEST_GAIN = 0.5
+SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
 USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
 """Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
 
@@ -195,18 +195,30 @@ def self_test(
     reach: Reach,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Play each actuator in turn at half amplitude, and report the current it should draw."""
+    """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
     rows = []
     with reach.device() as device:
-        channels = device.info()["channels"]
+        channels, config = device.info()["channels"], device.config()
         for channel in range(channels):
-            gains = [SELF_TEST_GAIN if k == channel else 0.0 for k in range(channels)]
-            _play(device, list(map(complex, gains)), 160.0, "sine", SELF_TEST_S)
-            rows.append({"channel": channel, "supply_ma": device.info()["supply_ma"]})
+            for step in range(1, SELF_TEST_STEPS + 1):
+                gains = [0j] * channels
+                gains[channel] = complex(SELF_TEST_GAIN * step / SELF_TEST_STEPS)
+                _play(device, gains, 160.0, "sine", SELF_TEST_S / SELF_TEST_STEPS)
+            drawn = device.info()["supply_ma"]
             device.stop()
             _wait(device, 0.1)
+            # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
+            full_ma = config["full_current_ma"][channel]
+            expected = round(full_ma * SELF_TEST_GAIN / 2.0)
+            rows.append(
+                {"channel": channel, "supply_ma": drawn, "expected_ma": expected,
+                 "full_current_ma": full_ma}
+            )  # fmt: skip
         faults = device.faults()
-    answer({"channels": rows, "faults": faults}, as_json=as_json, title="Self-test")
+    answer(
+        {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
+        as_json=as_json, title="Self-test",
+    )  # fmt: skip
 
 
 @device_app.command("log")
