@@ -239,10 +239,12 @@ class Device:
         """Frames per request: as few as the wire can carry in time, whole bytes of them."""
         # Whole frames that fill whole bytes: four of any number of channels do.
         most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
+        least = min(SMALLEST_PIECE, most)
         spare_s = STREAM_SHARE / rate_hz - self.link.wire_time(1) * 10 * channels / 8.0
         if spare_s <= 0.0:
-            return most
-        return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, min(SMALLEST_PIECE, most), most))
+            # Too slow a wire in any case; the device must hear of its host all the same.
+            return least
+        return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, least, most))
 
     def stop(self) -> None:
         """End a live drive or a stream."""
