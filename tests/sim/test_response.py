@@ -20,7 +20,13 @@ from chladni.sim.ritz.geometry import EdgeSupports, Inclusion, PlateGeometry, Ri
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.scaling import first_level, resolution_for, wave_number
 from chladni.sim.simply_supported import SimplySupportedPlate
-from chladni.sim.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.transfer import (
+    actuator_loads,
+    plate_geometry,
+    plate_model,
+    target_field,
+    transfer_fields,
+)
 
 X, Y = np.linspace(-0.05, 0.05, 21), np.linspace(-0.07, 0.07, 29)
 
@@ -383,3 +389,38 @@ def test_error_estimates_hold_on_random_boards(scene: tuple[PlateGeometry, Load,
     assert error <= found.error_estimate
     if error > 1e-8:  # below, the finer solution itself is the limit
         assert found.error_estimate <= 100.0 * error
+
+
+@pytest.mark.parametrize("name", ["paper", "prototype"])
+def test_many_frequencies_together_are_as_one_by_one(name: str) -> None:
+    """Fields and estimates to rounding, also across a batch and where fewer loads are distinct."""
+    board = load_board(name)
+    loads, model = actuator_loads(board), plate_model(board)
+    if name == "prototype":
+        # One size for all, which otherwise follows the highest frequency.
+        geometry = plate_geometry(board)
+        waves = wave_number(geometry, 2.0 * np.pi * 900.0)
+        model = RitzPlate(geometry, board.plate.loss_factor, resolution_for(geometry, waves, 1))
+    x, y = board.x[::6], board.y[::6]
+    frequencies = np.linspace(100.0, 900.0, 20)
+    together = list(model.respond_over(loads, frequencies, x=x, y=y, tolerance=1e-2))
+    assert [response.frequency_hz for response in together] == frequencies.tolist()
+    for response in together:
+        f = response.frequency_hz
+        one = model.respond(loads, frequency_hz=f, x=x, y=y, tolerance=1e-2)
+        largest = np.abs(one.values).max()
+        assert np.abs(one.values - response.values).max() <= 1e-10 * largest
+        assert response.error_estimate == pytest.approx(one.error_estimate, rel=1e-4)
+
+
+def test_a_resonance_among_many_frequencies_is_named() -> None:
+    paper = paper_board()
+    board = dataclasses.replace(paper, plate=dataclasses.replace(paper.plate, loss_factor=0.0))
+    for model in (plate_model(board), RitzPlate(plate_geometry(board), 0.0)):
+        mode = float(model.natural_frequencies(1)[0])
+        over = model.respond_over(
+            [Load(0.01, 0.02)], np.array([100.0, mode]), x=board.x[::20], y=board.y[::20],
+            tolerance=1e-2,
+        )  # fmt: skip
+        with pytest.raises(ResonanceError):
+            list(over)

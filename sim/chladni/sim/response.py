@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -88,3 +88,14 @@ class PlateModel(Protocol):
         tolerance: float,
     ) -> Response:
         """Fields on the grid x × y (m) under unit loads."""
+
+    def respond_over(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        *,
+        x: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+    ) -> Iterator[Response]:
+        """The same for many frequencies, one after another."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,6 +89,19 @@ class SimplySupportedPlate:
             energies.append(float(np.sum(np.abs(weights) ** 2)))
         error = np.sqrt(self._tail(radius, omega) / max(min(energies), np.finfo(float).tiny))
         return Response(values, int(inside.sum()), float(error), frequency_hz)
+
+    def respond_over(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        *,
+        x: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+    ) -> Iterator[Response]:
+        """The same for many frequencies, one after another: each has its own sum."""
+        for frequency in frequencies_hz.tolist():
+            yield self.respond(loads, frequency_hz=frequency, x=x, y=y, tolerance=tolerance)
 
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ class GridTable:
                 self._place(total.imag, own[loads:], flip_x=flip_x, flip_y=flip_y)
         return total
 
-    def clear_cut_out(self, values: ComplexArray) -> None:
+    def clear_cut_out(self, values: NDArray[Any]) -> None:
         """Set fields to zero where a screw holds the plate or a hole leaves none, in place."""
         rows, columns = self._cut_out
         values[:, rows, columns] = 0.0

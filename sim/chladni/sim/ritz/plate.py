@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import wraps
 from threading import RLock
 from typing import Any, TypeVar, cast
@@ -31,7 +31,8 @@ ComplexArray = NDArray[np.complex128]
 
 MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
-
+AT_ONCE = 16
+"""Frequencies whose fields are made together: more would only take more memory."""
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -91,7 +92,6 @@ class RitzPlate:
         highest = wave_number_of_mode(self.geometry, count)
         return self._solver(highest, first_level(self.geometry, MODE_TOLERANCE))
 
-    @in_turn
     def respond(
         self,
         loads: Sequence[Load],
@@ -110,21 +110,57 @@ class RitzPlate:
         ResonanceError
             The plate has no loss and `frequency_hz` lies on a mode.
         """
-        omega = 2.0 * np.pi * frequency_hz
-        waves = wave_number(self.geometry, omega)
-        level = first_level(self.geometry, tolerance)
+        frequencies = np.array([frequency_hz])
+        return next(self.respond_over(loads, frequencies, x=x, y=y, tolerance=tolerance))
+
+    def respond_over(
+        self,
+        loads: Sequence[Load],
+        frequencies_hz: FloatArray,
+        *,
+        x: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+    ) -> Iterator[Response]:
+        """The same for many frequencies, at the cost of one modal solution and few reads.
+
+        The basis is chosen at the highest of them, and grows until all are within `tolerance`.
+
+        Raises
+        ------
+        ResonanceError
+            As above, before anything is yielded.
+        """
         orbits = orbits_of(loads, self.mirrors, x, y)
+        waves = wave_number(self.geometry, 2.0 * np.pi * float(frequencies_hz.max()))
+        level = first_level(self.geometry, tolerance)
+        frequencies = frequencies_hz.tolist()
+        for first in range(0, len(frequencies), AT_ONCE):
+            some = frequencies[first : first + AT_ONCE]
+            level, size, values, errors = self._fields_over(
+                orbits.distinct, some, waves, level, x, y, tolerance
+            )
+            for frequency, own, error in zip(some, values, errors, strict=True):
+                yield Response(orbits.unfold(own), size, float(error), frequency)
+
+    @in_turn
+    def _fields_over(
+        self, loads: Sequence[Load], frequencies: list[float], waves: float, level: int,
+        x: FloatArray, y: FloatArray, tolerance: float,
+    ) -> tuple[int, int, ComplexArray, FloatArray]:  # fmt: skip
+        """The level that suffices, the basis' size, fields (frequencies, loads, …) and errors."""
+        omegas = [2.0 * np.pi * frequency for frequency in frequencies]
         while True:
             solver = self._solver(waves, level)
-            self._refuse_resonance(solver, frequency_hz)
-            case = solver.case(orbits.distinct)
-            solution = solver.coefficients(case, omega, self.loss_factor)
-            error = solver.error_estimate(case, solution, omega, self.loss_factor)
-            if error <= tolerance or level == LEVELS - 1 or self._resolution:
-                break
+            for frequency in frequencies:
+                self._refuse_resonance(solver, frequency)
+            case = solver.case(loads)
+            solutions = [solver.coefficients(case, omega, self.loss_factor) for omega in omegas]
+            errors = solver.error_estimates(case, solutions, omegas, self.loss_factor)
+            if errors.max() <= tolerance or level == LEVELS - 1 or self._resolution:
+                values = solver.field(case, solutions, self.loss_factor, x, y)
+                return level, solver.basis.size, values, errors
             level += 1
-        values = orbits.unfold(solver.field(case, solution, self.loss_factor, x, y))
-        return Response(values, solver.basis.size, error, frequency_hz)
 
     @in_turn
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:

@@ -113,15 +113,22 @@ class Solver:
         return [c.modes.respond(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
 
     def field(
-        self, case: LoadCase, coefficients: list[ComplexArray], loss_factor: float,
+        self, case: LoadCase, solutions: Sequence[list[ComplexArray]], loss_factor: float,
         x: FloatArray, y: FloatArray,
     ) -> ComplexArray:  # fmt: skip
-        """Fields on the grid x × y, shape (loads, nx, ny)."""
+        """Fields of several solutions on the grid x × y, shape (solutions, loads, nx, ny).
+
+        Together they cost far less than one by one: reading the grid's tables is what takes time.
+        """
         grid = self._grid(x, y)
-        values = grid.fields([c.basis for c in self.classes], coefficients)
-        if not case.is_direct:
-            values += case.field_on(x, y) / (1.0 + 1j * loss_factor)
+        columns = [np.concatenate(own, axis=1) for own in zip(*solutions, strict=True)]
+        values = grid.fields([c.basis for c in self.classes], columns)
         grid.clear_cut_out(values)
+        values = values.reshape(len(solutions), -1, x.size, y.size)
+        if not case.is_direct:
+            own = case.field_on(x, y) / (1.0 + 1j * loss_factor)
+            grid.clear_cut_out(own)
+            values += own
         return values
 
     def at_points(
@@ -178,33 +185,39 @@ class Solver:
             self._last_points = (key, table)
         return self._last_points[1]
 
-    def error_estimate(
-        self, case: LoadCase, fine: list[ComplexArray], omega: float, loss_factor: float
-    ) -> float:
-        """Relative L² error of the response, the largest of the loads.
+    def error_estimates(
+        self, case: LoadCase, solutions: Sequence[list[ComplexArray]], omegas: Sequence[float],
+        loss_factor: float,
+    ) -> FloatArray:  # fmt: skip
+        """Relative L² error of every solution, the largest of its loads.
 
         Coarser solutions in the same matrices give two steps of the polynomials and the discs. The
         next would shrink by their ratio; its fourth root is taken, since a ratio seen once may
         flatter. Screws have few orders, so the last one's step stands for the next.
         """
-        bases = [c.basis for c in self.classes]
-        probe = self._probe
-        coarse, coarsest, *fewer_on_rims = [
-            [c.coarser[k].solve(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
-            for k in range(len(self.classes[0].coarser))
-        ]
+        probe, loads = self._probe, solutions[0][0].shape[1]
+        # All in one call: on so small a grid a call costs more than its sums.
+        columns = []
+        for number, c in enumerate(self.classes):
+            load, own = case.in_class(c.basis), []
+            for solution, omega in zip(solutions, omegas, strict=True):
+                fine = solution[number]
+                coarse, coarsest, *fewer = [k.solve(load, omega, loss_factor) for k in c.coarser]
+                own += [fine, fine - coarse, coarse - coarsest, *(fine - k for k in fewer)]
+            columns.append(np.concatenate(own, axis=1))
+        fields = probe.fields([c.basis for c in self.classes], columns)
+        shape = (len(solutions), -1, loads, *fields.shape[1:])
+        fields = fields.reshape(shape)
+        fields[:, 0] += case.field_on(probe.x, probe.y) / (1.0 + 1j * loss_factor)
+        norms = np.moveaxis(np.sqrt(np.sum(np.abs(fields) ** 2, axis=(3, 4))), 1, 0)
+        whole, last, before, *on_rims = norms
 
-        def step(one: list[ComplexArray], other: list[ComplexArray]) -> FloatArray:
-            return _norm(probe.fields(bases, [a - b for a, b in zip(one, other, strict=True)]))
-
-        last, before = step(fine, coarse), step(coarse, coarsest)
         ratio = last / np.maximum(before, 1e-300)
         error = last * np.minimum(SAFETY * ratio**POWER, LARGEST)
-        for solution in fewer_on_rims:
-            error = error + RIM_SHARE * step(fine, solution)
-        whole = probe.fields(bases, fine) + case.field_on(probe.x, probe.y) / (1 + 1j * loss_factor)
+        for step in on_rims:
+            error = error + RIM_SHARE * step
         floor = ROUNDING + (UNRESOLVED_LOAD if case.is_unresolved else 0.0)
-        return float(np.max(error / np.maximum(_norm(whole), 1e-300)) + floor)
+        return np.asarray(np.max(error / np.maximum(whole, 1e-300), axis=1) + floor)
 
     def _grid(self, x: FloatArray, y: FloatArray) -> GridTable:
         key = x.tobytes() + b"|" + y.tobytes()
@@ -219,7 +232,3 @@ class Solver:
         sides = (self.geometry.width, self.geometry.length)
         x, y = (gauss_points(s, n)[0] for s, n in zip(sides, PROBE_POINTS, strict=True))
         return GridTable(self.basis, self.mirrors, x, y)
-
-
-def _norm(fields: ComplexArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.sum(np.abs(fields) ** 2, axis=(1, 2))))
