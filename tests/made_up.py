@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.host.device import Device
 from chladni.host.device_config import DeviceConfig
 from chladni.host.emulator import Emulator, Recording, covering_panel
+from chladni.host.wire import EmulatorWire
 from chladni.tables import layout
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
@@ -115,3 +117,14 @@ def powered(table: Table | bytes, *, channels: int = 5, **options: Any) -> Emula
     """An emulated device with a table, powered on."""
     known = table if isinstance(table, Table) else None
     return Emulator(device_of(known, channels=channels), table, **options)
+
+
+def assert_one_of_them_plays(emulator: Emulator, old: bytes, new: bytes, *, said: bool) -> None:
+    """After an update over something bad and a start: the old table or the new, as was `said`."""
+    emulator.run(6_000.0)
+    emulator.core.boot()
+    crc = int(Device(EmulatorWire(emulator)).info()["table_crc"], 16)
+    crcs = [int.from_bytes(data[-4:], "little") for data in (old, new)]
+    assert crc in crcs
+    if said:
+        assert crc == crcs[1]

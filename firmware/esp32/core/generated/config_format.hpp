@@ -146,4 +146,5 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
 }
 
 }  // namespace config_format
+
 }  // namespace chladni
