@@ -63,6 +63,7 @@ def network_header() -> str:
         "kMacBytes": network_format.MAC_BYTES,
         "kHelloBytes": network_format.HELLO_BYTES,
         "kMaxDatagram": network_format.MAX_DATAGRAM,
+        "kSessionSilenceMs": network_format.SESSION_SILENCE_MS,
         "kRenewAt": network_format.RENEW_AT,
     }
     return cpp_text.header(
@@ -72,7 +73,6 @@ def network_header() -> str:
             *cpp_text.constants(values),
             *cpp_text.field_offsets("kRecordAt", network_format.RECORD_FIELDS),
             *cpp_text.field_offsets("kAt", network_format.DATAGRAM_FIELDS),
-            *cpp_text.field_offsets("kWelcomeAt", network_format.WELCOME_FIELDS),
             "",
             "enum class Kind : uint8_t {",
             *(

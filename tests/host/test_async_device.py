@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -82,6 +83,26 @@ def test_a_cancelled_task_leaves_the_device_usable() -> None:
             assert (await device.info())["table_status"] == "ok"
 
     asyncio.run(main())
+
+
+def test_a_wire_that_is_opened_too_late_is_closed() -> None:
+    closed = threading.Event()
+
+    class Slow(EmulatorWire):
+        def __init__(self) -> None:
+            time.sleep(0.2)
+            super().__init__(powered(OLD))
+
+        def close(self) -> None:
+            closed.set()
+
+    async def main() -> None:
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.02), AsyncDevice(Slow):
+                pass
+
+    asyncio.run(main())
+    assert closed.wait(5.0)
 
 
 def test_nobody_there_is_said_on_entering() -> None:

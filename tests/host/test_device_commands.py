@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import struct
 import subprocess
 import sys
 import threading
+import time
 import tty
 from collections.abc import Iterator
 from dataclasses import replace
@@ -113,6 +115,7 @@ def test_a_script_is_streamed_for_as_long_as_asked(chladni: CommandLine, tmp_pat
 @pytest.mark.parametrize(
     ("channels", "more", "words"),
     [(4, "", "5 channels"), (5, "+ 2.0", "duties from 0 to 1"), (5, "/ nothing", "NameError"),
+     (5, "\nraise SystemExit", "SystemExit"), (5, "+ exit(0)", "SystemExit"),
      (5, ", 1", "duties(t)"), (5, ")[:3] + (0.0", "channels)")],
 )  # fmt: skip
 def test_a_script_that_gives_no_duties_is_named(
@@ -153,6 +156,27 @@ def test_a_script_that_gives_no_duties_is_named(
         (("device", "info", "--udp", "h:0", "--key", "README.md"), 2, "HOST or HOST:PORT"),
         (("device", "info", "--udp", "127.0.0.1", "--key", "README.md"), 2, "hexadecimal"),
         (("device", "info", "--udp", "127.0.0.1", "--emulator"), 2, "one of the three"),
+        (("device", "info", "--udp", "127.0.0.1:²", "--key", "README.md"), 2, "HOST or HOST:PORT"),
+        (("device", "touch", "1e9,0", "--emulator"), 2, "board's centre"),
+        (("device", "touch", "0,0", "--seconds", "nan", "--emulator"), 2, "--seconds"),
+        (("device", "log", "--seconds", "nan", "--emulator"), 2, "--seconds"),
+        (("device", "stream", "1@nan,0,0,0,0", "--emulator"), 2, "DRIVE"),
+        (
+            (
+                "device",
+                "network",
+                "set",
+                "--ssid",
+                "\udcff",
+                "--key",
+                "k",
+                "--passphrase-file",
+                "README.md",
+                "--emulator",
+            ),
+            2,
+            "ssid",
+        ),
         (("device", "log", "--udp", "127.0.0.1"), 2, "over the wire only"),
         (("device", "network", "set", "--emulator"), 2, "--ssid"),
         (("device", "network", "set", "--ssid", "x", "--emulator"), 2, "--key"),
@@ -255,6 +279,19 @@ class Unplugged:
 
     def __exit__(self, *_: object) -> None:
         self._thread.join()
+
+
+@pytest.mark.slow
+def test_a_touch_that_is_interrupted_is_lifted(port: str) -> None:
+    """Ctrl-C in the middle: the finger does not stay behind."""
+    command = [sys.executable, "-m", "chladni.host.cli", "device", "touch", "5,5"]
+    process = subprocess.Popen([*command, "--seconds", "30", "--port", port])
+    time.sleep(4.0)
+    process.send_signal(signal.SIGINT)
+    assert process.wait() != 0
+    with Device(SerialWire(port)) as device:
+        device.link.wait(0.2)
+        assert device.info()["state"] == "idle"
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from chladni.host.device import Device
 from chladni.host.emulator import Hardware
 from chladni.host.link import FrameSplitter, LinkError, encode
 from chladni.host.link_protocol import MAX_PAYLOAD, MESSAGES, Status
+from chladni.host.table_upload import TableUpload
 from chladni.host.wire import EmulatorWire
 from chladni.tables.format import pack
 from made_up import assert_one_of_them_plays, make_table, powered, random_table
@@ -181,6 +182,32 @@ def test_what_broke_off_is_not_mixed_with_another_table() -> None:
         Device(wire).previous()
     assert Device(wire).flash(other).verified
     assert other in emulator.core.flash_bytes()
+
+
+def test_what_was_sent_and_never_committed_is_no_table_to_go_back_to() -> None:
+    """Before a restart and after it; the table that came with the flash is one, afterwards."""
+    emulator = powered(OLD)
+    device = Device(EmulatorWire(emulator))
+    TableUpload(device.link, BIG).run()
+    emulator.run(7_000.0)
+    for _ in range(2):
+        with pytest.raises(LinkError, match="no other table"):
+            Device(EmulatorWire(emulator)).previous()
+        emulator.core.boot()
+    device = Device(EmulatorWire(emulator))
+    assert device.flash(NEW).verified
+    device.previous()
+    assert int(device.info()["table_crc"], 16) == int.from_bytes(OLD[-4:], "little")
+
+
+def test_a_slot_full_of_table_arrives_on_the_slowest_flash() -> None:
+    """Six seconds of erasing in one turn of the main loop: no silence, and no reset."""
+    slow = Hardware(erase_us=400_000.0, program_us=20.0)
+    emulator = powered(OLD, hardware=slow)
+    data = pack(random_table(60, 50, 5, 3))
+    assert len(data) > 14 * 4096
+    assert Device(EmulatorWire(emulator)).flash(data).verified
+    assert emulator.core.faults == []
 
 
 def test_moderate_loss_is_made_up_for() -> None:

@@ -31,7 +31,8 @@ from chladni.host.network_format import (
     KEY_BYTES,
     MAC_BYTES,
     RENEW_AT,
-    WELCOME,
+    SESSION,
+    SESSION_SILENCE_MS,
     Kind,
     NetworkSettings,
     make_key,
@@ -49,6 +50,7 @@ LAB = NetworkSettings("lab", "a passphrase", KEY)
 OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
 BIG = pack(random_table(30, 20, 5, 3))
 INFO = bytes([BY_NAME["info"].code, 1])
+PIECE = bytes([BY_NAME["table_data"].code, 1, 0, 0, 0, 0, 9])
 
 
 def networked() -> Emulator:
@@ -64,14 +66,13 @@ def exchange(emulator: Emulator, *datagrams: bytes) -> list[bytes]:
     return [data for _, data in emulator.core.udp_read()]
 
 
-def session_of(emulator: Emulator) -> tuple[int, int]:
-    """The session that the device runs, and the highest counter it has taken."""
-    (welcome,) = exchange(emulator, seal(KEY, Kind.HELLO, 0, 99, bytes(WELCOME.size)))
+def session_of(emulator: Emulator, known: int = 0) -> int:
+    """The session that the device opens, or goes on with."""
+    (welcome,) = exchange(emulator, seal(KEY, Kind.HELLO, 0, 99, SESSION.pack(known)))
     opened = unseal(KEY, welcome)
     assert opened is not None
     assert (opened.kind, opened.session) == (Kind.WELCOME, 99)
-    session, taken, _ = WELCOME.unpack(opened.body)
-    return session, taken
+    return int(SESSION.unpack(opened.body)[0])
 
 
 @dataclass
@@ -114,7 +115,7 @@ def hmac_by_hand(key: bytes, data: bytes) -> bytes:
 
 
 def test_a_datagram_is_what_the_page_says_byte_by_byte() -> None:
-    """docs/security.md: C41D, version, kind, counter, session, body, half an HMAC."""
+    """As in docs/security.md: magic, version, kind, counter, session, body, half an HMAC."""
     data = seal(KEY, Kind.REQUEST, 0x01020304, 0x1122334455667788, b"\2\1")
     head = bytes.fromhex("1dc4 01 00 04030201 8877665544332211") + b"\2\1"
     assert data == head + hmac_by_hand(KEY, head)[:MAC_BYTES]
@@ -122,7 +123,7 @@ def test_a_datagram_is_what_the_page_says_byte_by_byte() -> None:
 
 def test_a_device_without_a_key_is_silent() -> None:
     emulator = powered(OLD)
-    assert exchange(emulator, seal(KEY, Kind.HELLO, 0, 1, bytes(WELCOME.size))) == []
+    assert exchange(emulator, seal(KEY, Kind.HELLO, 0, 1, bytes(SESSION.size))) == []
     assert Device(EmulatorWire(emulator)).network()["state"] == "off"
 
 
@@ -148,8 +149,8 @@ def test_another_key_gets_no_answer() -> None:
 
 def test_every_single_flipped_bit_of_a_hello_and_of_a_request_is_refused() -> None:
     emulator = networked()
-    session, _ = session_of(emulator)
-    hello = seal(KEY, Kind.HELLO, 0, 5, bytes(WELCOME.size))
+    session = session_of(emulator)
+    hello = seal(KEY, Kind.HELLO, 0, 5, bytes(SESSION.size))
     request = seal(KEY, Kind.REQUEST, 1, session, INFO)
     for whole in (hello, request):
         spoilt = []
@@ -165,7 +166,7 @@ def test_every_single_flipped_bit_of_a_hello_and_of_a_request_is_refused() -> No
 
 def test_a_hello_is_no_shorter_than_its_answer() -> None:
     emulator = networked()
-    hello = seal(KEY, Kind.HELLO, 0, 5, bytes(WELCOME.size))
+    hello = seal(KEY, Kind.HELLO, 0, 5, bytes(SESSION.size))
     (welcome,) = exchange(emulator, hello)
     assert len(welcome) <= len(hello) == HELLO_BYTES
 
@@ -197,31 +198,78 @@ def test_nothing_that_was_recorded_counts_again() -> None:
         assert opened.kind == Kind.WELCOME
 
 
-@given(st.lists(st.integers(0, 80), min_size=1, max_size=60))
+@given(st.lists(st.tuples(st.integers(0, 80), st.booleans()), min_size=1, max_size=60))
 @settings(max_examples=60, deadline=None)
-def test_a_counter_is_taken_once_and_only_near_the_highest(counters: list[int]) -> None:
-    """Firmware and host against a set of what was taken."""
+def test_a_counter_is_taken_once_and_only_pieces_of_tables_late(
+    counters: list[tuple[int, bool]],
+) -> None:
+    """The firmware against a set of what was taken, and the host's window beside it."""
     emulator = networked()
-    session, _ = session_of(emulator)
+    session = session_of(emulator)
     window, taken, highest = ReplayWindow(), set(), 0
-    for counter in counters:
-        expected = counter > 0 and counter not in taken and counter > highest - 32
-        answered = exchange(emulator, seal(KEY, Kind.REQUEST, counter, session, INFO))
+    for counter, is_piece in counters:
+        body = PIECE if is_piece else INFO
+        is_new = counter > 0 and counter not in taken
+        expected = is_new and counter > highest - (32 if is_piece else 0)
+        answered = exchange(emulator, seal(KEY, Kind.REQUEST, counter, session, body))
         assert (len(answered) == 1) == expected
-        assert window.take(counter) == expected
         if expected:
+            assert window.take(counter)
             taken.add(counter)
             highest = max(highest, counter)
+        elif not is_new:
+            assert not window.take(counter)
 
 
-def test_counters_begin_anew_long_before_they_run_out() -> None:
+def test_counters_end_long_before_they_run_out() -> None:
     emulator = networked()
-    session, _ = session_of(emulator)
+    session = session_of(emulator)
     last = seal(KEY, Kind.REQUEST, RENEW_AT, session, INFO)
     assert len(exchange(emulator, last)) == 1
-    renewed, taken = session_of(emulator)
-    assert (renewed != session, taken) == (True, 0)
+    assert exchange(emulator, seal(KEY, Kind.REQUEST, RENEW_AT + 1, session, INFO)) == []
+    assert session_of(emulator, session) != session
     assert exchange(emulator, last) == []
+
+
+def test_what_was_held_back_is_out_of_date() -> None:
+    """A touch that arrives after its repetition and the lift, and one after a long silence."""
+    emulator = networked()
+    session = session_of(emulator)
+    touch, lift = (
+        bytes([BY_NAME[name].code, k]) + bytes(sum(f.size for f in BY_NAME[name].request))
+        for k, name in ((1, "touch"), (2, "lift"))
+    )
+    held, again, up = (
+        seal(KEY, Kind.REQUEST, counter, session, body)
+        for counter, body in ((1, touch), (2, touch), (3, lift))
+    )
+    assert len(exchange(emulator, again, up)) == 2
+    emulator.run(100.0)
+    assert exchange(emulator, held) == []
+    newest = seal(KEY, Kind.REQUEST, 9, session, touch)
+    emulator.run(SESSION_SILENCE_MS + 10.0)
+    assert exchange(emulator, newest) == []
+    assert not emulator.run(50.0).duty_steps.any()
+
+
+def test_a_silent_host_goes_on_where_it_left() -> None:
+    emulator = networked()
+    device = Device(DatagramWire(EmulatedPort(emulator), KEY))
+    for silence_ms in (100.0, SESSION_SILENCE_MS * 0.7, SESSION_SILENCE_MS * 3.0):
+        emulator.run(silence_ms)
+        before = device.link.repeated
+        assert device.info()["state"] == "idle"
+        assert device.link.repeated == before
+
+
+def test_replayed_hellos_do_not_end_a_session() -> None:
+    emulator = networked()
+    session = session_of(emulator)
+    assert len(exchange(emulator, seal(KEY, Kind.REQUEST, 1, session, INFO))) == 1
+    hello = seal(KEY, Kind.HELLO, 0, 5, bytes(SESSION.size))
+    for _ in range(50):
+        exchange(emulator, hello)
+    assert len(exchange(emulator, seal(KEY, Kind.REQUEST, 2, session, INFO))) == 1
 
 
 def test_the_key_is_set_over_the_wire_only_and_never_told() -> None:
@@ -230,13 +278,13 @@ def test_the_key_is_set_over_the_wire_only_and_never_told() -> None:
     for settings_ in (None, NetworkSettings("other", "", OTHER_KEY)):
         with pytest.raises(LinkError, match="refuses"):
             over_network.set_network(settings_)
-    told = b""
+    told, counter, session = b"", 0, session_of(emulator)
     for message in MESSAGES:
         if message.name == "restart":
             continue
         body = bytes([message.code, 9]) + bytes(sum(f.size for f in message.request))
-        session, taken = session_of(emulator)
-        (answer,) = exchange(emulator, seal(KEY, Kind.REQUEST, taken + 1, session, body))
+        counter += 1
+        (answer,) = exchange(emulator, seal(KEY, Kind.REQUEST, counter, session, body))
         told += answer
     assert b"lab" in told
     assert KEY[:8] not in told
@@ -293,11 +341,11 @@ def test_a_cut_while_a_key_is_written_leaves_the_old_key_the_new_or_none() -> No
 def test_a_restart_is_met_with_a_new_session() -> None:
     emulator = networked()
     device = Device(DatagramWire(EmulatedPort(emulator), KEY))
-    before, _ = session_of(emulator)
+    before = session_of(emulator)
     device.restart()
     emulator.run(400.0)
     assert device.info()["state"] == "idle"
-    assert session_of(emulator)[0] != before
+    assert session_of(emulator, before) != before
 
 
 @dataclass
@@ -344,17 +392,85 @@ def test_a_flash_over_a_bad_network_ends_right_or_says_that_it_failed(
     assert_one_of_them_plays(emulator, OLD, BIG, said=said)
 
 
-def test_two_hosts_do_not_hear_each_others_answers() -> None:
+def test_two_hosts_have_sessions_of_their_own() -> None:
+    """Same numbers, other wishes: each is done, and none hears the other's answer."""
     emulator = networked()
-    ports = [EmulatedPort(emulator, peer) for peer in (1, 2)]
-    wires = [DatagramWire(port, KEY) for port in ports]
-    for wire in (wires[1], wires[0]):
-        assert Device(wire).info()["state"] == "idle"
+    recorders = [Recorder(EmulatedPort(emulator, peer)) for peer in (1, 2)]
+    first, second = (Device(DatagramWire(recorder, KEY)) for recorder in recorders)
+    for device, level in ((first, 20_000), (second, 10_000)):
+        device.set_config(device.config().with_values(level_q15=level))
+    emulator.core.boot()
+    assert Device(EmulatorWire(emulator)).config()["level_q15"] == 10_000
+    answers = [data for data in recorders[0].got if data[3] == Kind.ANSWER]
+    wire = second.wire
+    assert isinstance(wire, DatagramWire)
+    assert all(wire._take(data) == b"" for data in answers)
+
+
+def test_many_short_visits_find_room_and_a_busy_host_keeps_its_own() -> None:
+    """Twenty commands within seconds, while somebody asks again and again."""
+    emulator = networked()
+    busy = Device(DatagramWire(EmulatedPort(emulator, 99), KEY))
+    for peer in range(20):
+        for _ in range(4):
+            busy.info()
+            emulator.run(60.0)
+        assert Device(DatagramWire(EmulatedPort(emulator, peer), KEY)).info()["state"] == "idle"
+    assert busy.link.repeated == 0
+
+
+def test_a_second_host_does_not_disturb_a_stream() -> None:
+    emulator = networked()
+    first, second = (Device(DatagramWire(EmulatedPort(emulator, k), KEY)) for k in (1, 2))
+    t = np.arange(9_766)[:, None] / 9765.625
+    steps = first.stream_steps(0.3 + 0.2 * np.sin(2.0 * np.pi * 160.0 * t + np.zeros(5)))
+    taken = 0
+    for k, step in enumerate(steps):
+        taken += step.taken
+        if k % 40 == 20:
+            assert second.info()["state"] == "streaming"
+    assert taken == len(t)
+    assert first.faults() == []
+
+
+@pytest.mark.parametrize("direction", ["request", "answer"])
+def test_one_lost_datagram_does_not_end_a_stream(direction: str) -> None:
+    emulator = networked()
+    count = 0
+
+    def lose(data: bytes) -> list[bytes]:
+        nonlocal count
+        if (data[3] == Kind.REQUEST) != (direction == "request"):
+            return [data]
+        count += 1
+        return [] if count == 60 else [data]
+
+    device = Device(DatagramWire(Recorder(EmulatedPort(emulator), lose), KEY))
+    t = np.arange(9_766)[:, None] / 9765.625
+    duties = 0.3 + 0.2 * np.sin(2.0 * np.pi * 160.0 * t + np.zeros(5))
+    assert device.stream(duties) == len(t)
+    assert {fault["cause"] for fault in device.faults()} <= {"stream underrun"}
+
+
+def test_a_restart_whose_answer_is_lost_is_done_once() -> None:
+    emulator = networked()
+    emulator.run(3_000.0)
+
+    def lose(data: bytes) -> list[bytes]:
+        opened = unseal(KEY, data)
+        assert opened is not None
+        lost = opened.kind == Kind.ANSWER and opened.body[0] == BY_NAME["restart"].code | RESPONSE
+        return [] if lost else [data]
+
+    recorder = Recorder(EmulatedPort(emulator), lose)
+    Device(DatagramWire(recorder, KEY)).restart()
+    assert [cause for cause, _, _ in emulator.core.faults] == ["reset"]
+    assert emulator.core.state == "idle"
 
 
 def test_any_request_over_the_network_gets_one_answer_with_its_number() -> None:
     emulator = networked()
-    session, taken = session_of(emulator)
+    session, taken = session_of(emulator), 0
     rng = random.Random(4)
     for k, code in enumerate(rng.choices(range(1, 40), k=80)):
         if code == BY_NAME["restart"].code:

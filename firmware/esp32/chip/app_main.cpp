@@ -73,7 +73,11 @@ Hal make_hal() {
   hal.hmac_sha256 = [](void*, const uint8_t* key, const uint8_t* bytes, uint32_t count,
                        uint8_t* mac) { return chip::network_hmac(key, bytes, count, mac); };
   hal.random = [](void*) { return chip::network_random(); };
-  hal.restart = [](void*) { esp_restart(); };
+  hal.restart = [](void*) {
+    // Before what ESP-IDF does on the way down, of which stopping the radio takes a while.
+    chip::cut_outputs();
+    esp_restart();
+  };
   hal.print = [](void*, const char* line) { chip::console_print(line); };
   return hal;
 }

@@ -1,6 +1,7 @@
 #include "flash.hpp"
 
 #include "esp_partition.h"
+#include "esp_task_wdt.h"
 
 namespace chladni::chip {
 
@@ -38,6 +39,8 @@ bool flash_read(FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count)
 }
 
 bool flash_erase_sector(FlashArea area, uint32_t offset) {
+  // Many in a row may take longer than the watchdog waits, and each of them is a sign of life.
+  esp_task_wdt_reset();
   const esp_partition_t* const partition = partition_of(area);
   return partition != nullptr &&
          esp_partition_erase_range(partition, offset, kSectorBytes) == ESP_OK;

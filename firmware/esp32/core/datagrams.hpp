@@ -11,14 +11,13 @@
 
 namespace chladni {
 
-// Which counters were taken, so that nothing is taken twice: those up to 32 below the highest may
-// still come, as a network may let one overtake another (as RFC 4303, 3.4.3).
+// Which counters were taken, so that none is taken twice.
 class ReplayWindow {
  public:
-  // Whether this one is new; then it no longer is.
-  bool take(uint32_t counter);
+  // Whether this one is new; then it no longer is. One below the highest is too late, unless it may
+  // be late by up to 31 (as RFC 4303, 3.4.3).
+  bool take(uint32_t counter, bool may_be_late);
   uint32_t highest() const { return highest_; }
-  void clear() { highest_ = seen_ = 0; }
 
  private:
   uint32_t highest_ = 0;
@@ -38,16 +37,32 @@ class Datagrams {
   void receive(const uint8_t* bytes, uint32_t count);
 
  private:
-  static constexpr uint32_t kSessionBytes = 8;
+  // Hosts at once, and hellos whose first request has not come yet.
+  static constexpr uint32_t kSessions = 6;
   static constexpr uint32_t kMostSent =
-      network_format::kHeadBytes + Requests::kMostAnswer + network_format::kMacBytes;
+      network_format::kHeadBytes + Conversation::kMostAnswer + network_format::kMacBytes;
   using Mac = std::array<uint8_t, 32>;
+  using Id = std::array<uint8_t, 8>;
+
+  // What a device and one host have agreed on. Its number is never drawn again, so that once it is
+  // over nothing that was recorded of it counts.
+  struct Session {
+    Id id{};
+    bool is_open = false;
+    bool is_in_use = false;  // a request has come: hellos, which anybody may replay, do not end it
+    uint32_t heard_ms = 0;
+    ReplayWindow taken;
+    uint32_t answers = 0;
+    Conversation host;
+  };
 
   bool take(const uint8_t* bytes, uint32_t count);
   bool is_genuine(const uint8_t* bytes, uint32_t count) const;
   bool take_request(const uint8_t* bytes, uint32_t count);
-  void welcome(const uint8_t* nonce);
-  void begin_session();
+  bool take_hello(const uint8_t* bytes);
+  void end_old_sessions();
+  Session* find(const uint8_t* id);
+  Session* open();
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 
@@ -55,9 +70,7 @@ class Datagrams {
   Requests requests_;
   Hal hal_{};
   Network network_;
-  ReplayWindow taken_;
-  uint32_t answers_ = 0;
-  std::array<uint8_t, kSessionBytes> session_{};
+  std::array<Session, kSessions> sessions_{};
 };
 
 }  // namespace chladni

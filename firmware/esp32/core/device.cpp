@@ -100,6 +100,7 @@ void Device::poll() {
   watch_update();
   post_drive();
   clear_faults();
+  watch_restart();
 }
 
 // What the interrupt ended by itself.

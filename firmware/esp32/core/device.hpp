@@ -78,7 +78,8 @@ class Device {
     return save_network(hal_, record, size);
   }
   NetworkState& network() { return network_; }
-  void restart() const { hal_.restart(hal_.context); }
+  // Outputs fade out, the answer gets its time on the way, and then all starts anew.
+  void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   // Since start.
   uint32_t now_ms() const { return uptime_ms_; }
@@ -122,6 +123,7 @@ class Device {
   void forget_host();
   void advance_stream();
   void watch_update();
+  void watch_restart();
   void post_drive();
   bool is_finger_there() const { return input_.is_touched() || is_console_touch_; }
 
@@ -161,7 +163,10 @@ class Device {
   Place console_place_{};
   uint32_t uptime_ms_ = 0;
   uint32_t ticked_us_ = 0;
-  uint32_t update_ms_ = 0;  // when an update was last heard of
+  uint32_t update_ms_ = 0;        // when an update was last heard of
+  bool is_update_heard_ = false;  // since the last turn, which may have taken seconds of erasing
+  bool is_restart_due_ = false;
+  uint32_t restart_ms_ = 0;
   NetworkState network_;
   TableStore store_;
   Table table_;

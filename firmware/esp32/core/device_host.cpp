@@ -8,10 +8,27 @@ namespace {
 
 constexpr const char* kHelp =
     "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
+// From a restart's request: an answer's time on a wire or a network; and the longest ramp.
+constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
 constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangle", "square",
                                                                 "ramp"};
 
 }  // namespace
+
+void Device::restart_soon() {
+  forget_touch();
+  forget_host();
+  is_release_pending_ = !synthesis_.is_quiet();
+  if (!is_restart_due_) restart_ms_ = uptime_ms_;
+  is_restart_due_ = true;
+}
+
+// Outputs may take their ramp, but nothing keeps a restart off for long.
+void Device::watch_restart() {
+  const uint32_t passed_ms = uptime_ms_ - restart_ms_;
+  if (!is_restart_due_ || passed_ms < kRestartMs) return;
+  if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
+}
 
 bool Device::stream_begin() {
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
@@ -111,17 +128,16 @@ link_format::Status to_link(StoreStatus status) {
 link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
   using Status = link_format::Status;
   if (total_bytes == 0 || total_bytes > store_format::kSlotBytes) return Status::kTooLarge;
-  update_ms_ = uptime_ms_;
+  is_update_heard_ = true;
   if (!update_begin()) return Status::kBusy;
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
-  update_ms_ = uptime_ms_;
   if (status != Status::kOk) update_end();
   return status;
 }
 
 link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
   if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
-  update_ms_ = uptime_ms_;
+  is_update_heard_ = true;
   // Sent twice, because the answer was lost: they are there.
   const uint32_t next = store_.next_offset();
   if (store_.is_updating() && offset <= next && count <= next - offset) {
@@ -138,7 +154,7 @@ link_format::Status Device::table_commit() {
 }
 
 link_format::Status Device::table_previous() {
-  update_ms_ = uptime_ms_;
+  is_update_heard_ = true;
   if (!update_begin()) return link_format::Status::kBusy;
   const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
   update_end();
@@ -146,6 +162,9 @@ link_format::Status Device::table_previous() {
 }
 
 void Device::watch_update() {
+  // The clock went on while sectors were erased; silence counts from now.
+  if (is_update_heard_) update_ms_ = uptime_ms_;
+  is_update_heard_ = false;
   const bool is_silent = uptime_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
   if (state_ == DeviceState::kUpdating && is_silent) update_end();
 }

@@ -13,17 +13,15 @@ void Link::receive(const uint8_t* bytes, uint32_t count) {
 }
 
 void Link::handle_frame() {
-  if (!requests_.take(reader_.bytes(), reader_.size())) return;
+  if (!requests_.take(host_, reader_.bytes(), reader_.size())) return;
   send_answer();
-  requests_.finish();
 }
 
 // Apart, so that its buffer and what a request needs are not on the stack at once.
 void Link::send_answer() const {
-  constexpr uint32_t kBytes = Requests::kMostAnswer + link_format::kCrcBytes;
+  constexpr uint32_t kBytes = Conversation::kMostAnswer + link_format::kCrcBytes;
   std::array<uint8_t, kBytes + kBytes / 254U + 3U> coded{};
-  device_.send(coded.data(),
-               encode_frame(requests_.answer(), requests_.answer_size(), coded.data()));
+  device_.send(coded.data(), encode_frame(host_.answer.data(), host_.answer_size, coded.data()));
 }
 
 }  // namespace chladni

@@ -23,6 +23,7 @@ class Link {
 
   Device& device_;
   Requests requests_;
+  Conversation host_;
   FrameReader reader_;
 };
 

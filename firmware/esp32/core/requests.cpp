@@ -13,32 +13,30 @@ int32_t signed_word(const uint8_t* bytes) { return static_cast<int32_t>(word(byt
 
 }  // namespace
 
-bool Requests::take(const uint8_t* bytes, uint32_t size) {
+bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   if (size < f::kHeadBytes) return false;
   const uint32_t kind = bytes[0], sequence = bytes[1];
   if ((kind & f::kResponse) != 0) return false;  // somebody else's answer
-  const bool is_repeated = kind == last_kind_ && sequence == last_sequence_ && answer_size_ > 0;
+  const bool is_repeated =
+      kind == with.last_kind && sequence == with.last_sequence && with.answer_size > 0;
   // What is being repeated was answered; data carries its place, and is looked at again.
   if (is_repeated && kind != f::table_data::kCode) return true;
-  answer_[0] = static_cast<uint8_t>(kind | f::kResponse);
-  answer_[1] = static_cast<uint8_t>(sequence);
-  answer_size_ = kAnswerHead;
+  with_ = &with;
+  with.answer[0] = static_cast<uint8_t>(kind | f::kResponse);
+  with.answer[1] = static_cast<uint8_t>(sequence);
+  with.answer_size = kAnswerHead;
   const Status status = handle(kind, {bytes + f::kHeadBytes, size - f::kHeadBytes});
-  answer_[2] = static_cast<uint8_t>(status);
+  with.answer[2] = static_cast<uint8_t>(status);
   // What has to be asked again must be done then.
-  last_kind_ = status == Status::kBusy ? 0U : kind;
-  last_sequence_ = sequence;
+  with.last_kind = status == Status::kBusy ? 0U : kind;
+  with.last_sequence = sequence;
   return true;
-}
-
-void Requests::finish() const {
-  if (must_restart_) device_.restart();
 }
 
 // Appends a field to the answer; answers are all shorter than their buffer.
 void Requests::put(uint32_t value, uint32_t bytes) {
-  for (uint32_t k = 0; k < bytes && answer_size_ < answer_.size(); ++k) {
-    answer_[answer_size_++] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
+  for (uint32_t k = 0; k < bytes && with_->answer_size < with_->answer.size(); ++k) {
+    with_->answer[with_->answer_size++] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
   }
 }
 
@@ -113,7 +111,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       put(static_cast<uint32_t>(status), 1);
       return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
     }
-    case f::restart::kCode: must_restart_ = true; return Status::kOk;
+    case f::restart::kCode: device_.restart_soon(); return Status::kOk;
     case f::stream_begin::kCode: return device_.stream_begin() ? Status::kOk : Status::kNotNow;
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;

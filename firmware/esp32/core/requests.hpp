@@ -9,22 +9,28 @@
 
 namespace chladni {
 
-class Requests {
- public:
+// One host's way of asking: its last request and what was answered, in case it did not hear that.
+struct Conversation {
   // An answer: kind, sequence, status, then fields and tail.
   static constexpr uint32_t kMostAnswer = 320;
 
+  std::array<uint8_t, kMostAnswer> answer{};
+  uint32_t answer_size = 0;
+  // Of the last request that was done, so that its repetition is not.
+  uint32_t last_kind = 0;
+  uint32_t last_sequence = 0;
+};
+
+class Requests {
+ public:
   enum class Via : uint8_t { kWire, kNetwork };
 
   Requests(Device& device, Via via) : device_(device), via_(via) {}
 
   // Kind, sequence, fields and tail of a request, in the main loop. False if it asks nothing, and
   // gets no answer. A request that is repeated is answered again and not done twice.
-  bool take(const uint8_t* bytes, uint32_t size);
-  const uint8_t* answer() const { return answer_.data(); }
-  uint32_t answer_size() const { return answer_size_; }
-  // Once the answer is out.
-  void finish() const;
+  // The answer is left in the conversation.
+  bool take(Conversation& with, const uint8_t* bytes, uint32_t size);
 
  private:
   static constexpr uint32_t kAnswerHead = 3;
@@ -48,12 +54,7 @@ class Requests {
 
   Device& device_;
   Via via_;
-  std::array<uint8_t, kMostAnswer> answer_{};
-  uint32_t answer_size_ = 0;
-  // Of the last request that was done, so that its repetition is not.
-  uint32_t last_kind_ = 0;
-  uint32_t last_sequence_ = 0;
-  bool must_restart_ = false;
+  Conversation* with_ = nullptr;  // whose request is being handled
 };
 
 }  // namespace chladni

@@ -60,6 +60,18 @@ bool TableStore::newest(const Hal& hal, const Entry* limit, Entry& entry) {
   return has_any;
 }
 
+// Whether a slot's table was ever made to count.
+bool TableStore::is_entered(const Hal& hal, uint32_t slot, uint32_t table_crc) {
+  for (uint32_t k = 0; k < f::kJournalSectors * kEntriesPerSector; ++k) {
+    Entry found{};
+    if (read_entry(hal, f::kJournalOffset + k * f::kEntryBytes, found) && found.slot == slot &&
+        found.table_crc == table_crc) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // The last four bytes of what a slot holds, if they are the right ones for the rest.
 bool TableStore::crc_of(const Hal& hal, uint32_t slot, uint32_t& crc) {
   namespace t = table_format;
@@ -135,6 +147,14 @@ StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) 
   if (crc_of(hal, target_, crc) && crc == table_crc_) {
     const TableStatus loaded = table.load(hal, channels, target_ * f::kSlotBytes);
     status = loaded == TableStatus::kOk ? StoreStatus::kOk : StoreStatus::kRefused;
+    // A table that played without an entry gets one, so that there is a way back to it.
+    Entry any{};
+    uint32_t current = 0;
+    const bool is_first = slot_ < f::kSlots && !newest(hal, nullptr, any);
+    if (status == StoreStatus::kOk && is_first && crc_of(hal, slot_, current) &&
+        !append(hal, slot_, current)) {
+      status = StoreStatus::kFlashFailed;
+    }
     if (status == StoreStatus::kOk && !append(hal, target_, crc)) {
       status = StoreStatus::kFlashFailed;
     }
@@ -146,7 +166,10 @@ StoreStatus TableStore::restore_other(const Hal& hal, Table& table, uint32_t cha
   const uint32_t other = slot_ == 0 ? 1U : 0U;
   uint32_t crc = 0;
   is_updating_ = false;
-  if (slot_ >= f::kSlots || !crc_of(hal, other, crc)) return StoreStatus::kNoOther;
+  // What was sent whole and never committed is no table to go back to.
+  if (slot_ >= f::kSlots || !crc_of(hal, other, crc) || !is_entered(hal, other, crc)) {
+    return StoreStatus::kNoOther;
+  }
   if (table.load(hal, channels, other * f::kSlotBytes) != TableStatus::kOk) {
     return StoreStatus::kRefused;
   }

@@ -60,6 +60,7 @@ class TableStore {
   static bool read_entry(const Hal& hal, uint32_t offset, Entry& entry);
   // The newest entry before `limit`; any if there is none yet.
   static bool newest(const Hal& hal, const Entry* limit, Entry& entry);
+  static bool is_entered(const Hal& hal, uint32_t slot, uint32_t table_crc);
   static bool crc_of(const Hal& hal, uint32_t slot, uint32_t& crc);
   static uint32_t end_of_entries(const Hal& hal, uint32_t sector);
   static bool append(const Hal& hal, uint32_t slot, uint32_t table_crc);

@@ -41,11 +41,14 @@ class AsyncDevice:
         self._open = open_wire
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="chladni-device")
         self._device: Device | None = None
+        self._opened: Device | None = None
 
     async def __aenter__(self) -> Self:
         try:
-            self._device = await self._run(lambda: Device(self._open()))
+            self._device = await self._run(self._enter)
         except BaseException:
+            # Who is cancelled does not wait, but what has been opened meanwhile is closed.
+            self._thread.submit(self._close_late)
             self._thread.shutdown(wait=False)
             raise
         return self
@@ -54,8 +57,18 @@ class AsyncDevice:
         self, kind: type[BaseException] | None, error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:  # fmt: skip
-        await self.do(lambda device: device.wire.close())
-        self._thread.shutdown(wait=False)
+        try:
+            await self.do(lambda device: device.wire.close())
+        finally:
+            self._thread.shutdown(wait=False)
+
+    def _enter(self) -> Device:
+        self._opened = Device(self._open())
+        return self._opened
+
+    def _close_late(self) -> None:
+        if self._opened is not None:
+            self._opened.wire.close()
 
     async def do(self, work: Callable[[Device], T]) -> T:
         """Whatever a `Device` can do, such as ``do(lambda device: device.network())``."""

@@ -175,7 +175,11 @@ def emulate(
     """Run the firmware on touches, record its pins, and score the field they make."""
     if not 0.0 < level <= 1.0:
         raise InputError("--level", level, "a share of full amplitude from 0 to 1")
+    if key is not None and not serial:
+        raise InputError("--key", str(key), "--serial with it")
     if serial:
+        if ms is not None and not 0.0 < ms < np.inf:
+            raise InputError("--ms", ms, "more than 0")
         network = None
         if key is not None:
             network = NetworkSettings("emulated", "", read_key(key), udp_port)

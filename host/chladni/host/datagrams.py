@@ -9,7 +9,6 @@ from __future__ import annotations
 import hmac
 import secrets
 import socket
-import struct
 import time
 from dataclasses import dataclass
 from typing import Protocol
@@ -25,8 +24,9 @@ from chladni.host.network_format import (
     MAC_BYTES,
     MAX_DATAGRAM,
     RENEW_AT,
+    SESSION,
+    SESSION_SILENCE_MS,
     VERSION,
-    WELCOME,
     Kind,
 )
 from chladni.host.wire import STEP_MS, WireError
@@ -37,6 +37,9 @@ HELLO_WAIT_S = 0.25
 """For a welcome; doubled with every try."""
 UNANSWERED = 2
 """Requests without an answer after which the device may have started anew: hello goes with them."""
+STALE_S = SESSION_SILENCE_MS / 2e3
+"""Without an answer for so long the session may be over: hello goes before the next request."""
+NO_SESSION = 0
 WINDOW_BITS = 32
 ENDLESS_BAUD = 1e9
 """A network's bytes take no time that is worth waiting for."""
@@ -125,7 +128,8 @@ class UdpPort:
 
     def __init__(self, address: str) -> None:
         host, _, port = address.partition(":")
-        if not host or (port and not port.isdigit()) or not 0 < int(port or DEFAULT_PORT) < 2**16:
+        is_number = port.isascii() and port.isdigit()
+        if not host or (port and not is_number) or not 0 < int(port or DEFAULT_PORT) < 2**16:
             raise InputError("--udp", address, "HOST or HOST:PORT")
         self.address = address
         try:
@@ -210,31 +214,29 @@ class DatagramWire:
         self.port = port
         self._key = key
         self._frames = FrameSplitter()
-        self._nonce = secrets.randbits(64)
-        self._session: int | None = None
+        self._nonce = 0
+        self._session = NO_SESSION
         self._counter = 0
         self._answers = ReplayWindow()
         self._unanswered = 0
-        wait = HELLO_WAIT_S
-        for _ in range(HELLO_TRIES):
-            self._greet()
-            end = self.now_s() + wait
-            while self._session is None and self.now_s() < end:
-                self._take(self.port.receive(end - self.now_s()))
-            if self._session is not None:
-                return
-            wait *= 2.0
-        port.close()
-        raise WireError("nobody answers there; is the device on this network, and the key its own?")
+        self._heard_s = 0.0
+        try:
+            self._open()
+        except WireError:
+            port.close()
+            raise
 
     def write(self, data: bytes) -> None:
         """Send frames, a datagram each."""
         for body in self._frames.feed(data):
-            if self._unanswered >= UNANSWERED or self._counter >= RENEW_AT:
+            is_stale = self.now_s() - self._heard_s > STALE_S
+            if self._counter >= RENEW_AT or (is_stale and self._unanswered == 0):
+                self._open()
+            elif self._unanswered >= UNANSWERED:
                 self._greet()
             self._unanswered += 1
             self._counter += 1
-            self.port.send(seal(self._key, Kind.REQUEST, self._counter, self._session or 0, body))
+            self.port.send(seal(self._key, Kind.REQUEST, self._counter, self._session, body))
 
     def read(self, timeout_s: float) -> bytes:
         """Answers that have come, as frames."""
@@ -248,10 +250,25 @@ class DatagramWire:
         """Let go of it."""
         self.port.close()
 
-    def _greet(self) -> None:
-        hello = seal(self._key, Kind.HELLO, 0, self._nonce, bytes(WELCOME.size))
+    def _open(self) -> None:
+        """A session, the one there is or another, before anything is asked."""
+        wait = HELLO_WAIT_S
+        for _ in range(HELLO_TRIES):
+            nonce = self._greet()
+            end = self.now_s() + wait
+            while self.now_s() < end:
+                self._take(self.port.receive(end - self.now_s()))
+                if self._nonce != nonce:  # it was good for one welcome
+                    return
+            wait *= 2.0
+        raise WireError("nobody answers there; is the device on this network, and the key its own?")
+
+    def _greet(self) -> int:
+        self._nonce = secrets.randbits(64)
+        hello = seal(self._key, Kind.HELLO, 0, self._nonce, SESSION.pack(self._session))
         assert len(hello) == HELLO_BYTES
         self.port.send(hello)
+        return self._nonce
 
     def _take(self, data: bytes | None) -> bytes:
         """An answer as a frame; nothing for anything else."""
@@ -264,18 +281,16 @@ class DatagramWire:
         is_answer = opened.kind == Kind.ANSWER and opened.session == self._session
         if not is_answer or len(opened.body) < HEAD_BYTES or not self._answers.take(opened.counter):
             return b""
-        self._unanswered = 0
+        self._unanswered, self._heard_s = 0, self.now_s()
         return encode(opened.body[0], opened.body[1], opened.body[HEAD_BYTES:])
 
     def _begin(self, body: bytes) -> None:
-        """Take up a session where the device says that it stands."""
-        try:
-            session, requests, answers = WELCOME.unpack(body)
-        except struct.error:
+        """Go on with the session the device names; from the beginning, if it is another."""
+        if len(body) != SESSION.size:
             return
-        # A nonce is good for one welcome: an older one of the same session would set back.
-        self._nonce = secrets.randbits(64)
+        (session,) = SESSION.unpack(body)
         if session != self._session:
-            self._answers, self._counter = ReplayWindow(answers, 1), requests
-        self._session, self._counter = session, max(self._counter, requests)
-        self._unanswered = 0
+            self._session, self._counter, self._answers = session, 0, ReplayWindow()
+        # A nonce is good for one welcome.
+        self._nonce = secrets.randbits(64)
+        self._unanswered, self._heard_s = 0, self.now_s()

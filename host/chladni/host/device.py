@@ -40,6 +40,9 @@ CAUSES = (
     "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
     "host silent", "coil hot", "supply current",
 )  # fmt: skip
+RESTART_TRIES, RESTART_S = 3, 1.0
+STREAM_WAIT_S = 0.03
+"""For the answer to a piece of a stream: its frames are wanted in 10 ms."""
 STREAM_TARGET = 96
 """Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
 STREAM_TURN_S = 0.002
@@ -174,8 +177,23 @@ class Device:
         self.link.request("network_set", b"" if settings is None else pack_network(settings))
 
     def restart(self) -> None:
-        """Start the device anew."""
-        self.link.request("restart")
+        """Start the device anew.
+
+        A lost answer is not asked for again, since that would restart it twice: its clock tells.
+        """
+        before = self.link.request("info").fields["uptime_ms"]
+        for _ in range(RESTART_TRIES):
+            try:
+                self.link.request("restart", tries=1)
+            except LinkError as error:
+                if error.status is not None:
+                    raise
+                self.link.wait(RESTART_S)
+                if self.link.request("info").fields["uptime_ms"] < before:
+                    return
+            else:
+                return
+        raise LinkError("restart: the device runs on")
 
     def live(self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine") -> None:
         """Play a drive, 1 for full amplitude, until it is no longer repeated."""
@@ -226,7 +244,9 @@ class Device:
             if due > self.wire.now_s():
                 self.link.wait(due - self.wire.now_s())
             asked = self.wire.now_s()
-            answer = self.link.request("stream_data", pack_frames(part)).fields
+            answer = self.link.request(
+                "stream_data", pack_frames(part), first_wait_s=STREAM_WAIT_S
+            ).fields
             sent += answer["taken"]
             yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
             if number == STREAM_SETTLED or answer["filled"] > lead + 2 * piece:

@@ -30,6 +30,8 @@ from chladni.tables.format import pack, read_table
 
 REPEAT_S = 0.05
 SELF_TEST_S = 0.6
+FARTHEST_MM = 1000.0
+"""More than any board; a touch off the board plays its nearest place."""
 SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
 USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
 """Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
@@ -127,11 +129,16 @@ def touch(
     x, y = parse_place(place, "X,Y")
     if not 0.0 < seconds <= 60.0:
         raise InputError("--seconds", seconds, "more than 0, at most 60")
+    if max(abs(x), abs(y)) > FARTHEST_MM:
+        raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     with reach.device() as device:
         device.touch(x, y)
-        _wait(device, seconds)
-        state = device.info()["state"]
-        device.lift()
+        try:
+            _wait(device, seconds)
+            state = device.info()["state"]
+        finally:
+            # Also when it is interrupted; a finger that nobody lifts stays until `max_on_s`.
+            device.lift()
     if state != "playing":
         raise LinkError(f"the device did not play: {state}")
     answer({"place_mm": [x, y], "seconds": seconds, "state": state}, as_json=as_json, title="Touch")
@@ -228,6 +235,8 @@ def log(
     seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
 ) -> None:  # fmt: skip
     """Print what the device says between frames: boot, panics, the console."""
+    if not 0.0 < seconds <= 3600.0:
+        raise InputError("--seconds", seconds, "more than 0, at most 3600")
     if reach.udp is not None:
         raise InputError("--udp", reach.udp, "--port: text comes over the wire only")
     with reach.device() as device:

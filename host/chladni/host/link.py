@@ -109,8 +109,13 @@ class Link:
         self.repeated = 0
         self._sequence = 0
 
-    def request(self, name: str, tail: bytes = b"", *, tries: int = TRIES, **fields: Any) -> Answer:
+    def request(
+        self, name: str, tail: bytes = b"", *, tries: int = TRIES,
+        first_wait_s: float = FIRST_WAIT_S, **fields: Any,
+    ) -> Answer:  # fmt: skip
         """Send a request, `tries` times at most, and wait for its answer.
+
+        The first wait is for `first_wait_s` beyond the time on the wire; it doubles every time.
 
         Raises
         ------
@@ -119,7 +124,7 @@ class Link:
         """
         end = self.wire.now_s() + BUSY_FOR_S
         while True:
-            answer = self._ask(BY_NAME[name], tail, fields, tries)
+            answer = self._ask(BY_NAME[name], tail, fields, tries, first_wait_s)
             if answer.status != Status.BUSY:
                 break
             if self.wire.now_s() > end:
@@ -129,10 +134,11 @@ class Link:
             raise LinkError(f"{name}: {STATUS_TEXT[answer.status]}", answer.status)
         return answer
 
-    def _ask(self, message: Message, tail: bytes, fields: dict[str, Any], tries: int) -> Answer:
+    def _ask(
+        self, message: Message, tail: bytes, fields: dict[str, Any], tries: int, wait: float
+    ) -> Answer:
         sequence = self.send(message, tail, fields)
         frame = _frame(message, sequence, tail, fields)
-        wait = FIRST_WAIT_S
         for attempt in range(tries):
             if attempt > 0:
                 self.wire.write(frame)

@@ -62,7 +62,13 @@ def _settings(
         raise InputError("--key", "nothing", "a file with the key, or where to make one")
     # All but the key is checked before a file is made for it.
     probe = NetworkSettings(ssid, _passphrase(passphrase_file), b"\1" * 32, port)
-    key = read_key(reach.key) if reach.key.exists() else make_key(reach.key)
+    try:
+        is_there = reach.key.exists()
+    except OSError as error:
+        raise InputError("--key", str(error), "a readable file", file=str(reach.key)) from None
+    key = read_key(reach.key) if is_there else make_key(reach.key)
+    if is_there and reach.key.stat().st_mode & 0o077:
+        sys.stderr.write(f"chladni: {reach.key}: others may read this key; chmod 600 it\n")
     return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
 
 

@@ -56,20 +56,18 @@ DATAGRAM_FIELDS = (
     Field("version", "u8", "1; another is dropped."),
     Field("kind", "u8", "0 request, 1 answer, 2 hello, 3 welcome."),
     Field("counter", "u32", "From 1, one more with each; taken once. 0 in hello and welcome."),
-    Field("session", "u64", "The device's; in hello and welcome a number the host drew."),
-)
-WELCOME_FIELDS = (
-    Field("session", "u64", "The device's, drawn when it started."),
-    Field("requests", "u32", "Highest counter it has taken."),
-    Field("answers", "u32", "Highest counter it has given."),
+    Field("session", "u64", "Drawn by the device; in hello and welcome a number the host drew."),
 )
 HEAD = struct.Struct("<" + "".join(field.code for field in DATAGRAM_FIELDS))
-WELCOME = struct.Struct("<" + "".join(field.code for field in WELCOME_FIELDS))
-HELLO_BYTES = HEAD.size + WELCOME.size + MAC_BYTES
+SESSION = struct.Struct("<Q")
+"""A hello's body, the session the host has had or 0, and a welcome's, the one that counts."""
+HELLO_BYTES = HEAD.size + SESSION.size + MAC_BYTES
 """A hello is as long as its answer, so that nobody can use a device to multiply traffic."""
+SESSION_SILENCE_MS = 10_000
+"""Without a request for so long a session is over, and with it all that was held back."""
 MAX_DATAGRAM = HEAD.size + MAX_FRAME - CRC_BYTES + MAC_BYTES
 RENEW_AT = 2**31
-"""From this counter on a hello begins a new session, long before counters run out."""
+"""At this counter a session is over, long before counters run out."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,10 @@ class NetworkSettings:
     port: int = DEFAULT_PORT
 
     def __post_init__(self) -> None:
-        ssid, passphrase = self.ssid.encode(), self.passphrase.encode()
+        # What is no text on the command line comes as surrogates; it is no name either.
+        ssid, passphrase = (text.encode(errors="replace") for text in (self.ssid, self.passphrase))
+        if not self.ssid.isprintable():
+            raise InputError("ssid", ascii(self.ssid), "printable text")
         if not 0 < len(ssid) <= SSID_BYTES or b"\0" in ssid:
             raise InputError("ssid", self.ssid, f"1 to {SSID_BYTES} bytes")
         is_right = SHORTEST_PASSPHRASE <= len(passphrase) < PASSPHRASE_BYTES

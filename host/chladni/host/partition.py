@@ -98,10 +98,15 @@ def update(image: bytes, table: bytes) -> list[tuple[int, bytes]]:
     known = entries(image)
     sequence = known[0].sequence + 1 if known else 1
     sector = 1 - known[0].sector if known else 0
-    crc = int.from_bytes(table[-4:], "little")
+    journal, old = b"", whole_table(image, 1 - slot)
+    if not known and old is not None:
+        # A table that played without an entry gets one, so that there is a way back to it.
+        journal = entry_bytes(sequence, 1 - slot, int.from_bytes(old[-4:], "little"))
+        sequence += 1
+    journal += entry_bytes(sequence, slot, int.from_bytes(table[-4:], "little"))
     return [
         (slot * SLOT_BYTES, _whole_sectors(table)),
-        (JOURNAL_OFFSET + sector * SECTOR_BYTES, _whole_sectors(entry_bytes(sequence, slot, crc))),
+        (JOURNAL_OFFSET + sector * SECTOR_BYTES, _whole_sectors(journal)),
     ]
 
 

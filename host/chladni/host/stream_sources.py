@@ -29,6 +29,8 @@ def parse_drive(text: str) -> list[complex]:
         gain, _, phase = part.partition("@")
         try:
             value = cmath.rect(float(gain), cmath.pi / 180.0 * float(phase or 0.0))
+            if not cmath.isfinite(value):
+                raise ValueError
         except ValueError:
             raise InputError("DRIVE", part, "GAIN@DEGREES, the gain from 0 to 1") from None
         if not 0.0 <= float(gain) <= 1.0:
@@ -71,7 +73,7 @@ def load_script(path: Path) -> Duties:
     names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
     try:
         exec(compile(source, str(path), "exec"), names)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError("--script", _told(error), "a file that runs", file=str(path)) from None
     function = names.get("duties")
     if not callable(function):
@@ -105,12 +107,12 @@ class _Named:
     def __call__(self, t: FloatArray) -> FloatArray:
         try:
             return np.asarray(self._function(t), dtype=np.float64)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             expected = "an array of times taken, one of duties given back"
             raise InputError("duties(t)", _told(error), expected, file=str(self._path)) from None
 
 
-def _told(error: Exception) -> str:
+def _told(error: BaseException) -> str:
     line = getattr(error, "lineno", None)
     where = f" in line {line}" if line else ""
     return f"{type(error).__name__}{where}: {error}"

@@ -18,8 +18,9 @@ constexpr uint32_t kLowestPort = 1024U;
 constexpr uint32_t kDatagramMagic = 50205U;
 constexpr uint32_t kHeadBytes = 16U;
 constexpr uint32_t kMacBytes = 16U;
-constexpr uint32_t kHelloBytes = 48U;
+constexpr uint32_t kHelloBytes = 40U;
 constexpr uint32_t kMaxDatagram = 1122U;
+constexpr uint32_t kSessionSilenceMs = 10000U;
 constexpr uint32_t kRenewAt = 2147483648U;
 constexpr uint32_t kRecordAtMagic = 0U;  // char4
 constexpr uint32_t kRecordAtVersion = 4U;  // u16
@@ -32,9 +33,6 @@ constexpr uint32_t kAtVersion = 2U;  // u8
 constexpr uint32_t kAtKind = 3U;  // u8
 constexpr uint32_t kAtCounter = 4U;  // u32
 constexpr uint32_t kAtSession = 8U;  // u64
-constexpr uint32_t kWelcomeAtSession = 0U;  // u64
-constexpr uint32_t kWelcomeAtRequests = 8U;  // u32
-constexpr uint32_t kWelcomeAtAnswers = 12U;  // u32
 
 enum class Kind : uint8_t {
   kRequest = 0,

@@ -41,8 +41,8 @@ class PanelMap {
   constexpr explicit PanelMap(const Config& config)
       : columns_(config.panel_columns),
         rows_(config.panel_rows),
-        scale_x_q8_(static_cast<int32_t>(config.panel_width_um * 128U / config.panel_columns)),
-        scale_y_q8_(static_cast<int32_t>(config.panel_length_um * 128U / config.panel_rows)),
+        scale_x_q8_(scale_q8(config.panel_width_um, config.panel_columns)),
+        scale_y_q8_(scale_q8(config.panel_length_um, config.panel_rows)),
         offset_x_um_(config.panel_x_um),
         offset_y_um_(config.panel_y_um),
         turns_(config.panel_turns),
@@ -52,6 +52,11 @@ class PanelMap {
   Place to_board(const Finger& finger) const;
 
  private:
+  // Rounded: a row of pixels multiplies the error.
+  static constexpr int32_t scale_q8(uint32_t size_um, uint32_t pixels) {
+    return static_cast<int32_t>((size_um * 128U + pixels / 2U) / pixels);
+  }
+
   int32_t columns_, rows_;
   int32_t scale_x_q8_, scale_y_q8_;  // micrometres per half pixel
   int32_t offset_x_um_, offset_y_um_;
