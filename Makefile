@@ -54,7 +54,8 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		--config-settings=build-dir=build/sanitized-objects .
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
-		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/tables/test_format.py tests/tables/test_lookup.py \
+		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/host/test_link.py \
+		tests/host/test_network.py tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py
 
 FUZZ_SECONDS ?= 60

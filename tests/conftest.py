@@ -10,12 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from chladni.host.cli import main
 from chladni.sim.board import Board, Regions
 from chladni.sim.board_file import load_board
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.table import Table
+
+# What makes a failure come again is printed with it.
+settings.register_profile("kept", print_blob=True)
+settings.load_profile("kept")
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial as partial_function
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -15,40 +14,28 @@ from numpy.typing import NDArray
 from chladni.sim.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.mirrors import board_mirrors
-from chladni.tables.batch import Target, over_targets
-from chladni.tables.branches import Arranged, Steps, arrange
-from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.coding import FULL_SCALE
+from chladni.tables.branches import Steps
 from chladni.tables.compress import (
     LIMITS,
-    LOUDEST,
     Losses,
     LossLimits,
-    compress,
-    field_errors_db,
     losses,
 )
-from chladni.tables.entry import Entry
 from chladni.tables.folding import Folding
 from chladni.tables.format import check_fits, pack
 from chladni.tables.methods import SEED, Options, Progress
-from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
 from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.rivals import smoothest
-from chladni.tables.scene import Problem, Scene, scene_of
-from chladni.tables.solve import check_request, tie_break
-from chladni.tables.table import Limits, Section, Table, quantise
+from chladni.tables.solve import check_request
+from chladni.tables.table import Section, Table
 from chladni.tables.threads import one_blas_thread
+from chladni.tables.work import Work, table_of
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
 OBJECTIVE = "ssim"
 """What a table's drives are best at unless somebody asks for something else."""
-TIGHTEN = 0.85
-TIGHTENINGS = 6
-"""Where points between regions lose too much, all limits are multiplied by this, so often."""
 BUDGET_RANGE, BUDGET_STRIDE, BUDGET_HALVINGS = (-8, 8), 2, 4
 """Powers of two by which limits are scaled to meet a budget, and how they are searched."""
 
@@ -158,7 +145,7 @@ def build_table(
     grid, mirrors = region_grid(board), board_mirrors(board)
     folding = Folding(mirrors.x, mirrors.y)
     blank = [_blank(one, grid, folding, objective) for one in boards]
-    check_fits(_table(board, grid, folding, blank))
+    check_fits(table_of(board, grid, folding, blank))
     all_regions = len(boards) * folding.stored(grid).size
     works = []
     with one_blas_thread():
@@ -170,7 +157,7 @@ def build_table(
             works.append(Work.begin(one, grid, folding, options, name, jobs))
 
         def table_within(limits: LossLimits) -> Table:
-            return _table(board, grid, folding, [work.section(limits) for work in works])
+            return table_of(board, grid, folding, [work.section(limits) for work in works])
 
         if budget_bytes is None:
             table = table_within(limits)
@@ -220,149 +207,12 @@ def _within_budget(
     return fitting[high]
 
 
-@dataclass(frozen=True)
-class Work:
-    """One frequency's drives, solved and arranged; compressed as often as limits are tried."""
-
-    board: Board
-    scene: Scene
-    grid: RegionGrid
-    folding: Folding
-    objective: str
-    arranged: Arranged
-    entries: list[Entry]
-    jobs: int | None
-
-    @classmethod
-    def begin(
-        cls, board: Board, grid: RegionGrid, folding: Folding, options: Options,
-        partial: Path | None, jobs: int | None,
-    ) -> Work:  # fmt: skip
-        """Solve and arrange."""
-        scene = scene_of(board)
-        targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
-        key = {
-            "board": f"{board.fingerprint():#018x}", "objective": options.objective,
-            "seed": options.seed, "version": version("chladni"),
-        }  # fmt: skip
-        with Checkpoint(partial, key) as checkpoint:
-            solved = _solve(scene, targets, options, checkpoint, jobs)
-            columns, _ = folding.shape(grid)
-            drives = smoothest(scene, solved, columns, options.objective, jobs=jobs)
-        arranged = arrange(scene.space, grid, folding, np.array(drives))
-        entries = [
-            replace(region, drive=drive)
-            for drive, region in zip(arranged.drives, solved, strict=True)
-        ]
-        return cls(board, scene, grid, folding, options.objective, arranged, entries, jobs)
-
-    def section(self, limits: LossLimits) -> Section:
-        """The smallest section within limits, points between regions included."""
-        for _ in range(TIGHTENINGS):
-            iq = compress(
-                self.scene, self.entries, self.arranged, self.grid, self.folding, limits,
-                jobs=self.jobs,
-            )  # fmt: skip
-            section = self.with_drives(iq)
-            if self.between_db(section) <= limits.field_db:
-                break
-            limits = limits.times(TIGHTEN)
-        return section
-
-    def with_drives(self, iq: NDArray[np.int16]) -> Section:
-        """A section of these regions with given integers."""
-        return Section(
-            frequency_hz=self.board.drive.frequency_hz,
-            objective=self.objective,
-            full_scale_gain=self.board.drive.max_gain,
-            labels=self.arranged.labels,
-            crossings=self.arranged.crossings,
-            iq=iq,
-        )
-
-    def between_db(self, section: Section) -> float:
-        """The worst field error half-way between stored regions and their neighbours."""
-        exact = self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
-        x_um, y_um = _between(self.grid, self.folding)
-        table = _table(self.board, self.grid, self.folding, [section])
-        drives = [FirmwareReader.of(table, one).drives(x_um, y_um) for one in (exact, section)]
-        return float(field_errors_db(self.scene, *drives).max(initial=0.0))
-
-
-def _between(grid: RegionGrid, folding: Folding) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Places half-way from every stored region to the next ones in x, in y and in both, µm."""
-    centres = np.array([grid.centre_mm(int(region)) for region in folding.stored(grid)]) * 1000.0
-    half = np.array([grid.width_um / grid.columns, grid.length_um / grid.rows]) / 2.0
-    places = [centres + half * step for step in ((1, 0), (0, 1), (1, 1))]
-    x_um, y_um = np.rint(np.concatenate(places)).astype(np.int32).T
-    return np.ascontiguousarray(x_um), np.ascontiguousarray(y_um)
-
-
-def _solve(
-    scene: Scene, targets: Sequence[Target], options: Options, checkpoint: Checkpoint,
-    jobs: int | None,
-) -> list[Entry]:  # fmt: skip
-    """Every target's drive, and what it was meant to do."""
-    problems: dict[Target, tuple[NDArray[np.float32], NDArray[np.bool_]]] = {}
-    work = partial_function(_solve_region, options=options, problems=problems)
-    results = []
-    for result in over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint):
-        results.append(result)
-        if options.progress:
-            options.progress(len(results), len(targets))
-    # What an earlier run had finished came without its image.
-    for problem in scene.problems([target for target in targets if target not in problems]):
-        problems[problem.target_mm] = _kept(problem)
-    return [
-        Entry(np.array([complex(*parts) for parts in result["drive"]]), *problems[at],
-               result["ssim"])
-        for result, at in zip(results, targets, strict=True)
-    ]  # fmt: skip
-
-
-def _kept(problem: Problem) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    return problem.image.astype(np.float32), problem.disc
-
-
-def _solve_region(
-    problem: Problem, options: Options,
-    problems: dict[Target, tuple[NDArray[np.float32], NDArray[np.bool_]]],
-) -> Result:  # fmt: skip
-    """One region's drive in units of the largest gain, and its SSIM; leaves its target image."""
-    drive = tie_break(problem, phasor(problem, options).drive)
-    largest = np.abs(drive).max()
-    drive = drive / largest if largest > 0.0 else drive
-    space = problem.scene.space
-    ssim = space.objective(space.levels[-1], problem.image)
-    problems[problem.target_mm] = _kept(problem)
-    return {
-        "drive": [[float(c.real), float(c.imag)] for c in drive],
-        "ssim": space.value(ssim, drive),
-    }
-
-
 def _blank(board: Board, grid: RegionGrid, folding: Folding, objective: str) -> Section:
     stored = folding.stored(grid).size
     return Section(
         board.drive.frequency_hz, objective, board.drive.max_gain, np.zeros(stored, np.uint8),
         np.zeros((1, 2), np.uint8), np.zeros((stored, len(board.actuators), 2), np.int16),
     )  # fmt: skip
-
-
-def _table(board: Board, grid: RegionGrid, folding: Folding, sections: Sequence[Section]) -> Table:
-    electronics = board.electronics
-    return Table(
-        board_name=board.name,
-        board_fingerprint=board.fingerprint(),
-        grid=grid,
-        limits=Limits(
-            ramp_us=round(electronics.ramp_ms * 1000.0),
-            touch_timeout_us=round(electronics.touch_timeout_ms * 1000.0),
-            max_on_us=round(electronics.max_on_s * 1e6),
-        ),
-        sections=tuple(sections),
-        folding=folding,
-    )
 
 
 def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
