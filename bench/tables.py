@@ -29,7 +29,7 @@ from chladni.host.figures import COLOURS, save
 from chladni.sim.board import Board, Regions
 from chladni.sim.board_file import load_board
 from chladni.sim.mirrors import board_mirrors
-from chladni.tables.build import TableReport, Work, build_table
+from chladni.tables.build import TableReport, build_table
 from chladni.tables.coding import FULL_SCALE, BitWriter, write_drives, write_labels
 from chladni.tables.compress import LIMITS, LOUDEST, losses
 from chladni.tables.folding import Folding
@@ -42,6 +42,7 @@ from chladni.tables.regions import region_grid
 from chladni.tables.scene import scene_of
 from chladni.tables.table import Table
 from chladni.tables.threads import in_threads
+from chladni.tables.work import Work
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
