@@ -18,7 +18,7 @@ import cpp_text
 import numpy as np
 from link_texts import link_header, link_page, network_header
 
-from chladni.host import device_config, flash_layout
+from chladni.host import device_codes, device_config, flash_layout
 from chladni.tables import coding, layout, regions
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
@@ -189,11 +189,38 @@ def store_header() -> str:
     )
 
 
+def codes_header() -> str:
+    """`device_codes.hpp`: enumerations that host and device share, and their words."""
+    body: list[str] = []
+    for codes in device_codes.ALL_CODES:
+        body += [
+            *([""] if body else []),
+            f"// {codes.about}",
+            f"enum class {codes.name} : uint8_t {{",
+            *(f"  {code.name}," + (f"  // {code.note}" if code.note else "")
+              for code in codes.members),
+            "};",
+            f"constexpr uint32_t k{codes.name}{'' if codes.name.endswith('s') else 's'} = "
+            f"{len(codes.members)}U;",
+            "",
+            f"constexpr const char* to_text({codes.name} value) {{",
+            "  switch (value) {",
+            *(f'    case {codes.name}::{code.name}: return "{code.text}";'
+              for code in codes.members),
+            "  }",
+            '  return "unknown";',
+            "}",
+        ]  # fmt: skip
+    about = "What a device says in numbers, and the words for them."
+    return cpp_text.header(about, "chladni", body)
+
+
 HEADERS: dict[str, Callable[[], str]] = {
     "table_format.hpp": table_header,
     "config_format.hpp": config_header,
     "store_format.hpp": store_header,
     "link_format.hpp": link_header,
+    "device_codes.hpp": codes_header,
     "network_format.hpp": network_header,
     "../../../../docs/link-protocol.md": link_page,
     "sine_table.hpp": sine_header,

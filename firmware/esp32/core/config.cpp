@@ -98,17 +98,6 @@ uint32_t newest(const Found& first, const Found& second) {
 
 }  // namespace
 
-const char* to_text(ConfigStatus status) {
-  switch (status) {
-    case ConfigStatus::kOk: return "ok";
-    case ConfigStatus::kNone: return "no configuration";
-    case ConfigStatus::kDamaged: return "configuration damaged";
-    case ConfigStatus::kReadFailed: return "flash read failed";
-    case ConfigStatus::kWriteFailed: return "flash write failed";
-  }
-  return "unknown";
-}
-
 ConfigStatus load_config(const Hal& hal, Config& config) {
   const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
   const uint32_t sector = newest(first, second);

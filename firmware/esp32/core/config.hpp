@@ -5,19 +5,10 @@
 #include <cstdint>
 
 #include "core/generated/config_format.hpp"
+#include "core/generated/device_codes.hpp"
 #include "core/hal.hpp"
 
 namespace chladni {
-
-enum class ConfigStatus : uint8_t {
-  kOk,
-  kNone,        // never written: the defaults hold
-  kDamaged,     // neither sector holds a whole record: the defaults hold
-  kReadFailed,  // flash could not be read: the defaults hold
-  kWriteFailed,
-};
-
-const char* to_text(ConfigStatus status);
 
 // The newest whole record, or the defaults; says which.
 ConfigStatus load_config(const Hal& hal, Config& config);

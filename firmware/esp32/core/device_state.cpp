@@ -2,17 +2,6 @@
 
 namespace chladni {
 
-const char* to_text(DeviceState state) {
-  switch (state) {
-    case DeviceState::kIdle: return "idle";
-    case DeviceState::kPlaying: return "playing";
-    case DeviceState::kStreaming: return "streaming";
-    case DeviceState::kUpdating: return "updating";
-    case DeviceState::kFault: return "fault";
-  }
-  return "unknown";
-}
-
 const char* to_text(DeviceEvent event) {
   switch (event) {
     case DeviceEvent::kTouchBegins: return "touch begins";

@@ -4,16 +4,9 @@
 #include <array>
 #include <cstdint>
 
-namespace chladni {
+#include "core/generated/device_codes.hpp"
 
-enum class DeviceState : uint8_t {
-  kIdle,       // waiting for a touch; outputs off
-  kPlaying,    // a finger is on the board, or what follows its lift-up still plays
-  kStreaming,  // a host drives the outputs
-  kUpdating,   // flash is being written; outputs off
-  kFault,      // something stands in the way; outputs off until it clears
-};
-constexpr uint32_t kDeviceStates = 5;
+namespace chladni {
 
 enum class DeviceEvent : uint8_t {
   kTouchBegins,
@@ -57,7 +50,6 @@ constexpr Transition transition(DeviceState state, DeviceEvent event) {
   return kTransitions[static_cast<uint32_t>(state)][static_cast<uint32_t>(event)];
 }
 
-const char* to_text(DeviceState state);
 const char* to_text(DeviceEvent event);
 
 }  // namespace chladni

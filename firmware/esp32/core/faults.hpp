@@ -4,27 +4,9 @@
 #include <array>
 #include <cstdint>
 
+#include "core/generated/device_codes.hpp"
+
 namespace chladni {
-
-enum class FaultCause : uint8_t {
-  kReset,          // restarted by something else than power; detail: ResetCause
-  kNoTable,        // the partition is blank
-  kTableRefused,   // detail: TableStatus
-  kConfigRefused,  // the defaults hold; detail: ConfigStatus
-  kPanelMissing,   // nobody answers at the panel's addresses
-  kPanelFails,     // it answered, and fails now
-  kPanelRange,     // it reported a place off its own pixels
-  kTouchTimeout,   // it fell silent under a finger
-  kTouchTooLong,   // a touch outlasted its limit
-  kInterruptLate,  // samples came late; detail: how many were missed in all
-  kUnderrun,       // a stream ran dry
-  kHostSilent,     // a host that drives the outputs fell silent
-  kCoilHot,        // detail: channel
-  kSupplyCurrent,  // detail: milliamperes
-};
-constexpr uint32_t kFaultCauses = 14;
-
-const char* to_text(FaultCause cause);
 
 struct Fault {
   FaultCause cause;

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 
+#include "core/generated/device_codes.hpp"
+
 namespace chladni {
 
 // A place on the board in micrometres from its centre: x along the short side, y along the long.
@@ -28,8 +30,6 @@ enum class FlashArea : uint8_t {
 };
 
 constexpr uint32_t kSectorBytes = 4096;
-
-enum class ResetCause : uint8_t { kPowerOn, kSoftware, kPanic, kWatchdog, kBrownOut, kOther };
 
 struct Hal {
   void* context;  // handed back as the first argument of every call

@@ -82,24 +82,6 @@ using Weights = std::array<int32_t, 4>;  // in 1/65536
 
 }  // namespace
 
-const char* to_text(TableStatus status) {
-  switch (status) {
-    case TableStatus::kOk: return "ok";
-    case TableStatus::kNone: return "no table";
-    case TableStatus::kReadFailed: return "flash could not be read";
-    case TableStatus::kBadMagic: return "not a table";
-    case TableStatus::kBadVersion: return "unknown table version";
-    case TableStatus::kBadSize: return "table sizes contradict each other";
-    case TableStatus::kBadCrc: return "table is damaged";
-    case TableStatus::kBadField: return "table header out of range";
-    case TableStatus::kBadDrives: return "table drives cannot be decoded";
-    case TableStatus::kTooLarge: return "table too large";
-    case TableStatus::kWrongActuators: return "table is for another number of actuators";
-    case TableStatus::kNoSection: return "no drives for that frequency";
-  }
-  return "unknown";
-}
-
 TableStatus Table::load(const Hal& hal, uint32_t channels, uint32_t base) {
   is_loaded_ = false;
   base_ = base;

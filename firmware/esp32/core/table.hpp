@@ -4,29 +4,13 @@
 #include <array>
 #include <cstdint>
 
+#include "core/generated/device_codes.hpp"
 #include "core/generated/table_format.hpp"
 #include "core/hal.hpp"
 #include "core/section_decoder.hpp"
 #include "core/synthesis.hpp"
 
 namespace chladni {
-
-enum class TableStatus : uint8_t {
-  kOk,
-  kNone,            // the partition is blank
-  kReadFailed,      // flash could not be read
-  kBadMagic,        // something else than a table
-  kBadVersion,      // a format this firmware does not know
-  kBadSize,         // sizes that contradict each other
-  kBadCrc,          // damaged bytes
-  kBadField,        // a header field out of its range
-  kBadDrives,       // a stream that is no drives
-  kTooLarge,        // more drives than fit into RAM
-  kWrongActuators,  // made for another number of channels
-  kNoSection,       // no drives for the frequency asked for
-};
-
-const char* to_text(TableStatus status);
 
 class Table {
  public:

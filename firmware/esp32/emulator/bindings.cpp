@@ -35,13 +35,11 @@ PanelModel panel_model(const std::string& name) {
 }
 
 chladni::ResetCause reset_cause(const std::string& name) {
-  using chladni::ResetCause;
-  if (name == "power on") return ResetCause::kPowerOn;
-  if (name == "software") return ResetCause::kSoftware;
-  if (name == "panic") return ResetCause::kPanic;
-  if (name == "watchdog") return ResetCause::kWatchdog;
-  if (name == "brown-out") return ResetCause::kBrownOut;
-  throw nb::value_error("cause: power on, software, panic, watchdog or brown-out");
+  for (uint32_t k = 0; k < chladni::kResetCauses; ++k) {
+    const auto cause = static_cast<chladni::ResetCause>(k);
+    if (name == to_text(cause)) return cause;
+  }
+  throw nb::value_error("cause: power on, software, panic, watchdog, brown-out or other");
 }
 
 void check(const Hardware& hardware) {

@@ -12,6 +12,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.host.device_codes import (
+    CONFIG_STATUS,
+    DEVICE_STATE,
+    FAULT_CAUSE,
+    PANEL_HEALTH,
+    TABLE_STATUS,
+)
 from chladni.host.device_config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
 from chladni.host.link import GREETING_TRIES, Link, LinkError
 from chladni.host.link_protocol import (
@@ -25,21 +32,7 @@ from chladni.host.wire import Wire
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
 
-STATES = ("idle", "playing", "streaming", "updating", "fault")
-HEALTH = ("none", "missing", "fine", "fails")
-RESETS = ("power on", "software", "panic", "watchdog", "brown-out", "other")
-TABLE_STATUS = (
-    "ok", "no table", "flash could not be read", "not a table", "another format", "sizes that "
-    "contradict each other", "damaged", "a header field out of range", "a stream that is no drives",
-    "too large for the device", "made for another number of channels", "no such frequency",
-)  # fmt: skip
 NETWORK_STATES = ("off", "not on the network", "on")
-CONFIG_STATUS = ("ok", "defaults", "damaged: defaults", "unreadable: defaults", "not written")
-CAUSES = (
-    "reset", "no table", "table refused", "configuration refused", "panel missing", "panel fails",
-    "panel out of range", "touch timeout", "touch too long", "interrupt late", "stream underrun",
-    "host silent", "coil hot", "supply current",
-)  # fmt: skip
 RESTART_TRIES, RESTART_S = 3, 1.0
 STREAM_WAIT_S = 0.03
 """For the answer to a piece of a stream: its frames are wanted in 10 ms."""
@@ -120,10 +113,10 @@ class Device:
         channels = found.pop("channels")
         rises = found.pop("rise_dk")[:channels]
         return found | {
-            "state": STATES[found["state"]],
-            "table_status": TABLE_STATUS[found["table_status"]],
-            "panel_health": HEALTH[found["panel_health"]],
-            "config_status": CONFIG_STATUS[found["config_status"]],
+            "state": DEVICE_STATE.text(found["state"]),
+            "table_status": TABLE_STATUS.text(found["table_status"]),
+            "panel_health": PANEL_HEALTH.text(found["panel_health"]),
+            "config_status": CONFIG_STATUS.text(found["config_status"]),
             "channels": channels,
             "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
             "fingerprint": f"{found['fingerprint']:#018x}",
@@ -135,7 +128,7 @@ class Device:
         """The last faults, oldest first."""
         tail = self.link.request("faults").tail
         return [
-            {"cause": CAUSES[cause], "detail": detail, "at_ms": at_ms}
+            {"cause": FAULT_CAUSE.text(cause), "detail": detail, "at_ms": at_ms}
             for cause, detail, at_ms in struct.iter_unpack("<III", tail)
         ]
 

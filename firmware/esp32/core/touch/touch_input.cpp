@@ -14,16 +14,6 @@ constexpr uint8_t kNoPanel = 0, kFind = 1, kWantFt6x36 = 2, kWantGt911 = 3;
 
 }  // namespace
 
-const char* to_text(PanelHealth health) {
-  switch (health) {
-    case PanelHealth::kNone: return "no panel configured";
-    case PanelHealth::kMissing: return "panel missing";
-    case PanelHealth::kFine: return "panel fine";
-    case PanelHealth::kWedged: return "panel fails";
-  }
-  return "unknown";
-}
-
 bool PanelMap::contains(const Finger& finger) const {
   return finger.x < columns_ && finger.y < rows_;
 }

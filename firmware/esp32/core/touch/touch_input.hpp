@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/generated/config_format.hpp"
+#include "core/generated/device_codes.hpp"
 #include "core/hal.hpp"
 #include "core/touch/panel.hpp"
 
@@ -25,15 +26,6 @@ struct TouchEvent {
   TouchKind kind = TouchKind::kNothing;
   Place place{};
 };
-
-enum class PanelHealth : uint8_t {
-  kNone,     // not configured
-  kMissing,  // asked for again and again
-  kFine,
-  kWedged,  // answered once, and fails now
-};
-
-const char* to_text(PanelHealth health);
 
 // Places of the panel's pixels' centres on the board.
 class PanelMap {

@@ -1,0 +1,92 @@
+"""What a device says in numbers: states, statuses and causes, with the words for them.
+
+The one declaration of them; `tools/generate_headers.py` writes the C++ enumerations and texts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Code:
+    """A number's name in C++, the words for people, and what it means beyond them."""
+
+    name: str
+    text: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Codes:
+    """An enumeration: its numbers count from 0."""
+
+    name: str
+    about: str
+    members: tuple[Code, ...]
+
+    def text(self, number: int) -> str:
+        """The words for a number, also for one that a later version may send."""
+        known = 0 <= number < len(self.members)
+        return self.members[number].text if known else f"unknown ({number})"
+
+
+DEVICE_STATE = Codes("DeviceState", "What a device is doing.", (
+    Code("kIdle", "idle", "waiting for a touch; outputs off"),
+    Code("kPlaying", "playing", "a finger is on the board, or what follows its lift-up plays"),
+    Code("kStreaming", "streaming", "a host drives the outputs"),
+    Code("kUpdating", "updating", "flash is being written; outputs off"),
+    Code("kFault", "fault", "something stands in the way; outputs off until it clears"),
+))  # fmt: skip
+TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
+    Code("kOk", "ok"),
+    Code("kNone", "no table", "the partition is blank"),
+    Code("kReadFailed", "flash could not be read"),
+    Code("kBadMagic", "not a table"),
+    Code("kBadVersion", "unknown table version"),
+    Code("kBadSize", "table sizes contradict each other"),
+    Code("kBadCrc", "table is damaged"),
+    Code("kBadField", "table header out of range"),
+    Code("kBadDrives", "table drives cannot be decoded"),
+    Code("kTooLarge", "table too large", "more drives than fit into RAM"),
+    Code("kWrongActuators", "table is for another number of actuators"),
+    Code("kNoSection", "no drives for that frequency"),
+))  # fmt: skip
+CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
+    Code("kOk", "ok"),
+    Code("kNone", "no configuration", "never written: the defaults hold"),
+    Code("kDamaged", "configuration damaged", "in both sectors: the defaults hold"),
+    Code("kReadFailed", "flash read failed", "the defaults hold"),
+    Code("kWriteFailed", "flash write failed"),
+))  # fmt: skip
+PANEL_HEALTH = Codes("PanelHealth", "How the touch panel does.", (
+    Code("kNone", "no panel configured"),
+    Code("kMissing", "panel missing", "asked for again and again"),
+    Code("kFine", "panel fine"),
+    Code("kWedged", "panel fails", "answered once, and fails now"),
+))  # fmt: skip
+RESET_CAUSE = Codes("ResetCause", "Why the processor started.", (
+    Code("kPowerOn", "power on"),
+    Code("kSoftware", "software"),
+    Code("kPanic", "panic"),
+    Code("kWatchdog", "watchdog"),
+    Code("kBrownOut", "brown-out"),
+    Code("kOther", "other"),
+))  # fmt: skip
+FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
+    Code("kReset", "reset", "by something else than power; detail: ResetCause"),
+    Code("kNoTable", "no table", "the partition is blank"),
+    Code("kTableRefused", "table refused", "detail: TableStatus"),
+    Code("kConfigRefused", "configuration refused", "the defaults hold; detail: ConfigStatus"),
+    Code("kPanelMissing", "panel missing", "nobody answers at the panel's addresses"),
+    Code("kPanelFails", "panel fails", "it answered, and fails now"),
+    Code("kPanelRange", "panel out of range", "it reported a place off its own pixels"),
+    Code("kTouchTimeout", "touch timeout", "it fell silent under a finger"),
+    Code("kTouchTooLong", "touch too long", "a touch outlasted its limit"),
+    Code("kInterruptLate", "interrupt late", "detail: samples missed in all"),
+    Code("kUnderrun", "stream underrun", "a stream ran dry"),
+    Code("kHostSilent", "host silent", "a host that drives the outputs fell silent"),
+    Code("kCoilHot", "coil hot", "detail: channel"),
+    Code("kSupplyCurrent", "supply current", "detail: mA"),
+))  # fmt: skip
+ALL_CODES = (DEVICE_STATE, TABLE_STATUS, CONFIG_STATUS, PANEL_HEALTH, RESET_CAUSE, FAULT_CAUSE)
