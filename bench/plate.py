@@ -30,7 +30,7 @@ from finite_elements import FemRun, oracle, scikit_fem
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chladni.host.figures import COLOURS, save
+from chladni.host.figures import save
 from chladni.sim.board import Board
 from chladni.sim.board_file import load_board
 from chladni.sim.loads import Load
@@ -205,14 +205,13 @@ def peak_megabytes(board: Board) -> float:
 def draw(rows: list[Row]) -> Figure:
     """Error against time, a panel per scene."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    methods = list(dict.fromkeys(row.method for row in rows))
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     for axes, scene in zip(figure.subplots(2, 2).ravel(), scenes, strict=False):
-        for method, colour in zip(methods, COLOURS, strict=False):
+        methods = list(dict.fromkeys(row.method for row in rows if row.scene == scene))
+        for k, method in enumerate(methods):
             own = [row for row in rows if row.scene == scene and row.method == method]
-            if own:
-                axes.loglog([r.seconds for r in own], [r.error for r in own], "o-",
-                            color=colour, label=method)  # fmt: skip
+            axes.loglog([r.seconds for r in own], [r.error for r in own], "o-",
+                        color=f"C{k}", label=method)  # fmt: skip
         axes.set_title(scene, fontsize=10)
         axes.set_xlabel("seconds")
         axes.set_ylabel("relative L² error")
