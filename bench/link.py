@@ -12,7 +12,6 @@ from __future__ import annotations
 import random
 import sys
 from contextlib import suppress
-from dataclasses import dataclass, field
 from multiprocessing import get_context
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -31,7 +30,7 @@ from chladni.tables.format import pack
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
-from made_up import device_of, make_table, random_table  # noqa: E402
+from made_up import PacketWire, device_of, make_table, random_table  # noqa: E402
 
 SEEDS = range(7)
 KEY = bytes(range(1, 33))
@@ -39,48 +38,20 @@ UDP_PORT = 50_161
 STREAM_S = 60.0
 
 
-@dataclass
-class LossyWire:
-    """Frames that get lost, both ways."""
-
-    inner: EmulatorWire
-    loss: float
-    seed: int
-    held: bytes = b""
-    random: random.Random = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.random = random.Random(self.seed)
-        self.baud = self.inner.baud
-
-    def write(self, data: bytes) -> None:
-        """Towards the device; a lost frame takes its time on the wire all the same."""
-        lost = self.random.random() < self.loss
-        self.inner.write(b"\x01" * len(data) if lost else data)
-
-    def read(self, timeout_s: float) -> bytes:
-        """From the device."""
-        self.held += self.inner.read(timeout_s)
-        end = self.held.rfind(b"\0") + 1
-        packets, self.held = self.held[:end].split(b"\0\0"), self.held[end:]
-        return b"".join(
-            b"\0" + packet + b"\0"
-            for packet in packets
-            if packet and self.random.random() >= self.loss
-        )
-
-    def now_s(self) -> float:
-        """Virtual seconds."""
-        return self.inner.now_s()
-
-    def close(self) -> None:
-        """Nothing."""
+def lossy_wire(inner: EmulatorWire, loss: float, seed: int) -> PacketWire:
+    """Frames that get lost, both ways; one to the device takes its time all the same."""
+    rng = random.Random(seed)
+    return PacketWire(
+        inner,
+        lambda data: b"\x01" * len(data) if rng.random() < loss else data,
+        lambda data: b"" if rng.random() < loss else data,
+    )
 
 
 def flash(data: bytes, baud: float, loss: float, seed: int, hardware: Hardware) -> float:
     """Seconds of virtual time until a table plays."""
     emulator = Emulator(device_of(), pack(make_table(np.ones((1, 5)))), hardware=hardware)
-    wire = LossyWire(EmulatorWire(emulator), loss, seed)
+    wire = lossy_wire(EmulatorWire(emulator), loss, seed)
     done = Device(wire).flash(data)
     assert done.verified
     return done.seconds

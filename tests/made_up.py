@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -128,3 +128,35 @@ def assert_one_of_them_plays(emulator: Emulator, old: bytes, new: bytes, *, said
     assert crc in crcs
     if said:
         assert crc == crcs[1]
+
+
+class PacketWire:
+    """A wire on which every frame is a packet, as a radio or a USB bridge would have it.
+
+    What becomes of a packet is up to `out` (towards the device) and `back`.
+    """
+
+    def __init__(
+        self, inner: EmulatorWire, out: Callable[[bytes], bytes], back: Callable[[bytes], bytes]
+    ) -> None:
+        self.inner, self.baud = inner, inner.baud
+        self._out, self._back = out, back
+        self._held = b""
+
+    def write(self, data: bytes) -> None:
+        """Towards the device."""
+        self.inner.write(self._out(data))
+
+    def read(self, timeout_s: float) -> bytes:
+        """From the device."""
+        self._held += self.inner.read(timeout_s)
+        end = self._held.rfind(b"\0") + 1
+        packets, self._held = self._held[:end].split(b"\0\0"), self._held[end:]
+        return b"".join(self._back(b"\0" + packet + b"\0") for packet in packets if packet)
+
+    def now_s(self) -> float:
+        """Virtual seconds."""
+        return self.inner.now_s()
+
+    def close(self) -> None:
+        """Nothing to let go of."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -17,56 +16,28 @@ from chladni.host.link_protocol import MAX_PAYLOAD, MESSAGES, Status
 from chladni.host.table_upload import TableUpload
 from chladni.host.wire import EmulatorWire
 from chladni.tables.format import pack
-from made_up import assert_one_of_them_plays, make_table, powered, random_table
+from made_up import PacketWire, assert_one_of_them_plays, make_table, powered, random_table
 
 OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
 BIG = pack(random_table(30, 20, 5, 3))
 
 
-@dataclass
-class BadWire:
+def bad_wire(
+    inner: EmulatorWire, loss: float, flips: float, repeats: float, seed: int
+) -> PacketWire:
     """A wire that spoils what goes through it, both ways, with a seed."""
+    rng = random.Random(seed)
 
-    inner: EmulatorWire
-    loss: float
-    flips: float
-    repeats: float
-    seed: int
-    random: random.Random = field(init=False)
-    held: bytes = b""
-    baud: float = 115_200.0
-
-    def __post_init__(self) -> None:
-        self.random = random.Random(self.seed)
-
-    def spoil(self, data: bytes) -> bytes:
-        """One packet as it arrives."""
-        if self.random.random() < self.loss:
-            return data[: self.random.randrange(len(data))] if self.random.random() < 0.5 else b""
+    def spoil(data: bytes) -> bytes:
+        if rng.random() < loss:
+            return data[: rng.randrange(len(data))] if rng.random() < 0.5 else b""
         spoilt = bytearray(data)
         for k in range(len(spoilt)):
-            if self.random.random() < self.flips:
-                spoilt[k] ^= 1 << self.random.randrange(8)
-        return bytes(spoilt) * (2 if self.random.random() < self.repeats else 1)
+            if rng.random() < flips:
+                spoilt[k] ^= 1 << rng.randrange(8)
+        return bytes(spoilt) * (2 if rng.random() < repeats else 1)
 
-    def write(self, data: bytes) -> None:
-        """Towards the device."""
-        self.inner.write(self.spoil(data))
-
-    def read(self, timeout_s: float) -> bytes:
-        """From the device."""
-        self.held += self.inner.read(timeout_s)
-        # A frame is one packet, as a radio or a USB bridge would have it.
-        end = self.held.rfind(b"\0") + 1
-        packets, self.held = self.held[:end].split(b"\0\0"), self.held[end:]
-        return b"".join(self.spoil(b"\0" + packet + b"\0") for packet in packets if packet)
-
-    def now_s(self) -> float:
-        """Virtual seconds."""
-        return self.inner.now_s()
-
-    def close(self) -> None:
-        """Nothing."""
+    return PacketWire(inner, spoil, spoil)
 
 
 @given(st.binary(max_size=MAX_PAYLOAD), st.integers(0, 127), st.integers(0, 255),
@@ -118,7 +89,7 @@ def test_a_flash_over_a_bad_wire_ends_right_or_says_that_it_failed(
     loss: float, flips: float, repeats: float, seed: int
 ) -> None:
     emulator = powered(OLD)
-    wire = BadWire(EmulatorWire(emulator), loss, flips, repeats, seed)
+    wire = bad_wire(EmulatorWire(emulator), loss, flips, repeats, seed)
     try:
         said = Device(wire).flash(BIG).verified
     except LinkError:
@@ -210,11 +181,20 @@ def test_a_slot_full_of_table_arrives_on_the_slowest_flash() -> None:
     assert emulator.core.faults == []
 
 
+def test_a_piece_that_arrives_during_an_erase_is_whole() -> None:
+    """However the first bytes of it fall between the turns of the main loop: never sent twice."""
+    for wait_us in range(0, 1000, 130):
+        emulator = powered(OLD, hardware=Hardware(erase_us=400_000.0))
+        emulator.core.run_us(5_000 + wait_us)
+        done = Device(EmulatorWire(emulator)).flash(random_table(7, 7, 5, 3))
+        assert (done.verified, done.repeated) == (True, 0)
+
+
 def test_moderate_loss_is_made_up_for() -> None:
     """A frame in twenty lost, both ways: every one of twenty updates arrives."""
     for seed in range(20):
         emulator = powered(OLD)
-        wire = BadWire(EmulatorWire(emulator), 0.05, 0.0, 0.02, seed)
+        wire = bad_wire(EmulatorWire(emulator), 0.05, 0.0, 0.02, seed)
         assert Device(wire).flash(BIG).verified
 
 
@@ -237,7 +217,7 @@ def test_another_version_is_refused_with_a_reason() -> None:
 
 
 def test_a_wrong_baud_rate_or_nobody_there_is_said_so() -> None:
-    wire = BadWire(EmulatorWire(powered(OLD)), 1.0, 0.0, 0.0, 1)
+    wire = bad_wire(EmulatorWire(powered(OLD)), 1.0, 0.0, 0.0, 1)
     with pytest.raises(LinkError, match="nobody answers"):
         Device(wire)
 

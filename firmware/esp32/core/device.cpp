@@ -4,6 +4,12 @@
 
 namespace chladni {
 
+namespace {
+
+constexpr uint32_t kLongTurnMs = 10;
+
+}  // namespace
+
 void Device::start(const Hal& hal) {
   hal_ = hal;
   state_ = DeviceState::kIdle;
@@ -89,6 +95,7 @@ void Device::poll() {
   const uint32_t passed_ms = (now_us - ticked_us_) / 1000U;
   ticked_us_ += passed_ms * 1000U;
   uptime_ms_ += passed_ms;
+  awake_ms_ += passed_ms < kLongTurnMs ? passed_ms : kLongTurnMs;
   watch_outputs();
   watch_coils(passed_ms);
   const TouchEvent event = next_touch(now_us);

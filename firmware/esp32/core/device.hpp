@@ -83,6 +83,8 @@ class Device {
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   // Since start.
   uint32_t now_ms() const { return uptime_ms_; }
+  // The same, but for turns that took long, as erasing does: what came in them was not late.
+  uint32_t awake_ms() const { return awake_ms_; }
 
   // Of touches from now on.
   bool set_waveform(Waveform waveform);
@@ -162,6 +164,7 @@ class Device {
   bool is_console_touch_ = false;
   Place console_place_{};
   uint32_t uptime_ms_ = 0;
+  uint32_t awake_ms_ = 0;
   uint32_t ticked_us_ = 0;
   uint32_t update_ms_ = 0;        // when an update was last heard of
   bool is_update_heard_ = false;  // since the last turn, which may have taken seconds of erasing

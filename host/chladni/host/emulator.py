@@ -231,10 +231,6 @@ class Emulator:
             raise EmulatorError(f"at {self.core.now_us / 1000.0:.3f} ms: {error}") from None
         return Recording(self.core.take_duties(), self.carrier_hz, self.config["pwm_bits"])
 
-    def reported_um(self, place_mm: tuple[float, float]) -> tuple[int, int]:
-        """The place that the device takes a finger at `place_mm` to be at."""
-        return reported_um(self.config, place_mm)
-
 
 def _hmac_sha256(key: bytes, data: bytes) -> bytes:
     """What the chip's library does for the device."""
