@@ -139,9 +139,14 @@ class PacketWire:
     def __init__(
         self, inner: EmulatorWire, out: Callable[[bytes], bytes], back: Callable[[bytes], bytes]
     ) -> None:
-        self.inner, self.baud = inner, inner.baud
+        self.inner = inner
         self._out, self._back = out, back
         self._held = b""
+
+    @property
+    def baud(self) -> float:
+        """Bits per second."""
+        return self.inner.baud
 
     def write(self, data: bytes) -> None:
         """Towards the device."""

@@ -242,6 +242,7 @@ void bind_faults(nb::class_<Emulator>& emulator) {
 
 void bind_state(nb::class_<Emulator>& emulator) {
   emulator.def_prop_ro("now_us", &Emulator::now_us)
+      .def_prop_ro("baud", &Emulator::baud)
       .def_prop_ro("period", &Emulator::period)
       .def_prop_ro("calls", &Emulator::calls, "When the panel's line fell, carrier periods.")
       .def_prop_ro("state", [](Emulator& s) { return std::string(to_text(s.device().state())); })

@@ -239,7 +239,7 @@ void Emulator::turn_main_loop() {
 
 // One byte after another, behind those that are still on their way.
 void Emulator::put_on(Wire& wire, const uint8_t* bytes, size_t count) const {
-  const double per_byte_us = 10e6 / hardware_.baud;
+  const double per_byte_us = 10e6 / baud();
   double at_us = static_cast<double>(now_us());
   if (!wire.empty() && wire.back().at_us > at_us) at_us = wire.back().at_us;
   for (size_t k = 0; k < count; ++k) {

@@ -40,7 +40,7 @@ struct Hardware {
   double program_us = 2.5;     // per byte
   double restart_us = 300000;  // from a reset to the firmware
   double watchdog_us = 5e6;    // a main loop that hangs for so long is reset
-  double baud = 115200.0;      // of the console and link
+  double baud = 0.0;           // of the console and link; 0 for the configuration's
   uint32_t seed = 1;
 };
 
@@ -72,6 +72,8 @@ class Emulator {
   // The next sample interrupt comes so late.
   void delay_next_sample(double microseconds) { extra_delay_us_ = microseconds; }
   void command(const std::string& line);
+  // Bits per second of the link's wire, both ends of it.
+  double baud() const { return hardware_.baud > 0.0 ? hardware_.baud : device_.config().link_baud; }
   // The wire of the link: bytes on their way to the device, one after another; and what has come
   // from it by now.
   void uart_write(const std::string& bytes);

@@ -178,23 +178,29 @@ def emulate(
     if key is not None and not serial:
         raise InputError("--key", str(key), "--serial with it")
     if serial:
+        for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
+            if given:
+                raise InputError(option, given, "nothing with --serial, which serves a device")
         if ms is not None and not 0.0 < ms < np.inf:
             raise InputError("--ms", ms, "more than 0")
         network = None
         if key is not None:
             network = NetworkSettings("emulated", "", read_key(key), udp_port)
         owner = board_of(loaded := read_table(table), board, file=str(table))
-        _serve(Emulator(owner, loaded, level=level, network=network), ms)
+        _serve(Emulator(owner, loaded, level=level, network=network), ms, as_json=as_json)
         return
-    for option, value in (("--touch", touch), ("--ms", ms), ("-o", output)):
+    loaded = read_table(table)
+    for option, value, expected in (
+        ("--touch", touch, "X,Y@MS: a place in mm and a time in ms"),
+        ("--ms", ms, "how long to run, ms"), ("-o", output, "a file to write (.npz)"),
+    ):  # fmt: skip
         if value is None:
-            raise InputError(option, "nothing", "this option")
+            raise InputError(option, "nothing", expected)
     assert touch is not None
     assert ms is not None
     assert output is not None
     check_output(output, "-o")
     events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
-    loaded = read_table(table)
     owner = board_of(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, ms, level=level, frequency_hz=frequency)
     write_arrays(output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
@@ -213,10 +219,15 @@ def emulate(
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _serve(emulator: Emulator, ms: float | None) -> None:
+def _serve(emulator: Emulator, ms: float | None, *, as_json: bool) -> None:
     """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
     terminal = Terminal(emulator)
-    sys.stdout.write(terminal.port + "\n")
+    # A port that is announced is there.
+    terminal.network.follow()
+    if as_json:
+        answer({"port": terminal.port, "udp_port": emulator.core.network_port}, as_json=True)
+    else:
+        sys.stdout.write(terminal.port + "\n")
     sys.stdout.flush()
     end = None if ms is None else time.monotonic() + ms / 1e3
     try:

@@ -136,7 +136,7 @@ class UdpPort:
             self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self.socket.connect((host, int(port or DEFAULT_PORT)))
         except OSError as error:
-            raise WireError(f"{address}: {error.strerror or error}") from None
+            raise WireError(error.strerror or str(error)) from None
 
     def send(self, data: bytes) -> None:
         """One to the device."""

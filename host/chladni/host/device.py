@@ -38,6 +38,8 @@ STREAM_WAIT_S = 0.03
 """For the answer to a piece of a stream: its frames are wanted in 10 ms."""
 STREAM_TARGET = 96
 """Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
+STREAM_RING = 512
+"""Frames that it holds; so many may come on any wire."""
 STREAM_TURN_S = 0.002
 """From a request's last byte to its answer: two turns of the main loop."""
 STREAM_SHARE = 0.8
@@ -215,7 +217,7 @@ class Device:
         Raises
         ------
         LinkError
-            The device ended the stream.
+            The wire is too slow for so many channels, or the device ended the stream.
         """
         return sum(step.taken for step in self.stream_steps(duties))
 
@@ -223,7 +225,7 @@ class Device:
         """The same, piece by piece: what a request came to."""
         rate_hz = self.config().frame_rate_hz
         words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
-        piece = self._stream_piece(words.shape[1], rate_hz)
+        piece = self._stream_piece(len(words), words.shape[1], rate_hz)
         self.link.request("stream_begin")
         # Each piece goes out so early that the ring holds its target on the average. How long the
         # device takes to begin shows in what it holds then, and is made up for; so is a ring that
@@ -248,16 +250,21 @@ class Device:
                 # The ring was full: this machine was late, and caught up too fast.
                 self.link.wait(piece / rate_hz)
 
-    def _stream_piece(self, channels: int, rate_hz: float) -> int:
+    def _stream_piece(self, frames: int, channels: int, rate_hz: float) -> int:
         """Frames per request: as few as the wire can carry in time, whole bytes of them."""
         # Whole frames that fill whole bytes: four of any number of channels do.
         most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
         least = min(SMALLEST_PIECE, most)
         spare_s = STREAM_SHARE / rate_hz - self.link.wire_time(1) * 10 * channels / 8.0
-        if spare_s <= 0.0:
-            # Too slow a wire in any case; the device must hear of its host all the same.
-            return least
-        return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, least, most))
+        if spare_s > 0.0:
+            return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, least, most))
+        if frames > STREAM_RING:
+            needed = 1.25 * 10 * channels * rate_hz / STREAM_SHARE
+            raise LinkError(
+                f"{channels} channels need a wire of {needed:,.0f} baud, and this has "
+                f"{self.wire.baud:,.0f}: set link_baud, or use the network"
+            )
+        return least
 
     def stop(self) -> None:
         """End a live drive or a stream."""

@@ -33,6 +33,8 @@ SELF_TEST_S = 0.6
 FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
 SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
+SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 15
+"""A busy machine may leave a gap in a drive, so once is not enough; and what is near enough."""
 USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
 """Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
 
@@ -136,11 +138,13 @@ def touch(
         try:
             _wait(device, seconds)
             state = device.info()["state"]
+            faults = device.faults()
         finally:
             # Also when it is interrupted; a finger that nobody lifts stays until `max_on_s`.
             device.lift()
     if state != "playing":
-        raise LinkError(f"the device did not play: {state}")
+        why = f", {faults[-1]['cause']}" if faults else ""
+        raise LinkError(f"the device did not play: {state}{why}")
     answer({"place_mm": [x, y], "seconds": seconds, "state": state}, as_json=as_json, title="Touch")
 
 
@@ -176,7 +180,8 @@ def stream(
     duties = None if csv is None else read_duties(csv)
     function = None if script is None else load_script(script)
     with reach.device() as device:
-        channels = device.info()["channels"]
+        info = device.info()
+        channels, before = info["channels"], info["faults"]
         if function is not None:
             duties = scripted_duties(function, device.config().frame_rate_hz, seconds)
         if gains is not None and len(gains) != channels:
@@ -192,7 +197,7 @@ def stream(
             result["seconds"] = seconds
         result["supply_ma"] = device.info()["supply_ma"]
         device.stop()
-        result["faults"] = device.faults()
+        result["faults"] = _faults_since(device, before)
     answer(result, as_json=as_json, title="Stream")
 
 
@@ -203,29 +208,50 @@ def self_test(
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
-    rows = []
     with reach.device() as device:
         channels, config = device.info()["channels"], device.config()
+        before = device.info()["faults"]
+        rows = []
         for channel in range(channels):
-            for step in range(1, SELF_TEST_STEPS + 1):
-                gains = [0j] * channels
-                gains[channel] = complex(SELF_TEST_GAIN * step / SELF_TEST_STEPS)
-                _play(device, gains, 160.0, "sine", SELF_TEST_S / SELF_TEST_STEPS)
-            drawn = device.info()["supply_ma"]
-            device.stop()
-            _wait(device, 0.1)
-            # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
             full_ma = config["full_current_ma"][channel]
+            # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
             expected = round(full_ma * SELF_TEST_GAIN / 2.0)
+            for _ in range(SELF_TEST_TRIES):
+                drawn = _draw(device, channel, channels)
+                is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)
+                if is_ok:
+                    break
             rows.append(
-                {"channel": channel, "supply_ma": drawn, "expected_ma": expected,
+                {"channel": channel, "ok": is_ok, "supply_ma": drawn, "expected_ma": expected,
                  "full_current_ma": full_ma}
             )  # fmt: skip
-        faults = device.faults()
+        faults = _faults_since(device, before)
     answer(
         {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
         as_json=as_json, title="Self-test",
     )  # fmt: skip
+    failed = [str(row["channel"]) for row in rows if not row["ok"]]
+    if failed:
+        raise LinkError(f"channels that draw something else: {', '.join(failed)}")
+
+
+def _draw(device: Device, channel: int, channels: int) -> int:
+    """Bring one channel up to half amplitude; mA that the device then estimates."""
+    # The last step twice: the device's estimate is a mean of what went before.
+    for step in (*range(1, SELF_TEST_STEPS + 1), SELF_TEST_STEPS):
+        gains = [0j] * channels
+        gains[channel] = complex(SELF_TEST_GAIN * step / SELF_TEST_STEPS)
+        _play(device, gains, 160.0, "sine", SELF_TEST_S / SELF_TEST_STEPS)
+    drawn = int(device.info()["supply_ma"])
+    device.stop()
+    _wait(device, 0.1)
+    return drawn
+
+
+def _faults_since(device: Device, before: int) -> list[dict[str, Any]]:
+    """What was noted after there were so many; the device keeps the last sixteen."""
+    count = device.info()["faults"] - before
+    return device.faults()[-count:] if count > 0 else []
 
 
 @device_app.command("log")
@@ -255,9 +281,13 @@ def config(
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Show the configuration, or change settings and restart the device."""
-    if action not in ("get", "set") or (action == "set") != bool(settings):
+    if action not in ("get", "set") or (action == "set" and not settings):
         raise InputError("get|set", action, "get, or set with at least one NAME=VALUE")
-    changes = dict(map(parse_setting, settings or []))
+    changes = dict(map(parse_setting, settings or [])) if action == "set" else {}
+    known = [setting.field.name for setting in SETTINGS]
+    for name in (settings or []) if action == "get" else []:
+        if name not in known:
+            raise InputError(name, "nothing", f"a setting: one of {', '.join(known)}")
     with reach.device() as device:
         found = device.config()
         if changes:
@@ -268,7 +298,8 @@ def config(
             found = device.config()
             if found != wanted:
                 raise LinkError("the device started with another configuration")
-    values = {name: list(v) if isinstance(v, tuple) else v for name, v in found.values.items()}
+    shown = settings if action == "get" and settings else known
+    values = {name: list(v) if isinstance(v := found.values[name], tuple) else v for name in shown}
     answer(values, as_json=as_json, title="Configuration")
 
 

@@ -178,8 +178,7 @@ class Emulator:
         made = _emulator.Hardware()
         for field in dataclasses.fields(hardware):
             value = getattr(hardware, field.name)
-            setattr(made, field.name, self.config["link_baud"] if value is None else value)
-        self.baud = float(made.baud)
+            setattr(made, field.name, 0.0 if value is None else value)
         self.core = _emulator.Emulator(made)
         self.core.set_hmac(_hmac_sha256)
         self.core.program(0, data)

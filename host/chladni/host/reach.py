@@ -14,7 +14,7 @@ from chladni.host.datagrams import DatagramWire, UdpPort
 from chladni.host.device import Device
 from chladni.host.emulator import Emulator
 from chladni.host.network_format import read_key
-from chladni.host.wire import BAUD, EmulatorWire, SerialWire, Wire
+from chladni.host.wire import BAUD, EmulatorWire, SerialWire, Wire, WireError
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack, read_table
@@ -34,7 +34,7 @@ class Reach:
     emulator: Annotated[bool, typer.Option("--emulator", help="An emulated device instead.")] = (
         False
     )
-    baud: Annotated[int, typer.Option(help="Bits per second, for --port.")] = BAUD
+    baud: Annotated[int, typer.Option(help="Bits per second, but for --udp.")] = BAUD
     board: Annotated[str, typer.Option(help="The emulated device's board.")] = "prototype"
     emulated_table: Annotated[
         Path | None, typer.Option("--table", help="What the emulated device has in flash.")
@@ -60,9 +60,13 @@ class Reach:
         if self.udp is not None:
             if self.key is None:
                 raise InputError("--key", "nothing", "the file with the device's key, for --udp")
-            return DatagramWire(UdpPort(self.udp), read_key(self.key))
+            try:
+                return DatagramWire(UdpPort(self.udp), read_key(self.key))
+            except WireError as error:
+                raise WireError(f"{self.udp}: {error}") from None
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
-        return EmulatorWire(Emulator(load_board(self.board), data, must_play=False))
+        board = load_board(self.board)
+        return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))
 
     def device(self) -> Device:
         """The device behind that wire."""

@@ -47,7 +47,9 @@ class LoopbackNetwork:
         try:
             self.socket.bind((LOOPBACK, port))
         except OSError as error:
-            raise WireError(f"{LOOPBACK}:{port}: {error.strerror}") from None
+            self.socket.close()
+            self.socket = None
+            raise WireError(f"UDP {LOOPBACK}:{port}: {error.strerror}; choose another") from None
 
     def take(self) -> None:
         """What has come, to the device."""

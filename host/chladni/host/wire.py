@@ -22,7 +22,9 @@ class WireError(ChladniError):
 class Wire(Protocol):
     """Bytes to a device and back, and the time that its answers are waited for in."""
 
-    baud: float
+    @property
+    def baud(self) -> float:
+        """Bits per second."""
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -42,7 +44,11 @@ class EmulatorWire:
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        self.baud = emulator.baud
+
+    @property
+    def baud(self) -> float:
+        """The device's own, which changes with its configuration."""
+        return self.emulator.core.baud
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -85,7 +91,7 @@ class SerialWire:
         except (serial.SerialException, OSError) as error:
             raise WireError(f"{port}: {_reason(error)}") from None
         except ValueError as error:
-            raise InputError("--baud", baud, str(error)) from None
+            raise InputError("--baud", baud, "a rate that the port can do") from error
 
     @classmethod
     def of(cls, opened: serial.Serial) -> SerialWire:
