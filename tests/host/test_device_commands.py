@@ -315,7 +315,7 @@ def test_the_emulated_wire_follows_its_configuration(
     path = tmp_path / "wave.py"
     path.write_text(SCRIPT.format(channels=5, more=""))
     there = ("--port", port, "--baud", "921600", "--json")
-    for _ in range(3):
+    for _ in range(6):
         done = chladni("device", "stream", "--script", path, "--seconds", "1", *there)
         if done.code == 0 and not done.json["faults"]:
             break  # a busy machine may leave a gap
