@@ -117,7 +117,7 @@ ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config)
   const uint32_t total = total_of(record, bytes);
   if (total == 0) return ConfigStatus::kDamaged;
   const uint32_t covered = total - f::kCrcBytes;
-  const uint32_t crc = crc32_feed(kCrc32Start, record, covered) ^ 0xFFFFFFFFU;
+  const uint32_t crc = crc32(record, covered);
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
   Config found{};
   if (!f::take_fields(record, found, Take{})) return ConfigStatus::kDamaged;
@@ -134,7 +134,7 @@ void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
   put(record + f::kAtSequence, sequence);
   f::put_fields(record, config, put);
   const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
-  put(record + covered, crc32_feed(kCrc32Start, record, covered) ^ 0xFFFFFFFFU);
+  put(record + covered, crc32(record, covered));
 }
 
 ConfigStatus save_config(const Hal& hal, const Config& config) {

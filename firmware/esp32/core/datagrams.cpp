@@ -34,12 +34,13 @@ void Datagrams::start(const Hal& hal) {
   hal_ = hal;
   NetworkState& state = device_.network();
   state = {};
-  state.is_on = load_network(hal_, network_);
-  if (!state.is_on) return;
+  Network network;
+  if (!load_network(hal_, network)) return;
+  key_ = network.key;
   Mac mac{};
-  state.is_on = hal_.hmac_sha256(hal_.context, network_.key.data(), mac.data(), 1, mac.data());
-  state.port = network_.port;
-  state.ssid = network_.ssid;
+  state.is_on = hal_.hmac_sha256(hal_.context, key_.data(), mac.data(), 1, mac.data());
+  state.port = network.port;
+  state.ssid = network.ssid;
   for (Session& session : sessions_) session = {};
 }
 
@@ -73,7 +74,7 @@ bool Datagrams::take(const uint8_t* bytes, uint32_t count) {
 bool Datagrams::is_genuine(const uint8_t* bytes, uint32_t count) const {
   Mac mac{};
   const uint32_t covered = count - f::kMacBytes;
-  if (!hal_.hmac_sha256(hal_.context, network_.key.data(), bytes, covered, mac.data())) {
+  if (!hal_.hmac_sha256(hal_.context, key_.data(), bytes, covered, mac.data())) {
     return false;
   }
   // All bytes are looked at, so that the time it takes tells nothing.
@@ -167,7 +168,7 @@ void Datagrams::send(Kind kind, uint32_t counter, const uint8_t* session, const 
   for (uint32_t k = 0; k < size; ++k) out[f::kHeadBytes + k] = body[k];
   const uint32_t covered = f::kHeadBytes + size;
   Mac mac{};
-  if (!hal_.hmac_sha256(hal_.context, network_.key.data(), out.data(), covered, mac.data())) return;
+  if (!hal_.hmac_sha256(hal_.context, key_.data(), out.data(), covered, mac.data())) return;
   for (uint32_t k = 0; k < f::kMacBytes; ++k) out[covered + k] = mac[k];
   hal_.send_datagram(hal_.context, out.data(), covered + f::kMacBytes);
 }

@@ -31,7 +31,6 @@ class Datagrams {
 
   // Reads the record; without a whole one, or without a way to make a MAC, it stays off.
   void start(const Hal& hal);
-  const Network& network() const { return network_; }
 
   // One datagram, in the main loop.
   void receive(const uint8_t* bytes, uint32_t count);
@@ -69,7 +68,7 @@ class Datagrams {
   Device& device_;
   Requests requests_;
   Hal hal_{};
-  Network network_;
+  std::array<uint8_t, network_format::kKeyBytes> key_{};
   std::array<Session, kSessions> sessions_{};
 };
 

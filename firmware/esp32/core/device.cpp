@@ -80,9 +80,7 @@ void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail
 void Device::stand(FaultCause cause, uint32_t detail) {
   note(cause, detail);
   faults_.raise(cause);
-  forget_touch();
-  forget_host();
-  is_release_pending_ = !synthesis_.is_quiet();
+  silence();
   go(DeviceEvent::kFaultArises);
 }
 
@@ -244,6 +242,13 @@ void Device::touch_up(uint32_t now_us) {
   is_drive_pending_ = true;
 }
 
+// Whoever plays: nobody does from now on, and outputs fade out.
+void Device::silence() {
+  forget_touch();
+  forget_host();
+  is_release_pending_ = !synthesis_.is_quiet();
+}
+
 void Device::forget_touch() { is_drive_pending_ = is_start_pending_ = is_after_lift_ = false; }
 
 void Device::end_touch() {
@@ -294,9 +299,7 @@ TableStatus Device::select_frequency(uint32_t frequency_mhz) {
 bool Device::update_begin() {
   if (state_ != DeviceState::kUpdating) {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
-    forget_touch();
-    forget_host();
-    is_release_pending_ = !synthesis_.is_quiet();
+    silence();
   }
   return !is_release_pending_ && synthesis_.is_quiet();
 }

@@ -120,6 +120,7 @@ class Device {
   void touch_up(uint32_t now_us);
   void end_touch();
   void forget_touch();
+  void silence();
   void advance_effects(uint32_t now_us);
   void host_is_heard();
   void forget_host();

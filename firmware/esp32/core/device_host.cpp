@@ -16,9 +16,7 @@ constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangl
 }  // namespace
 
 void Device::restart_soon() {
-  forget_touch();
-  forget_host();
-  is_release_pending_ = !synthesis_.is_quiet();
+  silence();
   if (!is_restart_due_) restart_ms_ = uptime_ms_;
   is_restart_due_ = true;
 }

@@ -67,7 +67,7 @@ bool FrameReader::decode() {
   }
   if (to < f::kHeadBytes + f::kCrcBytes) return false;
   size_ = to - f::kCrcBytes;
-  const uint32_t crc = crc32_feed(kCrc32Start, buffer_.data(), size_) ^ 0xFFFFFFFFU;
+  const uint32_t crc = crc32(buffer_.data(), size_);
   for (uint32_t k = 0; k < f::kCrcBytes; ++k) {
     if (buffer_[size_ + k] != static_cast<uint8_t>(crc >> (8U * k))) return false;
   }
@@ -75,7 +75,7 @@ bool FrameReader::decode() {
 }
 
 uint32_t encode_frame(const uint8_t* bytes, uint32_t count, uint8_t* out) {
-  const uint32_t crc = crc32_feed(kCrc32Start, bytes, count) ^ 0xFFFFFFFFU;
+  const uint32_t crc = crc32(bytes, count);
   uint32_t at = 0, code_at = 1;
   out[at++] = 0;
   ++at;

@@ -30,7 +30,7 @@ bool parse_network(const uint8_t* record, uint32_t size, Network& network) {
     return false;
   }
   constexpr uint32_t kCovered = f::kRecordBytes - kCrcBytes;
-  const uint32_t crc = crc32_feed(kCrc32Start, record, kCovered) ^ 0xFFFFFFFFU;
+  const uint32_t crc = crc32(record, kCovered);
   const uint32_t port = read_u16(record + f::kRecordAtPort);
   uint32_t any = 0;
   for (uint32_t k = 0; k < f::kKeyBytes; ++k) any |= record[f::kRecordAtKey + k];

@@ -39,7 +39,7 @@ const char* to_text(StoreStatus status) {
 bool TableStore::read_entry(const Hal& hal, uint32_t offset, Entry& entry) {
   std::array<uint8_t, f::kEntryBytes> bytes{};
   if (!read(hal, offset, bytes.data(), f::kEntryBytes)) return false;
-  const uint32_t crc = crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU;
+  const uint32_t crc = crc32(bytes.data(), f::kAtEntryCrc);
   entry = {read_u32(&bytes[f::kAtSequence]), read_u32(&bytes[f::kAtSlot]),
            read_u32(&bytes[f::kAtTableCrc]), offset};
   return read_u32(&bytes[f::kAtEntryCrc]) == crc && entry.slot < f::kSlots;
@@ -143,23 +143,18 @@ StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) 
   is_updating_ = has_part_ = false;
   // Read back: flash has been seen to answer OK and write nothing.
   uint32_t crc = 0;
-  StoreStatus status = StoreStatus::kFlashFailed;
-  if (crc_of(hal, target_, crc) && crc == table_crc_) {
-    const TableStatus loaded = table.load(hal, channels, target_ * f::kSlotBytes);
-    status = loaded == TableStatus::kOk ? StoreStatus::kOk : StoreStatus::kRefused;
-    // A table that played without an entry gets one, so that there is a way back to it.
-    Entry any{};
-    uint32_t current = 0;
-    const bool is_first = slot_ < f::kSlots && !newest(hal, nullptr, any);
-    if (status == StoreStatus::kOk && is_first && crc_of(hal, slot_, current) &&
-        !append(hal, slot_, current)) {
-      status = StoreStatus::kFlashFailed;
-    }
-    if (status == StoreStatus::kOk && !append(hal, target_, crc)) {
-      status = StoreStatus::kFlashFailed;
-    }
+  if (!crc_of(hal, target_, crc) || crc != table_crc_) return StoreStatus::kFlashFailed;
+  if (table.load(hal, channels, target_ * f::kSlotBytes) != TableStatus::kOk) {
+    return StoreStatus::kRefused;
   }
-  return status;
+  // A table that played without an entry gets one, so that there is a way back to it.
+  Entry any{};
+  uint32_t current = 0;
+  const bool is_first = slot_ < f::kSlots && !newest(hal, nullptr, any);
+  if (is_first && crc_of(hal, slot_, current) && !append(hal, slot_, current)) {
+    return StoreStatus::kFlashFailed;
+  }
+  return append(hal, target_, crc) ? StoreStatus::kOk : StoreStatus::kFlashFailed;
 }
 
 StoreStatus TableStore::restore_other(const Hal& hal, Table& table, uint32_t channels) {
@@ -205,8 +200,7 @@ bool TableStore::append(const Hal& hal, uint32_t slot, uint32_t table_crc) {
   put_word(&bytes[f::kAtSequence], sequence, 4);
   put_word(&bytes[f::kAtSlot], slot, 4);
   put_word(&bytes[f::kAtTableCrc], table_crc, 4);
-  put_word(&bytes[f::kAtEntryCrc],
-           crc32_feed(kCrc32Start, bytes.data(), f::kAtEntryCrc) ^ 0xFFFFFFFFU, 4);
+  put_word(&bytes[f::kAtEntryCrc], crc32(bytes.data(), f::kAtEntryCrc), 4);
   const uint32_t offset = journal_sector(sector) + cell * f::kEntryBytes;
   if (!hal.program_flash(hal.context, FlashArea::kTables, offset, bytes.data(), f::kEntryBytes)) {
     return false;

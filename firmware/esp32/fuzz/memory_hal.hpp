@@ -35,7 +35,7 @@ inline std::array<uint8_t, network_format::kRecordBytes> network_record() {
   put_word(&record[f::kRecordAtPort], f::kLowestPort, 2);
   record[f::kRecordAtKey] = 1;
   const uint32_t covered = f::kRecordBytes - 4U;
-  put_word(&record[covered], crc32_feed(kCrc32Start, record.data(), covered) ^ 0xFFFFFFFFU, 4);
+  put_word(&record[covered], crc32(record.data(), covered), 4);
   return record;
 }
 

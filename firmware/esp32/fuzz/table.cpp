@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   uint32_t total = 0;
   std::memcpy(&total, board.tables.data() + table_format::kAtTotalBytes, 4);
   if (total >= 4 && total <= store_format::kSlotBytes) {
-    const uint32_t crc = crc32_feed(kCrc32Start, board.tables.data(), total - 4) ^ 0xFFFFFFFFU;
+    const uint32_t crc = crc32(board.tables.data(), total - 4);
     std::memcpy(board.tables.data() + total - 4, &crc, 4);
   }
   const Hal hal = fuzz::make_hal(board);
