@@ -83,6 +83,7 @@ class Recorder:
     spoil: Callable[[bytes], list[bytes]] = lambda data: [data]
     sent: list[bytes] = field(default_factory=list)
     got: list[bytes] = field(default_factory=list)
+    name: str = "recorded"
 
     def send(self, data: bytes) -> None:
         """To the device."""

@@ -181,13 +181,10 @@ def emulate(
         for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
             if given:
                 raise InputError(option, given, "nothing with --serial, which serves a device")
-        if ms is not None and not 0.0 < ms < np.inf:
-            raise InputError("--ms", ms, "more than 0")
         network = None
         if key is not None:
             network = NetworkSettings("emulated", "", read_key(key), udp_port)
-        owner = board_of(loaded := read_table(table), board, file=str(table))
-        _serve(Emulator(owner, loaded, level=level, network=network), ms, as_json=as_json)
+        _serve(table, board, ms, level, network, as_json=as_json)
         return
     loaded = read_table(table)
     for option, value, expected in (
@@ -219,8 +216,16 @@ def emulate(
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _serve(emulator: Emulator, ms: float | None, *, as_json: bool) -> None:
+def _serve(
+    table: Path, board: str | None, ms: float | None, level: float,
+    network: NetworkSettings | None, *, as_json: bool,
+) -> None:  # fmt: skip
     """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
+    if ms is not None and not 0.0 < ms < np.inf:
+        raise InputError("--ms", ms, "more than 0")
+    loaded = read_table(table)
+    owner = board_of(loaded, board, file=str(table))
+    emulator = Emulator(owner, loaded, level=level, network=network)
     terminal = Terminal(emulator)
     # A port that is announced is there.
     terminal.network.follow()

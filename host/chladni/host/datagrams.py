@@ -95,7 +95,9 @@ class ReplayWindow:
 
 
 class Port(Protocol):
-    """Datagrams to one device and back."""
+    """Datagrams to one device and back; `name` is for people."""
+
+    name: str
 
     def send(self, data: bytes) -> None:
         """One to the device."""
@@ -131,12 +133,12 @@ class UdpPort:
         is_number = port.isascii() and port.isdigit()
         if not host or (port and not is_number) or not 0 < int(port or DEFAULT_PORT) < 2**16:
             raise InputError("--udp", address, "HOST or HOST:PORT")
-        self.address = address
+        self.name = address
         try:
             self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self.socket.connect((host, int(port or DEFAULT_PORT)))
         except OSError as error:
-            raise WireError(error.strerror or str(error)) from None
+            raise WireError(f"{address}: {error.strerror or error}") from None
 
     def send(self, data: bytes) -> None:
         """One to the device."""
@@ -145,7 +147,7 @@ class UdpPort:
         except ConnectionRefusedError:
             pass  # nobody listens there yet: as if it had been lost
         except OSError as error:
-            raise WireError(f"{self.address}: {error.strerror or error}") from None
+            raise WireError(f"{self.name}: {error.strerror or error}") from None
 
     def receive(self, timeout_s: float) -> bytes | None:
         """One from it."""
@@ -155,10 +157,10 @@ class UdpPort:
         except (TimeoutError, BlockingIOError):
             return None
         except ConnectionRefusedError:
-            time.sleep(min(timeout_s, 0.01))
+            time.sleep(min(max(timeout_s, 0.0), 0.01))
             return None
         except OSError as error:
-            raise WireError(f"{self.address}: {error.strerror or error}") from None
+            raise WireError(f"{self.name}: {error.strerror or error}") from None
 
     def now_s(self) -> float:
         """Seconds of this machine."""
@@ -171,6 +173,8 @@ class UdpPort:
 
 class EmulatedPort:
     """An emulated device's network; its clock is the emulator's own."""
+
+    name = "the emulated device"
 
     def __init__(self, emulator: Emulator, peer: int = 0) -> None:
         self.emulator, self.peer = emulator, peer
@@ -261,7 +265,10 @@ class DatagramWire:
                 if self._nonce != nonce:  # it was good for one welcome
                     return
             wait *= 2.0
-        raise WireError("nobody answers there; is the device on this network, and the key its own?")
+        raise WireError(
+            f"{self.port.name}: nobody answers there; is the device on this network, and the key "
+            "its own?"
+        )
 
     def _greet(self) -> int:
         self._nonce = secrets.randbits(64)

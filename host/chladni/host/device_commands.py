@@ -136,7 +136,7 @@ def touch(
     with reach.device() as device:
         device.touch(x, y)
         try:
-            _wait(device, seconds)
+            device.link.wait(seconds)
             state = device.info()["state"]
             faults = device.faults()
         finally:
@@ -244,7 +244,7 @@ def _draw(device: Device, channel: int, channels: int) -> int:
         _play(device, gains, 160.0, "sine", SELF_TEST_S / SELF_TEST_STEPS)
     drawn = int(device.info()["supply_ma"])
     device.stop()
-    _wait(device, 0.1)
+    device.link.wait(0.1)
     return drawn
 
 
@@ -266,7 +266,7 @@ def log(
     if reach.udp is not None:
         raise InputError("--udp", reach.udp, "--port: text comes over the wire only")
     with reach.device() as device:
-        _wait(device, seconds)
+        device.link.wait(seconds)
         sys.stdout.write(device.log)
 
 
@@ -294,7 +294,7 @@ def config(
             wanted = found.with_values(**changes)
             device.set_config(wanted)
             device.restart()
-            _wait(device, 1.0)
+            device.link.wait(1.0)
             found = device.config()
             if found != wanted:
                 raise LinkError("the device started with another configuration")
@@ -345,12 +345,6 @@ def parse_setting(text: str) -> tuple[str, int | tuple[int, ...]]:
     return name, parsed
 
 
-def _wait(device: Device, seconds: float) -> None:
-    end = device.wire.now_s() + seconds
-    while device.wire.now_s() < end:
-        device.link.poll(min(REPEAT_S, end - device.wire.now_s()))
-
-
 def _play(
     device: Device, gains: list[complex], frequency_hz: float, waveform: str, seconds: float
 ) -> None:
@@ -358,4 +352,4 @@ def _play(
     end = device.wire.now_s() + seconds
     while device.wire.now_s() < end:
         device.live(gains, frequency_hz, waveform)
-        _wait(device, REPEAT_S)
+        device.link.wait(REPEAT_S)

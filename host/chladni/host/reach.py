@@ -14,7 +14,7 @@ from chladni.host.datagrams import DatagramWire, UdpPort
 from chladni.host.device import Device
 from chladni.host.emulator import Emulator
 from chladni.host.network_format import read_key
-from chladni.host.wire import BAUD, EmulatorWire, SerialWire, Wire, WireError
+from chladni.host.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.sim.board_file import load_board
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack, read_table
@@ -60,10 +60,7 @@ class Reach:
         if self.udp is not None:
             if self.key is None:
                 raise InputError("--key", "nothing", "the file with the device's key, for --udp")
-            try:
-                return DatagramWire(UdpPort(self.udp), read_key(self.key))
-            except WireError as error:
-                raise WireError(f"{self.udp}: {error}") from None
+            return DatagramWire(UdpPort(self.udp), read_key(self.key))
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
         board = load_board(self.board)
         return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))

@@ -39,7 +39,7 @@ def parse_drive(text: str) -> list[complex]:
     return gains
 
 
-def read_duties(path: Path) -> NDArray[np.float64]:
+def read_duties(path: Path) -> FloatArray:
     """Duties from 0 to 1, a row per frame and a column per channel.
 
     Raises
@@ -53,7 +53,7 @@ def read_duties(path: Path) -> NDArray[np.float64]:
         raise InputError("--csv", error.strerror, "a readable file", file=str(path)) from None
     except ValueError as error:
         raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
-    if duties.size == 0 or not np.all((duties >= 0.0) & (duties <= 1.0)):
+    if duties.size == 0 or not _are_duties(duties):
         raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
     return np.asarray(duties, dtype=np.float64)
 
@@ -93,9 +93,13 @@ def scripted_duties(function: Duties, rate_hz: float, seconds: float) -> FloatAr
     duties = function(t)
     if duties.ndim != 2 or len(duties) != len(t):
         raise InputError("duties(t)", f"shape {duties.shape}", f"({len(t)}, channels)")
-    if not np.all((duties >= 0.0) & (duties <= 1.0)):
+    if not _are_duties(duties):
         raise InputError("duties(t)", "numbers outside", "duties from 0 to 1")
     return np.asarray(duties)
+
+
+def _are_duties(values: FloatArray) -> bool:
+    return bool(np.all((values >= 0.0) & (values <= 1.0)))
 
 
 class _Named:

@@ -27,7 +27,10 @@ class TableUpload:
 
     def __init__(self, link: Link, data: bytes, progress: Progress | None = None) -> None:
         self._link, self._data, self._progress = link, data, progress
-        self._request = {"total": len(data), "crc": int.from_bytes(data[-4:], "little")}
+        self._request: dict[str, Any] = {
+            "total": len(data),
+            "crc": int.from_bytes(data[-4:], "little"),
+        }
         self._due = 0
         """Bytes that the device has."""
         self._sent = 0
@@ -46,8 +49,7 @@ class TableUpload:
         if not self._begin_with_data():
             self._link.repeated += len(self._waiting)
             self._waiting, self._sent, self._due = {}, 0, 0
-            fields: dict[str, Any] = self._request
-            self._link.request(_BEGIN.name, b"", **fields)
+            self._link.request(_BEGIN.name, **self._request)
         quiet = 0
         while self._due < len(self._data):
             self._fill_window(quiet)
