@@ -28,7 +28,7 @@ from matplotlib.figure import Figure
 from chladni.host.figures import COLOURS, save
 from chladni.sim.board import MM, Board
 from chladni.sim.board_file import load_board
-from chladni.sim.mirrors import board_mirrors
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.tables.batch import over_targets
 from chladni.tables.checkpoint import Result
 from chladni.tables.folding import Folding

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from chladni.host.figures import COLOURS, save
 from chladni.sim.board import Board, Regions
 from chladni.sim.board_file import load_board
-from chladni.sim.mirrors import board_mirrors
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.coding import FULL_SCALE, BitWriter, write_drives, write_labels
 from chladni.tables.compress import LIMITS, LOUDEST, losses

@@ -12,6 +12,7 @@ import pytest
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from chladni.sim.mirrors import Mirrors
 from chladni.sim.ritz.geometry import (
     EdgeKind,
     EdgeSupports,
@@ -22,7 +23,6 @@ from chladni.sim.ritz.geometry import (
 from chladni.sim.ritz.loading import ClassLoad
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.solver import Solver
-from chladni.sim.ritz.symmetry import Mirrors
 from chladni.sim.ritz.tables import BasisTable
 
 WIDTH, LENGTH, BENDING, NU, AREAL, LOSS = 0.07, 0.14, 1.9, 0.3, 1.7, 0.05

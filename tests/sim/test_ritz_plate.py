@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from chladni.sim.board import Board, Magnet
 from chladni.sim.loads import Load
+from chladni.sim.mirrors import Mirrors, orbits_of
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
-from chladni.sim.ritz.orbits import orbits_of
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.rings import SplitPoints, disc_load_deflection, disc_load_function
-from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
+from chladni.sim.ritz.symmetry import find_mirrors
 from chladni.sim.transfer import plate_model, target_field, transfer_fields
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
@@ -155,7 +155,7 @@ def test_fields_of_mirrored_loads_are_turned_over_only_where_they_may_be() -> No
     loads = [Load(0.012, -0.03), Load(-0.012, -0.03), Load(0.012, 0.03), Load(0.012, -0.03, 2e-3)]
     y = np.linspace(-0.05, 0.06, 21)
     for x, distinct in ((np.linspace(-0.03, 0.03, 15), 3), (np.linspace(-0.03, 0.02, 15), 4)):
-        assert len(orbits_of(loads, plate.mirrors, x, y).distinct) == distinct
+        assert len(orbits_of(loads, plate.mirrors.shared_with(x, y)).distinct) == distinct
         fields, plain = (
             model.respond(loads, frequency_hz=200.0, x=x, y=y, tolerance=1e-4).values
             for model in (plate, whole)

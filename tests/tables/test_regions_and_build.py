@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chladni.sim.board import Board, Regions
-from chladni.sim.mirrors import board_mirrors
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import pack
 from chladni.tables.regions import RegionGrid, region_grid

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from chladni.sim.board import Actuator, Board, Regions
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import InputError
-from chladni.sim.mirrors import board_mirrors
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import pack, unpack
 from chladni.tables.lookup import lookup

@@ -24,9 +24,9 @@ from chladni.host.options import (
     check_jobs,
 )  # fmt: skip
 from chladni.sim.board_file import load_board
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.files import write_whole
-from chladni.sim.mirrors import board_mirrors
 from chladni.tables.build import OBJECTIVE, build_table
 from chladni.tables.compress import LIMITS, LossLimits
 from chladni.tables.format import pack, read_table

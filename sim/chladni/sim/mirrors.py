@@ -1,49 +1,84 @@
-"""Mirror symmetry of a board: which actuator takes the place of which."""
+"""Mirror symmetry of a plate, and loads that are mirror images of one another.
+
+On a plate with its mirrors a load's image has the image of its field: it is solved once and turned
+over. Five actuators of which four are images of one cost two solutions.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from chladni.sim.board import SAME_PLACE, Board
-from chladni.sim.ritz.symmetry import find_mirrors
-from chladni.sim.transfer import plate_geometry
+from chladni.sim.loads import Load
+
+FloatArray = NDArray[np.float64]
+
+SAME_PLACE = 1e-9
+"""Two centres closer than this, in metres, are one place."""
 
 
 @dataclass(frozen=True)
-class BoardMirrors:
-    """For each mirror the board has, the actuator that stands where each one's image falls.
+class Mirrors:
+    """Which mirrors map a plate onto itself: x → −x, y → −y."""
 
-    `x` is the permutation of x → −x, `y` that of y → −y; None where the board has no such mirror.
-    A field driven by c, mirrored, is the field driven by c[permutation].
-    """
+    x: bool
+    y: bool
 
-    x: tuple[int, ...] | None
-    y: tuple[int, ...] | None
+    @property
+    def images(self) -> list[tuple[float, float]]:
+        """Signs of (x, y) of every group element, the identity first."""
+        return [
+            (sx, sy) for sx in ((1.0, -1.0) if self.x else (1.0,))
+            for sy in ((1.0, -1.0) if self.y else (1.0,))
+        ]  # fmt: skip
+
+    def shared_with(self, x: FloatArray, y: FloatArray) -> Mirrors:
+        """Those of them that the grid x × y has as well."""
+        return Mirrors(self.x and is_mirrored(x), self.y and is_mirrored(y))
+
+    def orbit(self, x: float, y: float) -> int:
+        """How many different images a place has."""
+        doubled_x = self.x and abs(x) > SAME_PLACE
+        doubled_y = self.y and abs(y) > SAME_PLACE
+        return (2 if doubled_x else 1) * (2 if doubled_y else 1)
+
+    def holds(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+        """Whether points lie in the fundamental part of the plate (x ≥ 0, y ≥ 0)."""
+        inside_x = x >= -SAME_PLACE if self.x else np.ones(x.shape, dtype=bool)
+        inside_y = y >= -SAME_PLACE if self.y else np.ones(y.shape, dtype=bool)
+        return np.asarray(inside_x & inside_y)
 
 
-def board_mirrors(board: Board) -> BoardMirrors:
-    """The mirrors of a board; nothing is assumed."""
-    return BoardMirrors(_permutation(board, -1.0, 1.0), _permutation(board, 1.0, -1.0))
+@dataclass(frozen=True)
+class Orbits:
+    """The loads to solve, and for every load asked for: which of them it is, and its image."""
+
+    distinct: list[Load]
+    images: list[tuple[int, tuple[float, float]]]
 
 
-def _permutation(board: Board, sign_x: float, sign_y: float) -> tuple[int, ...] | None:
-    places = np.array([actuator.at for actuator in board.actuators])
-    order = _matches(places, places * (sign_x, sign_y))
-    if order is None:
-        return None
-    mirrors = find_mirrors(plate_geometry(board))
-    if not (mirrors.x if sign_x < 0 else mirrors.y):
-        return None
-    return order
+def orbits_of(loads: Sequence[Load], mirrors: Mirrors) -> Orbits:
+    """Sort loads by what mirrors, which plate and grid share, make of them."""
+    distinct: list[Load] = []
+    images: list[tuple[int, tuple[float, float]]] = []
+    for load in loads:
+        found = (
+            (k, image)
+            for k, other in enumerate(distinct)
+            for image in mirrors.images
+            if load.radius == other.radius
+            and np.hypot(image[0] * other.x - load.x, image[1] * other.y - load.y) < SAME_PLACE
+        )
+        known = next(found, None)
+        images.append(known or (len(distinct), (1.0, 1.0)))
+        if known is None:
+            distinct.append(load)
+    return Orbits(distinct, images)
 
 
-def _matches(places: np.ndarray, images: np.ndarray) -> tuple[int, ...] | None:
-    distance = np.linalg.norm(images[:, None] - places, axis=2)
-    nearest = distance.argmin(axis=1)
-    if distance.min(axis=1).max(initial=0.0) > SAME_PLACE:
-        return None
-    if len(set(nearest.tolist())) != len(places):
-        return None
-    return tuple(int(k) for k in nearest)
+def is_mirrored(points: FloatArray) -> bool:
+    """Whether points along a line are their own mirror image about zero."""
+    return bool(np.all(np.abs(points + points[::-1]) < SAME_PLACE))

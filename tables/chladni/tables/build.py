@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board import Board
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import InputError
-from chladni.sim.mirrors import board_mirrors
 from chladni.tables.branches import Steps
 from chladni.tables.compress import (
     LIMITS,

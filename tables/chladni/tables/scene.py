@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from chladni.sim import metrics
 from chladni.sim.board import MM, Board
+from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import InputError
-from chladni.sim.mirrors import board_mirrors
 from chladni.sim.response import PlateModel
 from chladni.sim.transfer import (
     TransferFields,

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Derivative, radial_derivative
-from chladni.sim.ritz.symmetry import Mirrors, Parity, ParityBasis
+from chladni.sim.ritz.symmetry import Parity, ParityBasis
 from chladni.sim.ritz.tables import (
     BasisTable,
     Edge,

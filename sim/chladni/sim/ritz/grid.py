@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.mirrored_grid import MirroredGrid, Oddness
+from chladni.sim.mirrors import Mirrors
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.symmetry import SAME_PLACE, Mirrors, Parity, ParityBasis
+from chladni.sim.ritz.symmetry import Parity, ParityBasis
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]
 
 
@@ -22,47 +23,37 @@ class GridTable:
     def __init__(self, basis: Basis, mirrors: Mirrors, x: FloatArray, y: FloatArray) -> None:
         self.x, self.y = x, y
         self._basis = basis
-        self._fold_x = mirrors.x and is_mirrored(x)
-        self._fold_y = mirrors.y and is_mirrored(y)
-        part_x = x[x.size // 2 :] if self._fold_x else x
-        part_y = y[y.size // 2 :] if self._fold_y else y
-        self._shape = (part_x.size, part_y.size)
+        self.grid = MirroredGrid(x, y, mirrors)
+        part_x, part_y = self.grid.part_x, self.grid.part_y
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)
         px, py = np.meshgrid(part_x, part_y, indexing="ij")
         self._by_class: dict[Parity, tuple[FloatArray, FloatArray, FloatArray]] = {}
         self._circles = basis.enrichment_values(px.ravel(), py.ravel(), (0, 0))
 
-    def fields(self, parities: list[ParityBasis], coefficients: list[ComplexArray]) -> ComplexArray:
-        """Sum over classes of the fields of coefficients (class size, loads).
+    def fields(self, parities: list[ParityBasis], columns: list[FloatArray]) -> FloatArray:
+        """Sum over classes of the fields of real coefficients (class size, fields).
 
         Returns
         -------
-        ComplexArray
-            Shape (loads, nx, ny).
+        FloatArray
+            Shape (fields, nx, ny).
         """
-        parts = {
-            (parity.parity.odd_x, parity.parity.odd_y): self._part(parity, own)
-            for parity, own in zip(parities, coefficients, strict=True)
+        return self.grid.join(self.shares(parities, columns))
+
+    def shares(
+        self, parities: list[ParityBasis], columns: list[FloatArray]
+    ) -> dict[Oddness, FloatArray]:
+        """The same class by class on the fundamental part, shape (fields, *part_shape) each."""
+        return {
+            parity.oddness: self.share(parity, own)
+            for parity, own in zip(parities, columns, strict=True)
         }
-        loads = coefficients[0].shape[1]
-        total = np.empty((loads, self.x.size, self.y.size), dtype=np.complex128)
-        for flip_x in (False, True) if self._fold_x else (False,):
-            # First over the parities in x, then over those in y: half the sums of all four.
-            in_x: dict[bool, FloatArray] = {}
-            for (odd_x, odd_y), part in parts.items():
-                sign = -1.0 if flip_x and odd_x else 1.0
-                in_x[odd_y] = in_x[odd_y] + sign * part if odd_y in in_x else sign * part
-            for flip_y in (False, True) if self._fold_y else (False,):
-                own = _even_and_odd(in_x, -1.0 if flip_y else 1.0)
-                self._place(total.real, own[:loads], flip_x=flip_x, flip_y=flip_y)
-                self._place(total.imag, own[loads:], flip_x=flip_x, flip_y=flip_y)
-        return total
 
     def clear_cut_out(self, values: NDArray[Any]) -> None:
         """Set fields to zero where a screw holds the plate or a hole leaves none, in place."""
         rows, columns = self._cut_out
-        values[:, rows, columns] = 0.0
+        values[..., rows, columns] = 0.0
 
     @cached_property
     def _cut_out(self) -> tuple[IntArray, IntArray]:
@@ -79,23 +70,21 @@ class GridTable:
         rows, columns = np.nonzero(cut)
         return rows, columns
 
-    def _part(self, parity: ParityBasis, coefficients: ComplexArray) -> FloatArray:
-        """The fundamental part of the fields, real parts then imaginary: (2 · loads, nx, ny).
+    def share(self, parity: ParityBasis, columns: FloatArray) -> FloatArray:
+        """The fundamental part of a class's fields: (class size, fields) to (fields, nx, ny).
 
-        They go through as separate loads: the tables are real, and a complex product would cost
-        four times as much. Loads without a share in this class are left out.
+        Fields without a share in this class are left out.
         """
         along_x, along_y, circles = self._class_tables(parity)
-        whole = np.concatenate((coefficients.real, coefficients.imag), axis=1).T
-        used = np.flatnonzero(whole.any(axis=1))
-        own = whole[used]
+        used = np.flatnonzero(columns.any(axis=0))
+        own = np.ascontiguousarray(columns[:, used].T)
         p = parity.polynomials
         grid = own[:, :p].reshape(used.size, along_x.shape[1], along_y.shape[0])
-        part = (own[:, p:] @ circles).reshape(used.size, *self._shape)
+        part = (own[:, p:] @ circles).reshape(used.size, *self.grid.part_shape)
         part += along_x @ (grid @ along_y)
-        if used.size == len(whole):
+        if used.size == columns.shape[1]:
             return np.asarray(part)
-        values = np.zeros((len(whole), *self._shape))
+        values = np.zeros((columns.shape[1], *self.grid.part_shape))
         values[used] = part
         return values
 
@@ -112,27 +101,3 @@ class GridTable:
                 np.ascontiguousarray(parity.combine(self._circles).T),
             )
         return self._by_class[key]
-
-    def _place(self, total: FloatArray, part: FloatArray, *, flip_x: bool, flip_y: bool) -> None:
-        """Write the fundamental part, or a mirror image of it, to where it belongs."""
-        nx, ny = part.shape[1:]
-        # An odd count has its middle line in the part, and the image leaves it out.
-        left, below = self.x.size - nx, self.y.size - ny
-        rows = slice(0, left) if flip_x else slice(left, None)
-        columns = slice(0, below) if flip_y else slice(below, None)
-        own = part[:, :: -1 if flip_x else 1, :: -1 if flip_y else 1]
-        own = own[:, : left if flip_x else nx, : below if flip_y else ny]
-        total[:, rows, columns] = own
-
-
-def _even_and_odd(in_x: dict[bool, FloatArray], sign: float) -> FloatArray:
-    """The even part plus `sign` times the odd one, either of which may be missing."""
-    if True not in in_x:
-        return in_x[False]
-    odd = in_x[True] if sign > 0 else -in_x[True]
-    return in_x[False] + odd if False in in_x else odd
-
-
-def is_mirrored(points: FloatArray) -> bool:
-    """Whether points along a line are their own mirror image about zero."""
-    return bool(np.all(np.abs(points + points[::-1]) < SAME_PLACE))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from chladni.sim.loads import Load
+from chladni.sim.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
@@ -27,7 +28,7 @@ from chladni.sim.ritz.rings import (
     disc_load_deflection,
     disc_load_function,
 )  # fmt: skip
-from chladni.sim.ritz.symmetry import SAME_PLACE, Parity, ParityBasis
+from chladni.sim.ritz.symmetry import Parity, ParityBasis
 from chladni.sim.ritz.tables import ANGULAR_POINTS, RADIAL_POINTS, BasisTable
 
 FloatArray = NDArray[np.float64]

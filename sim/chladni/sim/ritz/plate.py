@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from chladni.sim.errors import RESONANCE_BAND, ResonanceError
 from chladni.sim.loads import Load
+from chladni.sim.mirrors import Mirrors, orbits_of
 from chladni.sim.modes import ModeShapes
 from chladni.sim.response import Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
-from chladni.sim.ritz.orbits import orbits_of
 from chladni.sim.ritz.scaling import (
     LEVELS,
     first_level,
@@ -23,8 +23,8 @@ from chladni.sim.ritz.scaling import (
     wave_number,
     wave_number_of_mode,
 )  # fmt: skip
-from chladni.sim.ritz.solver import Solver
-from chladni.sim.ritz.symmetry import Mirrors, find_mirrors
+from chladni.sim.ritz.solver import Image, Solver
+from chladni.sim.ritz.symmetry import find_mirrors
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -131,24 +131,24 @@ class RitzPlate:
         ResonanceError
             As above, before anything is yielded.
         """
-        orbits = orbits_of(loads, self.mirrors, x, y)
+        orbits = orbits_of(loads, self.mirrors.shared_with(x, y))
         waves = wave_number(self.geometry, 2.0 * np.pi * float(frequencies_hz.max()))
         level = first_level(self.geometry, tolerance)
         frequencies = frequencies_hz.tolist()
         for first in range(0, len(frequencies), AT_ONCE):
             some = frequencies[first : first + AT_ONCE]
-            level, size, values, errors = self._fields_over(
+            level, size, images, errors = self._images_over(
                 orbits.distinct, some, waves, level, x, y, tolerance
             )
-            for frequency, own, error in zip(some, values, errors, strict=True):
-                yield Response(orbits.unfold(own), size, float(error), frequency)
+            for frequency, image, error in zip(some, images, errors, strict=True):
+                yield Response(image.unfold(orbits), size, float(error), frequency)
 
     @in_turn
-    def _fields_over(
+    def _images_over(
         self, loads: Sequence[Load], frequencies: list[float], waves: float, level: int,
         x: FloatArray, y: FloatArray, tolerance: float,
-    ) -> tuple[int, int, ComplexArray, FloatArray]:  # fmt: skip
-        """The level that suffices, the basis' size, fields (frequencies, loads, …) and errors."""
+    ) -> tuple[int, int, list[Image], FloatArray]:  # fmt: skip
+        """The level that suffices, the basis' size, images and errors."""
         omegas = [2.0 * np.pi * frequency for frequency in frequencies]
         while True:
             solver = self._solver(waves, level)
@@ -158,8 +158,8 @@ class RitzPlate:
             solutions = [solver.coefficients(case, omega, self.loss_factor) for omega in omegas]
             errors = solver.error_estimates(case, solutions, omegas, self.loss_factor)
             if errors.max() <= tolerance or level == LEVELS - 1 or self._resolution:
-                values = solver.field(case, solutions, self.loss_factor, x, y)
-                return level, solver.basis.size, values, errors
+                images = solver.images(case, omegas, solutions, self.loss_factor, x, y)
+                return level, solver.basis.size, images, errors
             level += 1
 
     @in_turn

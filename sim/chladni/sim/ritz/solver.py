@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.loads import Load
+from chladni.sim.mirrored_grid import Oddness
+from chladni.sim.mirrors import Mirrors, Orbits
 from chladni.sim.modes import ModeShapes
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
@@ -17,9 +19,10 @@ from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.loading import LoadCase
-from chladni.sim.ritz.modal import ClassModes
+from chladni.sim.ritz.modal import BEFORE_SPECTRUM, SPECTRUM_MARGIN, ClassModes
 from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+from chladni.sim.ritz.sweep import Sweep
+from chladni.sim.ritz.symmetry import ParityBasis, parity_classes
 from chladni.sim.ritz.tables import BasisTable
 
 FloatArray = NDArray[np.float64]
@@ -28,6 +31,8 @@ ComplexArray = NDArray[np.complex128]
 PROBE_POINTS = (24, 48)
 """Gauss points on which two solutions are compared."""
 KEPT_GRIDS = 4
+SWEEP_SHARE = 0.5
+"""Of the basis: with more columns than that a sweep would save nothing."""
 FEWER = ((4, 1, 0), (8, 2, 0), (0, 0, 1))
 """(polynomials each way, angular orders on discs, on screws) less in the coarser solutions."""
 SAFETY, POWER, LARGEST = 6.0, 0.25, 2.0
@@ -50,6 +55,24 @@ class _Class:
     coarser: list[ClassModes]
 
 
+@dataclass(frozen=True)
+class Image:
+    """A case's fields at one frequency, still split by parity."""
+
+    _table: GridTable
+    _shares: dict[Oddness, FloatArray]
+    _own_field: ComplexArray | None
+
+    def unfold(self, orbits: Orbits) -> ComplexArray:
+        """The fields of every load on the whole grid, shape (loads, nx, ny)."""
+        values = self._table.grid.unfold(self._shares, orbits)
+        if self._own_field is not None:
+            for load, (k, (sx, sy)) in enumerate(orbits.images):
+                values[load] += self._own_field[k, :: int(sx), :: int(sy)]
+        self._table.clear_cut_out(values)
+        return values
+
+
 class Solver:
     """A plate's modes and responses in one basis."""
 
@@ -63,12 +86,14 @@ class Solver:
         self._works: dict[Load, LoadCase] = {}
         self._last_points: tuple[bytes, BasisTable] | None = None
         self._grids: dict[bytes, GridTable] = {}
+        self._asked: dict[tuple[LoadCase, GridTable], int] = {}
+        self._last_sweep: tuple[LoadCase, GridTable, Sweep] | None = None
 
     @cached_property
     def classes(self) -> list[_Class]:
         """Every parity class with its modes."""
         result = []
-        for parity in self.mirrors.classes():
+        for parity in parity_classes(self.mirrors):
             basis = ParityBasis(self.basis, parity)
             stiffness = self.assembly.stiffness(basis)
             mass = self.assembly.mass(basis)
@@ -112,24 +137,49 @@ class Solver:
         """The response per class, each of shape (class size, loads)."""
         return [c.modes.respond(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
 
-    def field(
-        self, case: LoadCase, solutions: Sequence[list[ComplexArray]], loss_factor: float,
-        x: FloatArray, y: FloatArray,
-    ) -> ComplexArray:  # fmt: skip
-        """Fields of several solutions on the grid x × y, shape (solutions, loads, nx, ny).
-
-        Together they cost far less than one by one: reading the grid's tables is what takes time.
-        """
-        grid = self._grid(x, y)
-        columns = [np.concatenate(own, axis=1) for own in zip(*solutions, strict=True)]
-        values = grid.fields([c.basis for c in self.classes], columns)
-        grid.clear_cut_out(values)
-        values = values.reshape(len(solutions), -1, x.size, y.size)
+    def images(
+        self, case: LoadCase, omegas: Sequence[float], solutions: Sequence[list[ComplexArray]],
+        loss_factor: float, x: FloatArray, y: FloatArray,
+    ) -> list[Image]:  # fmt: skip
+        """The case's solutions at several frequencies on the grid x × y."""
+        table = self._grid(x, y)
+        sweep = self._sweep(case, table, omegas)
+        bases = [c.basis for c in self.classes]
+        if sweep is not None:
+            shares = [sweep.shares(omega, loss_factor) for omega in omegas]
+        else:
+            parts = (np.real, np.imag) if loss_factor else (np.real,)
+            # All in one call: reading the grid's tables is what takes time.
+            columns = [
+                np.concatenate([part(own) for own in owns for part in parts], axis=1)
+                for owns in zip(*solutions, strict=True)
+            ]
+            read = table.shares(bases, columns)
+            shape = (len(omegas), len(parts), -1, *table.grid.part_shape)
+            split = {odd: own.reshape(shape) for odd, own in read.items()}
+            shares = [{odd: own[k] for odd, own in split.items()} for k in range(len(omegas))]
+        own_field: ComplexArray | None = None
         if not case.is_direct:
-            own = case.field_on(x, y) / (1.0 + 1j * loss_factor)
-            grid.clear_cut_out(own)
-            values += own
-        return values
+            own_field = np.asarray(case.field_on(x, y) / (1.0 + 1j * loss_factor))
+        return [Image(table, share, own_field) for share in shares]
+
+    def _sweep(self, case: LoadCase, grid: GridTable, omegas: Sequence[float]) -> Sweep | None:
+        """What makes further frequencies cheap, from when they pay for it."""
+        asked = self._asked.setdefault((case, grid), 0) + len(omegas)
+        self._asked = {(case, grid): asked}
+        if self._last_sweep is not None:
+            its_case, its_grid, sweep = self._last_sweep
+            if its_case is case and its_grid is grid and max(omegas) <= sweep.highest_omega:
+                return sweep
+        if asked <= BEFORE_SPECTRUM:
+            return None
+        highest = SPECTRUM_MARGIN * max(omegas)
+        spectra = [c.modes.spectrum(case.in_class(c.basis), highest) for c in self.classes]
+        if sum(s.columns.shape[1] for s in spectra) > SWEEP_SHARE * self.basis.size:
+            return None
+        sweep = Sweep([c.basis for c in self.classes], spectra, grid, highest)
+        self._last_sweep = (case, grid, sweep)
+        return sweep
 
     def at_points(
         self, case: LoadCase, coefficients: list[ComplexArray], loss_factor: float,
@@ -161,9 +211,9 @@ class Solver:
         for _, k, j in lowest:
             cls = self.classes[k]
             mode = cls.modes.modes[:, [j]]
-            field = grid.fields([cls.basis], [mode.astype(np.complex128)])
+            field = grid.fields([cls.basis], [mode])
             grid.clear_cut_out(field)
-            shapes.append(field[0].real)
+            shapes.append(field[0])
             work.append([float(self._work(load).in_class(cls.basis).force[:, 0] @ mode[:, 0])
                          for load in loads])  # fmt: skip
         frequencies = np.sqrt(np.maximum([value for value, _, _ in lowest], 0.0)) / (2.0 * np.pi)
@@ -203,13 +253,17 @@ class Solver:
             for solution, omega in zip(solutions, omegas, strict=True):
                 fine = solution[number]
                 coarse, coarsest, *fewer = [k.solve(load, omega, loss_factor) for k in c.coarser]
-                own += [fine, fine - coarse, coarse - coarsest, *(fine - k for k in fewer)]
+                steps = (fine, fine - coarse, coarse - coarsest, *(fine - k for k in fewer))
+                own += [part(step) for step in steps for part in (np.real, np.imag)]
             columns.append(np.concatenate(own, axis=1))
         fields = probe.fields([c.basis for c in self.classes], columns)
-        shape = (len(solutions), -1, loads, *fields.shape[1:])
-        fields = fields.reshape(shape)
-        fields[:, 0] += case.field_on(probe.x, probe.y) / (1.0 + 1j * loss_factor)
-        norms = np.moveaxis(np.sqrt(np.sum(np.abs(fields) ** 2, axis=(3, 4))), 1, 0)
+        # By solution, step and part; the loads' own deflection is no step.
+        fields = fields.reshape(len(solutions), -1, 2, loads, *fields.shape[1:])
+        factor = 1.0 / (1.0 + 1j * loss_factor)
+        own_field = case.field_on(probe.x, probe.y)
+        fields[:, 0, 0] += factor.real * own_field
+        fields[:, 0, 1] += factor.imag * own_field
+        norms = np.moveaxis(np.sqrt(np.sum(fields**2, axis=(2, 4, 5))), 1, 0)
         whole, last, before, *on_rims = norms
 
         ratio = last / np.maximum(before, 1e-300)

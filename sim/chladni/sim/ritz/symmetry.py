@@ -12,51 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from chladni.sim.mirrors import SAME_PLACE, Mirrors
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.rings import Circle
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
-
-SAME_PLACE = 1e-9
-"""Two centres closer than this, in metres, are one place."""
-
-
-@dataclass(frozen=True)
-class Mirrors:
-    """Which mirrors map a plate onto itself: x → −x, y → −y."""
-
-    x: bool
-    y: bool
-
-    @property
-    def images(self) -> list[tuple[float, float]]:
-        """Signs of (x, y) of every group element, the identity first."""
-        return [
-            (sx, sy) for sx in ((1.0, -1.0) if self.x else (1.0,))
-            for sy in ((1.0, -1.0) if self.y else (1.0,))
-        ]  # fmt: skip
-
-    def classes(self) -> list[Parity]:
-        """Every parity class of the group."""
-        return [
-            Parity(self, odd_x, odd_y)
-            for odd_x in ((False, True) if self.x else (False,))
-            for odd_y in ((False, True) if self.y else (False,))
-        ]
-
-    def orbit(self, x: float, y: float) -> int:
-        """How many different images a place has."""
-        doubled_x = self.x and abs(x) > SAME_PLACE
-        doubled_y = self.y and abs(y) > SAME_PLACE
-        return (2 if doubled_x else 1) * (2 if doubled_y else 1)
-
-    def holds(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
-        """Whether points lie in the fundamental part of the plate (x ≥ 0, y ≥ 0)."""
-        inside_x = x >= -SAME_PLACE if self.x else np.ones(x.shape, dtype=bool)
-        inside_y = y >= -SAME_PLACE if self.y else np.ones(y.shape, dtype=bool)
-        return np.asarray(inside_x & inside_y)
 
 
 @dataclass(frozen=True)
@@ -75,6 +37,15 @@ class Parity:
         """Which of `count` Legendre degrees along an axis belong to this class."""
         mirrored, odd = ((self.mirrors.x, self.odd_x), (self.mirrors.y, self.odd_y))[axis]
         return np.arange(int(odd), count, 2) if mirrored else np.arange(count)
+
+
+def parity_classes(mirrors: Mirrors) -> list[Parity]:
+    """Every parity class of a plate with these mirrors."""
+    return [
+        Parity(mirrors, odd_x, odd_y)
+        for odd_x in ((False, True) if mirrors.x else (False,))
+        for odd_y in ((False, True) if mirrors.y else (False,))
+    ]
 
 
 @dataclass(frozen=True)
@@ -130,6 +101,7 @@ class ParityBasis:
     def __init__(self, basis: Basis, parity: Parity) -> None:
         self.basis = basis
         self.parity = parity
+        self.oddness = (parity.odd_x, parity.odd_y)
         self.degrees_x = parity.degrees(basis.resolution.nx, axis=0)
         self.degrees_y = parity.degrees(basis.resolution.ny, axis=1)
         columns: list[FloatArray] = []

@@ -9,12 +9,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.rings import Circle, Derivative
-from chladni.sim.ritz.symmetry import Mirrors, ParityBasis
+from chladni.sim.ritz.symmetry import ParityBasis
 
 FloatArray = NDArray[np.float64]
 
