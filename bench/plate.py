@@ -44,6 +44,7 @@ ComplexArray = NDArray[np.complex128]
 ROOT = Path(__file__).resolve().parents[1]
 RUNS = 5
 TOGETHER = 16
+SAME_ERROR = 1e-4
 BOARDS = ("paper", "prototype")
 LEVELS = (0, 1, 2, 3)
 MESHES = {
@@ -202,6 +203,31 @@ def peak_megabytes(board: Board) -> float:
     return peak / 1e6
 
 
+def seconds_at(rows: list[Row], error: float) -> tuple[float, bool]:
+    """Time at which a method reaches an error, between its rows; False if none of them does."""
+    rows = sorted(rows, key=lambda row: row.error)
+    if rows[0].error > error:
+        return rows[0].seconds, False
+    errors, seconds = np.log([r.error for r in rows]), np.log([r.seconds for r in rows])
+    return float(np.exp(np.interp(np.log(error), errors, seconds))), True
+
+
+def print_ratios(rows: list[Row]) -> None:
+    """Every method that starts from the board against ours, at one error."""
+    print(f"Seconds to {SAME_ERROR:g}, interpolated between the rows above, over those of ours:\n")
+    print("| scene | method | times ours |\n|---|---|---|")
+    for scene in dict.fromkeys(row.scene for row in rows):
+        own = [row for row in rows if row.scene == scene]
+        mine, _ = seconds_at(
+            [r for r in own if r.method in ("ours", "ours, from the board")], SAME_ERROR
+        )
+        for method in dict.fromkeys(r.method for r in own if not r.method.startswith("ours")):
+            seconds, reached = seconds_at([r for r in own if r.method == method], SAME_ERROR)
+            note = "" if reached else " at its last row, short of that"
+            print(f"| {scene} | {method} | {seconds / mine:.3g}{note} |")
+    print()
+
+
 def draw(rows: list[Row]) -> Figure:
     """Error against time, a panel per scene."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
@@ -231,9 +257,11 @@ def main() -> None:
     for row in rows:
         print(f"| {row.scene} | {row.method} | {row.size} | {row.seconds * 1e3:.1f} "
               f"| {row.error:.1e} |")  # fmt: skip
+    print()
+    print_ratios(rows)
     peaks = [f"{peak_megabytes(load_board(name)):.0f} MB for `{name}`" for name in BOARDS]
     print(
-        f"\nPeak memory of ours at the default tolerance: {', '.join(peaks)}; the paper's authors\n"
+        f"Peak memory of ours at the default tolerance: {', '.join(peaks)}; the paper's authors\n"
         "needed 100 GB. Errors are against a converged solution (see `bench/plate.py`); on\n"
         "`prototype` ours and the tests' own elements, which share no code, meet at 2e-5.\n"
         "scikit-fem spends two thirds of its time on probing the image, and shares second\n"

@@ -13,11 +13,10 @@ constexpr uint32_t kCut = 0, kNegated = 2;
 constexpr uint32_t kMaxRunBits = 16;
 // A difference of twice full scale in zigzag takes so many bits.
 constexpr uint32_t kCodeBits = 18;
-
-// 0, 1, 2, 3 … as 0, -1, 1, -2 …: half the code, all its bits turned over if it is odd.
-int32_t from_zigzag(uint32_t code) {
-  return static_cast<int32_t>(code >> 1) ^ -static_cast<int32_t>(code & 1U);
-}
+// One of this many bits is at most 8192. From a mean within full scale no sum of squares then gets
+// to where `fill` could not tell; so it is with nearly all regions.
+constexpr uint32_t kSmallBits = 14;
+static_assert(kSmallBits >= table_format::kMaxShift, "no shift by a negative number");
 
 // Bit f: what holds for the flips f.
 uint8_t by_flips(bool in_x, bool in_y, bool in_both) {
@@ -30,12 +29,24 @@ uint32_t bits_below(uint32_t count) {
   return width;
 }
 
-// The label above, unless the one to the left differs from its own upper neighbour.
-uint8_t expected_label(const uint8_t* own, uint32_t column, uint32_t row, uint32_t pitch) {
-  if (row == 0) return column == 0 ? uint8_t{0} : own[-1];
-  const uint8_t* const above = own - pitch;
-  if (column == 0) return *above;
-  return above[-1] == *above ? own[-1] : *above;
+// Labels as they are expected: the one above, unless the one to the left differs from its own upper
+// neighbour; then the one to the left.
+void expect_labels(uint8_t* own, uint32_t count, bool has_left, bool has_above, uint32_t pitch) {
+  uint8_t* const end = own + count;
+  if (!has_above) {
+    for (uint8_t left = has_left ? own[-1] : uint8_t{0}; own != end; ++own) *own = left;
+    return;
+  }
+  const uint8_t* above = own - pitch;
+  if (!has_left) *own++ = *above++;
+  if (own == end) return;
+  uint8_t left = own[-1], upper_left = above[-1];
+  while (own != end) {
+    const uint8_t upper = *above++;
+    if (upper != upper_left) left = upper;
+    *own++ = left;
+    upper_left = upper;
+  }
 }
 
 uint32_t read_run(StreamReader& stream) {
@@ -51,17 +62,19 @@ void read_labels(StreamReader& stream, const SectionShape& shape, SectionDrives&
   const uint32_t width = bits_below(shape.labels);
   uint32_t run = read_run(stream);
   for (uint32_t row = 0; row < shape.rows; ++row) {
-    uint8_t* own = drives.labels.data() + row * shape.pitch;
-    for (uint32_t column = 0; column < shape.columns; ++column, ++own) {
-      if (run == 0) {
-        const uint32_t label = stream.number(width);
-        if (label >= shape.labels) stream.fail(Status::kDamaged);
-        *own = static_cast<uint8_t>(label);
-        run = read_run(stream);
-      } else {
-        *own = expected_label(own, column, row, shape.pitch);
-        --run;
+    uint8_t* const own = drives.labels.data() + row * shape.pitch;
+    for (uint32_t column = 0; column < shape.columns;) {
+      if (run != 0) {
+        const uint32_t left = shape.columns - column, count = run < left ? run : left;
+        expect_labels(own + column, count, column != 0, row != 0, shape.pitch);
+        column += count;
+        run -= count;
+        continue;
       }
+      const uint32_t label = stream.number(width);
+      if (label >= shape.labels) stream.fail(Status::kDamaged);
+      own[column++] = static_cast<uint8_t>(label);
+      run = read_run(stream);
       if (stream.status() != Status::kOk) return;
     }
   }
@@ -71,10 +84,11 @@ void read_labels(StreamReader& stream, const SectionShape& shape, SectionDrives&
 // Parameters of the Rice codes.
 struct Rates {
   uint32_t shift;
-  std::array<uint32_t, 2> rice;
+  StreamReader::RiceWidths rice;
 };
 
 void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
+  if (stream.skip_zeros(1)) return;  // the most frequent
   const int32_t moved = static_cast<int32_t>(value) + from_zigzag(stream.unary());
   if (moved < 0 || moved > static_cast<int32_t>(largest)) {
     stream.fail(Status::kDamaged);
@@ -83,11 +97,37 @@ void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
   value = static_cast<uint32_t>(moved);
 }
 
-// Gains of the regions that tell what to expect of the one being decoded.
-struct Neighbours {
-  std::array<const Gain*, 4> gains;
-  uint32_t count;
+// Where a region's neighbours are that were decoded before it, for all regions of a pass.
+struct Pass {
+  std::array<int32_t, 4> regions;  // from the region itself
+  int32_t distance;                // along a column or a row
+  // Bit n: neighbour n lies on this side, and is there only if the side is.
+  uint32_t all, left, right, below, above;
 };
+
+Pass nearest_before(int32_t distance, int32_t pitch) {
+  const int32_t up = distance * pitch;
+  return {{-up, -distance, 0, 0}, distance, 0b0011, 0b0010, 0, 0b0001, 0};
+}
+
+Pass at_corners(int32_t distance, int32_t pitch) {
+  const int32_t up = distance * pitch;
+  return {{-up - distance, -up + distance, up - distance, up + distance},
+          distance,
+          0b1111,
+          0b0101,
+          0b1010,
+          0b0011,
+          0b1100};
+}
+
+Pass beside_and_above(int32_t distance, int32_t pitch) {
+  const int32_t up = distance * pitch;
+  return {{-up, -distance, distance, up}, distance, 0b1111, 0b0010, 0b0100, 0b0001, 0b1000};
+}
+
+// What a region differs by from its prediction.
+enum class Differences : uint8_t { kNone, kSmall, kAny };
 
 constexpr std::array<Gain, f::kMaxActuators> kSilence{};
 
@@ -100,129 +140,138 @@ class Decoder {
   }
 
   void decode_all() {
-    const uint32_t larger = shape_.columns > shape_.rows ? shape_.columns : shape_.rows;
-    int32_t span = 1;
-    while (span < static_cast<int32_t>(f::kCoarsest) && span < static_cast<int32_t>(larger)) {
-      span *= 2;
-    }
     const auto columns = static_cast<int32_t>(shape_.columns);
     const auto rows = static_cast<int32_t>(shape_.rows);
-    for (int32_t j = 0; j < rows; j += span) {
-      for (int32_t i = 0; i < columns; i += span) {
-        start(i, j);
-        const auto s = static_cast<uint32_t>(span);
-        if (i > 0) consider(at_ - s);
-        if (j > 0) consider(at_ - s * shape_.pitch);
-        decode();
-      }
-    }
+    const auto pitch = static_cast<int32_t>(shape_.pitch);
+    const int32_t larger = columns > rows ? columns : rows;
+    int32_t span = 1;
+    while (span < static_cast<int32_t>(f::kCoarsest) && span < larger) span *= 2;
+    start(nearest_before(span, pitch));
+    for (int32_t row = 0; row < rows; row += span) decode_row(row, 0, span);
     for (; span > 1; span /= 2) {
       const int32_t half = span / 2;
-      reach_ = static_cast<uint32_t>(half) * shape_.pitch;
-      for (int32_t j = half; j < rows; j += span) {
-        for (int32_t i = half; i < columns; i += span) {
-          start(i, j);
-          const bool has_right = i + half < columns, has_above = j + half < rows;
-          const auto h = static_cast<uint32_t>(half);
-          consider(at_ - reach_ - h);
-          if (has_right) consider(at_ - reach_ + h);
-          if (has_above) consider(at_ + reach_ - h);
-          if (has_right && has_above) consider(at_ + reach_ + h);
-          decode();
-        }
-      }
+      start(at_corners(half, pitch));
+      for (int32_t row = half; row < rows; row += span) decode_row(row, half, span);
+      start(beside_and_above(half, pitch));
       bool is_on_row = true;  // of the coarser level: only every second is missing
-      for (int32_t j = 0; j < rows; j += half) {
-        for (int32_t i = is_on_row ? half : 0; i < columns; i += span) {
-          start(i, j);
-          const auto h = static_cast<uint32_t>(half);
-          if (j > 0) consider(at_ - reach_);
-          if (i > 0) consider(at_ - h);
-          if (i + half < columns) consider(at_ + h);
-          if (j + half < rows) consider(at_ + reach_);
-          decode();
-        }
+      for (int32_t row = 0; row < rows; row += half) {
+        decode_row(row, is_on_row ? half : 0, span);
         is_on_row = !is_on_row;
       }
     }
   }
 
  private:
-  void start(int32_t column, int32_t row) {
-    at_ = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
-    label_ = drives_.labels[at_];
-    near_.count = 0;
-  }
-
-  void consider(uint32_t at) {
-    if (drives_.labels[at] == label_) near_.gains[near_.count++] = gains_of(at);
-  }
-
-  void decode() {
-    if (near_.count == 0 && drives_.latest[label_] != kNone) {
-      near_.gains[0] = gains_of(drives_.latest[label_]);
-      near_.count = 1;
+  void start(const Pass& pass) {
+    pass_ = pass;
+    for (uint32_t n = 0; n < 4; ++n) {
+      gains_to_[n] = pass.regions[n] * static_cast<int32_t>(shape_.actuators);
     }
-    const bool is_as_expected = stream_.number(1) == 0;
-    if (!is_as_expected) {
+  }
+
+  void decode_row(int32_t row, int32_t column, int32_t step) {
+    const auto columns = static_cast<int32_t>(shape_.columns);
+    const int32_t distance = pass_.distance;
+    uint32_t in_row = pass_.all;
+    if (row < distance) in_row &= ~pass_.below;
+    if (row + distance >= static_cast<int32_t>(shape_.rows)) in_row &= ~pass_.above;
+    auto at = static_cast<uint32_t>(row) * shape_.pitch + static_cast<uint32_t>(column);
+    for (; column < columns; column += step, at += static_cast<uint32_t>(step)) {
+      uint32_t there = in_row;
+      if (column < distance) there &= ~pass_.left;
+      if (column + distance >= columns) there &= ~pass_.right;
+      decode(at, there);
+    }
+  }
+
+  void decode(uint32_t at, uint32_t there) {
+    const uint8_t* const label = &drives_.labels[at];
+    Gain* const own = &drives_.gains[at * shape_.actuators];
+    std::array<const Gain*, 4> near;
+    uint32_t count = 0;
+    const auto carries_label = [&](uint32_t n) { return label[pass_.regions[n]] == *label; };
+    if (there == 0b1111 && carries_label(0) && carries_label(1) && carries_label(2) &&
+        carries_label(3)) {  // as nearly always
+      near = {own + gains_to_[0], own + gains_to_[1], own + gains_to_[2], own + gains_to_[3]};
+      count = 4;
+    }
+    for (uint32_t n = 0; count < 4 && there != 0; ++n, there >>= 1) {
+      if ((there & 1U) != 0 && carries_label(n)) near[count++] = own + gains_to_[n];
+    }
+    if (count == 0 && drives_.latest[*label] != kNone) {
+      near[count++] = &drives_.gains[drives_.latest[*label] * shape_.actuators];
+    }
+    drives_.latest[*label] = static_cast<uint16_t>(at);
+    const Differences differences = read_differences();
+    uint32_t beyond = 0;
+    if (count == 4 && differences == Differences::kNone) {
+      beyond = fill<true, Differences::kNone>(own, near, 0);
+    } else if (count == 4 && differences == Differences::kSmall) {
+      beyond = fill<true, Differences::kSmall>(own, near, 0);
+    } else {
+      // Fewer than four neighbours are filled up with silence: one loop, and no counting in it.
+      for (uint32_t n = count; n < 4; ++n) near[n] = kSilence.data();
+      beyond = differences == Differences::kNone
+                   ? fill<false, Differences::kNone>(own, near, kShares[count])
+                   : fill<false, Differences::kAny>(own, near, kShares[count]);
+    }
+    // No drive beyond full scale stays in memory, whatever the stream says.
+    if (beyond != 0) {
+      stream_.fail(Status::kDamaged);
+      for (uint32_t channel = 0; channel < shape_.actuators; ++channel) own[channel] = {};
+    }
+  }
+
+  // A region's drives: the mean of four, or `share` times a sum, and what it is off by.
+  // Not 0 if one is beyond full scale.
+  template <bool kIsOfFour, Differences kDifferences>
+  uint32_t fill(Gain* own, const std::array<const Gain*, 4>& near, int32_t share) const {
+    constexpr uint32_t kLargest = f::kFullScale * f::kFullScale;
+    const auto mean = [share](int32_t sum) {
+      // A sum of n values of 16 bits times 65536 / n: within 32 bits.
+      return kIsOfFour ? (sum + 2) >> 2 : (sum * share + 32768) >> 16;
+    };
+    const Gain *a = near[0], *b = near[1], *c = near[2], *d = near[3];
+    const int32_t* difference = differences_.data();
+    uint32_t range = 0, excess = 0;
+    for (Gain* const end = own + shape_.actuators; own != end; ++own, ++a, ++b, ++c, ++d) {
+      int32_t in_phase =
+          mean(a->in_phase_q15 + b->in_phase_q15 + c->in_phase_q15 + d->in_phase_q15);
+      int32_t quadrature =
+          mean(a->quadrature_q15 + b->quadrature_q15 + c->quadrature_q15 + d->quadrature_q15);
+      if (kDifferences != Differences::kNone) {
+        in_phase += difference[0];
+        quadrature += difference[1];
+        difference += 2;
+      }
+      if (kDifferences == Differences::kAny) {
+        range |=
+            static_cast<uint32_t>(in_phase + 32768) | static_cast<uint32_t>(quadrature + 32768);
+      }
+      // A sum of squares up to 2^31 + kLargest shows in the sign if it is too large.
+      const auto i = static_cast<uint32_t>(in_phase), q = static_cast<uint32_t>(quadrature);
+      excess |= kLargest - (i * i + q * q);
+      *own = {static_cast<int16_t>(in_phase), static_cast<int16_t>(quadrature)};
+    }
+    return (range >> 16) | (excess >> 31);
+  }
+
+  // What the prediction is off by.
+  Differences read_differences() {
+    if (stream_.number(1) == 0) return Differences::kNone;
+    // Three zeros in a row leave the parameters as they are.
+    if (!stream_.skip_zeros(3)) {
       step(stream_, rates_.shift, f::kMaxShift);
       for (uint32_t& rice : rates_.rice) step(stream_, rice, f::kMaxRice);
-      read_differences();
     }
-    // Fewer than four neighbours are filled up with silence: one loop, and no counting in it.
-    for (uint32_t n = near_.count; n < 4; ++n) near_.gains[n] = kSilence.data();
-    const Gain *a = near_.gains[0], *b = near_.gains[1], *c = near_.gains[2], *d = near_.gains[3];
-    const int32_t share = kShares[near_.count];
-    const int32_t scale = is_as_expected ? 0 : static_cast<int32_t>(1U << rates_.shift);
-    const int32_t* difference = differences_.data();
-    Gain* own = &drives_.gains[at_ * shape_.actuators];
-    for (Gain* const end = own + shape_.actuators; own != end; ++own, ++a, ++b, ++c, ++d) {
-      // Sums of n values of 16 bits times 65536 / n: all within 32 bits.
-      const int32_t in_phase =
-          a->in_phase_q15 + b->in_phase_q15 + c->in_phase_q15 + d->in_phase_q15;
-      const int32_t quadrature =
-          a->quadrature_q15 + b->quadrature_q15 + c->quadrature_q15 + d->quadrature_q15;
-      put(*own, ((in_phase * share + 32768) >> 16) + difference[0] * scale,
-          ((quadrature * share + 32768) >> 16) + difference[1] * scale);
-      difference += 2;
-    }
-    drives_.latest[label_] = static_cast<uint16_t>(at_);
-  }
-
-  // What the prediction is off by, in steps of 2^shift.
-  void read_differences() {
-    std::array<uint32_t, 2 * f::kMaxActuators> codes;
-    const uint32_t count = 2 * shape_.actuators, too_large = kCodeBits - rates_.shift;
-    stream_.rice(shape_.actuators, rates_.rice[0], rates_.rice[1], codes.data());
-    uint32_t all = 0;
-    for (uint32_t k = 0; k < count; ++k) {
-      all |= codes[k];
-      differences_[k] = from_zigzag(codes[k]);
-    }
-    if ((all >> too_large) != 0) {
+    const uint32_t codes =
+        stream_.signed_rice(shape_.actuators, rates_.rice, rates_.shift, differences_.data());
+    if ((codes >> (kSmallBits - rates_.shift)) == 0) return Differences::kSmall;
+    if ((codes >> (kCodeBits - rates_.shift)) != 0) {
       stream_.fail(Status::kDamaged);
       differences_.fill(0);
     }
-  }
-
-  const Gain* gains_of(uint32_t at) const { return &drives_.gains[at * shape_.actuators]; }
-
-  // No drive beyond full scale gets into memory, whatever the stream says.
-  void put(Gain& gain, int32_t in_phase, int32_t quadrature) {
-    constexpr auto kFull = static_cast<int32_t>(f::kFullScale);
-    // One comparison for both signs: below the lower end an unsigned number is beyond the upper.
-    constexpr uint32_t kBoth = 2 * f::kFullScale;
-    const bool fits = static_cast<uint32_t>(in_phase + kFull) <= kBoth &&
-                      static_cast<uint32_t>(quadrature + kFull) <= kBoth &&
-                      static_cast<uint32_t>(in_phase * in_phase) +
-                              static_cast<uint32_t>(quadrature * quadrature) <=
-                          f::kFullScale * f::kFullScale;
-    if (!fits) {
-      stream_.fail(Status::kDamaged);
-      in_phase = 0;
-      quadrature = 0;
-    }
-    gain = {static_cast<int16_t>(in_phase), static_cast<int16_t>(quadrature)};
+    return Differences::kAny;
   }
 
   static constexpr std::array<int32_t, 5> kShares = {0, 65536, 32768, 21845, 16384};
@@ -231,10 +280,8 @@ class Decoder {
   const SectionShape& shape_;
   SectionDrives& drives_;
   Rates rates_;
-  uint32_t reach_ = 0;  // from a row to the one half a level's step above
-  uint32_t at_ = 0;
-  uint8_t label_ = 0;
-  Neighbours near_{};
+  Pass pass_{};
+  std::array<int32_t, 4> gains_to_{};  // the same as `pass_.regions`, in gains
   std::array<int32_t, 2 * f::kMaxActuators> differences_{};
 };
 

@@ -12,6 +12,11 @@
 
 namespace chladni {
 
+// 0, 1, 2, 3 … as 0, -1, 1, -2 …: half the code, all its bits turned over if it is odd.
+inline int32_t from_zigzag(uint32_t code) {
+  return static_cast<int32_t>(code >> 1) ^ -static_cast<int32_t>(code & 1U);
+}
+
 class StreamReader {
  public:
   enum class Status : uint8_t { kOk, kReadFailed, kDamaged };
@@ -58,9 +63,19 @@ class StreamReader {
     return 0;
   }
 
-  // Rice codes, each ones before a zero and some bits below them, at most 16: `pairs` times one of
-  // `width_one` bits and one of `width_other`.
-  void rice(uint32_t pairs, uint32_t width_one, uint32_t width_other, uint32_t* codes);
+  // Whether the next `width` bits, at most 8, are here and all 0; only then they are taken.
+  bool skip_zeros(uint32_t width) {
+    if (count_ < width || (bits_ & ((1U << width) - 1U)) != 0) return false;
+    bits_ >>= width;
+    count_ -= width;
+    return true;
+  }
+
+  // Bits below the ones of a code, at most 16: of every first number and of every second.
+  using RiceWidths = std::array<uint32_t, 2>;
+
+  // Signed numbers in Rice codes, times 2^shift, in pairs. Returns what bits their codes had.
+  uint32_t signed_rice(uint32_t pairs, RiceWidths widths, uint32_t shift, int32_t* numbers);
 
   void fail(Status status) {
     if (status_ == Status::kOk) status_ = status;
@@ -77,9 +92,10 @@ class StreamReader {
  private:
   static constexpr uint32_t kChunkBytes = 64;
   static constexpr uint32_t kFull = 25;  // bits at least, after a refill
-  static constexpr uint32_t kLow = 14;   // more than most codes have
+  static constexpr uint32_t kLow = 16;   // more than most codes have
 
   void refill();
+  uint32_t long_code(uint32_t width);
 
   const Hal& hal_;
   uint32_t at_;
@@ -87,8 +103,7 @@ class StreamReader {
   uint32_t bits_ = 0;
   uint32_t count_ = 0;
   std::array<uint8_t, kChunkBytes> chunk_{};
-  uint32_t next_ = 0;
-  uint32_t held_ = 0;  // bytes of the chunk that are still to come
+  uint32_t held_ = 0;  // bytes that are still to come, at the chunk's end
   Status status_ = Status::kOk;
 };
 
