@@ -417,9 +417,9 @@ def test_many_frequencies_together_are_as_one_by_one(name: str) -> None:
 def test_a_sweep_answers_as_a_plate_asked_for_the_first_time(loss: float) -> None:
     """Kept images, low modes and a power series against the basis itself, past many modes.
 
-    The first term left out is 0.05⁸ = 4e-11 of what the high modes do; the limit is 1e-9 as rounding
-    in either way is amplified by the basis' conditioning (1e-11 relative at this size). Loads of both
-    kinds: one of its own deflection, one that the basis carries.
+    The first term left out is 0.05⁸ = 4e-11 of what the high modes do; the limit is 1e-9 as
+    rounding in either way is amplified by the basis' conditioning (1e-11 relative at this size).
+    Loads of both kinds: one of its own deflection, one that the basis carries.
     """
     board = load_board("prototype")
     geometry = plate_geometry(board)

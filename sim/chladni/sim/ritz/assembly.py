@@ -57,7 +57,8 @@ class Assembly:
         self.basis = basis
         self.mirrors = mirrors
         self.sets = point_sets(basis, mirrors, area_points)
-        self._area = BasisTable(basis, self.sets.area)
+        self._area = BasisTable(basis, self.sets.area, smooth=True)
+        self._kinks = basis.kinks(self.sets.discs.x, self.sets.discs.y, self.sets.disc_index)
         self._bent: dict[Parity, FloatArray] = {}
         self._tables = _tables(self.sets, lambda points: BasisTable(basis, points), self._area)
 
@@ -88,6 +89,7 @@ class Assembly:
         form[:p, :p] = np.eye(p)
         if parity.members:
             rows = self._project(parity, self._area.circle_values(parity, (0, 0)))
+            rows += self._kinked_mass(parity)
             form[p:] = rows
             form[:p, p:] = rows[:, :p].T
         form *= self.basis.geometry.areal_mass
@@ -181,7 +183,22 @@ class Assembly:
     def inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Kinetic energy form of functions with the basis; shape (functions, size)."""
         plate = self._project(parity, tables.area.values(parity, (0, 0)))
+        on_discs = tables.discs.values(parity, (0, 0)).T * self.sets.discs.weights
+        plate[:, parity.polynomials :] += on_discs @ parity.combine(self._kinks)
         return self.basis.geometry.areal_mass * plate + self._added_inertia(parity, tables)
+
+    def _kinked_mass(self, parity: ParityBasis) -> FloatArray:
+        """What the area's points leave out of circle functions; shape (members, size).
+
+        With f = s + k and g = t + l, smooth parts and kinks: the area has st, the discs the rest,
+        which is kg + fl − kl.
+        """
+        values = self._tables.discs.values(parity, (0, 0))
+        kinks = parity.combine(self._kinks)
+        weighted = kinks.T * self.sets.discs.weights
+        rows = weighted @ values
+        rows[:, parity.polynomials :] += (weighted @ (values[:, parity.polynomials :] - kinks)).T
+        return np.asarray(rows)
 
     def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
         nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y

@@ -44,6 +44,12 @@ class Basis:
             )
             for i in geometry.inclusions
         ]
+        # Discs have a quadrature of their own, which takes up what is kinked on their rims.
+        self.smoothed = [
+            circle
+            for circle in self.inclusions
+            if geometry.distance_to_edge(circle.x, circle.y) >= circle.radius
+        ]
         point_radius = POINT_RADIUS * geometry.width
         # On an edge the reaction has no circle to act on; polynomials alone converge there.
         self.points = [
@@ -67,10 +73,34 @@ class Basis:
         along_y = self.along_y.evaluate(y, derivative[1])
         return np.asarray((along_x[:, :, None] * along_y[:, None, :]).reshape(x.size, -1))
 
-    def enrichment_values(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
-        """Circle functions at scattered points, shape (points, size − nx·ny)."""
-        values = [circle.evaluate(x, y, derivative) for circle in self.circles]
+    def enrichment_values(
+        self, x: FloatArray, y: FloatArray, derivative: Derivative, *, smooth: bool = False
+    ) -> FloatArray:
+        """Circle functions at scattered points, shape (points, size − nx·ny).
+
+        `smooth` ones have no kink on the rims of the discs in `smoothed`.
+        """
+        values = [
+            circle.evaluate(x, y, derivative, smooth=smooth and circle in self.smoothed)
+            for circle in self.circles
+        ]
         return np.concatenate(values, axis=1) if values else np.zeros((x.size, 0))
+
+    def kinks(self, x: FloatArray, y: FloatArray, inclusion: NDArray[np.intp]) -> FloatArray:
+        """Circle functions less their smooth continuations, each at the points of its inclusion.
+
+        Shape (points, size − nx·ny); everywhere else they are the same.
+        """
+        result = np.zeros((x.size, self.size - self.polynomials))
+        for k, circle in enumerate(self.inclusions):
+            if circle in self.smoothed:
+                own = np.flatnonzero(inclusion == k)
+                columns = self.columns(len(self.rims) + k)
+                at = (x[own], y[own], (0, 0))
+                result[own, columns.start - self.polynomials : columns.stop - self.polynomials] = (
+                    circle.evaluate(*at) - circle.evaluate(*at, smooth=True)
+                )
+        return result
 
     def values(self, x: FloatArray, y: FloatArray, derivative: Derivative = (0, 0)) -> FloatArray:
         """All functions (or a derivative) at scattered points, shape (points, size)."""

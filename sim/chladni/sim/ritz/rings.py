@@ -30,6 +30,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+JOINED = 4
+"""Derivatives that a smooth continuation shares with the function outside."""
+
 Derivative = tuple[int, int]
 """How often a function is differentiated by x and by y."""
 
@@ -93,8 +96,10 @@ class Circle:
         """Points as z, the offset from the centre in radii."""
         return np.asarray(((x - self.x) + 1j * (y - self.y)) / self.radius)
 
-    def evaluate(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
-        """Every function (or a derivative) at points.
+    def evaluate(
+        self, x: FloatArray, y: FloatArray, derivative: Derivative, *, smooth: bool = False
+    ) -> FloatArray:
+        """Every function (or a derivative) at points; `smooth` continues what is outside inwards.
 
         Returns
         -------
@@ -106,7 +111,8 @@ class Circle:
         # Function by function in memory: each is written, combined and summed as a whole.
         result = np.empty((len(self.members()), z.size))
         column = 0
-        for function in self.functions():
+        for own in self.functions():
+            function = continued(own) if smooth else own
             values = split.evaluate(function, derivative) / self.radius ** sum(derivative)
             result[column] = values.real
             if function.order > 0:
@@ -184,6 +190,27 @@ def bubble_function(order: int) -> RadialFunction:
     """ρᵐ(1 − ρ²)² inside, nothing outside: value and slope vanish on the rim."""
     terms = (Term(1.0, 0, order), Term(-2.0, 1, order + 1), Term(1.0, 2, order + 2))
     return RadialFunction(order, (), terms)
+
+
+@cache
+def continued(function: RadialFunction) -> RadialFunction:
+    """The same outside; inside ρᵐ times a polynomial in ρ² that joins it up to a high derivative.
+
+    A function's own continuation keeps value and slope, and its kink is what a quadrature over the
+    plate would get wrong. A bubble has nothing outside to continue.
+    """
+    if not function.outside:
+        return RadialFunction(function.order, (), ())
+    powers = [Term(1.0, k, function.order + k) for k in range(JOINED + 1)]
+    rows = range(JOINED + 1)
+    matrix = np.array([[radial_derivative((term,), row) for term in powers] for row in rows])
+    factors = np.linalg.solve(
+        matrix, np.array([radial_derivative(function.outside, row) for row in rows])
+    )
+    inside = tuple(
+        Term(float(factor), term.p, term.q) for factor, term in zip(factors, powers, strict=True)
+    )
+    return RadialFunction(function.order, function.outside, inside)
 
 
 def disc_load_function() -> RadialFunction:

@@ -80,7 +80,7 @@ class Solver:
         self.geometry = geometry
         self.mirrors = mirrors
         self.basis = Basis(geometry, resolution)
-        area_points = tuple(2 * (5 * n // 4 + 12) for n in (resolution.nx, resolution.ny))
+        area_points = tuple(2 * (3 * n // 2 + 15) for n in (resolution.nx, resolution.ny))
         self.assembly = Assembly(self.basis, mirrors, (area_points[0], area_points[1]))
         self._last_case: tuple[tuple[Load, ...], LoadCase] | None = None
         self._works: dict[Load, LoadCase] = {}

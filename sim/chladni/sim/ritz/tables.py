@@ -38,10 +38,11 @@ class Table(Protocol):
 
 
 class BasisTable:
-    """The basis at fixed points."""
+    """The basis at fixed points; `smooth`, without the kinks on the rims of discs."""
 
-    def __init__(self, basis: Basis, points: Points) -> None:
+    def __init__(self, basis: Basis, points: Points, *, smooth: bool = False) -> None:
         self._basis = basis
+        self._smooth = smooth
         self._points = points
         self._circles: dict[Derivative, FloatArray] = {}
         self._lines: dict[tuple[int, int], FloatArray] = {}
@@ -51,7 +52,7 @@ class BasisTable:
         if derivative not in self._circles:
             points = self._points
             self._circles[derivative] = self._basis.enrichment_values(
-                points.x, points.y, derivative
+                points.x, points.y, derivative, smooth=self._smooth
             )
         return self._circles[derivative]
 
@@ -154,14 +155,16 @@ class Rim:
 class PointSets:
     """All quadrature points in the fundamental part of the plate; weights count the images.
 
-    `disc_stiffness` and `disc_mass` say, per disc point, what the glued disc adds there:
-    bending stiffness by D, mass and rotary inertia per area. `corners.weights` holds the sign of
+    `disc_index` says, per disc point, which inclusion it belongs to, `disc_stiffness`, `disc_mass`
+    and `disc_rotary` what that adds there: bending stiffness by D, mass and rotary inertia per
+    area. `corners.weights` holds the sign of
     u_xy, `points.weights` the number of images of each point feature in `point_index`.
     """
 
     edges: list[Edge]
     corners: Points
     discs: Points
+    disc_index: NDArray[np.intp]
     disc_stiffness: FloatArray
     disc_mass: FloatArray
     disc_rotary: FloatArray
@@ -212,6 +215,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         edges=edges,
         corners=corners,
         discs=_fundamental(merged, mirrors, images),
+        disc_index=index,
         disc_stiffness=table[index, 0],
         disc_mass=table[index, 1],
         disc_rotary=table[index, 2],
