@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from chladni.sim.board import Board
 from chladni.tables.branches import JOIN, Arranged, arrange, choose, neighbours
 from chladni.tables.build import TableReport
-from chladni.tables.entry import Entry
+from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.lookup import CUT, JOINED, NEGATED
 from chladni.tables.methods import Options
@@ -155,8 +155,7 @@ def test_a_rival_as_good_is_taken_where_neighbours_are_on_its_branch(prototype: 
     drives[2] = drives[2][list(order)]
     full = scene.space.levels[-1]
     regions = [
-        Entry(drive, p.image.astype(np.float32), p.disc, scene.space.value(
-            scene.space.objective(full, p.image), drive))
+        Entry(drive, Wanted.of(p), scene.space.value(scene.space.objective(full, p.image), drive))
         for drive, p in zip(drives, problems, strict=True)
     ]  # fmt: skip
     chosen = smoothest(scene, regions, 3, "ssim")

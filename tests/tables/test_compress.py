@@ -14,9 +14,10 @@ from chladni.tables.branches import Arranged, arrange
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.coding import FULL_SCALE, BitWriter, write_drives
 from chladni.tables.compress import LIMITS, LOUDEST, Losses, LossLimits, compress, losses
-from chladni.tables.entry import Entry
+from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
+from chladni.tables.halfway import Halfway
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -39,9 +40,10 @@ class Case:
             self.scene.space, GRID, UNFOLDED, np.array([d / np.abs(d).max() for d in drives])
         )
         self.entries = [
-            Entry(drive, p.image.astype(np.float32), p.disc, self.ssim(p, drive))
+            Entry(drive, Wanted.of(p), self.ssim(p, drive))
             for drive, p in zip(self.arranged.drives, self.problems, strict=True)
         ]
+        self.halfway = Halfway(self.scene, self.entries, GRID, UNFOLDED)
 
     def ssim(self, problem: Problem, drive: np.ndarray) -> float:
         """By scikit-image."""
@@ -50,7 +52,7 @@ class Case:
 
     def packed(self, limits: LossLimits) -> tuple[np.ndarray, Losses, int]:
         """Integers, their losses and the bits they take."""
-        iq = compress(self.scene, self.entries, self.arranged, GRID, UNFOLDED, limits)
+        iq = compress(self.scene, self.entries, self.arranged, GRID, UNFOLDED, self.halfway, limits)
         writer = BitWriter()
         write_drives(writer, self.arranged.labels, 3, iq, 0)
         return iq, losses(self.scene, self.entries, decoded(iq)), len(writer.bits)
@@ -129,7 +131,7 @@ def test_a_silent_region_stays_silent(case: Case) -> None:
         case.scene.space, GRID, UNFOLDED, np.array([entry.drive for entry in entries])
     )
     entries = [replace(e, drive=d) for e, d in zip(entries, arranged.drives, strict=True)]
-    iq = compress(case.scene, entries, arranged, GRID, UNFOLDED)
+    iq = compress(case.scene, entries, arranged, GRID, UNFOLDED, case.halfway)
     assert not iq[4].any()
     found = losses(case.scene, entries, decoded(iq))
     assert found.field_db[4] == found.level_db[4] == 0.0

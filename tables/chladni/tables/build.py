@@ -54,6 +54,8 @@ class SectionReport:
     ssim_loss_max: float
     field_error_db_max: float
     level_error_db_max: float
+    between_ssim_loss_p99: float
+    between_ssim_loss_max: float
     between_field_error_db_max: float
     steps_before: Steps
     steps_after: Steps
@@ -75,9 +77,9 @@ class TableReport:
         20·log₁₀(1 + max‖Ŵ|−|W‖ / max|W|) of the worst region: what a finger could feel of it.
     level_error_db_max
         Largest change of the level in a target's disc.
-    between_field_error_db_max
-        The worst field error half-way between regions, against the unquantised drives interpolated
-        in the same way.
+    between_ssim_loss_p99, between_ssim_loss_max, between_field_error_db_max
+        Losses of SSIM and the worst field error half-way between regions, against the unquantised
+        drives interpolated in the same way.
     sections
         The same per frequency; above stands the worst of them.
     """
@@ -92,6 +94,8 @@ class TableReport:
     ssim_loss_max: float
     field_error_db_max: float
     level_error_db_max: float
+    between_ssim_loss_p99: float
+    between_ssim_loss_max: float
     between_field_error_db_max: float
     sections: list[SectionReport]
 
@@ -240,6 +244,8 @@ def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
         ssim_loss_max=worst("ssim_loss_max"),
         field_error_db_max=worst("field_error_db_max"),
         level_error_db_max=worst("level_error_db_max"),
+        between_ssim_loss_p99=worst("between_ssim_loss_p99"),
+        between_ssim_loss_max=worst("between_ssim_loss_max"),
         between_field_error_db_max=worst("between_field_error_db_max"),
         sections=sections,
     )
@@ -250,6 +256,7 @@ def _section_report(
 ) -> SectionReport:
     # A stored region counts as often as the board has it.
     kept = np.array([entry.best for entry in work.entries]) - found.ssim
+    between = work.between(section)
     return SectionReport(
         frequency_hz=section.frequency_hz,
         objective=section.objective,
@@ -261,7 +268,9 @@ def _section_report(
         ssim_loss_max=float(found.ssim.max()),
         field_error_db_max=float(found.field_db.max()),
         level_error_db_max=float(np.abs(found.level_db).max()),
-        between_field_error_db_max=work.between_db(section),
+        between_ssim_loss_p99=float(np.percentile(between.ssim, 99)),
+        between_ssim_loss_max=float(between.ssim.max()),
+        between_field_error_db_max=float(between.field_db.max()),
         steps_before=work.arranged.before,
         steps_after=work.arranged.after,
         steps_within=work.arranged.within,

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from chladni.tables import _kernel
 from chladni.tables.branches import Arranged
 from chladni.tables.coding import FULL_SCALE, Rates, Visit, passes
-from chladni.tables.entry import Entry
+from chladni.tables.entry import COARSE_STEP, Entry
 from chladni.tables.folding import Folding
+from chladni.tables.halfway import Halfway
 from chladni.tables.meetings import (
-    COARSE_STEP,
     Coded,
     Meeting,
     apart,
@@ -49,9 +49,10 @@ MARGIN = 0.95
 SPARSE = 8
 """Candidates' fields are compared on every eighth image point each way before all points are."""
 BETWEEN = 4
-MEETING = 2.0
-"""Half-way between regions so many times the loss of SSIM is let pass, 0.004 in all: drives are at
-no optimum there, so that any change counts in the first order."""
+BETWEEN_MARGIN = 0.85
+"""The same between regions, where the wanted image is interpolated and has half the points."""
+COARSE_SLACK = 0.001
+"""Half-way between regions a loss of SSIM on every fourth image point may be off by so much."""
 COMPLEX = 2.0
 """A field's complex error may be so much larger than that of its amplitude: phases that vary over
 the board are not felt in a region, but where its drive is mixed with a neighbour's."""
@@ -104,6 +105,7 @@ def compress(
     arranged: Arranged,
     grid: RegionGrid,
     folding: Folding,
+    halfway: Halfway,
     limits: LossLimits = LIMITS,
     *,
     jobs: int | None = None,
@@ -116,7 +118,7 @@ def compress(
         Shape (entries, actuators, 2).
     """
     sparse = _sample(scene, SPARSE)
-    coded = Coded(scene, entries, arranged, grid, folding)
+    coded = Coded(entries, arranged, grid, folding, halfway)
     columns, _ = folding.shape(grid)
     rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
@@ -145,7 +147,7 @@ def losses(scene: Scene, entries: Sequence[Entry], drives: ComplexArray) -> Loss
         exact, got = (
             np.abs(np.tensordot(c, scene.fields.values, axes=1)) for c in (entry.drive, drive)
         )
-        levels = [float(np.sqrt(np.mean(field[entry.disc] ** 2))) for field in (exact, got)]
+        levels = [float(np.sqrt(np.mean(field[entry.wanted.disc] ** 2))) for field in (exact, got)]
         level = 20.0 * np.log10(levels[1] / levels[0]) if min(levels) > 0.0 else 0.0
         value = scene.space.value(entry.ssim(scene), drive)
         return entry.best - value, _error_db(got, exact), float(level)
@@ -195,10 +197,11 @@ class _Trial:
         self._most_db = MARGIN * limits.field_db
         self.own = entry.drive @ self.sparse
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
-        level = scene.space.nearest_level(COARSE_STEP)
-        self._meetings = [
-            (meeting, scene.space.objective_of(level, meeting.image)) for meeting in meetings
+        self._meetings = meetings
+        self._wanted = [
+            meeting.share * (entry.drive @ meeting.mix + meeting.exact) for meeting in meetings
         ]
+        self._best: dict[tuple[int, bool], float] = {}
 
     def suits(self, values: IntArray) -> bool:
         """Whether the integers keep to the limits, here and half-way to what is stored."""
@@ -208,7 +211,7 @@ class _Trial:
         if self.scene.space.value(self.objective, drive) < self._least:
             return False
         field = np.abs(np.tensordot(drive, self.scene.fields.values, axes=1))
-        return _error_db(field, self._exact) <= self._most_db
+        return _error_db(field, self._exact) <= self._most_db and self._are_met(drive, fine=True)
 
     def _is_near(self, drive: ComplexArray) -> bool:
         """Whether phases over the board keep near enough to be mixed with neighbours'."""
@@ -217,14 +220,19 @@ class _Trial:
         most = COMPLEX * (10.0 ** (self._most_db / 20.0) - 1.0)
         return bool(np.abs(got - self.own).max() <= most * np.abs(self.own).max())
 
-    def _are_met(self, drive: ComplexArray) -> bool:
+    def _are_met(self, drive: ComplexArray, *, fine: bool = False) -> bool:
+        """Whether the limits hold between regions: coarsely and somewhat wider first, then fine."""
         space = self.scene.space
-        for meeting, objective in self._meetings:
-            exact = meeting.share * (self.entry.drive @ meeting.mix + meeting.exact)
+        most = BETWEEN_MARGIN * self.limits.ssim + (0.0 if fine else COARSE_SLACK)
+        for k, (meeting, exact) in enumerate(zip(self._meetings, self._wanted, strict=True)):
+            objective = meeting.ssim[fine]
+            if (k, fine) not in self._best:
+                self._best[k, fine] = space.value(objective, exact)
             decoded = meeting.share * (drive @ meeting.mix + meeting.decoded)
-            lost = space.value(objective, exact) - space.value(objective, decoded)
-            if lost > MEETING * self._most_ssim:
+            if self._best[k, fine] - space.value(objective, decoded) > most:
                 return False
+            if fine:
+                continue
             fields = np.abs(decoded @ self.sparse), np.abs(exact @ self.sparse)
             if _error_db(*fields) > self._most_db:
                 return False

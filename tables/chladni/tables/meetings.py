@@ -1,7 +1,7 @@
 """Where neighbours' drives meet: the points between regions, at which a device mixes them.
 
 While integers are searched one region after the other, what is stored already stands; a region's
-own must suit it half-way to each neighbour of its label, and to its own image across a mirror.
+own must suit it half-way to each neighbour, and to its own image across a mirror.
 """
 
 from __future__ import annotations
@@ -16,16 +16,13 @@ from chladni.tables.branches import Arranged
 from chladni.tables.coding import FULL_SCALE, Predictor, Visit
 from chladni.tables.entry import Entry
 from chladni.tables.folding import Folding
+from chladni.tables.halfway import Halfway, Objectives
 from chladni.tables.lookup import labels_of, signs_of
 from chladni.tables.regions import RegionGrid
-from chladni.tables.scene import Scene
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-COARSE_STEP = 4
-"""Images between regions, and models of SSIM, have every fourth image point each way."""
 
 
 def as_drive(values: IntArray) -> ComplexArray:
@@ -54,23 +51,34 @@ def apart(visits: Sequence[Visit], columns: int) -> list[list[Visit]]:
 class Meeting:
     """A point between regions: its drive is share · (a region's drive · mix + the others' sum).
 
-    `mix` is the identity, and what a mirror adds where a region meets its own image. `image` is the
-    mean of all wanted images, coarse, which is as good as the point's own.
+    `mix` is the identity times as often as the region stands for a corner, and what a mirror adds
+    where it meets its own image. `ssim` is by what the point wants, coarse and fine.
     """
 
     share: float
     mix: FloatArray
     exact: ComplexArray
     decoded: ComplexArray
-    image: FloatArray
+    ssim: Objectives
+
+
+@dataclass(frozen=True)
+class _Corner:
+    """A region around a point, as the region that is being fitted sees it."""
+
+    is_member: bool
+    """Of the same label: its drive is mixed in. A stranger gives way to a member beside it."""
+    mix: FloatArray
+    exact: ComplexArray
+    decoded: ComplexArray
 
 
 class Coded:
     """What is stored so far, and where a region's drive will be mixed with it."""
 
     def __init__(
-        self, scene: Scene, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid,
-        folding: Folding,
+        self, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid, folding: Folding,
+        halfway: Halfway,
     ) -> None:  # fmt: skip
         self.predictor = Predictor(arranged.labels, 2 * entries[0].drive.size)
         self._entries, self._arranged = entries, arranged
@@ -79,8 +87,7 @@ class Coded:
         self._nodes = folding.nodes(grid)
         self._orders = folding.orders(entries[0].drive.size)
         self._done = np.zeros(len(entries), dtype=bool)
-        level = scene.space.nearest_level(COARSE_STEP)
-        self._images = [level.sample(entry.image.astype(np.float64)) for entry in entries]
+        self._halfway = halfway
 
     def hold(self, visit: Visit, values: IntArray) -> None:
         """A region's integers are known, but not yet its turn in the stream."""
@@ -97,41 +104,72 @@ class Coded:
         self.predictor.put(visit, values)
 
     def meetings(self, at: int) -> list[Meeting]:
-        """Points half-way to stored neighbours of the same label, and between four of them."""
-        row, column = divmod(at, self._columns)
-        found = []
-        for right, up in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            corners = {(right, up), (right, 0), (0, up)} - {(0, 0)}
-            known = [self._find(column + i, row + j, at) for i, j in sorted(corners)]
-            parts = [part for part in known if part is not None]
-            if len(parts) == len(known):
-                mix, exact, decoded, images = (sum(terms) for terms in zip(*parts, strict=True))
-                share = 1.0 / (1 + len(parts))
-                image = share * (images + self._images[at])
-                found.append(Meeting(share, np.eye(len(exact)) + mix, exact, decoded, image))
-        return found
+        """Points half-way to neighbours, between four regions, and on the board's edge.
 
-    def _find(
-        self, column: int, row: int, at: int
-    ) -> tuple[FloatArray, ComplexArray, ComplexArray, FloatArray] | None:
-        """What a neighbour of the same label adds to a meeting's mix, exact, decoded and images."""
-        if not (0 <= column < self._nodes[0] and 0 <= row < self._nodes[1]):
+        Across a cut the point counts as this side of it, where the device still plays this label.
+        What is not stored yet counts as exact: without that, the regions stored first would use up
+        all that may be lost, and the last ones find no drive that makes up for it.
+        """
+        row, column = divmod(at, self._columns)
+        found: dict[tuple[tuple[tuple[int, int], int], ...], Meeting] = {}
+        for right, up in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            places = [(0, 0), (right, 0), (0, up), (right, up)]
+            corners = [self._corner(column + i, row + j, at) for i, j in places]
+            for used in ((0, 1), (0, 2), (0, 1, 2, 3)):
+                if any(corners[k] is None for k in used):
+                    continue
+                taken = [_in_place_of(k, corners) for k in used]
+                mixed = [corner for k in taken if (corner := corners[k]) is not None]
+                key = tuple((places[k], t) for k, t in zip(used, taken, strict=True))
+                # Counted in half regions.
+                last = places[used[-1]]
+                ssim = self._halfway.objectives(2 * column + last[0], 2 * row + last[1])
+                found[key] = _meeting(mixed, ssim)
+        return list(found.values())
+
+    def _corner(self, column: int, row: int, at: int) -> _Corner | None:
+        """A region as `at` sees it; None where a mirror makes it another's business.
+
+        Off the board it is the nearest one: all is flat beyond the outermost centres.
+        """
+        column, row = max(column, 0), max(row, 0)
+        if self._folding.x is None:
+            column = min(column, self._grid.columns - 1)
+        if self._folding.y is None:
+            row = min(row, self._grid.rows - 1)
+        if column >= self._nodes[0] or row >= self._nodes[1]:
             return None
         cell = self._folding.cells(self._grid, np.array(column), np.array(row))
         k, flips = int(cell.stored), cell.flips
         label = self._arranged.labels[at]
-        if labels_of(self._arranged, cell) != label:
-            return None
+        is_member = bool(labels_of(self._arranged, cell) == label)
         sign = float(signs_of(self._arranged, label, flips))
         order = self._orders[int(flips[0]), int(flips[1])]
         size = order.size
-        image = self._images[k][:: -1 if flips[0] else 1, :: -1 if flips[1] else 1]
+        mix, nothing = np.zeros((size, size)), np.zeros(size, np.complex128)
         if k == at:
-            mirror = np.zeros((size, size))
-            mirror[order, np.arange(size)] = sign
-            nothing = np.zeros(size, np.complex128)
-            return mirror, nothing, nothing, image
-        if not self._done[k]:
-            return None
-        exact, decoded = self._entries[k].drive, as_drive(self.predictor.values[k])
-        return np.zeros((size, size)), sign * exact[order], sign * decoded[order], image
+            mix[order, np.arange(size)] = sign
+            return _Corner(is_member, mix, nothing, nothing)
+        exact = self._entries[k].drive
+        decoded = as_drive(self.predictor.values[k]) if self._done[k] else exact
+        return _Corner(is_member, mix, sign * exact[order], sign * decoded[order])
+
+
+def _in_place_of(k: int, corners: Sequence[_Corner | None]) -> int:
+    """The corner whose drive stands at corner k, by the rule of `lookup`."""
+    for other in (k, k ^ 1, k ^ 2):
+        corner = corners[other]
+        if corner is not None and corner.is_member:
+            return other
+    return k ^ 3
+
+
+def _meeting(mixed: Sequence[_Corner], ssim: Objectives) -> Meeting:
+    share = 1.0 / len(mixed)
+    return Meeting(
+        share,
+        np.sum([corner.mix for corner in mixed], axis=0),
+        np.sum([corner.exact for corner in mixed], axis=0),
+        np.sum([corner.decoded for corner in mixed], axis=0),
+        ssim,
+    )

@@ -40,6 +40,17 @@ class RegionGrid:
             ((row + 0.5) / self.rows - 0.5) * self.length_um / 1000.0,
         )
 
+    @property
+    def pitch_mm(self) -> tuple[float, float]:
+        """From one centre to the next along x and y, mm."""
+        return self.width_um / self.columns / 1000.0, self.length_um / self.rows / 1000.0
+
+    def halfway_mm(self, half_column: int, half_row: int) -> tuple[float, float]:
+        """A point counted in half cells from the first cell's centre, mm from the board's."""
+        x, y = self.centre_mm(0)
+        along_x, along_y = self.pitch_mm
+        return x + half_column * along_x / 2.0, y + half_row * along_y / 2.0
+
     def position(self, x_um: IntArray, y_um: IntArray) -> tuple[IntArray, IntArray]:
         """Places in µm from the centre as 1/256 cells from the lower left; off the board, its edge.
 

@@ -107,8 +107,8 @@ def _climb(scene: Scene, region: Entry, unit: ComplexArray, objective: str) -> _
     for step, steps in ((COARSE_STEP, COARSE_CLIMB), (1, FINE_CLIMB)):
         level = space.nearest_level(step)
         climbing = space.objective(
-            level, region.image.astype(np.float64), ssim=weights.ssim, contrast=weights.contrast,
-            disc=region.disc,
+            level, region.wanted.image.astype(np.float64), ssim=weights.ssim,
+            contrast=weights.contrast, disc=region.wanted.disc,
         )  # fmt: skip
         value = climbing.climb(z, curvature, steps, TOLERANCE)
         own = space.value(climbing, region.drive)

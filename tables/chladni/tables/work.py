@@ -17,8 +17,9 @@ from chladni.tables.branches import Arranged, arrange
 from chladni.tables.checkpoint import Checkpoint, Result
 from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_db
-from chladni.tables.entry import Entry
+from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
+from chladni.tables.halfway import Halfway
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -27,6 +28,10 @@ from chladni.tables.rivals import smoothest
 from chladni.tables.scene import Problem, Scene, scene_of
 from chladni.tables.solve import tie_break
 from chladni.tables.table import Limits, Section, Table, quantise
+from chladni.tables.threads import in_threads
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
 
 TIGHTEN = 0.85
 TIGHTENINGS = 6
@@ -44,6 +49,7 @@ class Work:
     objective: str
     arranged: Arranged
     entries: list[Entry]
+    halfway: Halfway
     jobs: int | None
 
     @classmethod
@@ -67,17 +73,18 @@ class Work:
             replace(region, drive=drive)
             for drive, region in zip(arranged.drives, solved, strict=True)
         ]
-        return cls(board, scene, grid, folding, options.objective, arranged, entries, jobs)
+        halfway = Halfway(scene, entries, grid, folding)
+        return cls(board, scene, grid, folding, options.objective, arranged, entries, halfway, jobs)
 
     def section(self, limits: LossLimits) -> Section:
         """The smallest section within limits, points between regions included."""
         for _ in range(TIGHTENINGS):
             iq = compress(
-                self.scene, self.entries, self.arranged, self.grid, self.folding, limits,
-                jobs=self.jobs,
+                self.scene, self.entries, self.arranged, self.grid, self.folding, self.halfway,
+                limits, jobs=self.jobs,
             )  # fmt: skip
             section = self.with_drives(iq)
-            if self.between_db(section) <= limits.field_db:
+            if self.between(section).field_db.max(initial=0.0) <= limits.field_db:
                 break
             limits = limits.times(TIGHTEN)
         return section
@@ -93,13 +100,35 @@ class Work:
             iq=iq,
         )
 
-    def between_db(self, section: Section) -> float:
-        """The worst field error half-way between stored regions and their neighbours."""
+    def between(self, section: Section) -> Between:
+        """What is lost half-way between stored regions and their neighbours."""
         exact = self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
-        x_um, y_um = _between(self.grid, self.folding)
+        lattice = _between(self.grid, self.folding)
+        places = np.array([self.grid.halfway_mm(i, j) for i, j in lattice]) * 1000.0
+        x_um, y_um = np.ascontiguousarray(np.rint(places).astype(np.int32).T)
         table = table_of(self.board, self.grid, self.folding, [section])
-        drives = [FirmwareReader.of(table, one).drives(x_um, y_um) for one in (exact, section)]
-        return float(field_errors_db(self.scene, *drives).max(initial=0.0))
+        best, got = (FirmwareReader.of(table, one).drives(x_um, y_um) for one in (exact, section))
+        space = self.scene.space
+
+        def lost(case: tuple[tuple[int, int], ComplexArray, ComplexArray]) -> float:
+            place, its_best, its_own = case
+            _, wanted = self.halfway.objectives(*place)
+            return space.value(wanted, its_best) - space.value(wanted, its_own)
+
+        cases = zip(lattice, best, got, strict=True)
+        ssim = np.array(list(in_threads(lost, cases, jobs=self.jobs)))
+        return Between(ssim, field_errors_db(self.scene, best, got))
+
+
+@dataclass(frozen=True)
+class Between:
+    """What is lost between regions, against the unquantised drives interpolated in the same way.
+
+    Losses of SSIM, on every `FINE_STEP`-th image point, and decibels of the fields' worst points.
+    """
+
+    ssim: FloatArray
+    field_db: FloatArray
 
 
 def table_of(
@@ -121,13 +150,11 @@ def table_of(
     )
 
 
-def _between(grid: RegionGrid, folding: Folding) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Places half-way from every stored region to the next ones in x, in y and in both, µm."""
-    centres = np.array([grid.centre_mm(int(region)) for region in folding.stored(grid)]) * 1000.0
-    half = np.array([grid.width_um / grid.columns, grid.length_um / grid.rows]) / 2.0
-    places = [centres + half * step for step in ((1, 0), (0, 1), (1, 1))]
-    x_um, y_um = np.rint(np.concatenate(places)).astype(np.int32).T
-    return np.ascontiguousarray(x_um), np.ascontiguousarray(y_um)
+def _between(grid: RegionGrid, folding: Folding) -> list[tuple[int, int]]:
+    """Points half-way from stored regions to the next in x, in y and in both, in half cells."""
+    centres = [(2 * (int(k) % grid.columns), 2 * (int(k) // grid.columns))
+               for k in folding.stored(grid)]  # fmt: skip
+    return [(i + right, j + up) for right, up in ((1, 0), (0, 1), (1, 1)) for i, j in centres]
 
 
 def _solve(
@@ -135,7 +162,7 @@ def _solve(
     jobs: int | None,
 ) -> list[Entry]:  # fmt: skip
     """Every target's drive, and what it was meant to do."""
-    problems: dict[Target, tuple[NDArray[np.float32], NDArray[np.bool_]]] = {}
+    problems: dict[Target, Wanted] = {}
     work = partial_function(_solve_region, options=options, problems=problems)
     results = []
     for result in over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint):
@@ -144,21 +171,17 @@ def _solve(
             options.progress(len(results), len(targets))
     # What an earlier run had finished came without its image.
     for problem in scene.problems([target for target in targets if target not in problems]):
-        problems[problem.target_mm] = _kept(problem)
+        problems[problem.target_mm] = Wanted.of(problem)
     return [
-        Entry(np.array([complex(*parts) for parts in result["drive"]]), *problems[at],
-               result["ssim"])
+        Entry(
+            np.array([complex(*parts) for parts in result["drive"]]), problems[at], result["ssim"]
+        )
         for result, at in zip(results, targets, strict=True)
     ]  # fmt: skip
 
 
-def _kept(problem: Problem) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    return problem.image.astype(np.float32), problem.disc
-
-
 def _solve_region(
-    problem: Problem, options: Options,
-    problems: dict[Target, tuple[NDArray[np.float32], NDArray[np.bool_]]],
+    problem: Problem, options: Options, problems: dict[Target, Wanted],
 ) -> Result:  # fmt: skip
     """One region's drive in units of the largest gain, and its SSIM; leaves its target image."""
     drive = tie_break(problem, phasor(problem, options).drive)
@@ -166,7 +189,7 @@ def _solve_region(
     drive = drive / largest if largest > 0.0 else drive
     space = problem.scene.space
     ssim = space.objective(space.levels[-1], problem.image)
-    problems[problem.target_mm] = _kept(problem)
+    problems[problem.target_mm] = Wanted.of(problem)
     return {
         "drive": [[float(c.real), float(c.imag)] for c in drive],
         "ssim": space.value(ssim, drive),
