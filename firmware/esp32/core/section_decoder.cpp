@@ -88,7 +88,6 @@ struct Rates {
 };
 
 void step(StreamReader& stream, uint32_t& value, uint32_t largest) {
-  if (stream.skip_zeros(1)) return;  // the most frequent
   const int32_t moved = static_cast<int32_t>(value) + from_zigzag(stream.unary());
   if (moved < 0 || moved > static_cast<int32_t>(largest)) {
     stream.fail(Status::kDamaged);
@@ -204,21 +203,27 @@ class Decoder {
     drives_.latest[*label] = static_cast<uint16_t>(at);
     const Differences differences = read_differences();
     uint32_t beyond = 0;
-    if (count == 4 && differences == Differences::kNone) {
-      beyond = fill<true, Differences::kNone>(own, near, 0);
-    } else if (count == 4 && differences == Differences::kSmall) {
-      beyond = fill<true, Differences::kSmall>(own, near, 0);
+    if (count == 4) {
+      beyond = fill_as<true>(differences, own, near, 0);
     } else {
       // Fewer than four neighbours are filled up with silence: one loop, and no counting in it.
       for (uint32_t n = count; n < 4; ++n) near[n] = kSilence.data();
-      beyond = differences == Differences::kNone
-                   ? fill<false, Differences::kNone>(own, near, kShares[count])
-                   : fill<false, Differences::kAny>(own, near, kShares[count]);
+      beyond = fill_as<false>(differences, own, near, kShares[count]);
     }
     // No drive beyond full scale stays in memory, whatever the stream says.
     if (beyond != 0) {
       stream_.fail(Status::kDamaged);
       for (uint32_t channel = 0; channel < shape_.actuators; ++channel) own[channel] = {};
+    }
+  }
+
+  template <bool kIsOfFour>
+  uint32_t fill_as(Differences differences, Gain* own, const std::array<const Gain*, 4>& near,
+                   int32_t share) const {
+    switch (differences) {
+      case Differences::kNone: return fill<kIsOfFour, Differences::kNone>(own, near, share);
+      case Differences::kSmall: return fill<kIsOfFour, Differences::kSmall>(own, near, share);
+      default: return fill<kIsOfFour, Differences::kAny>(own, near, share);
     }
   }
 
@@ -261,8 +266,10 @@ class Decoder {
     if (stream_.number(1) == 0) return Differences::kNone;
     // Three zeros in a row leave the parameters as they are.
     if (!stream_.skip_zeros(3)) {
-      step(stream_, rates_.shift, f::kMaxShift);
-      for (uint32_t& rice : rates_.rice) step(stream_, rice, f::kMaxRice);
+      // The most frequent step is none, which is told apart without a call.
+      if (!stream_.skip_zeros(1)) step(stream_, rates_.shift, f::kMaxShift);
+      if (!stream_.skip_zeros(1)) step(stream_, rates_.rice[0], f::kMaxRice);
+      if (!stream_.skip_zeros(1)) step(stream_, rates_.rice[1], f::kMaxRice);
     }
     const uint32_t codes =
         stream_.signed_rice(shape_.actuators, rates_.rice, rates_.shift, differences_.data());

@@ -2,8 +2,8 @@
 
 A load's field changes little from one region to the next, so that of a point between them is
 interpolated from the regions' own, and from those of points on the board's edge, which are solved
-beside every region there. Only around screws and pins, where a field comes to nothing, each point's
-own is solved.
+beside every region there. Only around screws and pins, where a field comes to nothing, and where
+regions are wide, each point's own is solved.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ NEAR = 1.0
 """Regions from a support within which a point's own field is solved. With it losses of SSIM on
 `prototype` are within 0.001 of those by the points' own images."""
 
+WIDEST_MM = 8.0
+"""Pitch up to which fields are interpolated: a load's own peak is a centimetre or two wide."""
 KEPT = 512
 """Points whose objectives stay in memory, half a megabyte each: a region's neighbours meet it."""
 
@@ -66,7 +68,7 @@ class Halfway:
             (2 * (k % columns), 2 * (k // columns)): list(entry.wanted.fields)
             for k, entry in enumerate(entries)
         }
-        own = self._on_edge() + self._near_supports(scene)
+        own = self._on_edge() + self._not_interpolated(scene)
         half = np.array([grid.width_um, grid.length_um]) / 2000.0
         # On the edge, whatever rounding says.
         targets = [tuple(np.clip(grid.halfway_mm(*place), -half, half).tolist()) for place in own]
@@ -130,9 +132,10 @@ class Halfway:
             and (i in edges_x or j in edges_y)
         ]  # fmt: skip
 
-    def _near_supports(self, scene: Scene) -> list[Place]:
-        """Points of the stored part between regions whose fields cannot be interpolated."""
+    def _not_interpolated(self, scene: Scene) -> list[Place]:
+        """Points of the stored part between regions whose fields are their own."""
         board = scene.board
+        reach = NEAR if max(self._grid.pitch_mm) <= WIDEST_MM else np.inf
         supports = np.array(
             [screw.at for screw in board.screws] + [pin.at for pin in board.pins]
         ).reshape(-1, 2)
@@ -140,7 +143,7 @@ class Halfway:
         for place in product(self._lines(0)[0], self._lines(1)[0]):
             at = np.array(self._grid.halfway_mm(*place))
             apart = np.linalg.norm((at - supports * 1e3) / self._grid.pitch_mm, axis=1)
-            if apart.min(initial=np.inf) <= NEAR and (place[0] % 2 or place[1] % 2):
+            if apart.min(initial=np.inf) <= reach and (place[0] % 2 or place[1] % 2):
                 found.append(place)
         return found
 

@@ -111,28 +111,37 @@ class Coded:
         all that may be lost, and the last ones find no drive that makes up for it.
         """
         row, column = divmod(at, self._columns)
-        found: dict[tuple[tuple[tuple[int, int], int], ...], Meeting] = {}
+        found: dict[tuple[tuple[int, ...], ...], Meeting] = {}
         for right, up in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            places = [(0, 0), (right, 0), (0, up), (right, up)]
-            corners = [self._corner(column + i, row + j, at) for i, j in places]
-            for used in ((0, 1), (0, 2), (0, 1, 2, 3)):
+            # Short of the first centre the device mixes as on it, with nothing of the next.
+            short_x, short_y = column == 0 and right < 0, row == 0 and up < 0
+            along_x, along_y = 1 if short_x else right, 1 if short_y else up
+            corners = [
+                self._corner(column + i * along_x, row + j * along_y, at)
+                for j in (0, 1) for i in (0, 1)
+            ]  # fmt: skip
+            if (corners[1] is None and column > 0) or (corners[2] is None and row > 0):
+                continue  # beyond a mirror, where all is as on this side
+            for i, j in ((1, 0), (0, 1), (1, 1)):
+                used = [
+                    x + 2 * y
+                    for y in range(2 if j and not short_y else 1)
+                    for x in range(2 if i and not short_x else 1)
+                ]
                 if any(corners[k] is None for k in used):
                     continue
                 taken = [_in_place_of(k, corners) for k in used]
                 mixed = [corner for k in taken if (corner := corners[k]) is not None]
-                key = tuple((places[k], t) for k, t in zip(used, taken, strict=True))
-                # Counted in half regions.
-                last = places[used[-1]]
-                ssim = self._halfway.objectives(2 * column + last[0], 2 * row + last[1])
-                found[key] = _meeting(mixed, ssim)
+                place = 2 * column + i * right, 2 * row + j * up
+                drives = tuple((k % 2 * along_x, k // 2 * along_y) for k in taken)
+                found[place, *drives] = _meeting(mixed, self._halfway.objectives(*place))
         return list(found.values())
 
     def _corner(self, column: int, row: int, at: int) -> _Corner | None:
         """A region as `at` sees it; None where a mirror makes it another's business.
 
-        Off the board it is the nearest one: all is flat beyond the outermost centres.
+        Beyond the last one it is that again: all is flat off the outermost centres.
         """
-        column, row = max(column, 0), max(row, 0)
         if self._folding.x is None:
             column = min(column, self._grid.columns - 1)
         if self._folding.y is None:
