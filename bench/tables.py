@@ -187,12 +187,13 @@ def print_ways(rows: list[Row]) -> None:
 def print_tables(tables: list[tuple[str, float, str, Table, TableReport, Board]]) -> None:
     """Default tables, what is lost between regions, and steps."""
     print("\n| board | pitch, mm | objective | bytes | build, s | SSIM loss | field, dB "
-          "| half-way, dB | level, dB | labels |")  # fmt: skip
+          "| half-way: SSIM, dB | level, dB | labels |")  # fmt: skip
     print("|---|---|---|---|---|---|---|---|---|---|")
     for name, pitch, objective, _, report, _ in tables:
         print(f"| {name} | {pitch:g} | {objective} | {report.bytes} | {report.seconds:.1f} "
               f"| {report.ssim_loss_max:.4f} | {report.field_error_db_max:.3f} "
-              f"| {report.between_field_error_db_max:.3f} | {report.level_error_db_max:.2f} "
+              f"| {report.between_ssim_loss_max:.4f}, {report.between_field_error_db_max:.3f} "
+              f"| {report.level_error_db_max:.2f} "
               f"| {report.sections[0].labels} |")  # fmt: skip
     print("\nSteps between the unit fields of neighbouring regions: every drive turned by itself, "
           "then arranged over the whole board, then within labels only.\n")  # fmt: skip

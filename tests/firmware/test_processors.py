@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from instruction_counts import PROCESSORS, Processor, count, missing
 from stack_depth import depths
 
-from chladni.tables.build import TableReport
+from chladni.sim.board import Board, Regions
+from chladni.tables.build import TableReport, build_table
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
 from chladni.tables.table import Table
@@ -46,6 +48,25 @@ def test_a_built_table_is_decoded_and_looked_up_alike_and_in_time(
     assert found.lookup_most <= MOST_PER_LOOKUP
     for name, most in MOST_PER_SAMPLE.items():
         assert 0 < getattr(found, name) <= most, name
+
+
+@pytest.fixture(scope="module")
+def fine_table(prototype: Board, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The default table at 2 mm: 2,628 regions, 666 of them stored."""
+    table, report = build_table(replace(prototype, regions=Regions(pitch=2e-3)))
+    assert report.bytes <= 4096
+    path = tmp_path_factory.mktemp("fine") / "t.chl"
+    path.write_bytes(pack(table))
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
+def test_a_table_of_2_mm_is_loaded_in_time(processor: Processor, fine_table: Path) -> None:
+    """Checked, decoded and ready, six times the regions of the default pitch."""
+    found = count(processor, fine_table)
+    assert found.load <= MOST_TO_LOAD
+    assert found.lookup_most <= MOST_PER_LOOKUP
 
 
 def test_stacks_stay_as_small_as_the_documentation_says() -> None:

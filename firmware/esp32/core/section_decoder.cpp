@@ -29,8 +29,8 @@ uint32_t bits_below(uint32_t count) {
   return width;
 }
 
-// Labels as they are expected: the one above, unless the one to the left differs from its own upper
-// neighbour; then the one to the left.
+// Labels as they are expected: the one above; but where the one left of that is the same, the one to
+// the left.
 void expect_labels(uint8_t* own, uint32_t count, bool has_left, bool has_above, uint32_t pitch) {
   uint8_t* const end = own + count;
   if (!has_above) {

@@ -266,7 +266,7 @@ def read_labels(reader: BitReader, cells: int, columns: int, count: int) -> Labe
 
 
 def expected_label(labels: LabelArray, at: int, columns: int) -> int:
-    """The label above, unless the one to the left is another than its own upper neighbour's."""
+    """The label above; where the one left of that is the same, the label to the left."""
     column = at % columns
     if at < columns:
         return int(labels[at - 1]) if column else 0
