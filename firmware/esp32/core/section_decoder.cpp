@@ -29,12 +29,13 @@ uint32_t bits_below(uint32_t count) {
   return width;
 }
 
-// Labels as they are expected: the one above; but where the one left of that is the same, the one to
-// the left.
+// Labels as they are expected: the one above; but where the one left of that is the same, the one
+// to the left.
 void expect_labels(uint8_t* own, uint32_t count, bool has_left, bool has_above, uint32_t pitch) {
   uint8_t* const end = own + count;
   if (!has_above) {
-    for (uint8_t left = has_left ? own[-1] : uint8_t{0}; own != end; ++own) *own = left;
+    const uint8_t left = has_left ? own[-1] : uint8_t{0};
+    while (own != end) *own++ = left;
     return;
   }
   const uint8_t* above = own - pitch;

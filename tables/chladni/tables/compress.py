@@ -49,7 +49,7 @@ MARGIN = 0.95
 SPARSE = 8
 """Candidates' fields are compared on every eighth image point each way before all points are."""
 BETWEEN = 4
-BETWEEN_MARGIN = 0.85
+BETWEEN_MARGIN = 0.8
 """The same between regions, where the wanted image is interpolated and has half the points."""
 COARSE_SLACK = 0.001
 """Half-way between regions a loss of SSIM on every fourth image point may be off by so much."""
@@ -67,8 +67,8 @@ FIELD_PEAK = 2.0
 """How far the largest error of a field exceeds its root mean square, for the model only."""
 SHIFTS = ((12, 11, 10, 9, 8), (7,), (6,), (5,), (4,), (3,), (2,))
 """Step widths tried, in powers of two: the usual ones together, finer ones while nothing fits."""
-SHORTLIST = 48
-TRIES = 12
+SHORTLIST = 96
+TRIES = 40
 
 
 @dataclass(frozen=True)
