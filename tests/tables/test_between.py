@@ -14,7 +14,7 @@ from chladni.tables.branches import Arranged, Steps
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.coding import FULL_SCALE, visits
 from chladni.tables.compress import LossLimits
-from chladni.tables.entry import FINE_STEP, Entry, Wanted
+from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
 from chladni.tables.halfway import Halfway
@@ -103,13 +103,13 @@ def test_what_is_stored_already_is_mixed_as_stored() -> None:
     assert meeting.decoded * FULL_SCALE == pytest.approx([8192.0, -8192.0j])
 
 
-def test_interpolated_images_stand_for_the_points_own(prototype: Board) -> None:
-    """SSIM of some drive, by what `Halfway` has and by what is solved for each point.
+def test_interpolated_fields_stand_for_the_points_own(prototype: Board) -> None:
+    """A quarter of the points of 7.3 mm regions, about the widest that are interpolated.
 
-    A quarter of the points of 8 mm regions, the widest that are interpolated: within 0.01 in all,
-    so that a loss, the difference of two such values, is far better than that.
+    Cubic interpolation over 7 mm leaves 0.0015 of the field in the median and 0.065 at most, beside
+    a screw; linear would leave 0.005 and 0.29, and weights for another place 0.015 and 0.48.
     """
-    board = replace(prototype, regions=Regions(pitch=8e-3))
+    board = replace(prototype, regions=Regions(pitch=7.5e-3))
     grid, mirrors = region_grid(board), board_mirrors(board)
     folding = Folding(mirrors.x, mirrors.y)
     scene = scene_of(board)
@@ -122,14 +122,12 @@ def test_interpolated_images_stand_for_the_points_own(prototype: Board) -> None:
     points = [(i, j) for i in range(-1, 2 * columns) for j in range(-1, 2 * rows)][::4]
     half = np.array([grid.width_um, grid.length_um]) / 2000.0
     places = [tuple(np.clip(grid.halfway_mm(*p), -half, half).tolist()) for p in points]
-    drive = np.array([1.0, 0.4j, -0.3, 0.2, 0.5 - 0.1j])
-    level = scene.space.nearest_level(FINE_STEP)
     apart = []
     for point, problem in zip(points, scene.problems(places), strict=True):
-        own = scene.space.value(scene.space.objective_of(level, level.sample(problem.image)), drive)
-        apart.append(scene.space.value(halfway.objectives(*point)[1], drive) - own)
-    assert np.abs(apart).max() < 0.01
-    assert np.median(np.abs(apart)) < 0.001
+        for own, used in zip(Wanted.of(problem).fields, halfway._fields(point), strict=True):
+            apart.append(np.linalg.norm(used - own) / np.linalg.norm(own))
+    assert np.median(apart) < 0.003
+    assert np.max(apart) < 0.15
 
 
 def test_points_between_keep_to_the_limits(
