@@ -7,7 +7,7 @@ over. Five actuators of which four are images of one cost two solutions.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,21 +61,27 @@ class Orbits:
 
 
 def orbits_of(loads: Sequence[Load], mirrors: Mirrors) -> Orbits:
-    """Sort loads by what mirrors, which plate and grid share, make of them."""
+    """Sort loads by what mirrors, which plate and grid share, make of them.
+
+    Each is taken to the fundamental part of the plate first, so that a load's field is the same to
+    the bit whether it is asked for alone or with its images.
+    """
     distinct: list[Load] = []
     images: list[tuple[int, tuple[float, float]]] = []
     for load in loads:
+        sign_x = -1.0 if mirrors.x and load.x < -SAME_PLACE else 1.0
+        sign_y = -1.0 if mirrors.y and load.y < -SAME_PLACE else 1.0
+        own = replace(load, x=sign_x * load.x, y=sign_y * load.y)
         found = (
-            (k, image)
+            k
             for k, other in enumerate(distinct)
-            for image in mirrors.images
-            if load.radius == other.radius
-            and np.hypot(image[0] * other.x - load.x, image[1] * other.y - load.y) < SAME_PLACE
+            if own.radius == other.radius
+            and np.hypot(own.x - other.x, own.y - other.y) < SAME_PLACE
         )
         known = next(found, None)
-        images.append(known or (len(distinct), (1.0, 1.0)))
+        images.append((len(distinct) if known is None else known, (sign_x, sign_y)))
         if known is None:
-            distinct.append(load)
+            distinct.append(own)
     return Orbits(distinct, images)
 
 
