@@ -256,7 +256,7 @@ def _section_report(
 ) -> SectionReport:
     # A stored region counts as often as the board has it.
     kept = np.array([entry.best for entry in work.entries]) - found.ssim
-    between = work.between(section)
+    between_ssim = work.between_ssim(section)
     return SectionReport(
         frequency_hz=section.frequency_hz,
         objective=section.objective,
@@ -268,9 +268,9 @@ def _section_report(
         ssim_loss_max=float(found.ssim.max()),
         field_error_db_max=float(found.field_db.max()),
         level_error_db_max=float(np.abs(found.level_db).max()),
-        between_ssim_loss_p99=float(np.percentile(between.ssim, 99)),
-        between_ssim_loss_max=float(between.ssim.max()),
-        between_field_error_db_max=float(between.field_db.max()),
+        between_ssim_loss_p99=float(np.percentile(between_ssim, 99)),
+        between_ssim_loss_max=float(between_ssim.max()),
+        between_field_error_db_max=work.between_db(section),
         steps_before=work.arranged.before,
         steps_after=work.arranged.after,
         steps_within=work.arranged.within,

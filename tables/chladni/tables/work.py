@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from functools import partial as partial_function
 from importlib.metadata import version
 from pathlib import Path
@@ -84,7 +85,7 @@ class Work:
                 limits, jobs=self.jobs,
             )  # fmt: skip
             section = self.with_drives(iq)
-            if self.between(section).field_db.max(initial=0.0) <= limits.field_db:
+            if self.between_db(section) <= limits.field_db:
                 break
             limits = limits.times(TIGHTEN)
         return section
@@ -100,35 +101,39 @@ class Work:
             iq=iq,
         )
 
-    def between(self, section: Section) -> Between:
-        """What is lost half-way between stored regions and their neighbours."""
-        exact = self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
+    def between_db(self, section: Section) -> float:
+        """The worst field error half-way between stored regions and their neighbours."""
+        best, got = self._between_drives, self._played_between(section)
+        return float(field_errors_db(self.scene, best, got).max(initial=0.0))
+
+    def between_ssim(self, section: Section) -> FloatArray:
+        """SSIM lost there, on every `FINE_STEP`-th image point, against the same drives."""
+        space = self.scene.space
+
+        def lost(case: tuple[tuple[int, int], ComplexArray, ComplexArray]) -> float:
+            place, best, got = case
+            _, wanted = self.halfway.objectives(*place)
+            return space.value(wanted, best) - space.value(wanted, got)
+
+        cases = zip(
+            _between(self.grid, self.folding), self._between_drives, self._played_between(section),
+            strict=True,
+        )  # fmt: skip
+        return np.array(list(in_threads(lost, cases, jobs=self.jobs)))
+
+    @cached_property
+    def _between_drives(self) -> ComplexArray:
+        """The unquantised drives half-way between regions, interpolated as the device does."""
+        return self._played_between(
+            self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
+        )
+
+    def _played_between(self, section: Section) -> ComplexArray:
         lattice = _between(self.grid, self.folding)
         places = np.array([self.grid.halfway_mm(i, j) for i, j in lattice]) * 1000.0
         x_um, y_um = np.ascontiguousarray(np.rint(places).astype(np.int32).T)
         table = table_of(self.board, self.grid, self.folding, [section])
-        best, got = (FirmwareReader.of(table, one).drives(x_um, y_um) for one in (exact, section))
-        space = self.scene.space
-
-        def lost(case: tuple[tuple[int, int], ComplexArray, ComplexArray]) -> float:
-            place, its_best, its_own = case
-            _, wanted = self.halfway.objectives(*place)
-            return space.value(wanted, its_best) - space.value(wanted, its_own)
-
-        cases = zip(lattice, best, got, strict=True)
-        ssim = np.array(list(in_threads(lost, cases, jobs=self.jobs)))
-        return Between(ssim, field_errors_db(self.scene, best, got))
-
-
-@dataclass(frozen=True)
-class Between:
-    """What is lost between regions, against the unquantised drives interpolated in the same way.
-
-    Losses of SSIM, on every `FINE_STEP`-th image point, and decibels of the fields' worst points.
-    """
-
-    ssim: FloatArray
-    field_db: FloatArray
+        return FirmwareReader.of(table, section).drives(x_um, y_um)
 
 
 def table_of(
