@@ -156,7 +156,8 @@ class ClassModes:
 
     def respond(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """Coefficients of the class (size, loads) at one frequency, by modes."""
-        spectrum = self._kept_spectrum(load, omega)
+        self._count(load, omega)
+        spectrum = self.kept_spectrum(load, omega)
         if spectrum is not None:
             return _product(spectrum.columns, spectrum.weights(omega, loss_factor))
         particular, own = self._prepare(load, omega, loss_factor)
@@ -179,16 +180,19 @@ class ClassModes:
         null = self._split[0] * self._scale[:, None]
         return self._spread(particular + null @ lu_solve(self._factored[1], null.T @ own), load)
 
-    def _kept_spectrum(self, load: ClassLoad, omega: float) -> Spectrum | None:
-        """The spectrum of a load that is asked for often, once it pays."""
+    def kept_spectrum(self, load: ClassLoad, omega: float) -> Spectrum | None:
+        """The spectrum of a load that was asked for often, if it reaches so far."""
+        kept = self._last_spectrum
+        is_of_it = self._last_load is load and kept is not None and omega <= kept.highest_omega
+        return kept if is_of_it else None
+
+    def _count(self, load: ClassLoad, omega: float) -> None:
+        """Prepare the spectrum of a load that is asked for often, once it pays."""
         if self._last_load is not load:
             self._last_load, self._asked, self._last_spectrum = load, 0, None
         self._asked += 1
-        if self._asked <= BEFORE_SPECTRUM:
-            return None
-        if self._last_spectrum is None or omega > self._last_spectrum.highest_omega:
+        if self._asked > BEFORE_SPECTRUM and self.kept_spectrum(load, omega) is None:
             self._last_spectrum = self.spectrum(load, SPECTRUM_MARGIN * omega)
-        return self._last_spectrum
 
     def spectrum(self, load: ClassLoad, highest_omega: float) -> Spectrum:
         """`respond` for every frequency up to one, as weights of columns that do not depend on it.

@@ -19,7 +19,7 @@ from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.loading import LoadCase
-from chladni.sim.ritz.modal import BEFORE_SPECTRUM, SPECTRUM_MARGIN, ClassModes
+from chladni.sim.ritz.modal import ClassModes
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.sweep import Sweep
 from chladni.sim.ritz.symmetry import ParityBasis, parity_classes
@@ -86,8 +86,7 @@ class Solver:
         self._works: dict[Load, LoadCase] = {}
         self._last_points: tuple[bytes, BasisTable] | None = None
         self._grids: dict[bytes, GridTable] = {}
-        self._asked: dict[tuple[LoadCase, GridTable], int] = {}
-        self._last_sweep: tuple[LoadCase, GridTable, Sweep] | None = None
+        self._last_sweep: Sweep | None = None
 
     @cached_property
     def _steps(self) -> list[tuple[tuple[int, int, int], float]]:
@@ -170,22 +169,19 @@ class Solver:
         return [Image(table, share, own_field) for share in shares]
 
     def _sweep(self, case: LoadCase, grid: GridTable, omegas: Sequence[float]) -> Sweep | None:
-        """What makes further frequencies cheap, from when they pay for it."""
-        asked = self._asked.setdefault((case, grid), 0) + len(omegas)
-        self._asked = {(case, grid): asked}
-        if self._last_sweep is not None:
-            its_case, its_grid, sweep = self._last_sweep
-            if its_case is case and its_grid is grid and max(omegas) <= sweep.highest_omega:
-                return sweep
-        if asked <= BEFORE_SPECTRUM:
-            return None
-        highest = SPECTRUM_MARGIN * max(omegas)
-        spectra = [c.modes.spectrum(case.in_class(c.basis), highest) for c in self.classes]
+        """What makes further frequencies cheap, once every class has the spectrum for it."""
+        spectra = []
+        for c in self.classes:
+            spectrum = c.modes.kept_spectrum(case.in_class(c.basis), max(omegas))
+            if spectrum is None:
+                return None
+            spectra.append(spectrum)
+        if self._last_sweep is not None and self._last_sweep.is_of(spectra, grid):
+            return self._last_sweep
         if sum(s.columns.shape[1] for s in spectra) > SWEEP_SHARE * self.basis.size:
             return None
-        sweep = Sweep([c.basis for c in self.classes], spectra, grid, highest)
-        self._last_sweep = (case, grid, sweep)
-        return sweep
+        self._last_sweep = Sweep([c.basis for c in self.classes], spectra, grid)
+        return self._last_sweep
 
     def at_points(
         self, case: LoadCase, coefficients: list[ComplexArray], loss_factor: float,

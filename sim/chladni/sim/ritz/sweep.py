@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Sweep:
-    """The fields of a load case at any frequency up to `highest_omega`.
+    """The fields of a load case at any frequency that its spectra reach.
 
     Parameters
     ----------
@@ -29,17 +29,19 @@ class Sweep:
         Where the fields are wanted.
     """
 
-    def __init__(
-        self, bases: list[ParityBasis], spectra: list[Spectrum], grid: GridTable,
-        highest_omega: float,
-    ) -> None:  # fmt: skip
-        self.highest_omega = highest_omega
+    def __init__(self, bases: list[ParityBasis], spectra: list[Spectrum], grid: GridTable) -> None:
+        self._grid = grid
         self._classes = []
         for basis, spectrum in zip(bases, spectra, strict=True):
             # A load on a mirror's line has no share in half of the classes.
             used = np.flatnonzero(spectrum.columns.any(axis=0))
             images = grid.share(basis, spectrum.columns[:, used])
             self._classes.append((basis.oddness, spectrum, used, images))
+
+    def is_of(self, spectra: list[Spectrum], grid: GridTable) -> bool:
+        """Whether it was made of these very ones."""
+        own = [spectrum for _, spectrum, _, _ in self._classes]
+        return self._grid is grid and all(a is b for a, b in zip(own, spectra, strict=True))
 
     def shares(self, omega: float, loss_factor: float) -> dict[Oddness, FloatArray]:
         """Shape (parts, loads, *part_shape) per class; parts are real and, with loss, imaginary."""
