@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +24,14 @@ class MirroredGrid:
     Attributes
     ----------
     mirrors
-        Those of the plate's mirrors that the grid has as well.
+        Those to fold by; plate and grid both have them (`Mirrors.shared_with`).
     part_x, part_y
         The lines of the fundamental part; an odd count has its middle line in it.
     """
 
     def __init__(self, x: FloatArray, y: FloatArray, mirrors: Mirrors) -> None:
         self.x, self.y = x, y
-        self.mirrors = mirrors.shared_with(x, y)
+        self.mirrors = mirrors
         self.part_x = x[x.size // 2 :] if self.mirrors.x else x
         self.part_y = y[y.size // 2 :] if self.mirrors.y else y
 
@@ -58,32 +59,33 @@ class MirroredGrid:
             total[:, rows, columns] = image
         return total
 
-    def unfold(self, shares: Mapping[Oddness, FloatArray], orbits: Orbits) -> ComplexArray:
+    def unfold(
+        self, shares: Iterable[Mapping[Oddness, FloatArray]], orbits: Orbits
+    ) -> ComplexArray:
         """The complex fields of every load from the shares of the distinct ones.
 
         Parameters
         ----------
         shares
-            Shape (parts, distinct loads, *part_shape) each; parts are real and, unless it is zero,
-            imaginary.
+            Of one distinct load after the other, shape (parts, *part_shape) each; parts are real
+            and, unless it is zero, imaginary.
 
         Returns
         -------
         ComplexArray
             Shape (loads, nx, ny).
         """
-        # Quarter by quarter through one small array: large ones between would cost more to get from
-        # the system than to fill.
+        # Load by load and image by image through one small array: large ones between would cost
+        # more to get from the system than to fill.
         values = np.empty((len(orbits.images), self.x.size, self.y.size), dtype=np.complex128)
-        for k in range(len(orbits.distinct)):
-            own = {odd: share[:, k] for odd, share in shares.items()}
+        for k, own in enumerate(shares):
             turned = [
                 field[:: int(sx), :: int(sy)]
                 for field, (which, (sx, sy)) in zip(values, orbits.images, strict=True)
                 if which == k
             ]
             for (rows, columns), image in self._images(own):
-                block = image[0] if len(image) == 1 else image[0] + 1j * image[1]
+                block = _together(image)
                 for field in turned:
                     field[rows, columns] = block
         return values
@@ -119,3 +121,12 @@ def _added(total: FloatArray | None, share: FloatArray, *, turned: bool) -> Floa
     if total is None:
         return -share if turned else share
     return total - share if turned else total + share
+
+
+def _together(parts: FloatArray) -> NDArray[Any]:
+    """One field from its real and, if there is any, imaginary part."""
+    if len(parts) == 1:
+        return np.asarray(parts[0])
+    whole = np.empty(parts.shape[1:], dtype=np.complex128)
+    whole.real, whole.imag = parts
+    return whole

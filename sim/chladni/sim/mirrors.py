@@ -6,8 +6,9 @@ over. Five actuators of which four are images of one cost two solutions.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,12 +72,13 @@ def orbits_of(loads: Sequence[Load], mirrors: Mirrors) -> Orbits:
     for load in loads:
         sign_x = -1.0 if mirrors.x and load.x < -SAME_PLACE else 1.0
         sign_y = -1.0 if mirrors.y and load.y < -SAME_PLACE else 1.0
-        own = replace(load, x=sign_x * load.x, y=sign_y * load.y)
+        is_turned = sign_x < 0.0 or sign_y < 0.0
+        own = Load(sign_x * load.x, sign_y * load.y, load.radius) if is_turned else load
         found = (
             k
             for k, other in enumerate(distinct)
             if own.radius == other.radius
-            and np.hypot(own.x - other.x, own.y - other.y) < SAME_PLACE
+            and math.hypot(own.x - other.x, own.y - other.y) < SAME_PLACE
         )
         known = next(found, None)
         images.append((len(distinct) if known is None else known, (sign_x, sign_y)))

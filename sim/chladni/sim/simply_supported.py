@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 MAX_MODES_PER_SIDE = 2000
+RADIUS_STEP = 1.15
+"""Wave numbers to sum up to are tried this far apart."""
 
 
 @dataclass(frozen=True)
@@ -72,46 +76,39 @@ class SimplySupportedPlate:
         """
         omega = 2.0 * np.pi * frequency_hz
         self._refuse_resonance(frequency_hz)
-        orbits = orbits_of(loads, Mirrors(x=True, y=True).shared_with(x, y))
+        shared = Mirrors(x=True, y=True).shared_with(x, y)
+        orbits = orbits_of(loads, shared)
         # Along y too the products would be as many, and the putting together more.
-        grid = MirroredGrid(x, y, Mirrors(x=True, y=False))
-        radius = self._cutoff(omega, orbits.distinct, tolerance)
-        m = np.arange(1, int(radius * self.width / np.pi) + 1)
-        n = np.arange(1, int(radius * self.length / np.pi) + 1)
-        wave_x, wave_y = self._waves(m, n)
-        inside = wave_x[:, None] ** 2 + wave_y**2 <= radius**2
-        stiffness = self._omega_squared(m, n) * self._stiffness_factor
-        gain = np.where(inside, 1.0 / (stiffness - omega**2), 0.0)
-        norm = 4.0 / (self.width * self.length * self.areal_mass)
-        weights = np.array(
-            [norm * gain * self._participation(load, wave_x, wave_y) for load in orbits.distinct]
-        )
-        energies = np.sum(np.abs(weights) ** 2, axis=(1, 2))
-        error = np.sqrt(self._tail(radius, omega) / max(energies.min(), np.finfo(float).tiny))
-        # A lossless plate is all real; its sums cost half.
-        is_real = not np.iscomplexobj(weights)
-        columns = weights if is_real else np.concatenate((weights.real, weights.imag))
-        shape = (1 if is_real else 2, len(orbits.distinct), *grid.part_shape)
-        shares = self._shares(grid, columns)
-        values = grid.unfold({odd: own.reshape(shape) for odd, own in shares.items()}, orbits)
+        grid = MirroredGrid(x, y, Mirrors(x=shared.x, y=False))
+        radius, tail = self._cutoff(omega, orbits.distinct, tolerance)
+        weights, inside = self._weights(orbits.distinct, omega, radius)
+        error = np.sqrt(tail / max(_energies(weights).min(), np.finfo(float).tiny))
+        values = grid.unfold(self._shares(grid, orbits.distinct, weights), orbits)
         return Response(values, int(inside.sum()), float(error), frequency_hz)
 
-    def _shares(self, grid: MirroredGrid, columns: FloatArray) -> dict[Oddness, FloatArray]:
-        """Sums over the modes of each parity, on the grid's fundamental part.
+    def _shares(
+        self, grid: MirroredGrid, loads: Sequence[Load], weights: NDArray[Any]
+    ) -> Iterator[dict[Oddness, FloatArray]]:
+        """Sums over the modes of each parity on the grid's fundamental part, load by load.
 
-        `columns` has shape (columns, modes along x, modes along y). A sine with an odd number of
-        half waves is even about the plate's middle.
+        Shape (parts, *part_shape): one part where the weights, (loads, modes along x, along y), are
+        real, as on a plate without loss. A sine with an odd number of half waves is even about the
+        plate's middle, and a load there moves no other.
         """
-        _, count_x, count_y = columns.shape
-        shapes_x = _sines(np.pi * (grid.part_x / self.width + 0.5), count_x)
-        shapes_y = _sines(np.pi * (grid.part_y / self.length + 0.5), count_y)
-        shares: dict[Oddness, FloatArray] = {}
-        along_y = columns @ shapes_y
-        for odd_x, own_x in _by_parity(mirrored=grid.mirrors.x):
-            if own_x.start < count_x:
-                own = np.ascontiguousarray(along_y[:, own_x])
-                shares[odd_x, False] = np.ascontiguousarray(shapes_x[own_x].T) @ own
-        return shares
+        shapes_x = _sines(np.pi * (grid.part_x / self.width + 0.5), weights.shape[1])
+        shapes_y = _sines(np.pi * (grid.part_y / self.length + 0.5), weights.shape[2])
+        by_parity = [
+            (odd_x, own_x, np.ascontiguousarray(shapes_x[own_x].T))
+            for odd_x, own_x in _by_parity(mirrored=grid.mirrors.x)
+        ]
+        for load, own in zip(loads, weights, strict=True):
+            parts = np.stack((own.real, own.imag)) if np.iscomplexobj(own) else own[None]
+            along_y = parts @ shapes_y
+            yield {
+                (odd_x, False): shape_x @ along_y[:, own_x]
+                for odd_x, own_x, shape_x in by_parity
+                if not odd_x or load.x != 0.0
+            }
 
     def respond_over(
         self,
@@ -136,7 +133,7 @@ class SimplySupportedPlate:
         norm = 2.0 / np.sqrt(self.width * self.length * self.areal_mass)
         along_x = np.sin(np.outer(wave_x[m], x + self.width / 2.0))
         along_y = np.sin(np.outer(wave_y[n], y + self.length / 2.0))
-        work = np.array([self._participation(load, wave_x, wave_y)[m, n] for load in loads])
+        work = self._participations(loads, wave_x, wave_y)[:, m, n]
         return ModeShapes(
             np.sqrt(squares[m, n]) / (2.0 * np.pi),
             norm * along_x[:, :, None] * along_y[:, None, :],
@@ -200,14 +197,21 @@ class SimplySupportedPlate:
         wave = wave_x[:, None] ** 2 + wave_y**2
         return np.asarray(self.bending_stiffness / self.areal_mass * wave**2)
 
-    def _participation(self, load: Load, wave_x: FloatArray, wave_y: FloatArray) -> FloatArray:
-        """Mean of sin·sin over the load: the value at its centre times 2J₁(kR)/(kR) for a disc."""
-        at_x = np.sin(wave_x * (load.x + self.width / 2.0))
-        at_y = np.sin(wave_y * (load.y + self.length / 2.0))
-        result = np.outer(at_x, at_y)
-        if load.radius > 0.0:
-            k = np.hypot(wave_x[:, None], wave_y) * load.radius
-            result *= 2.0 * j1(k) / k
+    def _participations(
+        self, loads: Sequence[Load], wave_x: FloatArray, wave_y: FloatArray
+    ) -> FloatArray:
+        """Means of sin·sin over each load, shape (loads, modes along x, modes along y).
+
+        The value at its centre, times 2J₁(kR)/(kR) for a disc.
+        """
+        places = np.array([(load.x, load.y) for load in loads]).reshape(-1, 2, 1)
+        at_x = np.sin(wave_x * (places[:, 0] + self.width / 2.0))
+        at_y = np.sin(wave_y * (places[:, 1] + self.length / 2.0))
+        result = at_x[:, :, None] * at_y[:, None, :]
+        for i, load in enumerate(loads):
+            if load.radius > 0.0:
+                k = np.hypot(wave_x[:, None], wave_y) * load.radius
+                result[i] *= 2.0 * j1(k) / k
         return result
 
     def _refuse_resonance(self, frequency_hz: float) -> None:
@@ -222,23 +226,37 @@ class SimplySupportedPlate:
         if abs(modes[i, j] / frequency_hz - 1.0) < RESONANCE_BAND:
             raise ResonanceError(frequency_hz, float(modes[i, j]), f"({m[i]}, {n[j]})")
 
-    def _cutoff(self, omega: float, loads: Sequence[Load], tolerance: float) -> float:
-        """Wave number up to which modes are summed."""
-        free = (self.areal_mass / self.bending_stiffness) ** 0.25 * np.sqrt(omega)
-        radius = max(2.0 * free, 8.0 * np.pi / min(self.width, self.length))
-        limit = MAX_MODES_PER_SIDE * np.pi / self.length
-        norm = 4.0 / (self.width * self.length * self.areal_mass)
-        low = np.arange(1, 33)
-        wave_x, wave_y = self._waves(low, low)
-        stiffness = self._omega_squared(low, low) * self._stiffness_factor
-        energy = min(
-            float(np.sum(np.abs(norm * self._participation(load, wave_x, wave_y)
-                                / (stiffness - omega**2)) ** 2))
-            for load in loads
-        )  # fmt: skip
-        while radius < limit and self._tail(radius, omega) > tolerance**2 * energy:
-            radius *= 1.15
-        return float(min(radius, limit))
+    def _weights(
+        self, loads: Sequence[Load], omega: float, radius: float
+    ) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+        """What each mode's sines are summed with, and which modes are within the radius.
+
+        Both by (modes along x, along y), the first by load before that, and zero for other modes.
+        """
+        wave_x, wave_y = self._waves(
+            np.arange(1, int(radius * self.width / np.pi) + 1),
+            np.arange(1, int(radius * self.length / np.pi) + 1),
+        )
+        square = wave_x[:, None] ** 2 + wave_y**2
+        inside = square <= radius**2
+        stiffness = self.bending_stiffness * self._stiffness_factor * square**2
+        moving = stiffness - self.areal_mass * omega**2
+        norm = 4.0 / (self.width * self.length)
+        gain = np.where(inside, norm / moving, 0.0)
+        return gain * self._participations(loads, wave_x, wave_y), inside
+
+    def _cutoff(self, omega: float, loads: Sequence[Load], tolerance: float) -> tuple[float, float]:
+        """Wave number up to which modes are summed, and the bound on Σ|q|² beyond it."""
+        free = (self.areal_mass / self.bending_stiffness) ** 0.25 * math.sqrt(omega)
+        limit = MAX_MODES_PER_SIDE * math.pi / self.length
+        first = min(max(2.0 * free, 8.0 * math.pi / min(self.width, self.length)), limit)
+        # Below the first radius is most of the energy, and any part of it is on the safe side.
+        least = float(_energies(self._weights(loads, omega, first)[0]).min())
+        radius, tail = first, self._tail(first, omega)
+        while radius < limit and tail > tolerance**2 * least:
+            radius = min(radius * RADIUS_STEP, limit)
+            tail = self._tail(radius, omega)
+        return radius, tail
 
     def _tail(self, radius: float, omega: float) -> float:
         """Bound on Σ|q|² beyond a wave number, from sin² ≤ 1 and the mode density ab/π² · π/2 k dk.
@@ -248,15 +266,19 @@ class SimplySupportedPlate:
         limit inwards by one cell diagonal.
         """
         ratio = self.bending_stiffness / self.areal_mass
-        cell = np.pi * np.hypot(1.0 / self.width, 1.0 / self.length)
-        start = radius - cell
+        start = radius - math.pi * math.hypot(1.0 / self.width, 1.0 / self.length)
         free4 = omega**2 / ratio
         if start**4 <= 2.0 * free4:
-            return np.inf
+            return math.inf
         norm = 4.0 / (self.width * self.length * self.areal_mass)
         scale = norm / (ratio * (1.0 - free4 / start**4))
-        density = self.width * self.length / (2.0 * np.pi)
-        return float(scale**2 * density * start**-6 / 6.0)
+        density = self.width * self.length / (2.0 * math.pi)
+        return scale**2 * density * start**-6 / 6.0
+
+
+def _energies(weights: NDArray[Any]) -> FloatArray:
+    """Σ|q|² over the modes, per load."""
+    return np.asarray(np.sum((weights * weights.conj()).real, axis=(1, 2)))
 
 
 def _sines(angles: FloatArray, count: int) -> FloatArray:

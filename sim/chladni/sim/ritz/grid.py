@@ -23,7 +23,7 @@ class GridTable:
     def __init__(self, basis: Basis, mirrors: Mirrors, x: FloatArray, y: FloatArray) -> None:
         self.x, self.y = x, y
         self._basis = basis
-        self.grid = MirroredGrid(x, y, mirrors)
+        self.grid = MirroredGrid(x, y, mirrors.shared_with(x, y))
         part_x, part_y = self.grid.part_x, self.grid.part_y
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)

@@ -65,7 +65,11 @@ class Image:
 
     def unfold(self, orbits: Orbits) -> ComplexArray:
         """The fields of every load on the whole grid, shape (loads, nx, ny)."""
-        values = self._table.grid.unfold(self._shares, orbits)
+        by_load = (
+            {odd: share[:, k] for odd, share in self._shares.items()}
+            for k in range(len(orbits.distinct))
+        )
+        values = self._table.grid.unfold(by_load, orbits)
         if self._own_field is not None:
             for load, (k, (sx, sy)) in enumerate(orbits.images):
                 values[load] += self._own_field[k, :: int(sx), :: int(sy)]
