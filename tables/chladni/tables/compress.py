@@ -163,8 +163,7 @@ def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
     model = _Model(trial)
     for shifts in SHIFTS:
         options, bits = [], []
-        for shift in shifts:
-            found = model.candidates(prediction, shift)
+        for shift, found in zip(shifts, model.candidates(prediction, shifts), strict=True):
             options.append(prediction + (found << shift))
             bits.append(rates.bits(found, shift)[0])
         for values in model.shortlist(np.concatenate(options), np.concatenate(bits)):
@@ -202,6 +201,7 @@ class _Trial:
             meeting.share * (entry.drive @ meeting.mix + meeting.exact) for meeting in meetings
         ]
         self._best: dict[tuple[int, bool], float] = {}
+        self._order = list(range(len(meetings)))
 
     def suits(self, values: IntArray) -> bool:
         """Whether the integers keep to the limits, here and half-way to what is stored."""
@@ -224,17 +224,20 @@ class _Trial:
         """Whether the limits hold between regions: coarsely and somewhat wider first, then fine."""
         space = self.scene.space
         most = BETWEEN_MARGIN * self.limits.ssim + (0.0 if fine else COARSE_SLACK)
-        for k, (meeting, exact) in enumerate(zip(self._meetings, self._wanted, strict=True)):
+        for k in self._order:
+            meeting, exact = self._meetings[k], self._wanted[k]
             objective = meeting.ssim[fine]
             if (k, fine) not in self._best:
                 self._best[k, fine] = space.value(objective, exact)
             decoded = meeting.share * (drive @ meeting.mix + meeting.decoded)
-            if self._best[k, fine] - space.value(objective, decoded) > most:
-                return False
-            if fine:
-                continue
-            fields = np.abs(decoded @ self.sparse), np.abs(exact @ self.sparse)
-            if _error_db(*fields) > self._most_db:
+            suits = self._best[k, fine] - space.value(objective, decoded) <= most
+            if suits and not fine:
+                fields = np.abs(decoded @ self.sparse), np.abs(exact @ self.sparse)
+                suits = _error_db(*fields) <= self._most_db
+            if not suits:
+                # What was too much once will soon be again.
+                self._order.remove(k)
+                self._order.insert(0, k)
                 return False
         return True
 
@@ -275,17 +278,21 @@ class _Model:
         )
         self._weight = self._sparse @ self._sparse.conj().T
 
-    def candidates(self, prediction: IntArray, shift: int) -> IntArray:
-        """Steps of 2^shift from the prediction, one set per target and weight of the bits."""
+    def candidates(self, prediction: IntArray, shifts: Sequence[int]) -> list[IntArray]:
+        """Steps from the prediction, for each width of 2^shift: a set per target and bits' weight.
+
+        Standing still is the first of each.
+        """
         levels = LOUDEST * 10.0 ** (np.array(LEVELS_DB) / 20.0)
         wanted = (levels[:, None, None] * PHASES[:, None] * self._drive).reshape(
             -1, self._drive.size
         )
-        targets = (_alternating(wanted) - prediction) / (1 << shift)
-        metric = self._metric * ((1 << shift) / FULL_SCALE) ** 2
-        sets = [np.zeros((1, prediction.size))]
-        sets += [_nearest_planes(metric, targets, weight) for weight in BIT_WEIGHTS]
-        return np.unique(np.concatenate(sets), axis=0).astype(np.int64)
+        widths = np.exp2(shifts)[:, None, None]
+        targets = (_alternating(wanted) - prediction) / widths
+        metrics = self._metric * (widths / FULL_SCALE) ** 2
+        near = _nearest_planes(metrics, targets, np.array(BIT_WEIGHTS)).astype(np.int64)
+        still = np.zeros((1, prediction.size), dtype=np.int64)
+        return [_distinct(np.concatenate((still, found))) for found in near]
 
     def shortlist(self, options: IntArray, bits: IntArray) -> IntArray:
         """The cheapest options that the model lets pass."""
@@ -295,7 +302,7 @@ class _Model:
         # The common phase is free: turned back, the rest of a difference is what counts.
         turn = np.angle(drives @ (self._weight @ self._drive.conj()))
         away = _alternating(drives * np.exp(-1j * turn)[:, None] - self._drive)
-        loss = 0.5 * np.einsum("ki,ij,kj->k", away, self._curvature, away) - away @ self._slope
+        loss = 0.5 * np.sum(away @ self._curvature * away, axis=1) - away @ self._slope
         promising = np.flatnonzero(loss < 1.5 * self._ssim)
         order = promising[np.lexsort((loss[promising], bits[promising]))]
         chosen: list[int] = []
@@ -308,21 +315,42 @@ class _Model:
         return options[chosen[:TRIES]]
 
 
-def _nearest_planes(metric: FloatArray, targets: FloatArray, weight: float) -> FloatArray:
-    """Whole numbers near targets in a metric, drawn to zero by `weight`; one row per target."""
-    size = len(metric)
-    total = metric + (weight + 1e-6) * np.eye(size)
-    centres = np.linalg.solve(total, metric @ targets.T).T
+def _nearest_planes(metrics: FloatArray, targets: FloatArray, weights: FloatArray) -> FloatArray:
+    """Whole numbers near targets in metrics, drawn to zero by weights.
+
+    Parameters
+    ----------
+    metrics
+        Shape (metrics, size, size), multiples of one another.
+    targets
+        Shape (metrics, targets, size).
+
+    Returns
+    -------
+    FloatArray
+        Shape (metrics, weights · targets, size).
+    """
+    size = metrics.shape[-1]
+    totals = metrics[:, None] + (weights[:, None, None] + 1e-6) * np.eye(size)
+    pulls = metrics @ np.swapaxes(targets, 1, 2)
+    centres = np.swapaxes(np.linalg.solve(totals, pulls[:, None]), 2, 3)
     # The best determined coordinates are rounded last, when they can still make up for the others.
-    order = np.argsort(-np.diag(total), kind="stable")
-    root = np.linalg.cholesky(total[np.ix_(order, order)]).T
-    wanted, rounded = centres[:, order], np.empty_like(centres)
+    order = np.argsort(-np.diag(metrics[0]), kind="stable")
+    roots = np.swapaxes(np.linalg.cholesky(totals[..., order[:, None], order]), 2, 3)
+    wanted, rounded = centres[..., order], np.empty_like(centres)
     for k in range(size - 1, -1, -1):
-        rest = (wanted[:, k + 1 :] - rounded[:, k + 1 :]) @ root[k, k + 1 :]
-        rounded[:, k] = np.rint(wanted[:, k] + rest / root[k, k])
+        left = wanted[..., k + 1 :] - rounded[..., k + 1 :]
+        rest = (left @ roots[..., k, k + 1 :, None])[..., 0]
+        rounded[..., k] = np.rint(wanted[..., k] + rest / roots[..., k, k, None])
     result = np.empty_like(rounded)
-    result[:, order] = rounded
-    return result
+    result[..., order] = rounded
+    return result.reshape(len(metrics), -1, size)
+
+
+def _distinct(rows: IntArray) -> IntArray:
+    """Every row once, in the order in which they first appear."""
+    seen = dict.fromkeys(map(bytes, np.ascontiguousarray(rows)))
+    return np.frombuffer(b"".join(seen), dtype=rows.dtype).reshape(-1, rows.shape[1])
 
 
 def _sample(scene: Scene, step: int) -> ComplexArray:
