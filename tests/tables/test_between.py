@@ -17,7 +17,7 @@ from chladni.tables.compress import LossLimits
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
-from chladni.tables.halfway import Halfway
+from chladni.tables.halfway import Halfway, own_places
 from chladni.tables.lookup import lookup
 from chladni.tables.meetings import Coded, Meeting
 from chladni.tables.played import FirmwareReader
@@ -117,13 +117,15 @@ def test_interpolated_fields_stand_for_the_points_own(prototype: Board) -> None:
     entries = [
         Entry(np.zeros(5, np.complex128), Wanted.of(p), 0.0) for p in scene.problems(targets)
     ]
-    halfway = Halfway(scene, entries, grid, folding)
+    places = own_places(board, grid, folding)
+    own = zip(places, scene.problems(list(places.values())), strict=True)
+    halfway = Halfway(scene, entries, {k: Wanted.of(p) for k, p in own}, grid, folding)
     columns, rows = folding.shape(grid)
     points = [(i, j) for i in range(-1, 2 * columns) for j in range(-1, 2 * rows)][::4]
     half = np.array([grid.width_um, grid.length_um]) / 2000.0
-    places = [tuple(np.clip(grid.halfway_mm(*p), -half, half).tolist()) for p in points]
+    targets = [tuple(np.clip(grid.halfway_mm(*p), -half, half).tolist()) for p in points]
     apart = []
-    for point, problem in zip(points, scene.problems(places), strict=True):
+    for point, problem in zip(points, scene.problems(targets), strict=True):
         for own, used in zip(Wanted.of(problem).fields, halfway._fields(point), strict=True):
             apart.append(np.linalg.norm(used - own) / np.linalg.norm(own))
     assert np.median(apart) < 0.003

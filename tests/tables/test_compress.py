@@ -17,7 +17,7 @@ from chladni.tables.compress import LIMITS, LOUDEST, Losses, LossLimits, compres
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
-from chladni.tables.halfway import Halfway
+from chladni.tables.halfway import Halfway, own_places
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -43,7 +43,10 @@ class Case:
             Entry(drive, Wanted.of(p), self.ssim(p, drive))
             for drive, p in zip(self.arranged.drives, self.problems, strict=True)
         ]
-        self.halfway = Halfway(self.scene, self.entries, GRID, UNFOLDED)
+        places = own_places(board, GRID, UNFOLDED)
+        own = zip(places, self.scene.problems(list(places.values())), strict=True)
+        wanted = {place: Wanted.of(problem) for place, problem in own}
+        self.halfway = Halfway(self.scene, self.entries, wanted, GRID, UNFOLDED)
 
     def ssim(self, problem: Problem, drive: np.ndarray) -> float:
         """By scikit-image."""

@@ -8,13 +8,14 @@ regions are wide, each point's own is solved.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.board import Board
 from chladni.sim.metrics import image_of
 from chladni.tables import _kernel
 from chladni.tables.entry import COARSE_STEP, FINE_STEP, Entry, Wanted
@@ -38,8 +39,10 @@ KEPT = 512
 
 Place = tuple[int, int]
 """Along x and y in half regions from the first region's centre."""
+Target = tuple[float, float]
 Fields = list[NDArray[np.complex64]]
 """What a place wants, coarse and fine."""
+Lines = tuple[list[int], list[int]]
 
 
 class Halfway:
@@ -49,6 +52,8 @@ class Halfway:
     ----------
     entries
         Of the stored regions.
+    own
+        What the `own_places` want.
 
     Attributes
     ----------
@@ -57,9 +62,10 @@ class Halfway:
     """
 
     def __init__(
-        self, scene: Scene, entries: Sequence[Entry], grid: RegionGrid, folding: Folding
-    ) -> None:
-        self._space, self._grid = scene.space, grid
+        self, scene: Scene, entries: Sequence[Entry], own: Mapping[Place, Wanted],
+        grid: RegionGrid, folding: Folding,
+    ) -> None:  # fmt: skip
+        self._space = scene.space
         self._mirrored = folding.x is not None, folding.y is not None
         self._counts = grid.columns, grid.rows
         self.objectives = lru_cache(KEPT)(self._make)
@@ -68,12 +74,7 @@ class Halfway:
             (2 * (k % columns), 2 * (k // columns)): list(entry.wanted.fields)
             for k, entry in enumerate(entries)
         }
-        own = self._on_edge() + self._not_interpolated(scene)
-        half = np.array([grid.width_um, grid.length_um]) / 2000.0
-        # On the edge, whatever rounding says.
-        targets = [tuple(np.clip(grid.halfway_mm(*place), -half, half).tolist()) for place in own]
-        for place, problem in zip(own, scene.problems(targets), strict=True):
-            self._known[place] = list(Wanted.of(problem).fields)
+        self._known |= {place: list(wanted.fields) for place, wanted in own.items()}
 
     def _make(self, half_column: int, half_row: int) -> Objectives:
         """Of a point."""
@@ -90,15 +91,15 @@ class Halfway:
         known = self._find(place)
         if known is not None:
             return known
-        around = [
-            (share * other, self._find((i, j)))
-            for i, share in _around(place[0], self._counts[0])
-            for j, other in _around(place[1], self._counts[1])
-        ]
-        return [
-            np.sum([share * own[k] for share, own in around if own is not None], axis=0)
-            for k in (0, 1)
-        ]
+        total: Fields = []
+        for i, share in _around(place[0], self._counts[0]):
+            for j, other in _around(place[1], self._counts[1]):
+                own = self._find((i, j))
+                if own is None:
+                    raise KeyError((i, j))
+                parts = [field * np.float32(share * other) for field in own]
+                total = [a + b for a, b in zip(total, parts, strict=True)] if total else parts
+        return total
 
     def _find(self, place: Place) -> Fields | None:
         """What is known of a place, or of its mirror image, turned over."""
@@ -115,37 +116,53 @@ class Halfway:
         )
         return [field[turned] for field in fields]
 
-    def _lines(self, axis: int) -> tuple[list[int], list[int]]:
-        """Where along an axis the stored part has its points, and which of them are on the edge."""
-        count = self._counts[axis]
-        last = count - 1 if self._mirrored[axis] else 2 * count - 1
-        return list(range(-1, last + 1)), [at for at in (-1, 2 * count - 1) if at <= last]
 
-    def _on_edge(self) -> list[Place]:
-        """Points of the stored part's edge, beside every region and at the corners."""
-        (along_x, edges_x), (along_y, edges_y) = self._lines(0), self._lines(1)
-        return [
-            (i, j)
-            for i in along_x
-            for j in along_y
-            if (i in edges_x or i % 2 == 0) and (j in edges_y or j % 2 == 0)
-            and (i in edges_x or j in edges_y)
-        ]  # fmt: skip
+def own_places(board: Board, grid: RegionGrid, folding: Folding) -> dict[Place, Target]:
+    """Places between regions whose fields are not interpolated, and where they are, mm."""
+    lines_x, lines_y = _lines(grid.columns, folding.x), _lines(grid.rows, folding.y)
+    places = _on_edge(lines_x, lines_y) + _not_interpolated(board, grid, lines_x[0], lines_y[0])
+    # On the edge, whatever rounding says.
+    half = np.array([grid.width_um, grid.length_um]) / 2000.0
+    targets: dict[Place, Target] = {}
+    for place in places:
+        x_mm, y_mm = np.clip(grid.halfway_mm(*place), -half, half).tolist()
+        targets[place] = x_mm, y_mm
+    return targets
 
-    def _not_interpolated(self, scene: Scene) -> list[Place]:
-        """Points of the stored part between regions whose fields are their own."""
-        board = scene.board
-        reach = NEAR if max(self._grid.pitch_mm) <= WIDEST_MM else np.inf
-        supports = np.array(
-            [screw.at for screw in board.screws] + [pin.at for pin in board.pins]
-        ).reshape(-1, 2)
-        found = []
-        for place in product(self._lines(0)[0], self._lines(1)[0]):
-            at = np.array(self._grid.halfway_mm(*place))
-            apart = np.linalg.norm((at - supports * 1e3) / self._grid.pitch_mm, axis=1)
-            if apart.min(initial=np.inf) <= reach and (place[0] % 2 or place[1] % 2):
-                found.append(place)
-        return found
+
+def _lines(count: int, mirror: object) -> Lines:
+    """Where along an axis the stored part has its points, and which of them are on the edge."""
+    last = count - 1 if mirror is not None else 2 * count - 1
+    return list(range(-1, last + 1)), [at for at in (-1, 2 * count - 1) if at <= last]
+
+
+def _on_edge(lines_x: Lines, lines_y: Lines) -> list[Place]:
+    """Points of the stored part's edge, beside every region and at the corners."""
+    (along_x, edges_x), (along_y, edges_y) = lines_x, lines_y
+    return [
+        (i, j)
+        for i in along_x
+        for j in along_y
+        if (i in edges_x or i % 2 == 0) and (j in edges_y or j % 2 == 0)
+        and (i in edges_x or j in edges_y)
+    ]  # fmt: skip
+
+
+def _not_interpolated(
+    board: Board, grid: RegionGrid, along_x: list[int], along_y: list[int]
+) -> list[Place]:
+    """Points of the stored part that are near supports, or all of them if regions are wide."""
+    reach = NEAR if max(grid.pitch_mm) <= WIDEST_MM else np.inf
+    supports = np.array(
+        [screw.at for screw in board.screws] + [pin.at for pin in board.pins]
+    ).reshape(-1, 2)
+    found = []
+    for place in product(along_x, along_y):
+        at = np.array(grid.halfway_mm(*place))
+        apart = np.linalg.norm((at - supports * 1e3) / grid.pitch_mm, axis=1)
+        if apart.min(initial=np.inf) <= reach and (place[0] % 2 or place[1] % 2):
+            found.append(place)
+    return found
 
 
 def _around(at: int, count: int) -> list[tuple[int, float]]:

@@ -68,6 +68,8 @@ class SearchSpace:
         self._to_drive = (root / strength)[:, None] * left[:, kept].conj().T
         self._from_drive = left[:, kept] * strength / root
         self.values = np.asarray((root * planes[kept]).reshape(-1, nx, ny))
+        flat = self.values.reshape(len(self.values), -1)
+        self._gram = flat.conj() @ flat.T
         self.levels = [
             self._level(step) for step in LEVELS if step == 1 or min(nx, ny) // step >= 2 * WINDOW
         ]
@@ -149,19 +151,23 @@ class SearchSpace:
 
     def _forms(self, disc: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Mean |W|² in the disc and on the rest as real forms of (Re z, Im z)."""
-        result = []
-        for mask in (disc, ~disc):
-            values = self.values[:, mask]
-            gram = values.conj() @ values.T / max(int(mask.sum()), 1)
-            # z̄ᵀ gram z with z = a + ib, gram Hermitian
-            result.append(np.block([[gram.real, -gram.imag], [gram.imag, gram.real]]))
-        return result[0], result[1]
+        values, points = self.values[:, disc], disc.size
+        inside = values.conj() @ values.T
+        return (
+            _real_form(inside / max(len(values.T), 1)),
+            _real_form((self._gram - inside) / max(points - len(values.T), 1)),
+        )
 
     def _level(self, step: int) -> Level:
         index_x, index_y = (every(step, size) for size in self.values.shape[1:])
         values = self.values[:, index_x][:, :, index_y]
         planes = np.stack((values.real, values.imag), axis=1).astype(np.float32)
         return Level(step, index_x, index_y, _kernel.Fields(np.ascontiguousarray(planes)))
+
+
+def _real_form(gram: ComplexArray) -> FloatArray:
+    """z̄ᵀ gram z, gram Hermitian, as a form of (Re z, Im z)."""
+    return np.block([[gram.real, -gram.imag], [gram.imag, gram.real]])
 
 
 def in_phase(numbers: ComplexArray) -> ComplexArray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from functools import partial as partial_function
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_db
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
-from chladni.tables.halfway import Halfway
+from chladni.tables.halfway import Halfway, own_places
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -61,12 +60,15 @@ class Work:
         """Solve and arrange."""
         scene = scene_of(board)
         targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
+        others = own_places(board, grid, folding)
         key = {
             "board": f"{board.fingerprint():#018x}", "objective": options.objective,
             "seed": options.seed, "version": version("chladni"),
         }  # fmt: skip
         with Checkpoint(partial, key) as checkpoint:
-            solved = _solve(scene, targets, options, checkpoint, jobs)
+            solved, wanted = _solve(
+                scene, targets, list(others.values()), options, checkpoint, jobs
+            )
             columns, _ = folding.shape(grid)
             drives = smoothest(scene, solved, columns, options.objective, jobs=jobs)
         arranged = arrange(scene.space, grid, folding, np.array(drives))
@@ -74,7 +76,8 @@ class Work:
             replace(region, drive=drive)
             for drive, region in zip(arranged.drives, solved, strict=True)
         ]
-        halfway = Halfway(scene, entries, grid, folding)
+        own = {place: wanted[at] for place, at in others.items()}
+        halfway = Halfway(scene, entries, own, grid, folding)
         return cls(board, scene, grid, folding, options.objective, arranged, entries, halfway, jobs)
 
     def section(self, limits: LossLimits) -> Section:
@@ -163,38 +166,42 @@ def _between(grid: RegionGrid, folding: Folding) -> list[tuple[int, int]]:
 
 
 def _solve(
-    scene: Scene, targets: Sequence[Target], options: Options, checkpoint: Checkpoint,
-    jobs: int | None,
-) -> list[Entry]:  # fmt: skip
-    """Every target's drive, and what it was meant to do."""
-    problems: dict[Target, Wanted] = {}
-    work = partial_function(_solve_region, options=options, problems=problems)
+    scene: Scene, targets: Sequence[Target], others: Sequence[Target], options: Options,
+    checkpoint: Checkpoint, jobs: int | None,
+) -> tuple[list[Entry], dict[Target, Wanted]]:  # fmt: skip
+    """Every target's drive and what it is meant to do, and what each place wants, others' too."""
+    wanted: dict[Target, Wanted] = {}
+    solved = set(targets)
+
+    def work(problem: Problem) -> Result:
+        wanted[problem.target_mm] = Wanted.of(problem)
+        return _best_drive(problem, options) if problem.target_mm in solved else {}
+
+    # The others come last: making their fields takes the time in which drives are searched.
+    places = [*targets, *others]
     results = []
-    for result in over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint):
+    for result in over_targets(scene, places, work, jobs=jobs, checkpoint=checkpoint):
         results.append(result)
-        if options.progress:
+        if options.progress and len(results) <= len(targets):
             options.progress(len(results), len(targets))
-    # What an earlier run had finished came without its image.
-    for problem in scene.problems([target for target in targets if target not in problems]):
-        problems[problem.target_mm] = Wanted.of(problem)
-    return [
-        Entry(
-            np.array([complex(*parts) for parts in result["drive"]]), problems[at], result["ssim"]
-        )
-        for result, at in zip(results, targets, strict=True)
-    ]  # fmt: skip
+    # What an earlier run had finished came without its image. By whole groups again, for the bits.
+    for group in scene.groups(places):
+        if any(place not in wanted for place in group):
+            wanted |= {problem.target_mm: Wanted.of(problem) for problem in scene.problems(group)}
+    entries = [
+        Entry(np.array([complex(*parts) for parts in result["drive"]]), wanted[at], result["ssim"])
+        for result, at in zip(results, targets, strict=False)
+    ]
+    return entries, wanted
 
 
-def _solve_region(
-    problem: Problem, options: Options, problems: dict[Target, Wanted],
-) -> Result:  # fmt: skip
-    """One region's drive in units of the largest gain, and its SSIM; leaves its target image."""
+def _best_drive(problem: Problem, options: Options) -> Result:
+    """A drive in units of the largest gain, and its SSIM."""
     drive = tie_break(problem, phasor(problem, options).drive)
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive
     space = problem.scene.space
     ssim = space.objective(space.levels[-1], problem.image)
-    problems[problem.target_mm] = Wanted.of(problem)
     return {
         "drive": [[float(c.real), float(c.imag)] for c in drive],
         "ssim": space.value(ssim, drive),
