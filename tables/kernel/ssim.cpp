@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
 
 // Wide vectors where the processor has them; the compiler writes both versions.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__)
@@ -58,7 +61,7 @@ void compose_block(const Fields& fields, const double* drive, std::size_t first,
 CHLADNI_VECTORISED
 void project_row(const Fields& fields, std::size_t first, std::size_t count,
                  const float* __restrict real, const float* __restrict imaginary,
-                 const float* __restrict weight, double* gradient) {
+                 const float* __restrict weight, double scale, double* gradient) {
   for (std::size_t k = 0; k < fields.count(); ++k) {
     const float* __restrict re = fields.real(k) + first;
     const float* __restrict im = fields.imaginary(k) + first;
@@ -67,32 +70,104 @@ void project_row(const Fields& fields, std::size_t first, std::size_t count,
       along += weight[p] * (real[p] * re[p] + imaginary[p] * im[p]);
       across += weight[p] * (imaginary[p] * re[p] - real[p] * im[p]);
     }
-    gradient[k] += static_cast<double>(along);
-    gradient[fields.count() + k] += static_cast<double>(across);
+    gradient[k] += scale * static_cast<double>(along);
+    gradient[fields.count() + k] += scale * static_cast<double>(across);
   }
 }
 
-// One row of windows: the sum of their SSIM, and its derivatives by mean, variance, covariance.
+struct Extremes {
+  float low, high;
+};
+
+// Bits of floats that are not negative rise as they do, and those of NaN stand above all: whole
+// numbers the compiler may compare many at a time.
+CHLADNI_VECTORISED
+Extremes extremes(const float* __restrict values, std::size_t count) {
+  std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = 0;
+  for (std::size_t j = 0; j < count; ++j) {
+    std::int32_t bits;
+    std::memcpy(&bits, values + j, sizeof bits);
+    low = std::min(low, bits);
+    high = std::max(high, bits);
+  }
+  Extremes result;
+  std::memcpy(&result.low, &low, sizeof low);
+  std::memcpy(&result.high, &high, sizeof high);
+  return result;
+}
+
+CHLADNI_VECTORISED
+void normalise(const float* __restrict magnitude, double* __restrict image, double bottom,
+               double scale, std::size_t count) {
+  if (!(scale > 0.0)) {
+    std::fill_n(image, count, 0.0);
+    return;
+  }
+  for (std::size_t j = 0; j < count; ++j) {
+    image[j] = (static_cast<double>(magnitude[j]) - bottom) * scale;
+  }
+}
+
+// Column sums of x, x^2 and x t with a new row in and the oldest out.
+CHLADNI_VECTORISED
+void take_in(const double* __restrict image, const double* __restrict target,
+             double* __restrict kept, double* __restrict sums, std::size_t count) {
+  for (std::size_t j = 0; j < count; ++j) {
+    const double value = image[j], square = value * value, product = value * target[j];
+    sums[j] += value - kept[j];
+    sums[count + j] += square - kept[count + j];
+    sums[2 * count + j] += product - kept[2 * count + j];
+    kept[j] = value;
+    kept[count + j] = square;
+    kept[2 * count + j] = product;
+  }
+}
+
+// One window: its SSIM, and its derivatives by mean, variance and covariance.
+struct Window {
+  double ssim, by_mean, by_variance, by_covariance;
+};
+
+inline Window window_at(double x, double square, double product, double y, double variance_y) {
+  const double variance = kSample * (square - x * x);
+  const double covariance = kSample * (product - x * y);
+  const double a1 = 2.0 * x * y + kC1, a2 = 2.0 * covariance + kC2;
+  const double b1 = x * x + y * y + kC1, b2 = variance + variance_y + kC2;
+  const double below = 1.0 / (b1 * b2);
+  const double s = a1 * a2 * below;
+  const double v = -s * b1 * below, c = 2.0 * a1 * below;
+  return {s, 2.0 * y * a2 * below - 2.0 * x * s * (b2 * below) - kSample * (c * y + 2.0 * v * x), v,
+          c};
+}
+
+// The sum of one row of windows' SSIM.
+CHLADNI_VECTORISED
+double similarity(const double* __restrict sums, const double* __restrict target_mean,
+                  const double* __restrict target_variance, std::size_t count) {
+  double total = 0.0;
+  for (std::size_t j = 0; j < count; ++j) {
+    total += window_at(sums[j] / kSamples, sums[count + j] / kSamples,
+                       sums[2 * count + j] / kSamples, target_mean[j], target_variance[j])
+                 .ssim;
+  }
+  return total;
+}
+
+// The same, with every window's derivatives.
 CHLADNI_VECTORISED
 double similarity(const double* __restrict sums, const double* __restrict target_mean,
                   const double* __restrict target_variance, double* __restrict by_mean,
                   double* __restrict by_variance, double* __restrict by_covariance,
-                  std::size_t count, std::size_t stride) {
+                  std::size_t count) {
   double total = 0.0;
   for (std::size_t j = 0; j < count; ++j) {
-    const double x = sums[j] / kSamples, y = target_mean[j];
-    const double variance = kSample * (sums[stride + j] / kSamples - x * x);
-    const double covariance = kSample * (sums[2 * stride + j] / kSamples - x * y);
-    const double a1 = 2.0 * x * y + kC1, a2 = 2.0 * covariance + kC2;
-    const double b1 = x * x + y * y + kC1, b2 = variance + target_variance[j] + kC2;
-    const double below = 1.0 / (b1 * b2);
-    const double s = a1 * a2 * below;
-    const double v = -s * b1 * below, c = 2.0 * a1 * below;
-    total += s;
-    by_variance[j] = v;
-    by_covariance[j] = c;
-    by_mean[j] =
-        2.0 * y * a2 * below - 2.0 * x * s * (b2 * below) - kSample * (c * y + 2.0 * v * x);
+    const Window window =
+        window_at(sums[j] / kSamples, sums[count + j] / kSamples, sums[2 * count + j] / kSamples,
+                  target_mean[j], target_variance[j]);
+    total += window.ssim;
+    by_mean[j] = window.by_mean;
+    by_variance[j] = window.by_variance;
+    by_covariance[j] = window.by_covariance;
   }
   return total;
 }
@@ -154,6 +229,9 @@ Ssim::Ssim(std::shared_ptr<const Fields> fields, const double* target)
   rows_.resize(3 * kWindow * ny);
   spread_.resize(3 * kWindow * ny);
   spread_sums_.resize(3 * ny);
+  sums_.resize(3 * count);
+  padded_.resize(3 * (count + 2 * kPad));
+  spread_row_.resize(3 * ny);
 }
 
 double Ssim::evaluate(const double* drive, double* gradient) {
@@ -173,12 +251,10 @@ void Ssim::compose(const double* drive) {
 }
 
 Ssim::Range Ssim::range() const {
-  const auto [low, high] = std::minmax_element(magnitude_.begin(), magnitude_.end());
-  const double bottom = static_cast<double>(*low), top = static_cast<double>(*high);
+  const Extremes found = extremes(magnitude_.data(), magnitude_.size());
+  const double bottom = static_cast<double>(found.low), top = static_cast<double>(found.high);
   // A constant image normalises to zeros, as the metrics have it; so does one that is not finite.
-  const double span = top - bottom > kFlat * top ? top - bottom : 0.0;
-  return {static_cast<std::size_t>(low - magnitude_.begin()),
-          static_cast<std::size_t>(high - magnitude_.begin()), bottom, span};
+  return {found.low, found.high, bottom, top - bottom > kFlat * top ? top - bottom : 0.0};
 }
 
 double Ssim::windows(const Range& range, double* gradient) {
@@ -202,57 +278,42 @@ double Ssim::windows(const Range& range, double* gradient) {
   }
   if (with_gradient) {
     // x = (m - min) / (max - min) also moves with its extreme points.
-    point_gradient(range.low, (slope_by_image_ - slope_sum_) / range.span, gradient);
-    point_gradient(range.high, -slope_by_image_ / range.span, gradient);
+    const auto low = std::find(magnitude_.begin(), magnitude_.end(), range.low);
+    const auto high = std::find(magnitude_.begin(), magnitude_.end(), range.high);
+    point_gradient(static_cast<std::size_t>(low - magnitude_.begin()),
+                   (slope_by_image_ - slope_sum_) / range.span, gradient);
+    point_gradient(static_cast<std::size_t>(high - magnitude_.begin()),
+                   -slope_by_image_ / range.span, gradient);
   }
   return total / static_cast<double>(window_rows * (ny - kPad));
 }
 
 void Ssim::add_row(std::size_t row, const Range& range) {
   const std::size_t ny = fields_->ny();
-  double* image = image_.data() + row * ny;
-  const float* magnitude = magnitude_.data() + row * ny;
-  const double* target = target_.data() + row * ny;
-  double* kept = rows_.data() + 3 * (row % kWindow) * ny;
-  const double scale = range.span > 0.0 ? 1.0 / range.span : 0.0;
-  for (std::size_t j = 0; j < ny; ++j) {
-    const double value =
-        scale > 0.0 ? (static_cast<double>(magnitude[j]) - range.bottom) * scale : 0.0;
-    const double square = value * value, product = value * target[j];
-    image[j] = value;
-    column_sums_[j] += value - kept[j];
-    column_sums_[ny + j] += square - kept[ny + j];
-    column_sums_[2 * ny + j] += product - kept[2 * ny + j];
-    kept[j] = value;
-    kept[ny + j] = square;
-    kept[2 * ny + j] = product;
-  }
+  normalise(magnitude_.data() + row * ny, image_.data() + row * ny, range.bottom,
+            range.span > 0.0 ? 1.0 / range.span : 0.0, ny);
+  take_in(image_.data() + row * ny, target_.data() + row * ny,
+          rows_.data() + 3 * (row % kWindow) * ny, column_sums_.data(), ny);
 }
 
 double Ssim::window_row(std::size_t row, bool with_gradient) {
   const std::size_t ny = fields_->ny(), count = ny - kPad;
-  // Windows stand at 6 ... ny - 1 of a row padded with zeros, ready to be spread.
-  thread_local std::vector<double> sums, padded;
-  sums.assign(3 * count, 0.0);
-  padded.assign(3 * (count + 2 * kPad), 0.0);
   for (std::size_t k = 0; k < 3; ++k) {
-    sum_of_seven(column_sums_.data() + k * ny, sums.data() + k * count, count);
+    sum_of_seven(column_sums_.data() + k * ny, sums_.data() + k * count, count);
   }
+  const double* mean = target_mean_.data() + row * count;
+  const double* variance = target_variance_.data() + row * count;
+  if (!with_gradient) return similarity(sums_.data(), mean, variance, count);
   const std::size_t stride = count + 2 * kPad;
   const double total =
-      similarity(sums.data(), target_mean_.data() + row * count,
-                 target_variance_.data() + row * count, padded.data() + kPad,
-                 padded.data() + stride + kPad, padded.data() + 2 * stride + kPad, count, count);
-  if (with_gradient) {
-    thread_local std::vector<double> spread;
-    spread.resize(3 * ny);
-    for (std::size_t k = 0; k < 3; ++k) {
-      sum_of_seven(padded.data() + k * stride, spread.data() + k * ny, ny);
-    }
-    double* kept = spread_.data() + 3 * (row % kWindow) * ny;
-    slide(spread_sums_.data(), spread.data(), kept, 3 * ny);
-    std::copy(spread.begin(), spread.end(), kept);
+      similarity(sums_.data(), mean, variance, padded_.data() + kPad,
+                 padded_.data() + stride + kPad, padded_.data() + 2 * stride + kPad, count);
+  for (std::size_t k = 0; k < 3; ++k) {
+    sum_of_seven(padded_.data() + k * stride, spread_row_.data() + k * ny, ny);
   }
+  double* kept = spread_.data() + 3 * (row % kWindow) * ny;
+  slide(spread_sums_.data(), spread_row_.data(), kept, 3 * ny);
+  std::copy(spread_row_.begin(), spread_row_.end(), kept);
   return total;
 }
 
@@ -272,11 +333,8 @@ void Ssim::image_row(std::size_t row, const Range& range, double* gradient) {
   slopes(spread_sums_.data(), image_.data() + first, target_.data() + first,
          magnitude_.data() + first, weight_.data(), 1.0 / (kSamples * windows), ny, ny, &slope_sum_,
          &slope_by_image_);
-  thread_local std::vector<double> part;
-  part.assign(size(), 0.0);
   project_row(*fields_, first, ny, real_.data() + first, imaginary_.data() + first, weight_.data(),
-              part.data());
-  for (std::size_t k = 0; k < size(); ++k) gradient[k] += part[k] / range.span;
+              1.0 / range.span, gradient);
 }
 
 void Ssim::point_gradient(std::size_t point, double weight, double* gradient) const {

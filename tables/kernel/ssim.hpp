@@ -47,7 +47,7 @@ class Ssim {
 
  private:
   struct Range {
-    std::size_t low, high;
+    float low, high;
     double bottom, span;
   };
 
@@ -68,6 +68,9 @@ class Ssim {
   std::vector<double> image_;
   // Sums over seven rows of x, x^2 and x t; derivatives by window mean, variance and covariance.
   std::vector<double> column_sums_, rows_, spread_, spread_sums_;
+  // One row of windows: their sums; their derivatives, padded with zeros at 0 ... 5 and the end,
+  // ready to be spread; and spread.
+  std::vector<double> sums_, padded_, spread_row_;
   double slope_sum_ = 0.0, slope_by_image_ = 0.0;
 };
 
