@@ -46,32 +46,11 @@ class Ssim {
   double evaluate(const double* drive, double* gradient);
 
  private:
-  struct Range {
-    float low, high;
-    double bottom, span;
-  };
-
-  void compose(const double* drive);
-  Range range() const;
-  double windows(const Range& range, double* gradient);
-  void add_row(std::size_t row, const Range& range);
-  double window_row(std::size_t row, bool with_gradient);
-  void spread_row(std::size_t row);
-  void image_row(std::size_t row, const Range& range, double* gradient);
-  void point_gradient(std::size_t point, double weight, double* gradient) const;
+  class Pass;
 
   std::shared_ptr<const Fields> fields_;
   std::size_t evaluations_ = 0;
   std::vector<double> target_, target_mean_, target_variance_;
-  // The displacement and its magnitude at every point, the normalised image's last rows.
-  std::vector<float> real_, imaginary_, magnitude_, weight_;
-  std::vector<double> image_;
-  // Sums over seven rows of x, x^2 and x t; derivatives by window mean, variance and covariance.
-  std::vector<double> column_sums_, rows_, spread_, spread_sums_;
-  // One row of windows: their sums; their derivatives, padded with zeros at 0 ... 5 and the end,
-  // ready to be spread; and spread.
-  std::vector<double> sums_, padded_, spread_row_;
-  double slope_sum_ = 0.0, slope_by_image_ = 0.0;
 };
 
 }  // namespace chladni::kernel

@@ -22,12 +22,7 @@ from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.rings import (
-    Derivative,
-    SplitPoints,
-    disc_load_deflection,
-    disc_load_function,
-)  # fmt: skip
+from chladni.sim.ritz.rings import Derivative, disc_load_deflection
 from chladni.sim.ritz.symmetry import Parity, ParityBasis
 from chladni.sim.ritz.tables import ANGULAR_POINTS, RADIAL_POINTS, BasisTable
 
@@ -37,6 +32,8 @@ POINT_RADIUS = 1e-5
 """A point force is a disc of this radius, m; its field differs by R² ln R, below 1e-8."""
 NO_POINTS = Points(np.zeros(0), np.zeros(0), np.zeros(0))
 DIRECT_RADIAL, DIRECT_ANGULAR = 16, 64
+AT_ONCE = 1 << 14
+"""Values of load deflections worked out in one go, so that they stay in the cache."""
 
 
 @dataclass(frozen=True)
@@ -128,20 +125,20 @@ class LoadCase:
 
     def _family(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
         stiffness = self._assembly.basis.geometry.bending_stiffness
-        result = np.zeros((x.size, len(self._loads)))
-        for k, load in enumerate(self._loads):
-            if self._direct[k]:
-                continue
-            radius = max(load.radius, POINT_RADIUS)
-            unit = self._share[k] * radius**2 / (8.0 * np.pi * stiffness)
-            if derivative == (0, 0):
-                squared = ((x - load.x) ** 2 + (y - load.y) ** 2) / radius**2
-                result[:, k] = unit * disc_load_deflection(squared)
-                continue
-            z = ((x - load.x) + 1j * (y - load.y)) / radius
-            values = SplitPoints.at(z).evaluate(disc_load_function(), derivative)
-            result[:, k] = unit * values.real / radius ** sum(derivative)
-        return result
+        result = np.zeros((len(self._loads), x.size))
+        own = np.flatnonzero(~np.array(self._direct))
+        # Many loads at once at few points, few at many: calls cost more than small arrays.
+        together = max(1, AT_ONCE // max(x.size, 1))
+        for first in range(0, own.size, together):
+            some = own[first : first + together]
+            loads = [self._loads[k] for k in some]
+            radius = np.array([max(load.radius, POINT_RADIUS) for load in loads])[:, None]
+            unit = np.array(self._share)[some, None] * radius**2 / (8.0 * np.pi * stiffness)
+            u = (x - np.array([load.x for load in loads])[:, None]) / radius
+            v = (y - np.array([load.y for load in loads])[:, None]) / radius
+            values = disc_load_deflection(u, v, derivative)
+            result[some] = unit / radius ** sum(derivative) * values
+        return result.T
 
 
 def _is_direct(geometry: PlateGeometry, load: Load) -> bool:
