@@ -14,7 +14,7 @@ from chladni.sim.loads import Load
 from chladni.sim.mirrors import Mirrors, orbits_of
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.rings import SplitPoints, disc_load_deflection, disc_load_function
+from chladni.sim.ritz.rings import RadialFunction, SplitPoints, Term, disc_load_deflection
 from chladni.sim.ritz.symmetry import find_mirrors
 from chladni.sim.transfer import plate_model, target_field, transfer_fields
 from plate_fem.mesh import Disc, plate_mesh
@@ -163,12 +163,16 @@ def test_fields_of_mirrored_loads_are_turned_over_only_where_they_may_be() -> No
         assert np.abs(fields - plain).max() < 1e-7 * np.abs(plain).max()
 
 
-def test_the_disc_loads_deflection_has_one_meaning() -> None:
-    """The real formula against the general machinery, on both sides of the rim and on it."""
+@pytest.mark.parametrize("derivative", [(a, b) for a in range(4) for b in range(4 - a)])
+def test_the_disc_loads_deflection_against_complex_potentials(derivative: tuple[int, int]) -> None:
+    """Real derivatives against those of zᵖ z̄^q ln|z|, on both sides of the rim and on it."""
+    outside = (Term(1.0, 1, 1, True), Term(0.5, 0, 0, True))
+    inside = (Term(0.125, 2, 2), Term(0.5, 1, 1), Term(-0.625, 0, 0))
     rng = np.random.default_rng(3)
     z = np.concatenate((rng.normal(size=200) + 1j * rng.normal(size=200), [0.0, 1.0, 1e3, 0.6j]))
-    general = SplitPoints.at(z).evaluate(disc_load_function(), (0, 0)).real
-    assert disc_load_deflection(np.abs(z) ** 2) == pytest.approx(general, rel=1e-12, abs=1e-13)
+    general = SplitPoints.at(z).evaluate(RadialFunction(0, outside, inside), derivative).real
+    found = disc_load_deflection(z.real, z.imag, derivative)
+    assert found == pytest.approx(general, rel=1e-12, abs=1e-13)
 
 
 def test_threads_may_share_a_plate() -> None:

@@ -118,8 +118,9 @@ def test_interpolated_fields_stand_for_the_points_own(prototype: Board) -> None:
         Entry(np.zeros(5, np.complex128), Wanted.of(p), 0.0) for p in scene.problems(targets)
     ]
     places = own_places(board, grid, folding)
-    own = zip(places, scene.problems(list(places.values())), strict=True)
-    halfway = Halfway(scene, entries, {k: Wanted.of(p) for k, p in own}, grid, folding)
+    problems = scene.problems(list(places.values()))
+    wanted = {place: Wanted.of(p) for place, p in zip(places, problems, strict=True)}
+    halfway = Halfway(scene, entries, wanted, grid, folding)
     columns, rows = folding.shape(grid)
     points = [(i, j) for i in range(-1, 2 * columns) for j in range(-1, 2 * rows)][::4]
     half = np.array([grid.width_um, grid.length_um]) / 2000.0

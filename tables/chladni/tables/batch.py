@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 
 from chladni.tables.checkpoint import Checkpoint, Result
 from chladni.tables.scene import TOGETHER, Problem, Scene
@@ -20,6 +21,7 @@ def over_targets(
     *,
     jobs: int | None = None,
     checkpoint: Checkpoint | None = None,
+    besides: Iterable[Problem] = (),
 ) -> Iterator[Result]:
     """Run `work` on every target; results in the targets' order, whatever the number of jobs.
 
@@ -29,6 +31,8 @@ def over_targets(
         Threads; all cores by default.
     checkpoint
         Holds what was finished before, and gets what is finished now.
+    besides
+        Problems to be worked on after these, of which no results are wanted.
     """
     kept = checkpoint or Checkpoint(None, {})
     _ = scene.space, scene.mirrors  # found once, before there are threads
@@ -40,10 +44,13 @@ def over_targets(
         assert problem is not None
         return work(problem)
 
-    finished = in_threads(finish, _problems(scene, targets_mm, kept), jobs=jobs, ahead=AHEAD)
-    for target, result in zip(targets_mm, finished, strict=True):
-        name = _name(target)
+    problems = chain(_problems(scene, targets_mm, kept), ((problem, None) for problem in besides))
+    finished = in_threads(finish, problems, jobs=jobs, ahead=AHEAD)
+    for target in targets_mm:
+        result, name = next(finished), _name(target)
         yield result if kept.get(name) else kept.put(name, result)
+    for _ in finished:
+        pass
 
 
 def _problems(

@@ -32,6 +32,9 @@ NEAR = 1.0
 """Regions from a support within which a point's own field is solved. With it losses of SSIM on
 `prototype` are within 0.001 of those by the points' own images."""
 
+OWN_TOLERANCE = 8e-3
+"""Error of those fields: beside that of the interpolated ones it is small, and asking for less
+would have the plate solved anew, larger, for a few places between a screw and the edge."""
 WIDEST_MM = 8.0
 """Pitch up to which fields are interpolated: a load's own peak is a centimetre or two wide."""
 KEPT = 512

@@ -15,6 +15,7 @@ from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import InputError
 from chladni.sim.response import PlateModel
 from chladni.sim.transfer import (
+    TOLERANCE,
     TransferFields,
     plate_model,
     target_fields,
@@ -52,8 +53,15 @@ class Scene:
         found = board_mirrors(self.board)
         return found.x, found.y
 
-    def problems(self, targets_mm: Sequence[tuple[float, float]]) -> Iterator[Problem]:
+    def problems(
+        self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE
+    ) -> Iterator[Problem]:
         """Many targets; their fields are found some at a time, which costs a third of one by one.
+
+        Parameters
+        ----------
+        tolerance
+            Relative L² error of the fields.
 
         Raises
         ------
@@ -62,7 +70,9 @@ class Scene:
         """
         for group in self.groups(targets_mm):
             with one_blas_thread():
-                fields = target_fields(self.board, group, model=self.model).values
+                fields = target_fields(
+                    self.board, group, tolerance=tolerance, model=self.model
+                ).values
             for target, wanted in zip(group, fields, strict=True):
                 yield Problem(self, target, wanted)
 

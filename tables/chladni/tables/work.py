@@ -19,7 +19,7 @@ from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_db
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
-from chladni.tables.halfway import Halfway, own_places
+from chladni.tables.halfway import OWN_TOLERANCE, Halfway, own_places
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -177,20 +177,21 @@ def _solve(
         wanted[problem.target_mm] = Wanted.of(problem)
         return _best_drive(problem, options) if problem.target_mm in solved else {}
 
-    # The others come last: making their fields takes the time in which drives are searched.
-    places = [*targets, *others]
+    # Making the others' fields takes the time in which the last drives are searched.
+    besides = scene.problems(others, tolerance=OWN_TOLERANCE)
+    finished = over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint, besides=besides)
     results = []
-    for result in over_targets(scene, places, work, jobs=jobs, checkpoint=checkpoint):
+    for result in finished:
         results.append(result)
-        if options.progress and len(results) <= len(targets):
+        if options.progress:
             options.progress(len(results), len(targets))
     # What an earlier run had finished came without its image. By whole groups again, for the bits.
-    for group in scene.groups(places):
-        if any(place not in wanted for place in group):
+    for group in scene.groups(targets):
+        if any(target not in wanted for target in group):
             wanted |= {problem.target_mm: Wanted.of(problem) for problem in scene.problems(group)}
     entries = [
         Entry(np.array([complex(*parts) for parts in result["drive"]]), wanted[at], result["ssim"])
-        for result, at in zip(results, targets, strict=False)
+        for result, at in zip(results, targets, strict=True)
     ]
     return entries, wanted
 
