@@ -44,21 +44,20 @@ IntArray = NDArray[np.int64]
 LOUDEST = FULL_SCALE - 24
 """The largest integer gain, 0.006 dB below full scale: means of drives that keep to it stay within
 full scale, however they are rounded."""
-MARGIN = 0.95
-"""Share of the limits that the search uses: neighbours' means add a little of their own."""
+SSIM_MARGIN, FIELD_MARGIN = 0.8, 0.97
+"""Shares of the limits that the search uses, on regions and half-way. Elsewhere between them drives
+are further from the best, and the same error costs more SSIM; a field's error grows by rounding."""
 SPARSE = 8
 """Candidates' fields are compared on every eighth image point each way before all points are."""
 BETWEEN = 4
-BETWEEN_MARGIN = 0.8
-"""The same between regions, where the wanted image is interpolated and has half the points."""
-COARSE_SLACK = 0.001
+COARSE_SLACK = 0.0006
 """Half-way between regions a loss of SSIM on every fourth image point may be off by so much."""
 COMPLEX = 2.0
 """A field's complex error may be so much larger than that of its amplitude: phases that vary over
 the board are not felt in a region, but where its drive is mixed with a neighbour's."""
 PROBE = 1e-3
 """Gains differ by this much in the model's difference quotients."""
-PHASES = np.exp(1j * np.linspace(-0.15, 0.15, 13))
+PHASES = np.exp(1j * np.linspace(-0.15, 0.15, 17))
 """Turns by more than this would show between regions, where drives are interpolated."""
 LEVELS_DB = (-0.2, -0.1, 0.0)
 BIT_WEIGHTS = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
@@ -191,9 +190,9 @@ class _Trial:
         self.scene, self.entry, self.limits = scene, entry, limits
         self.objective = entry.ssim(scene)
         self.sparse = sparse
-        self._most_ssim = MARGIN * limits.ssim
+        self._most_ssim = SSIM_MARGIN * limits.ssim
         self._least = entry.best - self._most_ssim
-        self._most_db = MARGIN * limits.field_db
+        self._most_db = FIELD_MARGIN * limits.field_db
         self.own = entry.drive @ self.sparse
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
         self._meetings = meetings
@@ -223,7 +222,7 @@ class _Trial:
     def _are_met(self, drive: ComplexArray, *, fine: bool = False) -> bool:
         """Whether the limits hold between regions: coarsely and somewhat wider first, then fine."""
         space = self.scene.space
-        most = BETWEEN_MARGIN * self.limits.ssim + (0.0 if fine else COARSE_SLACK)
+        most = self._most_ssim + (0.0 if fine else COARSE_SLACK)
         for k in self._order:
             meeting, exact = self._meetings[k], self._wanted[k]
             objective = meeting.ssim[fine]
@@ -253,7 +252,9 @@ class _Model:
         self._sparse = trial.sparse
         field = trial.own
         self._exact = np.abs(field)
-        self._most = MARGIN * float(self._exact.max()) * (10.0 ** (limits.field_db / 20.0) - 1.0)
+        self._most = (
+            FIELD_MARGIN * float(self._exact.max()) * (10.0 ** (limits.field_db / 20.0) - 1.0)
+        )
 
         def slope(objective: _kernel.Objective, reals: FloatArray) -> FloatArray:
             drive, gradient = reals[0::2] + 1j * reals[1::2], np.zeros(2 * space.rank)
