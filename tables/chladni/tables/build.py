@@ -224,11 +224,10 @@ def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
     cells = table.folding.regions(table.grid).stored
     sections = []
     for work, section in zip(works, table.sections, strict=True):
-        reader = FirmwareReader.of(table, section)
+        reader = work.reader(section)
         decoded = reader.regions()[table.folding.stored(table.grid)]
         found = losses(work.scene, work.entries, decoded)
-        alone = replace(table, sections=(section,))
-        sections.append(_section_report(section, work, found, cells, len(pack(alone))))
+        sections.append(_section_report(section, work, reader, found, cells))
 
     def worst(name: str) -> float:
         return float(max(getattr(section, name) for section in sections))
@@ -252,15 +251,15 @@ def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
 
 
 def _section_report(
-    section: Section, work: Work, found: Losses, cells: NDArray[np.intp], size: int
+    section: Section, work: Work, reader: FirmwareReader, found: Losses, cells: NDArray[np.intp]
 ) -> SectionReport:
     # A stored region counts as often as the board has it.
     kept = np.array([entry.best for entry in work.entries]) - found.ssim
-    between_ssim = work.between_ssim(section)
+    between_ssim = work.between_ssim(reader)
     return SectionReport(
         frequency_hz=section.frequency_hz,
         objective=section.objective,
-        bytes=size,
+        bytes=reader.bytes,
         labels=len(section.crossings),
         ssim_mean=float(kept[cells].mean()),
         ssim_min=float(kept.min()),
@@ -270,7 +269,7 @@ def _section_report(
         level_error_db_max=float(np.abs(found.level_db).max()),
         between_ssim_loss_p99=float(np.percentile(between_ssim, 99)),
         between_ssim_loss_max=float(between_ssim.max()),
-        between_field_error_db_max=work.between_db(section),
+        between_field_error_db_max=work.between_db(reader),
         steps_before=work.arranged.before,
         steps_after=work.arranged.after,
         steps_within=work.arranged.within,

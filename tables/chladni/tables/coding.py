@@ -111,13 +111,15 @@ class Rates:
     shift: int
     rice: tuple[int, int] = (START_RICE, START_RICE)
 
-    def bits(self, residuals: IntArray, shift: int) -> tuple[IntArray, IntArray]:
+    def bits(self, residuals: IntArray, shift: int | IntArray) -> tuple[IntArray, IntArray]:
         """Bits that residuals take, and the Rice parameters that make them so few.
 
         Parameters
         ----------
         residuals
             Shape (many, 2 · actuators), in-phase and quadrature alternating, in steps of 2^shift.
+        shift
+            One for all, or each its own.
 
         Returns
         -------
@@ -131,7 +133,7 @@ class Rates:
         bits += unary_bits(k[None] - np.array(self.rice)[:, None])
         bits = np.where(ones.max(axis=1) > MAX_UNARY, TOO_MANY, bits)
         rice = bits.argmin(axis=-1)
-        total = 1 + int(unary_bits(np.array(shift - self.shift))) + bits.min(axis=-1).sum(axis=-1)
+        total = 1 + unary_bits(np.asarray(shift) - self.shift) + bits.min(axis=-1).sum(axis=-1)
         return np.where(residuals.any(axis=1), total, 1), rice
 
     def best(self, residual: IntArray) -> tuple[int, Rates]:
@@ -139,11 +141,10 @@ class Rates:
         if not residual.any():
             return 1, self
         used = int(np.bitwise_or.reduce(np.abs(residual)))
-        options = []
-        for shift in range(min(MAX_SHIFT, (used & -used).bit_length() - 1) + 1):
-            bits, rice = self.bits(residual[None] >> shift, shift)
-            options.append((int(bits[0]), Rates(shift, (int(rice[0, 0]), int(rice[0, 1])))))
-        return min(options, key=lambda option: option[0])
+        shifts = np.arange(min(MAX_SHIFT, (used & -used).bit_length() - 1) + 1)
+        bits, rice = self.bits(residual >> shifts[:, None], shifts)
+        best = int(bits.argmin())
+        return int(bits[best]), Rates(best, (int(rice[best, 0]), int(rice[best, 1])))
 
 
 def unary_bits(signed: IntArray) -> IntArray:

@@ -18,6 +18,11 @@ ComplexArray = NDArray[np.complex128]
 class FirmwareReader:
     """One section of a table, as the firmware reads it; drives are in units of the largest gain.
 
+    Attributes
+    ----------
+    bytes
+        Size of the table.
+
     Raises
     ------
     ChladniError
@@ -25,6 +30,7 @@ class FirmwareReader:
     """
 
     def __init__(self, data: bytes, channels: int) -> None:
+        self.bytes = len(data)
         self.table = FirmwareTable(data, channels)
         if self.table.status != "ok":
             raise ChladniError(f"the firmware refuses the table: {self.table.status}")

@@ -20,6 +20,7 @@ from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
 from chladni.tables.halfway import OWN_TOLERANCE, Halfway, own_places
+from chladni.tables.lookup import lookup
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -27,7 +28,7 @@ from chladni.tables.regions import RegionGrid
 from chladni.tables.rivals import smoothest
 from chladni.tables.scene import Problem, Scene, scene_of
 from chladni.tables.solve import tie_break
-from chladni.tables.table import Limits, Section, Table, quantise
+from chladni.tables.table import Limits, Section, Table, dequantise, quantise
 from chladni.tables.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
@@ -88,7 +89,7 @@ class Work:
                 limits, jobs=self.jobs,
             )  # fmt: skip
             section = self.with_drives(iq)
-            if self.between_db(section) <= limits.field_db:
+            if self.between_db(self.reader(section)) <= limits.field_db:
                 break
             limits = limits.times(TIGHTEN)
         return section
@@ -104,12 +105,16 @@ class Work:
             iq=iq,
         )
 
-    def between_db(self, section: Section) -> float:
-        """The worst field error half-way between stored regions and their neighbours."""
-        best, got = self._between_drives, self._played_between(section)
-        return float(field_errors_db(self.scene, best, got).max(initial=0.0))
+    def reader(self, section: Section) -> FirmwareReader:
+        """A section as the firmware reads it."""
+        return FirmwareReader.of(self._table(section), section)
 
-    def between_ssim(self, section: Section) -> FloatArray:
+    def between_db(self, reader: FirmwareReader) -> float:
+        """The worst field error half-way between stored regions and their neighbours."""
+        got = reader.drives(*self._between_um)
+        return float(field_errors_db(self.scene, self._between_drives, got).max(initial=0.0))
+
+    def between_ssim(self, reader: FirmwareReader) -> FloatArray:
         """SSIM lost there, on every `FINE_STEP`-th image point, against the same drives."""
         space = self.scene.space
 
@@ -119,24 +124,26 @@ class Work:
             return space.value(wanted, best) - space.value(wanted, got)
 
         cases = zip(
-            _between(self.grid, self.folding), self._between_drives, self._played_between(section),
-            strict=True,
+            _between(self.grid, self.folding), self._between_drives,
+            reader.drives(*self._between_um), strict=True,
         )  # fmt: skip
         return np.array(list(in_threads(lost, cases, jobs=self.jobs)))
 
     @cached_property
     def _between_drives(self) -> ComplexArray:
         """The unquantised drives half-way between regions, interpolated as the device does."""
-        return self._played_between(
-            self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
-        )
+        places = [axis.astype(np.int64) for axis in self._between_um]
+        section = self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
+        return dequantise(lookup(self._table(section), section, *places), 1.0)
 
-    def _played_between(self, section: Section) -> ComplexArray:
-        lattice = _between(self.grid, self.folding)
-        places = np.array([self.grid.halfway_mm(i, j) for i, j in lattice]) * 1000.0
-        x_um, y_um = np.ascontiguousarray(np.rint(places).astype(np.int32).T)
-        table = table_of(self.board, self.grid, self.folding, [section])
-        return FirmwareReader.of(table, section).drives(x_um, y_um)
+    @cached_property
+    def _between_um(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        places = [self.grid.halfway_mm(i, j) for i, j in _between(self.grid, self.folding)]
+        x_um, y_um = np.rint(np.array(places) * 1000.0).astype(np.int32).T
+        return np.ascontiguousarray(x_um), np.ascontiguousarray(y_um)
+
+    def _table(self, section: Section) -> Table:
+        return table_of(self.board, self.grid, self.folding, [section])
 
 
 def table_of(
