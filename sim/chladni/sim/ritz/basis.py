@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.legendre import IntervalBasis
-from chladni.sim.ritz.rings import Circle, Derivative
+from chladni.sim.ritz.rings import Circle, Derivative, evaluate_circles
 
 FloatArray = NDArray[np.float64]
 
@@ -80,11 +80,8 @@ class Basis:
 
         `smooth` ones have no kink on the rims of the discs in `smoothed`.
         """
-        values = [
-            circle.evaluate(x, y, derivative, smooth=smooth and circle in self.smoothed)
-            for circle in self.circles
-        ]
-        return np.concatenate(values, axis=1) if values else np.zeros((x.size, 0))
+        smoothed = [smooth and circle in self.smoothed for circle in self.circles]
+        return evaluate_circles(self.circles, x, y, derivative, smoothed)
 
     def kinks(self, x: FloatArray, y: FloatArray, inclusion: NDArray[np.intp]) -> FloatArray:
         """Circle functions less their smooth continuations, each at the points of its inclusion.

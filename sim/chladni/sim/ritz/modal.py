@@ -120,6 +120,12 @@ class ClassModes:
         return right[rank:].T, inverse
 
     @cached_property
+    def _free(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What obeys the supports, as columns of coefficients, and the two forms of it."""
+        null = self._split[0] * self._scale[:, None]
+        return null, null.T @ self._stiffness @ null, null.T @ self._mass @ null
+
+    @cached_property
     def _whitened(self) -> tuple[FloatArray, FloatArray]:
         """(μ, vectors): vectors with K + σM = 1 and M = diag μ, the lowest modes first.
 
@@ -127,9 +133,7 @@ class ClassModes:
         combinations have a μ lost in rounding; as forces bend them all the same they stay, and
         nothing is divided by μ.
         """
-        null = self._split[0] * self._scale[:, None]
-        stiffness = null.T @ self._stiffness @ null
-        mass = null.T @ self._mass @ null
+        null, stiffness, mass = self._free
         energy, vectors = np.linalg.eigh(stiffness + self._shift * mass)
         keep = energy > REDUNDANT * energy[-1]
         whiten = vectors[:, keep] / np.sqrt(energy[keep])
@@ -173,12 +177,13 @@ class ClassModes:
             if self._solved >= SOLVED_BEFORE_MODES:
                 return self.respond(load, omega, loss_factor)
             self._solved += 1
-            null = self._split[0] * self._scale[:, None]
-            dynamic = (1.0 + 1j * loss_factor) * self._stiffness - omega**2 * self._mass
-            self._factored = ((omega, loss_factor), lu_factor(null.T @ dynamic @ null))
+            null, stiffness, mass = self._free
+            dynamic = (1.0 + 1j * loss_factor) * stiffness - omega**2 * mass
+            self._factored = ((omega, loss_factor), lu_factor(dynamic, overwrite_a=True))
         particular, own = self._prepare(load, omega, loss_factor)
-        null = self._split[0] * self._scale[:, None]
-        return self._spread(particular + null @ lu_solve(self._factored[1], null.T @ own), load)
+        null = self._free[0]
+        free = lu_solve(self._factored[1], _product(null.T, own), overwrite_b=True)
+        return self._spread(particular + _product(null, free), load)
 
     def kept_spectrum(self, load: ClassLoad, omega: float) -> Spectrum | None:
         """The spectrum of a load that was asked for often, if it reaches so far."""

@@ -19,6 +19,7 @@ The two kinds are the fields of a line force and of a line moment spread over th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import comb, factorial
@@ -30,6 +31,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+AT_ONCE = 1 << 13
+"""Points times circles evaluated in one go, so that they stay in the cache."""
 JOINED = 4
 """Derivatives that a smooth continuation shares with the function outside."""
 
@@ -79,18 +82,13 @@ class Circle:
     bubbles: int = -1
     kinds: tuple[int, ...] = (0, 1)
 
-    def functions(self) -> list[RadialFunction]:
+    def functions(self) -> tuple[RadialFunction, ...]:
         """Rim functions by order and kind, then bubbles by order."""
-        rims = [ring_function(m, kind) for m in range(self.rings + 1) for kind in self.kinds]
-        return rims + [bubble_function(m) for m in range(self.bubbles + 1)]
+        return _functions(self.rings, self.bubbles, self.kinds, smooth=False)
 
-    def members(self) -> list[tuple[RadialFunction, bool]]:
+    def members(self) -> tuple[tuple[RadialFunction, bool], ...]:
         """(function, is its sine) of every basis function, in the order of `evaluate`."""
-        return [
-            (function, sine)
-            for function in self.functions()
-            for sine in ((False, True) if function.order > 0 else (False,))
-        ]
+        return _members(self.rings, self.bubbles, self.kinds)
 
     def local(self, x: FloatArray, y: FloatArray) -> ComplexArray:
         """Points as z, the offset from the centre in radii."""
@@ -106,19 +104,60 @@ class Circle:
         FloatArray
             Shape (points, functions), m^(−derivatives).
         """
-        z = ((x - self.x) + 1j * (y - self.y)) / self.radius
-        split = SplitPoints.at(z)
-        # Function by function in memory: each is written, combined and summed as a whole.
-        result = np.empty((len(self.members()), z.size))
-        column = 0
-        for own in self.functions():
-            function = continued(own) if smooth else own
-            values = split.evaluate(function, derivative) / self.radius ** sum(derivative)
-            result[column] = values.real
-            if function.order > 0:
-                result[column + 1] = -values.imag
-            column += 1 if function.order == 0 else 2
-        return result.T
+        return evaluate_circles([self], x, y, derivative, [smooth])
+
+
+@cache
+def _functions(
+    rings: int, bubbles: int, kinds: tuple[int, ...], *, smooth: bool
+) -> tuple[RadialFunction, ...]:
+    own = [ring_function(m, kind) for m in range(rings + 1) for kind in kinds]
+    own += [bubble_function(m) for m in range(bubbles + 1)]
+    return tuple(continued(function) for function in own) if smooth else tuple(own)
+
+
+@cache
+def _members(
+    rings: int, bubbles: int, kinds: tuple[int, ...]
+) -> tuple[tuple[RadialFunction, bool], ...]:
+    return tuple(
+        (function, sine)
+        for function in _functions(rings, bubbles, kinds, smooth=False)
+        for sine in ((False, True) if function.order > 0 else (False,))
+    )
+
+
+def evaluate_circles(
+    circles: Sequence[Circle], x: FloatArray, y: FloatArray, derivative: Derivative,
+    smooth: Sequence[bool],
+) -> FloatArray:  # fmt: skip
+    """`Circle.evaluate` of several circles, one after the other; shape (points, functions).
+
+    Circles of the same functions are taken together where points are few: there calls cost more
+    than their work.
+    """
+    ends = np.cumsum([0] + [len(circle.members()) for circle in circles])
+    # Function by function in memory: each is written, combined and summed as a whole.
+    result = np.empty((int(ends[-1]), x.size))
+    alike: dict[tuple[int, int, tuple[int, ...], bool], list[int]] = {}
+    for k, (circle, is_smooth) in enumerate(zip(circles, smooth, strict=True)):
+        alike.setdefault((circle.rings, circle.bubbles, circle.kinds, is_smooth), []).append(k)
+    together = max(1, AT_ONCE // max(x.size, 1))
+    for (rings, bubbles, kinds, is_smooth), members in alike.items():
+        functions = _functions(rings, bubbles, kinds, smooth=is_smooth)
+        for first in range(0, len(members), together):
+            some = members[first : first + together]
+            split = SplitPoints.at(np.array([circles[k].local(x, y) for k in some]))
+            radii = np.array([[circles[k].radius] for k in some])
+            rows = ends[some]
+            for function in functions:
+                values = split.evaluate(function, derivative) / radii ** sum(derivative)
+                result[rows] = values.real
+                rows = rows + 1
+                if function.order > 0:
+                    result[rows] = -values.imag
+                    rows = rows + 1
+    return result.T
 
 
 class Powers:
