@@ -77,18 +77,19 @@ def rows_of(board: Board, objective: str) -> list[Row]:
     folding = Folding(mirrors.x, mirrors.y)
     work = Work.begin(board, grid, folding, Options(objective), None, None)
     columns, _ = folding.shape(grid)
-    exact = np.stack((work.arranged.drives.real, work.arranged.drives.imag), axis=-1) * LOUDEST
+    arranged, entries = work.uncoded.arranged, work.uncoded.entries
+    exact = np.stack((arranged.drives.real, arranged.drives.imag), axis=-1) * LOUDEST
     rows = []
 
     def add(way: str, how: str, iq: NDArray[np.int16], size: int) -> None:
-        found = losses(work.scene, work.entries, (iq[..., 0] + 1j * iq[..., 1]) / FULL_SCALE)
+        found = losses(work.scene, entries, (iq[..., 0] + 1j * iq[..., 1]) / FULL_SCALE)
         rows.append(Row(objective, way, how, size, float(np.percentile(found.ssim, 99)),
                         float(found.ssim.max()), float(found.field_db.max())))  # fmt: skip
 
     def coded(iq: NDArray[np.int16], shift: int) -> int:
         writer = BitWriter()
-        labels = work.arranged.labels
-        write_labels(writer, labels, columns, len(work.arranged.crossings))
+        labels = arranged.labels
+        write_labels(writer, labels, columns, len(arranged.crossings))
         write_drives(writer, labels, columns, iq, shift)
         return HEADERS + len(writer.to_bytes())
 

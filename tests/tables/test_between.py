@@ -19,7 +19,7 @@ from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
 from chladni.tables.halfway import Halfway, own_places
 from chladni.tables.lookup import lookup
-from chladni.tables.meetings import Coded, Meeting
+from chladni.tables.meetings import Coded, Meeting, Uncoded
 from chladni.tables.played import FirmwareReader
 from chladni.tables.regions import region_grid
 from chladni.tables.scene import scene_of
@@ -43,7 +43,8 @@ def coded_of(table: Table, drives: Drive) -> Coded:
     arranged = Arranged(drives, section.labels, section.crossings, steps, steps, steps)
     nothing = Wanted(np.zeros((1, 1), np.float32), np.zeros((1, 1), bool), ())  # type: ignore[arg-type]
     entries = [Entry(drive, nothing, 0.0) for drive in drives]
-    return Coded(entries, arranged, table.grid, table.folding, Places())  # type: ignore[arg-type]
+    halfway: Halfway = Places()  # type: ignore[assignment]
+    return Coded(Uncoded(table.grid, table.folding, entries, arranged, halfway))
 
 
 def mixed(meeting: Meeting, drive: Drive) -> Drive:

@@ -18,6 +18,7 @@ from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
 from chladni.tables.halfway import Halfway, own_places
+from chladni.tables.meetings import Uncoded
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -47,6 +48,7 @@ class Case:
         own = zip(places, self.scene.problems(list(places.values())), strict=True)
         wanted = {place: Wanted.of(problem) for place, problem in own}
         self.halfway = Halfway(self.scene, self.entries, wanted, GRID, UNFOLDED)
+        self.uncoded = Uncoded(GRID, UNFOLDED, self.entries, self.arranged, self.halfway)
 
     def ssim(self, problem: Problem, drive: np.ndarray) -> float:
         """By scikit-image."""
@@ -55,7 +57,7 @@ class Case:
 
     def packed(self, limits: LossLimits) -> tuple[np.ndarray, Losses, int]:
         """Integers, their losses and the bits they take."""
-        iq = compress(self.scene, self.entries, self.arranged, GRID, UNFOLDED, self.halfway, limits)
+        iq = compress(self.scene, self.uncoded, limits)
         writer = BitWriter()
         write_drives(writer, self.arranged.labels, 3, iq, 0)
         return iq, losses(self.scene, self.entries, decoded(iq)), len(writer.bits)
@@ -134,7 +136,7 @@ def test_a_silent_region_stays_silent(case: Case) -> None:
         case.scene.space, GRID, UNFOLDED, np.array([entry.drive for entry in entries])
     )
     entries = [replace(e, drive=d) for e, d in zip(entries, arranged.drives, strict=True)]
-    iq = compress(case.scene, entries, arranged, GRID, UNFOLDED, case.halfway)
+    iq = compress(case.scene, Uncoded(GRID, UNFOLDED, entries, arranged, case.halfway))
     assert not iq[4].any()
     found = losses(case.scene, entries, decoded(iq))
     assert found.field_db[4] == found.level_db[4] == 0.0

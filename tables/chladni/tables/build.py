@@ -226,7 +226,7 @@ def _report(table: Table, works: Sequence[Work], seconds: float) -> TableReport:
     for work, section in zip(works, table.sections, strict=True):
         reader = work.reader(section)
         decoded = reader.regions()[table.folding.stored(table.grid)]
-        found = losses(work.scene, work.entries, decoded)
+        found = losses(work.scene, work.uncoded.entries, decoded)
         sections.append(_section_report(section, work, reader, found, cells))
 
     def worst(name: str) -> float:
@@ -254,7 +254,7 @@ def _section_report(
     section: Section, work: Work, reader: FirmwareReader, found: Losses, cells: NDArray[np.intp]
 ) -> SectionReport:
     # A stored region counts as often as the board has it.
-    kept = np.array([entry.best for entry in work.entries]) - found.ssim
+    kept = np.array([entry.best for entry in work.uncoded.entries]) - found.ssim
     between_ssim = work.between_ssim(reader)
     return SectionReport(
         frequency_hz=section.frequency_hz,
@@ -270,7 +270,7 @@ def _section_report(
         between_ssim_loss_p99=float(np.percentile(between_ssim, 99)),
         between_ssim_loss_max=float(between_ssim.max()),
         between_field_error_db_max=work.between_db(reader),
-        steps_before=work.arranged.before,
-        steps_after=work.arranged.after,
-        steps_within=work.arranged.within,
+        steps_before=work.uncoded.arranged.before,
+        steps_after=work.uncoded.arranged.after,
+        steps_within=work.uncoded.arranged.within,
     )

@@ -21,18 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.tables import _kernel
-from chladni.tables.branches import Arranged
 from chladni.tables.coding import FULL_SCALE, Rates, Visit, passes
 from chladni.tables.entry import COARSE_STEP, Entry
-from chladni.tables.folding import Folding
-from chladni.tables.halfway import Halfway
-from chladni.tables.meetings import (
-    Coded,
-    Meeting,
-    apart,
-    as_drive,
-)
-from chladni.tables.regions import RegionGrid
+from chladni.tables.meetings import Coded, Meeting, Uncoded, apart, as_drive
 from chladni.tables.scene import Scene
 from chladni.tables.search import as_reals
 from chladni.tables.threads import in_threads
@@ -99,15 +90,7 @@ class Losses:
 
 
 def compress(
-    scene: Scene,
-    entries: Sequence[Entry],
-    arranged: Arranged,
-    grid: RegionGrid,
-    folding: Folding,
-    halfway: Halfway,
-    limits: LossLimits = LIMITS,
-    *,
-    jobs: int | None = None,
+    scene: Scene, uncoded: Uncoded, limits: LossLimits = LIMITS, *, jobs: int | None = None
 ) -> NDArray[np.int16]:
     """Integers of all entries that take few bits as a stream and lose no more than the limits.
 
@@ -117,15 +100,15 @@ def compress(
         Shape (entries, actuators, 2).
     """
     sparse = _sample(scene, SPARSE)
-    coded = Coded(entries, arranged, grid, folding, halfway)
-    columns, _ = folding.shape(grid)
+    coded, entries = Coded(uncoded), uncoded.entries
+    columns, rows = uncoded.folding.shape(uncoded.grid)
     rates = Rates(shift=SHIFTS[0][len(SHIFTS[0]) // 2])
 
     def fitted(visit: Visit) -> IntArray:
         trial = _Trial(scene, entries[visit.at], coded.meetings(visit.at), sparse, limits)
         return _fit(trial, coded.predictor.predict(visit), rates)
 
-    for together in passes(*folding.shape(grid)):
+    for together in passes(columns, rows):
         ready = [visit for visit in together if coded.predictor.has_neighbours(visit)]
         for batch in apart(ready, columns):
             for visit, values in zip(batch, in_threads(fitted, batch, jobs=jobs), strict=True):

@@ -73,13 +73,29 @@ class _Corner:
     decoded: ComplexArray
 
 
+@dataclass(frozen=True)
+class Uncoded:
+    """One frequency's drives before they are integers, and what is wanted around them.
+
+    Attributes
+    ----------
+    entries
+        Of the stored regions, with the drives of `arranged`.
+    """
+
+    grid: RegionGrid
+    folding: Folding
+    entries: Sequence[Entry]
+    arranged: Arranged
+    halfway: Halfway
+
+
 class Coded:
     """What is stored so far, and where a region's drive will be mixed with it."""
 
-    def __init__(
-        self, entries: Sequence[Entry], arranged: Arranged, grid: RegionGrid, folding: Folding,
-        halfway: Halfway,
-    ) -> None:  # fmt: skip
+    def __init__(self, uncoded: Uncoded) -> None:
+        entries, arranged = uncoded.entries, uncoded.arranged
+        grid, folding = uncoded.grid, uncoded.folding
         self.predictor = Predictor(arranged.labels, 2 * entries[0].drive.size)
         self._entries, self._arranged = entries, arranged
         self._grid, self._folding = grid, folding
@@ -87,7 +103,7 @@ class Coded:
         self._nodes = folding.nodes(grid)
         self._orders = folding.orders(entries[0].drive.size)
         self._done = np.zeros(len(entries), dtype=bool)
-        self._halfway = halfway
+        self._halfway = uncoded.halfway
 
     def hold(self, visit: Visit, values: IntArray) -> None:
         """A region's integers are known, but not yet its turn in the stream."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board import Board
 from chladni.tables.batch import Target, over_targets
-from chladni.tables.branches import Arranged, arrange
+from chladni.tables.branches import arrange
 from chladni.tables.checkpoint import Checkpoint, Result
 from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_db
@@ -21,6 +21,7 @@ from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
 from chladni.tables.halfway import OWN_TOLERANCE, Halfway, own_places
 from chladni.tables.lookup import lookup
+from chladni.tables.meetings import Uncoded
 from chladni.tables.methods import Options
 from chladni.tables.methods.phasor import phasor
 from chladni.tables.played import FirmwareReader
@@ -45,12 +46,8 @@ class Work:
 
     board: Board
     scene: Scene
-    grid: RegionGrid
-    folding: Folding
     objective: str
-    arranged: Arranged
-    entries: list[Entry]
-    halfway: Halfway
+    uncoded: Uncoded
     jobs: int | None
 
     @classmethod
@@ -79,15 +76,13 @@ class Work:
         ]
         own = {place: wanted[at] for place, at in others.items()}
         halfway = Halfway(scene, entries, own, grid, folding)
-        return cls(board, scene, grid, folding, options.objective, arranged, entries, halfway, jobs)
+        uncoded = Uncoded(grid, folding, entries, arranged, halfway)
+        return cls(board, scene, options.objective, uncoded, jobs)
 
     def section(self, limits: LossLimits) -> Section:
         """The smallest section within limits, points between regions included."""
         for _ in range(TIGHTENINGS):
-            iq = compress(
-                self.scene, self.entries, self.arranged, self.grid, self.folding, self.halfway,
-                limits, jobs=self.jobs,
-            )  # fmt: skip
+            iq = compress(self.scene, self.uncoded, limits, jobs=self.jobs)
             section = self.with_drives(iq)
             if self.between_db(self.reader(section)) <= limits.field_db:
                 break
@@ -100,8 +95,8 @@ class Work:
             frequency_hz=self.board.drive.frequency_hz,
             objective=self.objective,
             full_scale_gain=self.board.drive.max_gain,
-            labels=self.arranged.labels,
-            crossings=self.arranged.crossings,
+            labels=self.uncoded.arranged.labels,
+            crossings=self.uncoded.arranged.crossings,
             iq=iq,
         )
 
@@ -120,12 +115,12 @@ class Work:
 
         def lost(case: tuple[tuple[int, int], ComplexArray, ComplexArray]) -> float:
             place, best, got = case
-            _, wanted = self.halfway.objectives(*place)
+            _, wanted = self.uncoded.halfway.objectives(*place)
             return space.value(wanted, best) - space.value(wanted, got)
 
         cases = zip(
-            _between(self.grid, self.folding), self._between_drives,
-            reader.drives(*self._between_um), strict=True,
+            _between(self.uncoded), self._between_drives, reader.drives(*self._between_um),
+            strict=True,
         )  # fmt: skip
         return np.array(list(in_threads(lost, cases, jobs=self.jobs)))
 
@@ -133,17 +128,19 @@ class Work:
     def _between_drives(self) -> ComplexArray:
         """The unquantised drives half-way between regions, interpolated as the device does."""
         places = [axis.astype(np.int64) for axis in self._between_um]
-        section = self.with_drives(quantise(self.arranged.drives * (LOUDEST / FULL_SCALE), 1.0))
+        section = self.with_drives(
+            quantise(self.uncoded.arranged.drives * (LOUDEST / FULL_SCALE), 1.0)
+        )
         return dequantise(lookup(self._table(section), section, *places), 1.0)
 
     @cached_property
     def _between_um(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        places = [self.grid.halfway_mm(i, j) for i, j in _between(self.grid, self.folding)]
+        places = [self.uncoded.grid.halfway_mm(i, j) for i, j in _between(self.uncoded)]
         x_um, y_um = np.rint(np.array(places) * 1000.0).astype(np.int32).T
         return np.ascontiguousarray(x_um), np.ascontiguousarray(y_um)
 
     def _table(self, section: Section) -> Table:
-        return table_of(self.board, self.grid, self.folding, [section])
+        return table_of(self.board, self.uncoded.grid, self.uncoded.folding, [section])
 
 
 def table_of(
@@ -165,8 +162,9 @@ def table_of(
     )
 
 
-def _between(grid: RegionGrid, folding: Folding) -> list[tuple[int, int]]:
+def _between(uncoded: Uncoded) -> list[tuple[int, int]]:
     """Points half-way from stored regions to the next in x, in y and in both, in half cells."""
+    grid, folding = uncoded.grid, uncoded.folding
     centres = [(2 * (int(k) % grid.columns), 2 * (int(k) // grid.columns))
                for k in folding.stored(grid)]  # fmt: skip
     return [(i + right, j + up) for right, up in ((1, 0), (0, 1), (1, 1)) for i, j in centres]
