@@ -22,8 +22,8 @@ from chladni.tables.search import as_complex, as_reals, in_phase
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-RANDOM_STARTS = 8
-SURVIVORS = (5, 3, 2, 1)
+RANDOM_STARTS = 12
+SURVIVORS = (7, 4, 2, 1)
 """Shapes carried on from each level, by step 8, 4, 2 and 1."""
 MARGINS = (0.05, 0.01, 2e-3, 0.0)
 """Climbs this far below the best are dropped: a finer image moves an optimum's value by less."""
