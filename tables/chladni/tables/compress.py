@@ -5,7 +5,8 @@ weak directions anywhere. So each region's integers are searched, not rounded: n
 from its neighbours (tables/coding.py), the lattice of every step width is decoded for the point
 that a quadratic model of the loss prefers (Babai's nearest plane: gain after gain, the rest
 re-optimised each time), for several phases, levels and weights of the bits. Candidates are taken
-cheapest first, and the first whose true losses keep to the limits is stored.
+cheapest first; the first whose true losses keep to the limits is moved by single steps for as long
+as that saves bits and the limits hold, and stored.
 
 References
 ----------
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +37,11 @@ IntArray = NDArray[np.int64]
 LOUDEST = FULL_SCALE - 24
 """The largest integer gain, 0.006 dB below full scale: means of drives that keep to it stay within
 full scale, however they are rounded."""
-SSIM_MARGIN, FIELD_MARGIN = 0.8, 0.97
+SSIM_MARGIN, FIELD_MARGIN = 0.73, 0.97
 """Shares of the limits that the search uses, on regions and half-way. Elsewhere between them drives
-are further from the best, and the same error costs more SSIM; a field's error grows by rounding."""
+are further from the best, and the same error costs more SSIM; a field's error grows by rounding.
+With 0.77 one place in fifty there loses more than the limit, with 0.73 fewer than one in a hundred,
+measured on 450 random places of `prototype` per objective."""
 SPARSE = 8
 """Candidates' fields are compared on every eighth image point each way before all points are."""
 BETWEEN = 4
@@ -50,15 +54,15 @@ PROBE = 1e-3
 """Gains differ by this much in the model's difference quotients."""
 PHASES = np.exp(1j * np.linspace(-0.15, 0.15, 17))
 """Turns by more than this would show between regions, where drives are interpolated."""
-LEVELS_DB = (-0.2, -0.1, 0.0)
-BIT_WEIGHTS = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
+LEVELS_DB = (-0.2, -0.15, -0.1, -0.05, 0.0)
+BIT_WEIGHTS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """What a step away from the prediction costs, in units of the whole allowed loss."""
-FIELD_PEAK = 2.0
+FIELD_PEAK = 1.5
 """How far the largest error of a field exceeds its root mean square, for the model only."""
 SHIFTS = ((12, 11, 10, 9, 8), (7,), (6,), (5,), (4,), (3,), (2,))
 """Step widths tried, in powers of two: the usual ones together, finer ones while nothing fits."""
-SHORTLIST = 96
-TRIES = 40
+SHORTLIST = 200
+TRIES = 100
 
 
 @dataclass(frozen=True)
@@ -144,18 +148,37 @@ def _fit(trial: _Trial, prediction: IntArray, rates: Rates) -> IntArray:
         return prediction
     model = _Model(trial)
     for shifts in SHIFTS:
-        options, bits = [], []
-        for shift, found in zip(shifts, model.candidates(prediction, shifts), strict=True):
-            options.append(prediction + (found << shift))
-            bits.append(rates.bits(found, shift)[0])
-        for values in model.shortlist(np.concatenate(options), np.concatenate(bits)):
-            if trial.suits(values):
-                return np.asarray(values)
+        steps, widths = model.candidates(prediction, shifts)
+        options, bits = prediction + (steps << widths), rates.bits(steps, widths[:, 0])[0]
+        for k in model.shortlist(options, bits):
+            if trial.suits(options[k]):
+                return _descended(trial, model, prediction, rates, steps[k], int(widths[k, 0]))
     return np.asarray(np.rint(_alternating(trial.entry.drive) * LOUDEST).astype(np.int64))
 
 
+def _descended(
+    trial: _Trial, model: _Model, prediction: IntArray, rates: Rates, steps: IntArray, width: int
+) -> IntArray:
+    """The same with fewer bits, while one or two steps of it can be moved and all limits hold.
+
+    The model knows a field's mean error only; beside a drive that is known to suit, others do.
+    """
+    moves = _moves(steps.size)
+    bits = rates.bits(steps[None], width)[0][0]
+    while True:
+        beside = steps + moves
+        cost = rates.bits(beside, width)[0]
+        beside, cost = beside[cost < bits], cost[cost < bits]
+        options = prediction + (beside << width)
+        better = next((k for k in model.shortlist(options, cost) if trial.suits(options[k])), None)
+        if better is None:
+            return np.asarray(prediction + (steps << width))
+        steps, bits = beside[better], cost[better]
+
+
 def _alternating(drive: ComplexArray) -> FloatArray:
-    return np.stack((drive.real, drive.imag), axis=-1).reshape(*drive.shape[:-1], -1)
+    pairs = np.stack((drive.real, drive.imag), axis=-1)
+    return pairs.reshape(*drive.shape[:-1], 2 * drive.shape[-1])
 
 
 def _is_loud(values: IntArray) -> NDArray[np.bool_]:
@@ -171,10 +194,14 @@ class _Trial:
         limits: LossLimits,
     ) -> None:  # fmt: skip
         self.scene, self.entry, self.limits = scene, entry, limits
-        self.objective = entry.ssim(scene)
+        self.objective, self.coarse = entry.ssim(scene), entry.ssim(scene, COARSE_STEP)
         self.sparse = sparse
         self._most_ssim = SSIM_MARGIN * limits.ssim
         self._least = entry.best - self._most_ssim
+        # What the drive itself is short of the best counts on both images.
+        short = entry.best - scene.space.value(self.objective, entry.drive)
+        on_coarse = scene.space.value(self.coarse, entry.drive)
+        self._least_coarse = on_coarse - (self._most_ssim - short) - COARSE_SLACK
         self._most_db = FIELD_MARGIN * limits.field_db
         self.own = entry.drive @ self.sparse
         self._exact = np.abs(np.tensordot(entry.drive, scene.fields.values, axes=1))
@@ -188,9 +215,12 @@ class _Trial:
     def suits(self, values: IntArray) -> bool:
         """Whether the integers keep to the limits, here and half-way to what is stored."""
         drive = as_drive(values)
-        if _is_loud(values) or not self._is_near(drive) or not self._are_met(drive):
+        space = self.scene.space
+        if _is_loud(values) or not self._is_near(drive):
             return False
-        if self.scene.space.value(self.objective, drive) < self._least:
+        if space.value(self.coarse, drive) < self._least_coarse or not self._are_met(drive):
+            return False
+        if space.value(self.objective, drive) < self._least:
             return False
         field = np.abs(np.tensordot(drive, self.scene.fields.values, axes=1))
         return _error_db(field, self._exact) <= self._most_db and self._are_met(drive, fine=True)
@@ -245,7 +275,7 @@ class _Model:
             return _alternating(space.drive_gradient(drive, gradient))
 
         here = _alternating(entry.drive)
-        coarse = entry.ssim(scene, COARSE_STEP)
+        coarse = trial.coarse
         probes = PROBE * np.eye(here.size)
         rise = np.array([slope(coarse, here + p) - slope(coarse, here - p) for p in probes])
         values, vectors = np.linalg.eigh(-(rise + rise.T) / (4.0 * PROBE))
@@ -262,10 +292,10 @@ class _Model:
         )
         self._weight = self._sparse @ self._sparse.conj().T
 
-    def candidates(self, prediction: IntArray, shifts: Sequence[int]) -> list[IntArray]:
-        """Steps from the prediction, for each width of 2^shift: a set per target and bits' weight.
+    def candidates(self, prediction: IntArray, shifts: Sequence[int]) -> tuple[IntArray, IntArray]:
+        """Steps from the prediction, (many, size), and their widths' logarithms, (many, 1).
 
-        Standing still is the first of each.
+        A step per target and weight of the bits; standing still is the first of each width.
         """
         levels = LOUDEST * 10.0 ** (np.array(LEVELS_DB) / 20.0)
         wanted = (levels[:, None, None] * PHASES[:, None] * self._drive).reshape(
@@ -276,12 +306,13 @@ class _Model:
         metrics = self._metric * (widths / FULL_SCALE) ** 2
         near = _nearest_planes(metrics, targets, np.array(BIT_WEIGHTS)).astype(np.int64)
         still = np.zeros((1, prediction.size), dtype=np.int64)
-        return [_distinct(np.concatenate((still, found))) for found in near]
+        sets = [_distinct(np.concatenate((still, found))) for found in near]
+        return np.concatenate(sets), np.repeat(shifts, [len(own) for own in sets])[:, None]
 
     def shortlist(self, options: IntArray, bits: IntArray) -> IntArray:
-        """The cheapest options that the model lets pass."""
-        keep = ~_is_loud(options)
-        options, bits = options[keep], bits[keep]
+        """Which options the model lets pass, the cheapest first."""
+        quiet = np.flatnonzero(~_is_loud(options))
+        options, bits = options[quiet], bits[quiet]
         drives = as_drive(options)
         # The common phase is free: turned back, the rest of a difference is what counts.
         turn = np.angle(drives @ (self._weight @ self._drive.conj()))
@@ -296,7 +327,7 @@ class _Model:
             chosen += some[error <= self._most].tolist()
             if len(chosen) >= TRIES:
                 break
-        return options[chosen[:TRIES]]
+        return np.asarray(quiet[chosen[:TRIES]])
 
 
 def _nearest_planes(metrics: FloatArray, targets: FloatArray, weights: FloatArray) -> FloatArray:
@@ -329,6 +360,15 @@ def _nearest_planes(metrics: FloatArray, targets: FloatArray, weights: FloatArra
     result = np.empty_like(rounded)
     result[..., order] = rounded
     return result.reshape(len(metrics), -1, size)
+
+
+@cache
+def _moves(size: int) -> IntArray:
+    """One step along one or two coordinates, shape (moves, size)."""
+    ones = np.eye(size, dtype=np.int64)
+    single = np.concatenate((ones, -ones))
+    pairs = [a + b for k, a in enumerate(single) for b in single[k + 1 :] if np.any(a + b)]
+    return np.concatenate((single, pairs))
 
 
 def _distinct(rows: IntArray) -> IntArray:
