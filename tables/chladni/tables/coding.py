@@ -127,7 +127,9 @@ class Rates:
             Shapes (many,) and (many, 2).
         """
         codes = zigzag(residuals).reshape(len(residuals), -1, 2)
-        k = np.arange(MAX_RICE + 1)
+        # Of three codes and more each further k takes more than getting there could save.
+        most = int(codes.max(initial=0)).bit_length() if codes.shape[1] > 2 else MAX_RICE
+        k = np.arange(min(most, MAX_RICE) + 1)
         ones = codes[..., None] >> k
         bits = (ones + 1 + k).sum(axis=1)
         bits += unary_bits(k[None] - np.array(self.rice)[:, None])
