@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import ChladniError
 from chladni.tables._firmware import FirmwareTable
-from chladni.tables.format import pack
-from chladni.tables.table import Section, Table, dequantise
+from chladni.tables.table import dequantise
 
 ComplexArray = NDArray[np.complex128]
 
@@ -34,11 +31,6 @@ class FirmwareReader:
         self.table = FirmwareTable(data, channels)
         if self.table.status != "ok":
             raise ChladniError(f"the firmware refuses the table: {self.table.status}")
-
-    @classmethod
-    def of(cls, table: Table, section: Section) -> FirmwareReader:
-        """Of a table in memory, packed first."""
-        return cls(pack(replace(table, sections=(section,))), table.actuators)
 
     def drives(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> ComplexArray:
         """Drives of places, interpolated, shape (places, actuators)."""

@@ -19,6 +19,7 @@ from chladni.tables.coding import FULL_SCALE
 from chladni.tables.compress import LOUDEST, LossLimits, compress, field_errors_db
 from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import Folding
+from chladni.tables.format import pack
 from chladni.tables.halfway import OWN_TOLERANCE, Halfway, own_places
 from chladni.tables.lookup import lookup
 from chladni.tables.meetings import Uncoded
@@ -36,10 +37,10 @@ from chladni.tables.threads import in_threads
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
-TIGHTEN = 0.85
 FIRST_ORDER = 0.685
 """Share of the SSIM limit for drives that were not meant to be best at it: an error of theirs costs
 SSIM in first order, and more so between regions."""
+TIGHTEN = 0.85
 TIGHTENINGS = 6
 """Where points between regions lose too much, all limits are multiplied by this, so often."""
 
@@ -108,7 +109,7 @@ class Work:
 
     def reader(self, section: Section) -> FirmwareReader:
         """A section as the firmware reads it."""
-        return FirmwareReader.of(self._table(section), section)
+        return FirmwareReader(pack(self._table(section)), len(self.board.actuators))
 
     def between_db(self, reader: FirmwareReader) -> float:
         """The worst field error half-way between stored regions and their neighbours."""
