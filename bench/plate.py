@@ -46,7 +46,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 ROOT = Path(__file__).resolve().parents[1]
 RUNS, MOST_RUNS, LEAST_SECONDS = 5, 400, 1.0
-TOGETHER = 16
 SAME_ERROR = 1e-4
 BOARDS = ("paper", "prototype")
 LEVELS = (0, 1, 2, 3)
@@ -174,22 +173,10 @@ def ritz_rows(board: Board, frequency_hz: float, scene: str) -> tuple[ComplexArr
             fields(model, loads, frequency_hz * next(steps))
         seconds, _ = timed(lambda m=model: fields(m, loads, frequency_hz * next(steps)))  # type: ignore[misc]
         rows.append(Row(scene, "ours, next frequency", name, seconds, error))
-        seconds, _ = timed(
-            lambda m=model: [
-                list(m.respond_over(loads, spread(frequency_hz * next(steps)), x=board.x,
-                                    y=board.y, tolerance=1e-9))
-            ]
-        )  # type: ignore[misc]  # fmt: skip
-        rows.append(Row(scene, f"ours, each of {TOGETHER}", name, seconds / TOGETHER, error))
         # Moved a little every time, so that nothing about the loads is known beforehand.
         seconds, _ = timed(lambda m=model: fields(m, moved(loads, next(steps)), frequency_hz))  # type: ignore[misc]
         rows.append(Row(scene, "ours, new loads", name, seconds, error))
     return exact, rows
-
-
-def spread(frequency_hz: float) -> FloatArray:
-    """Frequencies that are asked for together, within 10 % of one."""
-    return np.asarray(frequency_hz * np.linspace(0.95, 1.05, TOGETHER))
 
 
 def moved(loads: list[Load], factor: float) -> list[Load]:
@@ -281,8 +268,7 @@ def main() -> None:
         "scikit-fem spends two thirds of its time on probing the image, and shares second\n"
         "derivatives at vertices, which costs it accuracy at the rigid magnets: the tests' own\n"
         "elements split them there and are made for this one plate. *New loads* is a kept plate\n"
-        f"asked for five other places; *each of {TOGETHER}* is a frequency of {TOGETHER} asked\n"
-        "for together.\n"
+        "asked for five other places.\n"
     )
     save(draw(rows), ROOT / "docs" / "images" / "plate.png")
 

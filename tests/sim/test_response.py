@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from at_points import respond_at
 from chladni.sim.board import Actuator, Board
 from chladni.sim.board_file import load_board
 from chladni.sim.energy import compose, energy_image
@@ -27,6 +28,7 @@ from chladni.sim.transfer import (
     target_field,
     transfer_fields,
 )
+from levy import levy_displacement
 
 X, Y = np.linspace(-0.05, 0.05, 21), np.linspace(-0.07, 0.07, 29)
 
@@ -70,11 +72,9 @@ def test_reciprocity_of_point_forces() -> None:
     """G(x, y) = G(y, x) to 1e-10: the same basis answers both ways."""
     model = free_plate()
     a, b = (0.01, -0.02), (-0.031, 0.044)
-    both = model.respond_at(
-        [Load(*a), Load(*b)], np.array([300.0]), np.array([a, b]), tolerance=1e-4
-    )
+    both = respond_at(model, [Load(*a), Load(*b)], 300.0, [a, b], tolerance=1e-4)
     # The endless plate's deflection is symmetric exactly; the corrections by the solved system.
-    assert both[0, 0, 1] == pytest.approx(both[1, 0, 0], rel=1e-3)
+    assert both[0, 1] == pytest.approx(both[1, 0], rel=1e-3)
     modes = model.modes(40, [Load(*a, 3e-3), Load(*b, 3e-3)], X, Y)
     losses = np.full(40, 0.01)
     squares = (2.0 * np.pi * modes.frequencies_hz) ** 2
@@ -111,8 +111,10 @@ def test_a_damped_plate_driven_high_is_endless(kind: str) -> None:
         if kind == "series"
         else RitzPlate(PlateGeometry(1.0, 1.3, 1.0, 0.3, 1.0), loss)
     )
-    place = np.array([[0.05, -0.1]])
-    at = model.respond_at([Load(0.05, -0.1)], np.array([frequency]), place, tolerance=1e-4)[0, 0, 0]
+    place = (0.05, -0.1)
+    # Of the double sum a point under its load asks for more than of the enriched basis.
+    tolerance = 1e-3 if kind == "series" else 2e-2
+    at = respond_at(model, [Load(*place)], frequency, [place], tolerance=tolerance)[0, 0]
     mobility = 2j * np.pi * frequency * at
     endless = 1.0 / (8.0 * np.sqrt(1.0 + 1j * loss))
     # exp(−kηL/4) of a wave comes back from 0.45 m away: under one percent.
@@ -124,9 +126,8 @@ def test_phase_turns_by_half_a_turn_through_resonance(paper: Board) -> None:
     first = float(plate_model(paper).natural_frequencies(1)[0])
     for loss in (1e-6, 1e-3):
         model = plate_model(changed(paper, loss_factor=loss))
-        centre = np.array([[0.0, 0.0]])
         below, on, above = (
-            model.respond_at([Load(0.0, 0.0)], np.array([f]), centre, tolerance=1e-6)[0, 0, 0]
+            respond_at(model, [Load(0.0, 0.0)], f, [(0.0, 0.0)], tolerance=1e-6)[0, 0]
             for f in (first * (1 - 30 * loss), first, first * (1 + 30 * loss))
         )
         assert abs(np.angle(below)) < 0.05
@@ -232,15 +233,16 @@ def test_velocity_and_acceleration_follow_from_displacement(paper: Board) -> Non
     assert np.allclose(response.acceleration, -(omega**2) * response.values)
 
 
-def test_points_and_grid_agree(prototype: Board) -> None:
+def test_a_point_is_the_same_alone_and_on_the_boards_grid(prototype: Board) -> None:
+    """A grid of one point has no mirrors; the board's is found from a quarter."""
     model = plate_model(prototype)
     loads = [Load(10e-3, 25e-3, 5e-3)]
     points = np.array([[prototype.x[30], prototype.y[200]], [prototype.x[150], prototype.y[40]]])
-    at = model.respond_at(loads, np.array([100.0, 160.0]), points, tolerance=1e-3)
+    at = respond_at(model, loads, 160.0, points, tolerance=1e-3)
     grid = model.respond(
         loads, frequency_hz=160.0, x=prototype.x, y=prototype.y, tolerance=1e-3
     ).values[0]
-    assert at[0, 1] == pytest.approx([grid[30, 200], grid[150, 40]], rel=1e-3)
+    assert at[0] == pytest.approx([grid[30, 200], grid[150, 40]], rel=1e-3)
 
 
 def test_measured_mode_losses_replace_the_plates(prototype: Board) -> None:
@@ -283,34 +285,43 @@ def test_thin_and_thick_plates_stay_finite_everywhere(
 MODELS: dict[float, PlateModel] = {}
 
 
+def levy_of(
+    model: SimplySupportedPlate, load: Load, frequency: float, place: tuple[float, float],
+    tolerance: float,
+) -> complex:  # fmt: skip
+    stiffness = model.bending_stiffness * (1.0 + 1j * model.loss_factor)
+    found = levy_displacement(
+        (model.width, model.length), stiffness, model.areal_mass, 2.0 * np.pi * frequency,
+        (load.x, load.y), np.array([place]), tolerance,
+    )  # fmt: skip
+    return complex(found[0])
+
+
 def test_five_kilohertz_with_hundreds_of_modes(paper: Board) -> None:
-    """The double sum at 5 kHz against Lévy's series, and against a tighter tolerance."""
+    """The double sum at 5 kHz against Lévy's series."""
     model = plate_model(changed(paper, loss_factor=0.01, thickness=0.2e-3))
+    assert isinstance(model, SimplySupportedPlate)
     assert np.count_nonzero(model.natural_frequencies(400) < 5000.0) > 100
-    place = np.array([[0.011, 0.023]])
-    series = model.respond_at([Load(0.0, 0.0)], np.array([5000.0]), place, tolerance=1e-7)
-    grid = model.respond(
-        [Load(0.0, 0.0)], frequency_hz=5000.0, x=place[0, :1], y=place[0, 1:], tolerance=1e-7
-    )
-    assert grid.values[0, 0, 0] == pytest.approx(series[0, 0, 0], rel=1e-4)
+    load, place = Load(0.0, 0.0), (0.011, 0.023)
+    series = levy_of(model, load, 5000.0, place, 1e-7)
+    grid = respond_at(model, [load], 5000.0, [place], tolerance=1e-7)
+    assert grid[0, 0] == pytest.approx(series, rel=1e-4)
 
 
-def test_levy_and_double_sum_agree_away_from_the_load_and_levy_wins_at_it() -> None:
+def test_the_double_sum_agrees_with_levys_series() -> None:
+    """Away from the load to 1e-8; at the load, where it is slowest, to its own tolerance."""
     model = SimplySupportedPlate(1.0, 1.5, 1.0, 1.0, 0.01)
-    load, far = Load(0.1, 0.2), np.array([[-0.3, 0.5]])
-    at = model.respond_at([load], np.array([3.0]), far, tolerance=1e-8)[0, 0, 0]
-    summed = model.respond(
-        [load], frequency_hz=3.0, x=far[0, :1], y=far[0, 1:], tolerance=1e-8
-    ).values[0, 0, 0]
-    assert at == pytest.approx(summed, rel=1e-8)
-    here = np.array([[load.x, load.y]])
-    exact = model.respond_at([load], np.array([3.0]), here, tolerance=1e-12)[0, 0, 0]
-    levy = model.respond_at([load], np.array([3.0]), here, tolerance=1e-6)[0, 0, 0]
-    double = model.respond([load], frequency_hz=3.0, x=here[0, :1], y=here[0, 1:], tolerance=1e-6)
-    assert abs(levy / exact - 1.0) < 1e-5
-    assert abs(double.values[0, 0, 0] / exact - 1.0) > abs(levy / exact - 1.0)
+    load, far = Load(0.1, 0.2), (-0.3, 0.5)
+    at = levy_of(model, load, 3.0, far, 1e-8)
+    assert at == pytest.approx(
+        respond_at(model, [load], 3.0, [far], tolerance=1e-8)[0, 0], rel=1e-8
+    )
+    here = (load.x, load.y)
+    exact = levy_of(model, load, 3.0, here, 1e-12)
     # Orders whose hyperbolic functions overflow a double 500 times over.
     assert np.isfinite(exact)
+    summed = respond_at(model, [load], 3.0, [here], tolerance=1e-6)[0, 0]
+    assert abs(summed / exact - 1.0) < 1e-3
 
 
 def with_actuators(board: Board, places: list[tuple[float, float]]) -> Board:
@@ -391,35 +402,11 @@ def test_error_estimates_hold_on_random_boards(scene: tuple[PlateGeometry, Load,
         assert found.error_estimate <= 100.0 * error
 
 
-@pytest.mark.parametrize("name", ["paper", "prototype"])
-def test_many_frequencies_together_are_as_one_by_one(name: str) -> None:
-    """Fields and estimates to rounding, also across a batch and where fewer loads are distinct."""
-    board = load_board(name)
-    loads, model = actuator_loads(board), plate_model(board)
-    if name == "prototype":
-        # One size for all, which otherwise follows the highest frequency.
-        geometry = plate_geometry(board)
-        waves = wave_number(geometry, 2.0 * np.pi * 900.0)
-        model = RitzPlate(geometry, board.plate.loss_factor, resolution_for(geometry, waves, 1))
-    x, y = board.x[::6], board.y[::6]
-    frequencies = np.linspace(100.0, 900.0, 20)
-    together = list(model.respond_over(loads, frequencies, x=x, y=y, tolerance=1e-2))
-    assert [response.frequency_hz for response in together] == frequencies.tolist()
-    for response in together:
-        f = response.frequency_hz
-        one = model.respond(loads, frequency_hz=f, x=x, y=y, tolerance=1e-2)
-        largest = np.abs(one.values).max()
-        assert np.abs(one.values - response.values).max() <= 1e-10 * largest
-        assert response.error_estimate == pytest.approx(one.error_estimate, rel=1e-4)
-
-
 @pytest.mark.parametrize("loss", [0.0, 0.02])
-def test_a_sweep_answers_as_a_plate_asked_for_the_first_time(loss: float) -> None:
-    """Kept images, low modes and a power series against the basis itself, past many modes.
+def test_a_kept_plate_answers_as_one_asked_for_the_first_time(loss: float) -> None:
+    """At any frequency, whatever it was asked before: a table of several frequencies keeps it.
 
-    The first term left out is 0.05⁸ = 4e-11 of what the high modes do; the limit is 1e-9 as
-    rounding in either way is amplified by the basis' conditioning (1e-11 relative at this size).
-    Loads of both kinds: one of its own deflection, one that the basis carries.
+    The limit is 1e-9 as rounding is amplified by the basis' conditioning (1e-11 at this size).
     """
     board = load_board("prototype")
     geometry = plate_geometry(board)
@@ -432,24 +419,17 @@ def test_a_sweep_answers_as_a_plate_asked_for_the_first_time(loss: float) -> Non
         return response.values, response.error_estimate
 
     kept = RitzPlate(geometry, loss, size)
-    # Down to where inertia hardly matters, then up past the reach of the first sweep and its modes.
-    for frequency in (300.0, 310.0, 290.0, 305.0, 315.0, 320.0, 1.0, 700.0, 1500.0, 160.0):
+    for frequency in (300.0, 310.0, 290.0, 305.0, 1.0, 700.0, 1500.0, 160.0):
         values, error = asked(kept, frequency)
         exact, its_error = asked(RitzPlate(geometry, loss, size), frequency)
         assert np.abs(values - exact).max() <= 1e-9 * np.abs(exact).max()
         assert error == pytest.approx(its_error, rel=1e-4)
-    (solver,) = kept._solvers.values()
-    assert solver._last_sweep is not None  # the sweep is what answered
 
 
-def test_a_resonance_among_many_frequencies_is_named() -> None:
+def test_a_resonance_is_named_by_either_plate() -> None:
     paper = paper_board()
     board = dataclasses.replace(paper, plate=dataclasses.replace(paper.plate, loss_factor=0.0))
     for model in (plate_model(board), RitzPlate(plate_geometry(board), 0.0)):
         mode = float(model.natural_frequencies(1)[0])
-        over = model.respond_over(
-            [Load(0.01, 0.02)], np.array([100.0, mode]), x=board.x[::20], y=board.y[::20],
-            tolerance=1e-2,
-        )  # fmt: skip
         with pytest.raises(ResonanceError):
-            list(over)
+            respond_at(model, [Load(0.01, 0.02)], mode, [(0.0, 0.0)], tolerance=1e-2)

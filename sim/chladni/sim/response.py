@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -57,27 +57,6 @@ class PlateModel(Protocol):
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y (m), and what unit loads do to them."""
 
-    def respond_at(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        points: FloatArray,
-        *,
-        tolerance: float,
-    ) -> ComplexArray:
-        """Displacement per newton at scattered points for many frequencies.
-
-        Parameters
-        ----------
-        points
-            Shape (points, 2), m.
-
-        Returns
-        -------
-        ComplexArray
-            Shape (loads, frequencies, points), m/N.
-        """
-
     def respond(
         self,
         loads: Sequence[Load],
@@ -88,14 +67,3 @@ class PlateModel(Protocol):
         tolerance: float,
     ) -> Response:
         """Fields on the grid x × y (m) under unit loads."""
-
-    def respond_over(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        *,
-        x: FloatArray,
-        y: FloatArray,
-        tolerance: float,
-    ) -> Iterator[Response]:
-        """The same for many frequencies, one after another."""

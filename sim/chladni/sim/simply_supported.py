@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.special import j1
 
 from chladni.sim.errors import RESONANCE_BAND, ResonanceError
-from chladni.sim.levy import LEAST_WAVE, levy_displacement
 from chladni.sim.loads import Load
 from chladni.sim.mirrored_grid import MirroredGrid, Oddness
 from chladni.sim.mirrors import Mirrors, orbits_of
@@ -110,19 +109,6 @@ class SimplySupportedPlate:
                 if not odd_x or load.x != 0.0
             }
 
-    def respond_over(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        *,
-        x: FloatArray,
-        y: FloatArray,
-        tolerance: float,
-    ) -> Iterator[Response]:
-        """The same for many frequencies, one after another: each has its own sum."""
-        for frequency in frequencies_hz.tolist():
-            yield self.respond(loads, frequency_hz=frequency, x=x, y=y, tolerance=tolerance)
-
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         index = np.arange(1, count + 2)
@@ -139,50 +125,6 @@ class SimplySupportedPlate:
             norm * along_x[:, :, None] * along_y[:, None, :],
             norm * work.reshape(len(loads), count),
         )
-
-    def respond_at(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        points: FloatArray,
-        *,
-        tolerance: float,
-    ) -> ComplexArray:
-        """Displacement per newton at points (points, 2); shape (loads, frequencies, points).
-
-        Point forces by Lévy's single series, which is exact at every point; discs, and frequencies
-        so low that the series loses digits, by the double sum.
-        """
-        result = np.empty((len(loads), frequencies_hz.size, len(points)), dtype=np.complex128)
-        for k, frequency in enumerate(frequencies_hz.tolist()):
-            self._refuse_resonance(frequency)
-            for i, load in enumerate(loads):
-                result[i, k] = self._at_points(load, frequency, points, tolerance)
-        return result
-
-    def _at_points(
-        self, load: Load, frequency_hz: float, points: FloatArray, tolerance: float
-    ) -> ComplexArray:
-        omega = 2.0 * np.pi * frequency_hz
-        wave = (self.areal_mass / self.bending_stiffness) ** 0.25 * np.sqrt(omega)
-        if load.radius == 0.0 and wave * self.width / np.pi > LEAST_WAVE:
-            return levy_displacement(
-                (self.width, self.length),
-                self.bending_stiffness * self._stiffness_factor,
-                self.areal_mass,
-                omega,
-                (load.x, load.y),
-                points,
-                tolerance,
-            )
-        values = [
-            self.respond(
-                [load], frequency_hz=frequency_hz, x=np.array([x]), y=np.array([y]),
-                tolerance=tolerance,
-            ).values[0, 0, 0]
-            for x, y in points
-        ]  # fmt: skip
-        return np.array(values, dtype=np.complex128)
 
     @property
     def _stiffness_factor(self) -> complex | float:

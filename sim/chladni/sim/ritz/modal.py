@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -20,54 +19,8 @@ REDUNDANT = 1e-13
 counted twice (rim functions look like polynomials from afar); they are left out."""
 CONDITION_FLOOR = 1e-9
 """A support condition this much smaller than the largest holds by parity alone."""
-
-
 SOLVED_BEFORE_MODES = 3
 """Modes cost as much as about five solutions without them."""
-
-
-BEFORE_SPECTRUM = 4
-"""Responses to one load that are worked out mode by mode before its spectrum is prepared."""
-SPECTRUM_MARGIN = 1.25
-"""A spectrum reaches this far beyond the frequency it was first needed for."""
-SERIES_RATIO = 0.05
-"""Modes whose ω² is beyond 1/0.05 of the highest drive's answer as a power series in it."""
-SERIES_TERMS = 8
-"""Of that series: the first one left out is 4e-11 of what those modes do at rest."""
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """A class's response to given loads at any frequency up to one: few real columns, weighted.
-
-    With t = ω²/(1 + iη) + σ a mode answers as 1/(1 − tμ). The low modes are columns of their own;
-    all others together are one power series in t, whose coefficients are columns per load.
-
-    Attributes
-    ----------
-    columns
-        Shape (class size, low modes + terms · loads), the loads of a term side by side.
-    highest_omega
-        Up to where it holds, rad/s.
-    """
-
-    columns: FloatArray
-    highest_omega: float
-    _shift: float
-    _low: FloatArray
-    _at_rest: FloatArray
-    _inertia: FloatArray
-
-    def weights(self, omega: float, loss_factor: float) -> ComplexArray:
-        """What each column counts for at a frequency, shape (columns, loads)."""
-        factor = 1.0 + 1j * loss_factor
-        t = omega**2 / factor + self._shift
-        loads = self._at_rest.shape[1]
-        low = (self._at_rest + t * self._inertia) / (1.0 - t * self._low)[:, None]
-        powers = np.zeros((SERIES_TERMS, loads, loads), dtype=np.complex128)
-        each = np.arange(loads)
-        powers[:, each, each] = (t ** np.arange(SERIES_TERMS))[:, None]
-        return np.asarray(np.concatenate((low, powers.reshape(-1, loads))) / factor)
 
 
 class ClassModes:
@@ -90,9 +43,6 @@ class ClassModes:
     ) -> None:  # fmt: skip
         self._subset = subset
         self._solved = 0
-        self._last_load: ClassLoad | None = None
-        self._asked = 0
-        self._last_spectrum: Spectrum | None = None
         # Many loads come at one frequency: its factors are kept.
         self._factored: tuple[tuple[float, float], Any] | None = None
         self._size = stiffness.shape[0]
@@ -160,10 +110,6 @@ class ClassModes:
 
     def respond(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """Coefficients of the class (size, loads) at one frequency, by modes."""
-        self._count(load, omega)
-        spectrum = self.kept_spectrum(load, omega)
-        if spectrum is not None:
-            return _product(spectrum.columns, spectrum.weights(omega, loss_factor))
         particular, own = self._prepare(load, omega, loss_factor)
         ratio, vectors = self._whitened
         stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
@@ -184,48 +130,6 @@ class ClassModes:
         null = self._free[0]
         free = lu_solve(self._factored[1], _product(null.T, own), overwrite_b=True)
         return self._spread(particular + _product(null, free), load)
-
-    def kept_spectrum(self, load: ClassLoad, omega: float) -> Spectrum | None:
-        """The spectrum of a load that was asked for often, if it reaches so far."""
-        kept = self._last_spectrum
-        is_of_it = self._last_load is load and kept is not None and omega <= kept.highest_omega
-        return kept if is_of_it else None
-
-    def _count(self, load: ClassLoad, omega: float) -> None:
-        """Prepare the spectrum of a load that is asked for often, once it pays."""
-        if self._last_load is not load:
-            self._last_load, self._asked, self._last_spectrum = load, 0, None
-        self._asked += 1
-        if self._asked > BEFORE_SPECTRUM and self.kept_spectrum(load, omega) is None:
-            self._last_spectrum = self.spectrum(load, SPECTRUM_MARGIN * omega)
-
-    def spectrum(self, load: ClassLoad, highest_omega: float) -> Spectrum:
-        """`respond` for every frequency up to one, as weights of columns that do not depend on it.
-
-        With s = ω²/(1 + iη) the displacement that meets the supports is p/(1 + iη), and the force
-        left is f − Kp + s·(inertia + Mp): all real but for s.
-        """
-        ratio, vectors = self._whitened
-        particular = np.zeros((self._subset.size, load.force.shape[1]))
-        if load.supports is not None and load.supports.any():
-            particular = -self._inverse_supports(load.supports)
-        by_inertia = load.inertia[self._subset] + self._mass @ particular
-        at_rest = load.force[self._subset] - self._stiffness @ particular
-        inertia = vectors.T @ by_inertia
-        force = vectors.T @ at_rest - self._shift * inertia
-        split = int(np.sum(ratio * (highest_omega**2 + self._shift) > SERIES_RATIO))
-        high, of_high = ratio[split:, None], vectors[:, split:]
-        # Term j of (force + t·inertia)/(1 − tμ).
-        terms = [force[split:]]
-        for power in range(1, SERIES_TERMS):
-            terms.append(high**power * force[split:] + high ** (power - 1) * inertia[split:])
-        series = [of_high @ term for term in terms]
-        series[0] = series[0] + particular
-        columns = np.zeros((self._size, split + SERIES_TERMS * particular.shape[1]))
-        columns[self._subset] = np.concatenate((vectors[:, :split], *series), axis=1)
-        return Spectrum(
-            columns, highest_omega, self._shift, ratio[:split], force[:split], inertia[:split]
-        )
 
     def _prepare(
         self, load: ClassLoad, omega: float, loss_factor: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
 from threading import RLock
 from typing import Any, TypeVar, cast
@@ -27,13 +27,9 @@ from chladni.sim.ritz.solver import Image, Solver
 from chladni.sim.ritz.symmetry import find_mirrors
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
-AT_ONCE = 16
-"""Frequencies whose fields are made together: more would only take more memory."""
-
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
@@ -110,87 +106,34 @@ class RitzPlate:
         ResonanceError
             The plate has no loss and `frequency_hz` lies on a mode.
         """
-        frequencies = np.array([frequency_hz])
-        return next(self.respond_over(loads, frequencies, x=x, y=y, tolerance=tolerance))
-
-    def respond_over(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        *,
-        x: FloatArray,
-        y: FloatArray,
-        tolerance: float,
-    ) -> Iterator[Response]:
-        """The same for many frequencies, at the cost of one modal solution and few reads.
-
-        The basis is chosen at the highest of them, and grows until all are within `tolerance`.
-
-        Raises
-        ------
-        ResonanceError
-            As above, before anything is yielded.
-        """
         orbits = orbits_of(loads, self.mirrors.shared_with(x, y))
-        waves = wave_number(self.geometry, 2.0 * np.pi * float(frequencies_hz.max()))
-        level = first_level(self.geometry, tolerance)
-        frequencies = frequencies_hz.tolist()
-        for first in range(0, len(frequencies), AT_ONCE):
-            some = frequencies[first : first + AT_ONCE]
-            level, size, images, errors = self._images_over(
-                orbits.distinct, some, waves, level, x, y, tolerance
-            )
-            for frequency, image, error in zip(some, images, errors, strict=True):
-                yield Response(image.unfold(orbits), size, float(error), frequency)
+        size, image, error = self._image(orbits.distinct, frequency_hz, x, y, tolerance)
+        return Response(image.unfold(orbits), size, error, frequency_hz)
 
     @in_turn
-    def _images_over(
-        self, loads: Sequence[Load], frequencies: list[float], waves: float, level: int,
-        x: FloatArray, y: FloatArray, tolerance: float,
-    ) -> tuple[int, int, list[Image], FloatArray]:  # fmt: skip
-        """The level that suffices, the basis' size, images and errors."""
-        omegas = [2.0 * np.pi * frequency for frequency in frequencies]
+    def _image(
+        self, loads: Sequence[Load], frequency_hz: float, x: FloatArray, y: FloatArray,
+        tolerance: float,
+    ) -> tuple[int, Image, float]:  # fmt: skip
+        """The size of the basis that suffices, the image and its error."""
+        omega = 2.0 * np.pi * frequency_hz
+        waves = wave_number(self.geometry, omega)
+        level = first_level(self.geometry, tolerance)
         while True:
             solver = self._solver(waves, level)
-            for frequency in frequencies:
-                self._refuse_resonance(solver, frequency)
+            self._refuse_resonance(solver, frequency_hz)
             case = solver.case(loads)
-            solutions = [solver.coefficients(case, omega, self.loss_factor) for omega in omegas]
-            errors = solver.error_estimates(case, solutions, omegas, self.loss_factor)
-            if errors.max() <= tolerance or level == LEVELS - 1 or self._resolution:
-                images = solver.images(case, omegas, solutions, self.loss_factor, x, y)
-                return level, solver.basis.size, images, errors
+            solution = solver.coefficients(case, omega, self.loss_factor)
+            error = solver.error_estimate(case, solution, omega, self.loss_factor)
+            if error <= tolerance or level == LEVELS - 1 or self._resolution:
+                image = solver.image(case, solution, self.loss_factor, x, y)
+                return solver.basis.size, image, error
             level += 1
 
     @in_turn
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         return self.mode_solver(count).mode_shapes(count, loads, x, y)
-
-    @in_turn
-    def respond_at(
-        self,
-        loads: Sequence[Load],
-        frequencies_hz: FloatArray,
-        points: FloatArray,
-        *,
-        tolerance: float,
-    ) -> ComplexArray:
-        """Displacement per newton at points (points, 2); shape (loads, frequencies, points).
-
-        One modal solution serves all frequencies; the basis is chosen at the highest of them.
-        """
-        highest = float(frequencies_hz.max())
-        level = first_level(self.geometry, tolerance)
-        solver = self._solver(wave_number(self.geometry, 2.0 * np.pi * highest), level)
-        case = solver.case(loads)
-        result = np.empty((len(loads), frequencies_hz.size, len(points)), dtype=np.complex128)
-        for k, frequency in enumerate(frequencies_hz.tolist()):
-            self._refuse_resonance(solver, frequency)
-            omega = 2.0 * np.pi * frequency
-            solution = solver.coefficients(case, omega, self.loss_factor)
-            result[:, k] = solver.at_points(case, solution, self.loss_factor, points)
-        return result
 
     def _solver(self, waves: float, level: int) -> Solver:
         resolution = self._resolution or resolution_for(self.geometry, waves, level)

@@ -20,10 +20,7 @@ from chladni.sim.ritz.grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.loading import LoadCase
 from chladni.sim.ritz.modal import ClassModes
-from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.sweep import Sweep
 from chladni.sim.ritz.symmetry import ParityBasis, parity_classes
-from chladni.sim.ritz.tables import BasisTable
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -31,8 +28,6 @@ ComplexArray = NDArray[np.complex128]
 PROBE_POINTS = (24, 48)
 """Gauss points on which two solutions are compared."""
 KEPT_GRIDS = 4
-SWEEP_SHARE = 0.5
-"""Of the basis: with more columns than that a sweep would save nothing."""
 FEWER = ((2, 0, 0), (0, 1, 0), (0, 0, 1))
 """(polynomials each way, angular orders on discs, on screws) less in each coarser solution."""
 SHARES = (6.5, 1.6, 0.1)
@@ -88,9 +83,7 @@ class Solver:
         self.assembly = Assembly(self.basis, mirrors, (area_points[0], area_points[1]))
         self._last_case: tuple[tuple[Load, ...], LoadCase] | None = None
         self._works: dict[Load, LoadCase] = {}
-        self._last_points: tuple[bytes, BasisTable] | None = None
         self._grids: dict[bytes, GridTable] = {}
-        self._last_sweep: Sweep | None = None
 
     @cached_property
     def _steps(self) -> list[tuple[tuple[int, int, int], float]]:
@@ -146,64 +139,22 @@ class Solver:
         """The response per class, each of shape (class size, loads)."""
         return [c.modes.respond(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
 
-    def images(
-        self, case: LoadCase, omegas: Sequence[float], solutions: Sequence[list[ComplexArray]],
-        loss_factor: float, x: FloatArray, y: FloatArray,
-    ) -> list[Image]:  # fmt: skip
-        """The case's solutions at several frequencies on the grid x × y."""
+    def image(
+        self, case: LoadCase, solution: list[ComplexArray], loss_factor: float, x: FloatArray,
+        y: FloatArray,
+    ) -> Image:  # fmt: skip
+        """The case's solution on the grid x × y."""
         table = self._grid(x, y)
-        sweep = self._sweep(case, table, omegas)
-        bases = [c.basis for c in self.classes]
-        if sweep is not None:
-            shares = [sweep.shares(omega, loss_factor) for omega in omegas]
-        else:
-            parts = (np.real, np.imag) if loss_factor else (np.real,)
-            # All in one call: reading the grid's tables is what takes time.
-            columns = [
-                np.concatenate([part(own) for own in owns for part in parts], axis=1)
-                for owns in zip(*solutions, strict=True)
-            ]
-            read = table.shares(bases, columns)
-            shape = (len(omegas), len(parts), -1, *table.grid.part_shape)
-            split = {odd: own.reshape(shape) for odd, own in read.items()}
-            shares = [{odd: own[k] for odd, own in split.items()} for k in range(len(omegas))]
+        parts = (np.real, np.imag) if loss_factor else (np.real,)
+        # All in one call: reading the grid's tables is what takes time.
+        columns = [np.concatenate([part(own) for part in parts], axis=1) for own in solution]
+        read = table.shares([c.basis for c in self.classes], columns)
+        shape = (len(parts), -1, *table.grid.part_shape)
+        shares = {odd: own.reshape(shape) for odd, own in read.items()}
         own_field: ComplexArray | None = None
         if not case.is_direct:
             own_field = np.asarray(case.field_on(x, y) / (1.0 + 1j * loss_factor))
-        return [Image(table, share, own_field) for share in shares]
-
-    def _sweep(self, case: LoadCase, grid: GridTable, omegas: Sequence[float]) -> Sweep | None:
-        """What makes further frequencies cheap, once every class has the spectrum for it."""
-        spectra = []
-        for c in self.classes:
-            spectrum = c.modes.kept_spectrum(case.in_class(c.basis), max(omegas))
-            if spectrum is None:
-                return None
-            spectra.append(spectrum)
-        if self._last_sweep is not None and self._last_sweep.is_of(spectra, grid):
-            return self._last_sweep
-        if sum(s.columns.shape[1] for s in spectra) > SWEEP_SHARE * self.basis.size:
-            return None
-        self._last_sweep = Sweep([c.basis for c in self.classes], spectra, grid)
-        return self._last_sweep
-
-    def at_points(
-        self, case: LoadCase, coefficients: list[ComplexArray], loss_factor: float,
-        points: FloatArray,
-    ) -> ComplexArray:  # fmt: skip
-        """Displacements at points (points, 2), shape (loads, points)."""
-        x, y = points[:, 0], points[:, 1]
-        table = self._point_table(points)
-        values = sum(
-            table.values(c.basis, (0, 0)) @ own
-            for c, own in zip(self.classes, coefficients, strict=True)
-        )
-        result = np.asarray(values).T
-        if not case.is_direct:
-            result = result + case.deflection(x, y) / (1.0 + 1j * loss_factor)
-        for centre_x, centre_y, radius in self.geometry.cut_out:
-            result[:, np.hypot(x - centre_x, y - centre_y) <= radius] = 0.0
-        return np.asarray(result)
+        return Image(table, shares, own_field)
 
     def mode_shapes(
         self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray
@@ -232,48 +183,35 @@ class Solver:
             self._works[load] = LoadCase(self.assembly, [load], always_direct=True)
         return self._works[load]
 
-    def _point_table(self, points: FloatArray) -> BasisTable:
-        """The basis at scattered points; the last one is kept, for the next frequency."""
-        key = points.tobytes()
-        if self._last_points is None or self._last_points[0] != key:
-            weights = np.ones(len(points))
-            table = BasisTable(self.basis, Points(points[:, 0], points[:, 1], weights))
-            self._last_points = (key, table)
-        return self._last_points[1]
-
-    def error_estimates(
-        self, case: LoadCase, solutions: Sequence[list[ComplexArray]], omegas: Sequence[float],
-        loss_factor: float,
-    ) -> FloatArray:  # fmt: skip
-        """Relative L² error of every solution, the largest of its loads.
+    def error_estimate(
+        self, case: LoadCase, solution: list[ComplexArray], omega: float, loss_factor: float
+    ) -> float:
+        """Relative L² error of a solution, the largest of its loads.
 
         Solutions in the same matrices with a little less of one kind of function tell what the last
         functions of that kind did, and so, of what order the next would be.
         """
-        probe, loads = self._probe, solutions[0][0].shape[1]
+        probe, loads = self._probe, solution[0].shape[1]
         # All in one call: on so small a grid a call costs more than its sums.
         columns = []
-        for number, c in enumerate(self.classes):
-            load, own = case.in_class(c.basis), []
-            for solution, omega in zip(solutions, omegas, strict=True):
-                fine = solution[number]
-                steps = [fine] + [fine - k.solve(load, omega, loss_factor) for k in c.coarser]
-                own += [part(step) for step in steps for part in (np.real, np.imag)]
+        for fine, c in zip(solution, self.classes, strict=True):
+            load = case.in_class(c.basis)
+            steps = [fine] + [fine - k.solve(load, omega, loss_factor) for k in c.coarser]
+            own = [part(step) for step in steps for part in (np.real, np.imag)]
             columns.append(np.concatenate(own, axis=1))
         fields = probe.fields([c.basis for c in self.classes], columns)
-        # By solution, step and part; the loads' own deflection is no step.
-        fields = fields.reshape(len(solutions), -1, 2, loads, *fields.shape[1:])
+        # By step and part; the loads' own deflection is no step.
+        fields = fields.reshape(-1, 2, loads, *fields.shape[1:])
         factor = 1.0 / (1.0 + 1j * loss_factor)
         own_field = case.field_on(probe.x, probe.y)
-        fields[:, 0, 0] += factor.real * own_field
-        fields[:, 0, 1] += factor.imag * own_field
-        norms = np.moveaxis(np.sqrt(np.sum(fields**2, axis=(2, 4, 5))), 1, 0)
-        whole, *steps = norms
+        fields[0, 0] += factor.real * own_field
+        fields[0, 1] += factor.imag * own_field
+        whole, *steps = np.sqrt(np.sum(fields**2, axis=(1, 3, 4)))
         left = sum(share * step for (_, share), step in zip(self._steps, steps, strict=True))
         error = np.asarray(left / np.maximum(whole, 1e-300))
         error *= 1.0 + UNSETTLED * np.minimum(error, 1.0)
         floor = ROUNDING + (UNRESOLVED_LOAD if case.is_unresolved else 0.0)
-        return np.asarray(np.max(error, axis=1) + floor)
+        return float(np.max(error) + floor)
 
     def _grid(self, x: FloatArray, y: FloatArray) -> GridTable:
         key = x.tobytes() + b"|" + y.tobytes()
