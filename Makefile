@@ -6,7 +6,7 @@ endif
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-NATIVE_SOURCES := $(shell find firmware tables/kernel wheel -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
+NATIVE_SOURCES := $(shell find firmware tables/kernel tables/reader wheel -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
 # One BLAS thread per process: the small matrices here gain nothing from more, and joblib's
 # processes would fight over the cores.
 export OPENBLAS_NUM_THREADS ?= 1

@@ -18,13 +18,13 @@ from chladni.host.device_config import unpack_config
 from chladni.host.link import FrameSplitter, _answer
 from chladni.host.network_format import Kind
 from chladni.sim.errors import InputError
-from chladni.tables import coding, folding, layout
+from chladni.tables import folding, layout
 from chladni.tables import format as table_format
 from chladni.tables.format import unpack
 from made_up import with_crc
 
 KEY = bytes(range(32))
-PARSERS = (link, datagrams, device_config, coding, folding, layout, table_format)
+PARSERS = (link, datagrams, device_config, folding, layout, table_format)
 
 
 def instrument(module: ModuleType) -> None:

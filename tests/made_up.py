@@ -48,7 +48,7 @@ def make_table(
 
 def random_table(
     columns: int, rows: int, actuators: int, seed: int, *, labels: int = 1, coarse: int = 0,
-    folding: Folding = UNFOLDED, frequencies: Sequence[float] = (160.0,),
+    folding: Folding = UNFOLDED, frequencies: Sequence[float] = (160.0,), bits: int = 16,
     span_um: tuple[int, int] = (71500, 146700),
 ) -> Table:  # fmt: skip
     """Random drives with `coarse` zero bits at their ends, in patches of random labels."""
@@ -58,7 +58,8 @@ def random_table(
     sections = []
     for frequency in frequencies:
         iq = rng.integers(-23000, 23001, (cells, actuators, 2))
-        iq = np.sign(iq) * (np.abs(iq) >> coarse << coarse)
+        zeros = max(coarse, 16 - bits)
+        iq = np.sign(iq) * (np.abs(iq) >> zeros << zeros)
         # Some regions are silent, and some are as their neighbours.
         iq[rng.random(cells) < 0.1] = 0
         iq[1:][rng.random(cells - 1) < 0.2] = iq[0]
@@ -67,7 +68,7 @@ def random_table(
         crossings = rng.integers(0, 3, (labels, 2)).astype(np.uint8)
         sections.append(Section(frequency, "ssim", FULL_GAIN, marks.astype(np.uint8), crossings,
                                 iq.astype(np.int16)))  # fmt: skip
-    return Table("t", 1, grid, LIMITS, tuple(sections), folding)
+    return Table("t", 1, grid, LIMITS, tuple(sections), folding, bits)
 
 
 def reversal(count: int) -> tuple[int, ...]:
@@ -104,6 +105,12 @@ def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any)
         "full_rise_dk": (1,) * count + (0,) * (16 - count),
     }
     return DeviceConfig(**(known | settings))
+
+
+def entry_bytes(sequence: int, table_crc: int) -> bytes:
+    """An entry of a slot's trailer, as docs/flash.md has it."""
+    body = struct.pack("<II", sequence % 2**32, table_crc)
+    return body + struct.pack("<I", zlib.crc32(body))
 
 
 def starts_of(recording: Recording) -> NDArray[np.int64]:

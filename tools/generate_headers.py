@@ -19,7 +19,7 @@ import numpy as np
 from link_texts import link_header, link_page, network_header
 
 from chladni.host import device_codes, device_config, flash_layout
-from chladni.tables import coding, layout, regions
+from chladni.tables import layout, regions
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
 SINE_QUARTER_POINTS = 256
@@ -38,22 +38,14 @@ def table_header() -> str:
         "kSectionBytes": layout.SECTION_BYTES,
         "kCrcBytes": layout.CRC_BYTES,
         "kBoardNameBytes": layout.BOARD_NAME_BYTES,
+        "kSmallestFile": layout.SMALLEST_FILE,
         "kLargestFile": layout.LARGEST_FILE,
-        "kFullScale": coding.FULL_SCALE,
+        "kFullScale": layout.FULL_SCALE,
         "kFractionBits": regions.FRACTION_BITS,
-        "kCrossingBits": layout.CROSSING_BITS,
-        "kCoarsest": coding.COARSEST,
-        "kMaxShift": coding.MAX_SHIFT,
-        "kMaxRice": coding.MAX_RICE,
-        "kStartRice": coding.START_RICE,
-        "kMaxOnes": coding.MAX_UNARY,
         "kMaxActuators": layout.MAX_ACTUATORS,
         "kMaxSections": layout.MAX_SECTIONS,
         "kMaxLabels": layout.MAX_LABELS,
         "kLastObjective": len(layout.OBJECTIVE_NAMES) - 1,
-        "kMaxRegions": layout.MAX_REGIONS,
-        "kMaxNodes": layout.MAX_NODES,
-        "kMaxGains": layout.MAX_GAINS,
         "kMaxCellsPerSide": layout.MAX_CELLS_PER_SIDE,
         "kMaxSpanUm": layout.MAX_SPAN_UM,
         "kMinFrequencyMhz": layout.MIN_FREQUENCY_MHZ,
@@ -70,12 +62,8 @@ def table_header() -> str:
         "kSectionBytes": "of a section header",
         "kFullScale": "stands for the largest gain",
         "kFractionBits": "of a place between two cells",
-        "kCoarsest": "regions between those decoded first",
-        "kMaxShift": "of a difference",
-        "kMaxRice": "Rice parameter",
-        "kMaxOnes": "in a row",
-        "kMaxNodes": "regions in the device's RAM",
-        "kMaxGains": "gain pairs in the device's RAM",
+        "kSmallestFile": "one section of no regions",
+        "kLargestFile": "what a slot holds",
         "kMinFrequencyMhz": "millihertz",
     }
     return cpp_text.header(
@@ -170,17 +158,16 @@ def config_header() -> str:
 
 
 def store_header() -> str:
-    """`store_format.hpp`: slots and journal of the tables partition."""
+    """`store_format.hpp`: slots and trailers of the tables partition."""
     values: dict[str, int | str] = {
         "kPartitionBytes": flash_layout.PARTITION_BYTES,
         "kSlots": flash_layout.SLOTS,
         "kSlotBytes": flash_layout.SLOT_BYTES,
-        "kJournalOffset": flash_layout.JOURNAL_OFFSET,
-        "kJournalSectors": flash_layout.JOURNAL_SECTORS,
+        "kTrailerOffset": flash_layout.TRAILER_OFFSET,
         "kEntryBytes": flash_layout.ENTRY_BYTES,
     }
     return cpp_text.header(
-        "Two slots for tables and a journal of what is in them (docs/flash.md).",
+        "Two slots for tables, each with a trailer that says when it counted (docs/flash.md).",
         "chladni::store_format",
         [
             *cpp_text.constants(values),

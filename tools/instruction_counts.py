@@ -1,6 +1,6 @@
 """Run the firmware core on an emulated Xtensa lx106 and RISC-V rv32imc, and count instructions.
 
-    python tools/instruction_counts.py TABLE.chl   decode it, look 4000 places up, play 2 s
+    python tools/instruction_counts.py TABLE.chl   take it, look 4000 places up, play 2 s
 
 Both programs are compiled from the core as it is and run under QEMU. They must give the drives that
 the Python reference gives, and the duties that the same program gives on this machine. What is
@@ -23,15 +23,14 @@ import numpy as np
 
 from chladni.sim.errors import ChladniError
 from chladni.tables.format import read_table
-from chladni.tables.lookup import lookup
 from chladni.tables.table import Table
 
 FIRMWARE = Path(__file__).resolve().parents[1] / "firmware" / "esp32"
 HERE = FIRMWARE / "qemu"
 CORE = tuple(sorted((FIRMWARE / "core").rglob("*.cpp")))
 FLAGS = (
-    "-std=c++17", "-O2", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Wconversion",
-    "-Werror",
+    "-std=c++17", "-O2", "-fno-schedule-insns", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra",
+    "-Wconversion", "-Werror",
 )  # fmt: skip
 PLACES = 4000
 
@@ -74,6 +73,8 @@ class Counts:
     """
 
     processor: str
+    ram: dict[str, int]
+    """Bytes of the core's variables, by what they are for."""
     load: int
     lookup_most: int
     lookup_mean: float
@@ -96,7 +97,7 @@ def count(processor: Processor, path: Path) -> Counts:
     Raises
     ------
     ChladniError
-        The processor decodes other drives than the reference, or plays other duties than here.
+        The processor reads other drives than the reference, or plays other duties than here.
     """
     table = read_table(path)
     command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
@@ -121,6 +122,7 @@ def count(processor: Processor, path: Path) -> Counts:
 
     return Counts(
         processor.name,
+        {name.removeprefix("ram_"): size for name, size in said.items() if name.startswith("ram_")},
         round(said["load"] / processor.per_instruction),
         round(said["lookup_most"] / processor.per_instruction),
         said["lookup_sum"] / processor.per_instruction / said["lookups"],
@@ -155,7 +157,7 @@ def reference_crc(table: Table) -> int:
         seed = (seed * 1664525 + 1013904223) % 2**32
         places.append((seed >> (32 - bits)) - (1 << (bits - 1)))
     at = np.array(places).reshape(-1, 2)
-    drives = lookup(table, table.section(), at[:, 0], at[:, 1])
+    drives = table.lookup(table.section(), at[:, 0], at[:, 1])
     return zlib.crc32(drives.astype("<i2").tobytes())
 
 
@@ -176,6 +178,8 @@ def main() -> int:
             f"of other waves; {found.with_news} "
             "with news from the main loop"
         )
+        parts = ", ".join(f"{name.replace('_', ' ')} {size}" for name, size in found.ram.items())
+        print(f"    RAM: {sum(found.ram.values())} bytes: {parts}")
     return 0
 
 

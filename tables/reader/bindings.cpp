@@ -1,67 +1,94 @@
-// The firmware's table, read from bytes in memory instead of flash.
+// The firmware's own reading and keeping of tables, on bytes in memory instead of flash.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/bytes.hpp"
 #include "core/table.hpp"
+#include "core/table_store.hpp"
 
 namespace nb = nanobind;
 
 namespace {
 
+using chladni::kSectorBytes;
 using Places = nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-class FirmwareTable {
+// Flash in memory, and the order in which its sectors were last written.
+class Flash {
  public:
-  FirmwareTable(nb::bytes data, uint32_t channels)
-      : bytes_(data.c_str(), data.c_str() + data.size()), channels_(channels) {
-    status_ = table_.load(hal(), channels);
-  }
+  explicit Flash(nb::bytes data) : bytes_(data.c_str(), data.c_str() + data.size()) {}
+  Flash(const Flash&) = delete;
+  Flash& operator=(const Flash&) = delete;
 
-  std::string status() const { return chladni::to_text(status_); }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }
+  const std::vector<uint32_t>& written() const { return written_; }
 
-  std::string select(uint32_t frequency_mhz) {
-    return chladni::to_text(table_.select(hal(), frequency_mhz));
-  }
-
-  uint32_t frequency_mhz() const { return table_.frequency_mhz(); }
-
-  uint32_t region_at(int32_t x_um, int32_t y_um) const {
-    check_loaded();
-    return table_.region_at({x_um, y_um});
-  }
-
-  auto lookup(Places x_um, Places y_um) const {
-    check_loaded();
-    if (x_um.shape(0) != y_um.shape(0)) throw nb::value_error("as many x as y");
-    const size_t count = x_um.shape(0);
-    std::vector<chladni::Drive> drives(count);
-    for (size_t k = 0; k < count; ++k) table_.drive_at({x_um(k), y_um(k)}, drives[k]);
-    return as_array(drives);
-  }
-
-  auto regions() const {
-    check_loaded();
-    std::vector<chladni::Drive> drives(table_.regions());
-    for (uint32_t k = 0; k < table_.regions(); ++k) table_.drive(k, drives[k]);
-    return as_array(drives);
+  chladni::Hal hal() {
+    chladni::Hal result{};
+    result.context = this;
+    result.map_flash = [](void* context, chladni::FlashArea, uint32_t offset,
+                          uint32_t count) -> const uint8_t* {
+      const auto& own = static_cast<Flash*>(context)->bytes_;
+      return offset > own.size() || count > own.size() - offset ? nullptr : own.data() + offset;
+    };
+    result.erase_sector = [](void* context, chladni::FlashArea, uint32_t offset) {
+      auto& own = *static_cast<Flash*>(context);
+      std::memset(own.bytes_.data() + offset, 0xFF, kSectorBytes);
+      own.touch(offset / kSectorBytes);
+      return true;
+    };
+    result.program_flash = [](void* context, chladni::FlashArea, uint32_t offset,
+                              const uint8_t* bytes, uint32_t count) {
+      auto& own = *static_cast<Flash*>(context);
+      for (uint32_t k = 0; k < count; ++k) own.bytes_[offset + k] &= bytes[k];
+      const uint32_t last = (offset + count - 1U) / kSectorBytes;
+      for (uint32_t k = offset / kSectorBytes; k <= last; ++k) own.touch(k);
+      return true;
+    };
+    return result;
   }
 
  private:
-  void check_loaded() const {
-    if (!table_.is_loaded()) throw nb::value_error("no table is loaded");
+  void touch(uint32_t sector) {
+    written_.erase(std::remove(written_.begin(), written_.end(), sector), written_.end());
+    written_.push_back(sector);
   }
 
-  nb::ndarray<nb::numpy, int16_t, nb::ndim<3>> as_array(
-      const std::vector<chladni::Drive>& drives) const {
-    auto values = std::make_unique<int16_t[]>(drives.size() * channels_ * 2);
+  std::vector<uint8_t> bytes_;
+  std::vector<uint32_t> written_;
+};
+
+class FirmwareTable {
+ public:
+  FirmwareTable(nb::bytes data, uint32_t channels) : flash_(data), channels_(channels) {
+    status_ = table_.load(flash_.hal(), channels);
+  }
+
+  std::string status() const { return chladni::to_text(status_); }
+  std::string select(uint32_t frequency_mhz) {
+    return chladni::to_text(table_.select(frequency_mhz));
+  }
+  uint32_t frequency_mhz() const { return table_.frequency_mhz(); }
+
+  auto lookup(Places x_um, Places y_um) const {
+    if (!table_.is_loaded()) throw nb::value_error("no table is loaded");
+    if (x_um.shape(0) != y_um.shape(0)) throw nb::value_error("as many x as y");
+    const size_t count = x_um.shape(0);
+    auto values = std::make_unique<int16_t[]>(count * channels_ * 2);
     int16_t* next = values.get();
-    for (const chladni::Drive& drive : drives) {
+    chladni::Drive drive{};
+    for (size_t place = 0; place < count; ++place) {
+      table_.drive_at({x_um(place), y_um(place)}, drive);
       for (uint32_t k = 0; k < channels_; ++k) {
         *next++ = drive[k].in_phase_q15;
         *next++ = drive[k].quadrature_q15;
@@ -70,26 +97,82 @@ class FirmwareTable {
     int16_t* const data = values.release();
     nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<int16_t*>(p); });
     return nb::ndarray<nb::numpy, int16_t, nb::ndim<3>>(
-        data, {drives.size(), static_cast<size_t>(channels_), 2}, owner);
+        data, {count, static_cast<size_t>(channels_), 2}, owner);
   }
 
-  chladni::Hal hal() {
-    chladni::Hal result{};
-    result.context = this;
-    result.read_flash = [](void* context, chladni::FlashArea, uint32_t offset, uint8_t* bytes,
-                           uint32_t count) {
-      const auto& own = static_cast<FirmwareTable*>(context)->bytes_;
-      if (offset > own.size() || count > own.size() - offset) return false;
-      std::memcpy(bytes, own.data() + offset, count);
-      return true;
-    };
-    return result;
-  }
-
-  std::vector<uint8_t> bytes_;
+ private:
+  Flash flash_;
   uint32_t channels_;
   chladni::Table table_;
   chladni::TableStatus status_;
+};
+
+class FirmwareStore {
+ public:
+  explicit FirmwareStore(nb::bytes image) : flash_(image) {
+    if (image.size() != chladni::store_format::kPartitionBytes) {
+      throw nb::value_error("an image of the whole tables partition");
+    }
+    load();
+  }
+
+  uint32_t slot() const { return store_.slot(); }
+  nb::bytes image() const {
+    return nb::bytes(reinterpret_cast<const char*>(flash_.bytes().data()), flash_.bytes().size());
+  }
+
+  // A table into the other slot; afterwards it is the one that counts, if "ok" comes back.
+  std::string update(nb::bytes data) {
+    using chladni::StoreStatus;
+    if (data.size() < chladni::table_format::kSmallestFile) return "not a table";
+    const auto* const bytes = reinterpret_cast<const uint8_t*>(data.c_str());
+    const auto size = static_cast<uint32_t>(data.size());
+    const chladni::Hal hal = flash_.hal();
+    StoreStatus status = store_.begin(hal, size, chladni::read_u32(bytes + size - 4U));
+    if (status == StoreStatus::kOk) status = store_.write(hal, 0, bytes, size);
+    if (status == StoreStatus::kOk) {
+      status = store_.commit(hal, table_, bytes[chladni::table_format::kAtActuators]);
+    }
+    load();
+    return chladni::to_text(status);
+  }
+
+  // Back to what the other slot holds.
+  std::string restore_other(uint32_t channels) {
+    const chladni::StoreStatus status = store_.restore_other(flash_.hal(), table_, channels);
+    load();
+    return chladni::to_text(status);
+  }
+
+  // Offsets and bytes of all that was written, whole sectors, in the order in which they must be.
+  std::vector<std::pair<uint32_t, nb::bytes>> writes() const {
+    const std::vector<uint32_t>& sectors = flash_.written();
+    std::vector<std::pair<uint32_t, nb::bytes>> result;
+    for (size_t k = 0; k < sectors.size();) {
+      size_t end = k + 1;
+      while (end < sectors.size() && sectors[end] == sectors[end - 1] + 1U &&
+             !is_trailer(sectors[end])) {
+        ++end;
+      }
+      const char* const from =
+          reinterpret_cast<const char*>(flash_.bytes().data()) + sectors[k] * kSectorBytes;
+      result.emplace_back(sectors[k] * kSectorBytes, nb::bytes(from, (end - k) * kSectorBytes));
+      k = end;
+    }
+    return result;
+  }
+
+ private:
+  static bool is_trailer(uint32_t sector) {
+    namespace f = chladni::store_format;
+    return sector * kSectorBytes % f::kSlotBytes == f::kTrailerOffset;
+  }
+  // Which slot counts does not depend on the channels of whoever asks.
+  void load() { store_.load(flash_.hal(), table_, 1); }
+
+  Flash flash_;
+  chladni::TableStore store_;
+  chladni::Table table_;
 };
 
 }  // namespace
@@ -100,7 +183,12 @@ NB_MODULE(_firmware, m) {
       .def_prop_ro("status", &FirmwareTable::status)
       .def_prop_ro("frequency_mhz", &FirmwareTable::frequency_mhz)
       .def("select", &FirmwareTable::select, nb::arg("frequency_mhz"))
-      .def("region_at", &FirmwareTable::region_at, nb::arg("x_um"), nb::arg("y_um"))
-      .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"))
-      .def("regions", &FirmwareTable::regions);
+      .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"));
+  nb::class_<FirmwareStore>(m, "FirmwareStore")
+      .def(nb::init<nb::bytes>(), nb::arg("image"))
+      .def_prop_ro("slot", &FirmwareStore::slot)
+      .def_prop_ro("image", &FirmwareStore::image)
+      .def("update", &FirmwareStore::update, nb::arg("table"))
+      .def("restore_other", &FirmwareStore::restore_other, nb::arg("channels"))
+      .def("writes", &FirmwareStore::writes);
 }

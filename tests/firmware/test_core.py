@@ -199,19 +199,18 @@ def test_a_table_for_another_number_of_channels_is_refused(table: Table) -> None
         powered(b"\xff" * 100, channels=5)
 
 
-def test_a_table_too_large_for_ram_is_refused_by_both_sides(table: Table) -> None:
-    big = make_table(np.ones((70 * 50, 5)), 70, 50)
-    with pytest.raises(InputError, match="RAM"):
-        pack(big)
-    with pytest.raises(EmulatorError, match="too large"):
-        powered(forge(table, columns=70, rows=50), channels=5)
+def test_a_table_larger_than_a_slot_is_refused_by_both_sides(table: Table) -> None:
+    with pytest.raises(InputError, match="a device's slot"):
+        pack(make_table(np.ones((130 * 100, 5)), 130, 100))
+    with pytest.raises(EmulatorError, match="sizes contradict"):
+        powered(forge(table, total_bytes=63 * 4096 + 1), channels=5)
 
 
 def test_the_device_refuses_limits_that_are_none(table: Table) -> None:
     """A ramp of 20 s would leave the outputs on 20 s after lift-up."""
     for field, value in (
         ("ramp_us", 20_000_000), ("touch_timeout_us", 5_000), ("max_on_us", 1_000_000_000),
-        ("mirrors", 4), ("mirror_x", 1), ("labels", 0), ("start_shift", 15),
+        ("mirrors", 4), ("mirror_x", 1), ("labels", 0), ("bits", 10),
     ):  # fmt: skip
         with pytest.raises(EmulatorError, match="out of range"):
             powered(forge(table, **{field: value}), channels=5)

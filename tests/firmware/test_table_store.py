@@ -11,17 +11,16 @@ from chladni.host.device import Device
 from chladni.host.emulator import Emulator
 from chladni.host.flash_layout import (
     ENTRY_BYTES,
-    JOURNAL_OFFSET,
     PARTITION_BYTES,
     SECTOR_BYTES,
     SLOT_BYTES,
-)  # fmt: skip
+    TRAILER_OFFSET,
+)
 from chladni.host.link import LinkError
 from chladni.host.link_protocol import Status
-from chladni.host.partition import entry_bytes
 from chladni.host.wire import EmulatorWire
 from chladni.tables.format import pack
-from made_up import device_of, forge, make_table, powered
+from made_up import device_of, entry_bytes, forge, make_table, powered, random_table
 
 OLD, NEW, OLDER = (
     pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0, 7.0)
@@ -49,13 +48,14 @@ def with_flash(image: bytes) -> Emulator:
 
 
 def image(slots: dict[int, bytes], entries: list[tuple[int, int, bytes]]) -> bytes:
-    """A partition with tables in slots, and journal entries."""
+    """A partition with tables in slots, and entries in their trailers: number, slot, table."""
     data = bytearray(b"\xff" * PARTITION_BYTES)
     for slot, table in slots.items():
         data[slot * SLOT_BYTES : slot * SLOT_BYTES + len(table)] = table
-    for k, (sequence, slot, table) in enumerate(entries):
-        at = JOURNAL_OFFSET + k * ENTRY_BYTES
-        data[at : at + ENTRY_BYTES] = entry_bytes(sequence, slot, crc_of(table))
+    free = [slot * SLOT_BYTES + TRAILER_OFFSET for slot in (0, 1)]
+    for sequence, slot, table in entries:
+        data[free[slot] : free[slot] + ENTRY_BYTES] = entry_bytes(sequence, crc_of(table))
+        free[slot] += ENTRY_BYTES
     return bytes(data)
 
 
@@ -63,7 +63,9 @@ def damaged(table: bytes) -> bytes:
     return table[:90] + bytes([table[90] ^ 1]) + table[91:]
 
 
-FULL_JOURNAL = [(k + 1, k % 2, OLD if k % 2 == 0 else OLDER) for k in range(255)] + [(256, 0, OLD)]
+FULL = SECTOR_BYTES // ENTRY_BYTES
+"""Entries that a trailer holds."""
+FULL_TRAILERS = [(k + 1, 1 - k % 2, OLDER if k % 2 == 0 else OLD) for k in range(2 * FULL)]
 
 
 @dataclass(frozen=True)
@@ -77,16 +79,21 @@ class Start:
 BOTH = [(1, 0, OLDER), (2, 1, OLD)]
 REVERSED = [(1, 0, OLD), (2, 1, OLDER)]
 ONE = image({0: OLD}, [(1, 0, OLD)])
-TORN = JOURNAL_OFFSET + ENTRY_BYTES
+TORN = TRAILER_OFFSET + ENTRY_BYTES
 STARTS = {
     "no table": Start(image({}, []), None),
     "one, by the ROM's loader": Start(image({0: OLD}, []), OLD),
     "one, in the second slot": Start(image({1: OLD}, [(4, 1, OLD)]), OLD),
     "two": Start(image({0: OLDER, 1: OLD}, BOTH), OLD),
+    "two, gone back to the first": Start(image({0: OLD, 1: OLDER}, [*REVERSED, (3, 0, OLD)]), OLD),
     "two, the newer corrupt": Start(image({0: OLD, 1: damaged(OLDER)}, REVERSED), OLD),
     "two, the older corrupt": Start(image({0: damaged(OLDER), 1: OLD}, BOTH), OLD),
+    "two, numbers about to wrap": Start(
+        image({0: OLDER, 1: OLD}, [(2**32 - 2, 0, OLDER), (2**32 - 1, 1, OLD)]), OLD
+    ),
     "a torn entry": Start(ONE[:TORN] + b"\x02\x00" + ONE[TORN + 2 :], OLD),
-    "a full journal": Start(image({0: OLD, 1: OLDER}, FULL_JOURNAL), OLD),
+    "full trailers": Start(image({0: OLD, 1: OLDER}, FULL_TRAILERS), OLD),
+    "an entry of what was written over": Start(image({0: OLD, 1: NEW}, [*REVERSED]), OLD),
 }
 
 
@@ -183,6 +190,23 @@ def check_after_cut(emulator: Emulator, start: Start, said: bool) -> None:
     assert connected(emulator).flash(NEW).verified
 
 
+@pytest.mark.parametrize("name", ["two", "full trailers"])
+def test_a_cut_while_going_back_leaves_one_of_the_two(name: str) -> None:
+    """At every byte of the entry, and of the erase that makes room for it."""
+    for cut in [*range(ENTRY_BYTES + 1), *range(0, SECTOR_BYTES + ENTRY_BYTES + 1, 61)]:
+        emulator = with_flash(STARTS[name].image)
+        emulator.core.cut_power_after(cut)
+        try:
+            connected(emulator).previous()
+            said = True
+        except LinkError:
+            said = False
+        emulator.core.restore_power()
+        emulator.core.boot("brown-out")
+        playing = table_crc(connected(emulator))
+        assert playing in ({crc_of(OLDER)} if said else {crc_of(OLD), crc_of(OLDER)})
+
+
 @pytest.mark.slow
 def test_two_cuts_at_random_places_do_no_harm_either() -> None:
     rng = np.random.default_rng(11)
@@ -237,15 +261,36 @@ def test_an_update_that_falls_silent_is_dropped() -> None:
     assert table_crc(device) == crc_of(OLD)
 
 
-def test_a_thousand_updates_wear_the_journal_evenly() -> None:
-    """One sector a slot and update, one of the journal every 256; the newest always plays."""
-    emulator = powered(OLD)
+def test_trailers_that_are_full_begin_again() -> None:
+    """340 entries a slot; the newest always plays, and there is always a way back."""
+    emulator = with_flash(image({0: OLD, 1: OLDER}, FULL_TRAILERS[: 2 * (FULL - 2)]))
     device = connected(emulator)
-    for k in range(600):
+    for k in range(8):
         table = (NEW, OLD)[k % 2]
         assert device.flash(table).verified
+        emulator.core.boot()
+        device = connected(emulator)
+        assert table_crc(device) == crc_of(table)
+    for table in (NEW, OLD, NEW):
+        device.previous()
+        emulator.core.boot()
+        device = connected(emulator)
+        assert table_crc(device) == crc_of(table)
+
+
+def test_a_table_as_large_as_a_slot_arrives_and_a_larger_one_is_refused() -> None:
+    """Its last bytes touch the trailer, which stays as it is."""
+    columns = (TRAILER_OFFSET - 97) // 21
+    emulator = powered(OLD)
+    device = connected(emulator)
+    large = pack(random_table(columns // 12, 12, 5, 3))
+    assert TRAILER_OFFSET - 12 * 21 < len(large) <= TRAILER_OFFSET
+    assert device.flash(large).verified
     emulator.core.boot()
-    assert table_crc(connected(emulator)) == crc_of(OLD)
+    assert table_crc(connected(emulator)) == crc_of(large)
+    with pytest.raises(LinkError) as caught:
+        device.link.request("table_begin", total=TRAILER_OFFSET + 1, crc=1)
+    assert caught.value.status == Status.TOO_LARGE
 
 
 def test_outputs_are_off_before_anything_is_erased() -> None:

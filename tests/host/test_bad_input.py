@@ -135,6 +135,8 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
     ("arguments", "named"),
     [
         (["solve", "prototype", "--target", "40,0"], "target"),
+        (["table", "build", "prototype", "-o", "t.chl", "--bits", "9"], "one of 8, 12, 16"),
+        (["table", "build", "prototype", "-o", "t.chl", "--budget-bytes", "900"], "--budget-bytes"),
         (["solve", "prototype", "--target", "ten,0"], "--target"),
         (["solve", "prototype", "--target", "1,2,3"], "--target"),
         (["solve", "prototype", "--target", "nan,0"], "--target"),
@@ -241,14 +243,16 @@ def test_bad_drive_files(chladni: CommandLine, tmp_path: Path, text: str) -> Non
 def test_boards_that_no_table_can_hold_are_refused_before_solving(
     chladni: CommandLine, tmp_path: Path
 ) -> None:
-    """Solving 42,000 regions first would take an hour."""
+    """Solving three times 42,000 regions first would take an hour."""
     out = tmp_path / "t.chl"
+    three = [word for hz in (100, 120, 160) for word in ("--frequency", hz)]
     for old, new, named in (
-        ("pitch_mm = 5.0", "pitch_mm = 0.5", "table.regions"),
+        ("pitch_mm = 5.0", "pitch_mm = 0.5", "table.bytes"),
         ("max_gain = 10.0", "max_gain = 0.0014", "drive.max_gain"),
         ("frequency_hz = 160.0", "frequency_hz = 1500.0", "table.frequency_mhz"),
     ):
-        answer = chladni("table", "build", board_file(tmp_path, old, new), "-o", out)
+        options = three if named == "table.bytes" else []
+        answer = chladni("table", "build", board_file(tmp_path, old, new), "-o", out, *options)
         assert answer.code == 2
         assert named in answer.err
         assert not out.exists()

@@ -62,7 +62,7 @@ def test_diff_names_fields_and_counts_regions(
     # Another common phase is the same drive, and what is stored unfolded holds the same.
     iq = table.region_iq(table.section()).copy()
     iq[3] = -iq[3]
-    iq[7, 2] = (1234, -99)
+    iq[7, 2] = (1232, -96)
     unfolded = dataclasses.replace(
         table.section(), iq=iq, labels=np.zeros(len(iq), np.uint8),
         crossings=np.zeros((1, 2), np.uint8),

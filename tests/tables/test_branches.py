@@ -1,25 +1,17 @@
-"""Branches: phases over the whole graph, cuts where fields differ, and which optimum is taken."""
+"""Branches: phases over the whole graph, and cuts where fields differ."""
 
 from __future__ import annotations
-
-import itertools
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.sim.board import Board
-from chladni.tables.branches import JOIN, Arranged, arrange, choose, neighbours
+from chladni.tables.branches import JOIN, Arranged, arrange, neighbours
 from chladni.tables.build import TableReport
-from chladni.tables.entry import Entry, Wanted
 from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.lookup import CUT, JOINED, NEGATED
-from chladni.tables.methods import Options
-from chladni.tables.methods.phasor import phasor
 from chladni.tables.regions import RegionGrid
-from chladni.tables.rivals import smoothest
-from chladni.tables.scene import scene_of
 from chladni.tables.search import SearchSpace
 from chladni.tables.table import Table
 
@@ -112,58 +104,6 @@ def test_a_silent_region_stands_alone() -> None:
     assert np.count_nonzero(found.labels == found.labels[5]) == 1
     assert not found.drives[5].any()
     assert len(found.crossings) == 2
-
-
-@settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10_000))
-def test_the_options_chosen_cost_least_on_chains_and_nearly_so_on_grids(seed: int) -> None:
-    """Against trying everything. Beliefs are exact on a tree; on a loop they may settle nearby."""
-    rng = np.random.default_rng(seed)
-    chain = [(0, 1), (1, 2), (2, 3), (3, 4)]
-    grid = [(0, 1), (1, 2), (3, 4), (4, 5), (0, 3), (1, 4), (2, 5)]
-    # Of 3000 grids the worst settled 18 % above the best.
-    for pairs, slack in ((chain, 1e-9), (grid, 0.3)):
-        count = 1 + max(max(pair) for pair in pairs)
-        sizes = rng.integers(1, 4, count)
-        costs = [(a, b, rng.random((sizes[a], sizes[b]))) for a, b in pairs]
-        gaps = [rng.random(size) * 0.3 for size in sizes]
-
-        def total(chosen: tuple[int, ...]) -> float:
-            own = sum(gap[k] for gap, k in zip(gaps, chosen, strict=True))  # noqa: B023
-            return float(own + sum(c[chosen[a], chosen[b]] for a, b, c in costs))  # noqa: B023
-
-        best = min(total(chosen) for chosen in itertools.product(*map(range, sizes)))
-        assert total(tuple(choose(costs, gaps, 1.0))) <= best * (1.0 + slack) + 1e-12
-
-
-def test_a_rival_as_good_is_taken_where_neighbours_are_on_its_branch(prototype: Board) -> None:
-    """On the mirror line an optimum and its image are as good; left of it, only the optimum is.
-
-    A region there that came with the image's drive is moved to its neighbours' branch, and the
-    score it has afterwards is the same.
-    """
-    scene = scene_of(prototype)
-    problems = list(scene.problems([(-8.0, 10.0), (-4.0, 10.0), (0.0, 10.0)]))
-    drives = [phasor(problem, Options()).drive for problem in problems]
-    order = scene.mirrors[0]
-    assert order is not None
-    units = [scene.space.coordinates(drive) for drive in (*drives, drives[2][list(order)])]
-    if abs(np.vdot(units[1], units[2])) < abs(np.vdot(units[1], units[3])):
-        drives[2] = drives[2][list(order)]
-        units[2], units[3] = units[3], units[2]
-    assert abs(np.vdot(units[2], units[3])) < 0.9, "the optimum and its image differ"
-    drives[2] = drives[2][list(order)]
-    full = scene.space.levels[-1]
-    regions = [
-        Entry(drive, Wanted.of(p), scene.space.value(scene.space.objective(full, p.image), drive))
-        for drive, p in zip(drives, problems, strict=True)
-    ]  # fmt: skip
-    chosen = smoothest(scene, regions, 3, "ssim")
-    assert np.array_equal(chosen[0], drives[0])
-    assert np.array_equal(chosen[1], drives[1])
-    assert abs(np.vdot(units[2], scene.space.coordinates(chosen[2]))) > 0.99
-    objective = scene.space.objective(full, problems[2].image)
-    assert scene.space.value(objective, chosen[2]) == pytest.approx(regions[2].best, abs=1e-3)
 
 
 def test_reports_say_what_arranging_gained(coarse_table: tuple[Table, TableReport]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import replace
 from typing import Any
 
@@ -11,19 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chladni.host.device_codes import TABLE_STATUS
 from chladni.sim.errors import InputError
 from chladni.tables import layout
 from chladni.tables._firmware import FirmwareTable
 from chladni.tables.folding import UNFOLDED, Folding
-from chladni.tables.format import pack, unpack
+from chladni.tables.format import TableRefusedError, pack, unpack
+from chladni.tables.played import FirmwareReader
 from chladni.tables.table import Section, Table, dequantise, quantise
 from conftest import ROOT
 from made_up import forge, make_table, random_table, reversal, with_crc
 
 SMALL = random_table(3, 4, 5, 0)
 FOLDED = random_table(
-    5, 4, 5, 1, labels=3, coarse=8, folding=Folding((0, 2, 1, 4, 3)), frequencies=(120.0, 160.0)
+    5, 4, 5, 1, labels=3, folding=Folding((0, 2, 1, 4, 3)), frequencies=(120.0, 160.0), bits=12
 )
+NARROW = random_table(2, 3, 5, 2, labels=2, bits=8)
 
 
 def same(first: Table, second: Table) -> bool:
@@ -39,20 +41,40 @@ def same(first: Table, second: Table) -> bool:
 @settings(max_examples=80, deadline=None)
 @given(
     columns=st.integers(1, 20), rows=st.integers(1, 20), actuators=st.integers(1, 16),
-    seed=st.integers(0, 1000), labels=st.integers(1, 40), coarse=st.integers(0, 14),
+    seed=st.integers(0, 1000), labels=st.integers(1, 40), bits=st.sampled_from(layout.BITS),
     x=st.booleans(), y=st.booleans(), frequencies=st.sampled_from([(160.0,), (100.0, 250.5)]),
 )  # fmt: skip
 def test_a_table_survives_its_bytes(
-    columns: int, rows: int, actuators: int, seed: int, labels: int, coarse: int, x: bool,
+    columns: int, rows: int, actuators: int, seed: int, labels: int, bits: int, x: bool,
     y: bool, frequencies: tuple[float, ...],
 ) -> None:  # fmt: skip
     order = reversal(actuators)
     folding = Folding(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, coarse=coarse, folding=folding,
-        frequencies=frequencies,
+        columns, rows, actuators, seed, labels=labels, folding=folding,
+        frequencies=frequencies, bits=bits,
     )  # fmt: skip
-    assert same(unpack(pack(table)), table)
+    data = pack(table)
+    assert same(unpack(data), table)
+    cells = folding.stored(table.grid).size
+    record = 1 + actuators * bits // 4
+    assert len(data) == 80 + len(frequencies) * (12 + labels + cells * record) + 4
+
+
+def test_a_record_is_what_the_document_says_byte_by_byte() -> None:
+    """One region, written out by hand: offset binary, of 12 bits the upper eight first."""
+    known = {
+        8: ([[0x5A00, -0x0300]], "da 7d"),
+        12: ([[0x5A30, -0x0310]], "da 7c f3"),
+        16: ([[0x5A31, -0x0312]], "31 da ee 7c"),
+    }
+    for bits, (pair, expected) in known.items():
+        section = Section(160.0, "ssim", 10.0, np.zeros(1, np.uint8), np.array([[0, 2]], np.uint8),
+                          np.array([pair], dtype=np.int16))  # fmt: skip
+        table = replace(make_table(np.ones((1, 1))), sections=(section,), bits=bits)
+        data = pack(table)
+        # Cut in x, negated in y; then the label and the gain.
+        assert data[92:-4] == bytes([0b1001, 0]) + bytes.fromhex(expected)
 
 
 def test_a_mirrored_region_holds_the_other_actuators_drive() -> None:
@@ -78,43 +100,72 @@ def test_a_mirrored_region_holds_the_other_actuators_drive() -> None:
                 assert np.array_equal(regions[row * 5 + column], expected)
 
 
-def test_quantising_errs_by_half_a_step_at_most() -> None:
+@pytest.mark.parametrize("bits", layout.BITS)
+def test_quantising_errs_by_half_a_step_at_most(bits: int) -> None:
+    """And by up to one at full scale, where rounding up would be beyond it."""
     rng = np.random.default_rng(2)
     parts = rng.uniform(-7, 7, (2, 100, 5))
     drives = np.asarray(parts[0] + 1j * parts[1], dtype=np.complex128)
-    back = dequantise(quantise(drives, 10.0), 10.0)
-    step = 10.0 / 32767.0
-    assert np.abs((back - drives).real).max() <= step / 2 * (1 + 1e-9)
-    assert np.abs((back - drives).imag).max() <= step / 2 * (1 + 1e-9)
+    step = 10.0 * (1 << (16 - bits)) / 32767.0
+    iq = quantise(drives, 10.0, bits)
+    back = dequantise(iq, 10.0)
+    assert not np.any(iq & ((1 << (16 - bits)) - 1))
+    inside = np.abs(drives) < 10.0 - step
+    assert np.abs((back - drives).real[inside]).max() <= step / 2 * (1 + 1e-9)
+    assert np.abs((back - drives).imag[inside]).max() <= step / 2 * (1 + 1e-9)
+    loudest = 10.0 * np.exp(1j * np.linspace(0.0, 7.0, 999))
+    back = dequantise(quantise(loudest, 10.0, bits), 10.0)
+    assert np.abs(back).max() <= 10.0
+    assert np.abs(back - loudest).max() <= np.sqrt(2.0) * step
 
 
-def readings(data: bytes, channels: int = 5) -> tuple[str, str]:
-    """What Python's reader and the firmware's say of bytes: "ok", or why not."""
+OK = "kOk"
+
+
+def readings(data: bytes) -> tuple[str, str]:
+    """What Python's reader and the firmware's say of bytes, by the names of `TableStatus`."""
+    channels = max(data[7], 1) if len(data) > 7 else 5
     try:
         unpack(data)
-        python = "ok"
-    except InputError as error:
-        python = error.field
-    return python, FirmwareTable(data, channels).status
+        python = OK
+    except TableRefusedError as error:
+        python = error.verdict
+    firmware = FirmwareTable(data, channels).status
+    (name,) = (code.name for code in TABLE_STATUS.members if code.text == firmware)
+    return python, name
 
 
-@pytest.mark.parametrize("table", [SMALL, FOLDED])
+def assert_both_refuse(data: bytes) -> None:
+    python, firmware = readings(data)
+    assert python == firmware != OK
+
+
+@pytest.mark.parametrize("table", [SMALL, FOLDED, NARROW])
 def test_every_truncated_prefix_is_refused_by_both_readers(table: Table) -> None:
     data = pack(table)
     for length in range(len(data)):
-        assert not {"ok", "unknown"} & set(readings(data[:length]))
+        assert_both_refuse(data[:length])
 
 
-@pytest.mark.parametrize("table", [SMALL, FOLDED])
+@pytest.mark.parametrize("table", [SMALL, FOLDED, NARROW])
 def test_every_flipped_bit_is_refused_by_both_readers(table: Table) -> None:
     data = bytearray(pack(table))
     for position in range(len(data) * 8):
         data[position // 8] ^= 1 << (position % 8)
-        assert not {"ok", "unknown"} & set(readings(bytes(data)))
+        assert_both_refuse(bytes(data))
         data[position // 8] ^= 1 << (position % 8)
 
 
-@pytest.mark.parametrize("table", [SMALL, FOLDED])
+def everywhere(table: Table) -> tuple[np.ndarray, np.ndarray]:
+    """Places in and around the board, in µm."""
+    rng = np.random.default_rng(4)
+    x_um, y_um = (
+        rng.integers(-span, span + 1, 200) for span in (table.grid.width_um, table.grid.length_um)
+    )
+    return x_um, y_um
+
+
+@pytest.mark.parametrize("table", [SMALL, FOLDED, NARROW])
 def test_readers_agree_on_flipped_bits_that_the_crc_allows(table: Table) -> None:
     """With the CRC made right, a reader may take the bytes; then both must, for the same drives."""
     good = pack(table)
@@ -123,54 +174,54 @@ def test_readers_agree_on_flipped_bits_that_the_crc_allows(table: Table) -> None
         data = bytearray(good)
         data[position // 8] ^= 1 << (position % 8)
         forged = with_crc(data)
-        try:
+        python, firmware = readings(forged)
+        assert python == firmware, position
+        if python == OK:
             read = unpack(forged)
-        except InputError:
-            read = None
-        firmware = FirmwareTable(forged, 5)
-        if read is None or read.actuators != 5:
-            assert firmware.status != "ok", position
-            continue
-        assert firmware.status == "ok", (position, firmware.status)
-        assert np.array_equal(firmware.regions(), read.region_iq(read.sections[0])), position
-        taken += 1
+            x_um, y_um = everywhere(read)
+            played = FirmwareReader(forged, read.actuators)
+            section = read.sections[0]
+            assert np.array_equal(
+                played.integers(section.frequency_hz, x_um, y_um), read.lookup(section, x_um, y_um)
+            )
+            taken += 1
     assert taken > 100  # names, fingerprints, limits and drives may be others
 
 
 FORGERIES = [
     ({"magic": b"NOPE"}, "magic"),
     ({"version_major": 0}, "version"),
-    ({"version_major": 2}, "version"),
-    ({"header_bytes": 76}, "header_bytes"),
-    ({"header_bytes": 84}, "header_bytes"),
-    ({"section_bytes": 24}, "section_bytes"),
-    ({"version_minor": 1, "section_bytes": 16}, "section_bytes"),
-    ({"version_minor": 1, "header_bytes": 65535}, "sections"),
+    ({"version_major": 1}, "version"),
+    ({"version_minor": 1}, "version"),
     ({"total_bytes": 12}, "total_bytes"),
     ({"total_bytes": 0xFFFFFFFF}, "total_bytes"),
     ({"sections": 0}, "sections"),
     ({"sections": 17}, "sections"),
+    ({"sections": 2}, "section 1"),
     ({"actuators": 0}, "actuators"),
     ({"actuators": 17}, "actuators"),
+    ({"actuators": 4}, "section 0 label"),
+    ({"actuators": 6}, "section 0"),
+    ({"bits": 9}, "bits"),
+    ({"bits": 12}, "section 0 label"),
     ({"mirrors": 4}, "mirrors"),
     ({"mirrors": 1}, "mirror_x"),
     ({"mirrors": 1, "mirror_x": 0x43201, "mirror_y": 1}, "mirror_y"),
     ({"mirrors": 2, "mirror_y": 0x10432}, "mirror_y"),
     ({"mirrors": 2, "mirror_y": 0x543210}, "mirror_y"),
     ({"columns": 0}, "columns"),
+    ({"rows": 0}, "rows"),
     ({"columns": 65535, "rows": 65535}, "columns"),
-    ({"columns": 2048, "rows": 2048}, "regions"),
-    ({"columns": 200, "rows": 200}, "stored regions"),
+    ({"columns": 2048, "rows": 2048}, "section 0"),
+    ({"columns": 2}, "end of the sections"),
+    ({"rows": 5}, "section 0"),
     ({"width_um": 0}, "width_um"),
     ({"frequency_mhz": 0}, "frequency_mhz"),
     ({"full_scale_gain_milli": 0}, "full_scale_gain_milli"),
     ({"objective": 9}, "objective"),
     ({"labels": 0}, "labels"),
-    ({"start_shift": 15}, "start_shift"),
-    ({"offset": 0}, "section 0 offset"),
-    ({"offset": 0xFFFFFFF0, "bytes": 0x20}, "section 0 offset"),
-    ({"bytes": 0xFFFFFFFF}, "section 0 offset"),
-    ({"bytes": 3}, "section 0"),
+    ({"labels": 2}, "section 0"),
+    ({"labels": 255}, "section 0"),
     ({"max_on_us": 0xFFFFFFFF}, "max_on_us"),
     ({"ramp_us": 20_000_000}, "ramp_us"),
     ({"touch_timeout_us": 5_000}, "touch_timeout_us"),
@@ -186,38 +237,36 @@ def test_a_right_crc_does_not_excuse_wrong_fields(fields: dict[str, Any], named:
         unpack(forged, file="x.chl")
     assert caught.value.field == named
     assert str(caught.value).startswith("x.chl: ")
-    assert FirmwareTable(forged, 5).status != "ok"
+    assert_both_refuse(forged)
 
 
-def grown(table: Table, header: int, section: int) -> bytes:
-    """The table as a later 1.x might write it: longer headers, and a new minor version."""
-    data = bytearray(pack(table))
-    first = layout.HEADER_BYTES
-    size, count = layout.SECTION_BYTES, len(table.sections)
-    rows = [data[first + k * size : first + (k + 1) * size] for k in range(count)]
-    added = header + section * count
-    at = layout.offsets(layout.SECTION_FIELDS)["offset"]
-    for row in rows:
-        struct.pack_into("<I", row, at, struct.unpack_from("<I", row, at)[0] + added)
-    head = data[:first]
-    places = layout.offsets(layout.HEADER_FIELDS)
-    head[places["version_minor"]] = 7
-    struct.pack_into("<H", head, places["header_bytes"], first + header)
-    struct.pack_into("<I", head, places["total_bytes"], len(data) + added)
-    head[places["section_bytes"]] = size + section
-    body = b"".join(bytes(row) + b"\xaa" * section for row in rows)
-    return with_crc(bytes(head) + b"\x55" * header + body + data[first + size * count :])
+@pytest.mark.parametrize(
+    ("at", "value", "named"),
+    [(92, 0x10, "crossings"), (92, 0x05, "crossings"), (93, 1, "label"), (93, 255, "label"),
+     (95, 0xFF, "gains"), (95, 0x00, "gains")],
+)  # fmt: skip
+def test_a_right_crc_does_not_excuse_wrong_records(at: int, value: int, named: str) -> None:
+    """The first crossing, the first label, the upper byte of the first gain at full scale."""
+    iq = np.full_like(SMALL.section().iq, 23000)
+    data = bytearray(pack(replace(SMALL, sections=(replace(SMALL.section(), iq=iq),))))
+    data[at] = value
+    forged = with_crc(data)
+    with pytest.raises(InputError, match=named):
+        unpack(forged)
+    assert readings(forged) == ("kBadDrives", "kBadDrives")
 
 
-@pytest.mark.parametrize(("header", "section"), [(0, 0), (4, 0), (0, 12), (40, 100)])
-def test_a_later_minor_version_is_read_by_both(header: int, section: int) -> None:
-    data = grown(FOLDED, header, section)
-    assert same(unpack(data), FOLDED)
-    firmware = FirmwareTable(data, 5)
-    assert firmware.status == "ok"
-    for own in FOLDED.sections:
-        assert firmware.select(round(own.frequency_hz * 1000.0)) == "ok"
-        assert np.array_equal(firmware.regions(), FOLDED.region_iq(own))
+@pytest.mark.parametrize("version", [(0, 2), (1, 0)])
+def test_a_table_of_an_older_format_is_refused_with_what_to_do(version: tuple[int, int]) -> None:
+    old = forge(SMALL, version_major=version[0], version_minor=version[1])
+    with pytest.raises(InputError, match="build the table again with `chladni table build`"):
+        unpack(old)
+    assert "build it again" in FirmwareTable(old, 5).status
+
+
+def test_bytes_behind_the_table_are_refused() -> None:
+    with pytest.raises(InputError, match="total_bytes"):
+        unpack(pack(SMALL) + b"\0")
 
 
 def test_a_damaged_payload_names_the_crc() -> None:
@@ -231,14 +280,16 @@ def test_a_damaged_payload_names_the_crc() -> None:
 def test_what_the_format_cannot_hold_is_refused_when_packed() -> None:
     with pytest.raises(InputError, match=r"table\.actuators"):
         pack(random_table(1, 1, 17, 0))
-    with pytest.raises(InputError, match="RAM"):
-        pack(random_table(100, 100, 5, 0))
+    with pytest.raises(InputError, match=r"a device's slot: a larger regions\.pitch_mm"):
+        pack(random_table(130, 100, 5, 0))
     loud = Section(
         160.0, "ssim", 10.0, np.zeros(1, np.uint8), np.zeros((1, 2), np.uint8),
         np.full((1, 1, 2), 30000, dtype=np.int16),
     )  # fmt: skip
     with pytest.raises(InputError, match="beyond full scale"):
         pack(replace(make_table(np.ones((1, 1))), sections=(loud,)))
+    with pytest.raises(InputError, match="finer steps"):
+        pack(replace(make_table(np.ones((1, 1))), bits=12))
     with pytest.raises(InputError, match="stored regions"):
         pack(replace(SMALL, folding=Folding(reversal(5))))
 

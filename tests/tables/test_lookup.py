@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from chladni.tables._firmware import FirmwareTable
 from chladni.tables.folding import Folding
 from chladni.tables.format import pack
-from chladni.tables.lookup import lookup
+from chladni.tables.layout import BITS
+from chladni.tables.lookup import mixing
 from chladni.tables.table import Table
 from made_up import make_table, random_table, reversal
 
 POINTS = 1000
 TABLES = 100
-"""10⁵ places in all. Boards are small enough for a device: 31 · 31 cells of 16 gains."""
+"""10⁵ places in all."""
 
 
 @settings(max_examples=TABLES, deadline=None)
@@ -26,29 +27,41 @@ TABLES = 100
     columns=st.integers(1, 30), rows=st.integers(1, 30), actuators=st.integers(1, 16),
     seed=st.integers(0, 10_000), labels=st.integers(1, 6), x=st.booleans(), y=st.booleans(),
     width=st.integers(1000, 500_000), length=st.integers(1000, 500_000),
+    bits=st.sampled_from(BITS),
 )  # fmt: skip
 def test_firmware_and_reference_give_the_same_integers_everywhere(
     columns: int, rows: int, actuators: int, seed: int, labels: int, x: bool, y: bool,
-    width: int, length: int,
+    width: int, length: int, bits: int,
 ) -> None:  # fmt: skip
-    """Every region, and places on the board, off it, and at the ends of 32 bits."""
+    """Places on the board, off it, and at the ends of 32 bits."""
     order = reversal(actuators)
     folding = Folding(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, coarse=9, folding=folding,
+        columns, rows, actuators, seed, labels=labels, folding=folding, bits=bits,
         span_um=(width, length),
     )  # fmt: skip
     firmware = FirmwareTable(pack(table), actuators)
     section = table.section()
-    assert np.array_equal(firmware.regions(), table.region_iq(section))
     rng = np.random.default_rng(seed)
     x_um, y_um = (rng.integers(-span, span + 1, POINTS) for span in (width, length))
     x_um[:2], y_um[1:3] = (-(2**31), 2**31 - 1), (2**31 - 1, -(2**31))
     played = firmware.lookup(x_um.astype(np.int32), y_um.astype(np.int32))
-    assert np.array_equal(played, lookup(table, section, x_um, y_um))
-    for place in range(0, POINTS, 100):
-        at = int(x_um[place]), int(y_um[place])
-        assert firmware.region_at(*at) == table.grid.region_at(*at)
+    assert np.array_equal(played, table.lookup(section, x_um, y_um))
+
+
+def test_unrounded_drives_are_mixed_as_integers_are() -> None:
+    """The reference of what is lost between regions: the same but for rounding down."""
+    order = reversal(4)
+    table = random_table(6, 9, 4, 5, labels=3, folding=Folding(order, order))
+    section = table.section()
+    rng = np.random.default_rng(1)
+    x_um, y_um = rng.integers(-36000, 36001, 3000), rng.integers(-73500, 73501, 3000)
+    mixed = mixing(table.grid, table.folding, section, 4, x_um, y_um)
+    exact = mixed.of_drives(section.iq[..., 0] + 1j * section.iq[..., 1])
+    got = table.lookup(section, x_um, y_um).astype(np.float64)
+    error = np.stack((exact.real, exact.imag), axis=-1) - got
+    assert error.min() >= -1e-6
+    assert error.max() < 1.0
 
 
 def at(table: Table, x_um: float, y_um: float) -> np.ndarray:
@@ -124,10 +137,10 @@ def test_a_mirror_is_crossed_as_its_label_says(crossing: int, middle: float) -> 
 def test_off_the_board_the_nearest_place_plays() -> None:
     table = random_table(5, 7, 3, 2)
     section = table.section()
-    far = lookup(table, section, np.array([-(2**31), 2**31 - 1]), np.array([0, 0]))
-    edge = lookup(table, section, np.array([-35750, 35750]), np.array([0, 0]))
+    far = table.lookup(section, np.array([-(2**31), 2**31 - 1]), np.array([0, 0]))
+    edge = table.lookup(section, np.array([-35750, 35750]), np.array([0, 0]))
     assert np.array_equal(far, edge)
-    corner = lookup(table, section, np.array([10**6]), np.array([-(10**6)]))
+    corner = table.lookup(section, np.array([10**6]), np.array([-(10**6)]))
     assert np.array_equal(corner[0], section.iq[4])
 
 
@@ -138,5 +151,5 @@ def test_no_mix_of_drives_is_louder_than_full_scale() -> None:
     section = replace(section, iq=section.iq.astype(np.int16))
     rng = np.random.default_rng(0)
     x_um, y_um = rng.integers(-36000, 36001, 5000), rng.integers(-73000, 73001, 5000)
-    values = lookup(table, section, x_um, y_um).astype(np.int64)
+    values = table.lookup(section, x_um, y_um).astype(np.int64)
     assert np.sqrt((values**2).sum(axis=-1).max()) <= 23160 * np.sqrt(2.0) + 1.0

@@ -14,9 +14,9 @@ import pytest
 from chladni.sim.board import Actuator, Board, Regions
 from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import InputError
+from chladni.tables import build
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import pack, unpack
-from chladni.tables.lookup import lookup
 from chladni.tables.played import FirmwareReader
 from chladni.tables.table import Table
 from conftest import ROOT
@@ -35,16 +35,18 @@ def checked(board: Board, **options: Any) -> tuple[Table, TableReport]:
     """A table built, whose limits hold and which the firmware plays as the reference says."""
     table, report = build_table(board, **options)
     assert report.ssim_loss_max <= 0.002
+    assert report.between_ssim_loss_max <= 0.002
     assert report.field_error_db_max <= 0.25
     assert report.between_field_error_db_max <= 0.25
+    assert report.is_within_limits
     data = pack(table)
     assert len(data) == report.bytes
-    reader = FirmwareReader(data, table.actuators).table
+    reader = FirmwareReader(data, table.actuators)
     rng = np.random.default_rng(0)
     half = table.grid.width_um // 2, table.grid.length_um // 2
     x_um, y_um = (rng.integers(-h, h + 1, 500) for h in half)
-    played = reader.lookup(x_um.astype(np.int32), y_um.astype(np.int32))
-    assert np.array_equal(played, lookup(unpack(data), table.section(), x_um, y_um))
+    played = reader.integers(table.section().frequency_hz, x_um, y_um)
+    assert np.array_equal(played, unpack(data).lookup(table.section(), x_um, y_um))
     return table, report
 
 
@@ -94,26 +96,38 @@ def test_a_strip_of_twenty_to_one(paper: Board) -> None:
     assert (table.grid.columns, table.grid.rows) == (1, 20)
 
 
-def test_a_board_that_no_device_holds_is_refused_before_it_is_solved(prototype: Board) -> None:
-    """1 mm on a board without mirrors: 10,000 regions of five gains are 200 KB."""
-    moved = Actuator("bottom-left", (-20e-3, -40e-3))
-    board = replace(
-        prototype, actuators=(*prototype.actuators[:4], moved), regions=Regions(pitch=1e-3)
-    )
-    with pytest.raises(InputError, match=r"RAM holds: a larger regions\.pitch_mm"):
-        build_table(board)
+@pytest.mark.parametrize(("actuators", "bits"), [(5, 16), (16, 8)])
+def test_a_board_that_no_slot_holds_is_refused_before_it_is_solved(
+    prototype: Board, paper: Board, actuators: int, bits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1 mm without mirrors: 10,584 regions of five gains fit in 16 bits, of sixteen in none."""
+
+    class SolvedError(Exception):
+        pass
+
+    def solve(_: Board) -> None:
+        raise SolvedError
+
+    monkeypatch.setattr(build, "scene_of", solve)
+    places = [(x * 1e-3, y * 1e-3) for x, y in np.linspace((-30, -65), (28, 69), actuators)]
+    board = with_actuators(paper, [(x, y + 1e-3 * (x > 0)) for x, y in places], 1e-3)
+    with pytest.raises(SolvedError if actuators == 5 else InputError) as caught:
+        build_table(board, bits=bits)
+    if actuators == 16:
+        assert "slot: a larger regions.pitch_mm" in str(caught.value)
 
 
 @pytest.mark.slow
-def test_ten_thousand_regions(paper: Board) -> None:
-    """A pitch of 1 mm: the stream follows the field's detail, so 25 times the regions of 5 mm take
-    a few times the bytes."""
-    fine, coarse = (
-        checked(replace(paper, regions=Regions(pitch=pitch)), objective="contrast")[1]
-        for pitch in (1e-3, 5e-3)
-    )
+def test_tables_of_2_and_1_mm_are_as_large_as_their_regions(prototype: Board, paper: Board) -> None:
+    """666 and 2,664 stored regions of 16 bytes; of the fine one a thousand are measured."""
+    table, coarse = checked(replace(prototype, regions=Regions(pitch=2e-3)), objective="contrast")
+    assert coarse.stored_regions == coarse.measured_regions == 666
+    assert table.bits == 12
+    assert coarse.bytes <= 11_000
+    _, fine = checked(replace(paper, regions=Regions(pitch=1e-3)), objective="contrast")
     assert fine.regions == 72 * 147
-    assert fine.bytes < 8 * coarse.bytes
+    assert fine.measured_regions == fine.measured_between == 1000
+    assert fine.bytes <= 43_000
 
 
 def test_two_frequencies_are_two_sections(prototype: Board) -> None:

@@ -58,6 +58,9 @@ Hal make_hal() {
   hal.read_flash = [](void*, FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
     return chip::flash_read(area, offset, bytes, count);
   };
+  hal.map_flash = [](void*, FlashArea area, uint32_t offset, uint32_t count) {
+    return chip::flash_map(area, offset, count);
+  };
   hal.erase_sector = [](void*, FlashArea area, uint32_t offset) {
     return chip::flash_erase_sector(area, offset);
   };

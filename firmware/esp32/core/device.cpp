@@ -287,11 +287,7 @@ bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(wa
 
 // The drives of another frequency, from the next touch on.
 TableStatus Device::select_frequency(uint32_t frequency_mhz) {
-  const TableStatus status = table_.select(hal_, frequency_mhz);
-  if (!table_.is_loaded()) {
-    table_status_ = status;
-    stand(FaultCause::kTableRefused, static_cast<uint32_t>(status));
-  }
+  const TableStatus status = table_.select(frequency_mhz);
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
   return status;
 }

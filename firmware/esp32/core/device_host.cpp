@@ -125,7 +125,7 @@ link_format::Status to_link(StoreStatus status) {
 
 link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
   using Status = link_format::Status;
-  if (total_bytes == 0 || total_bytes > store_format::kSlotBytes) return Status::kTooLarge;
+  if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
   is_update_heard_ = true;
   if (!update_begin()) return Status::kBusy;
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));

@@ -53,6 +53,10 @@ struct Hal {
   // kSectorBytes; programming turns ones into zeros only.
   bool (*read_flash)(void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
                      uint32_t count);
+  // The same bytes where they lie, for good: what is erased and programmed later shows. Null if the
+  // area has no such bytes. For kTables only. Never from the sample interrupt, since flash cannot
+  // be read while it is written.
+  const uint8_t* (*map_flash)(void* context, FlashArea area, uint32_t offset, uint32_t count);
   bool (*erase_sector)(void* context, FlashArea area, uint32_t offset);
   bool (*program_flash)(void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,
                         uint32_t count);

@@ -1,7 +1,7 @@
 #include "core/table.hpp"
 
 #include "core/bytes.hpp"
-#include "core/flash_crc.hpp"
+#include "core/crc32.hpp"
 
 namespace chladni {
 
@@ -9,10 +9,11 @@ namespace {
 
 namespace f = table_format;
 
-// Ends a list of channels. An Xtensa compares with 16 at no cost, and with few other numbers.
-constexpr uint8_t kNobody = 16;
-static_assert(kNobody >= f::kMaxActuators, "a channel's number");
 static_assert(f::kMaxActuators == kMaxChannels, "tables and synthesis disagree");
+
+constexpr uint32_t kNoLabel = f::kMaxLabels;  // labels lie below it
+
+using Orders = std::array<std::array<uint8_t, f::kMaxActuators>, 4>;
 
 // Nibble k of the eight bytes is the actuator that stands in for k. False unless that is an order
 // which undoes itself.
@@ -28,16 +29,9 @@ bool read_order(const uint8_t* bytes, uint32_t actuators,
   return true;
 }
 
-bool is_zero(const uint8_t* bytes, uint32_t count) {
+bool is_all(const uint8_t* bytes, uint32_t count, uint8_t value) {
   for (uint32_t k = 0; k < count; ++k) {
-    if (bytes[k] != 0) return false;
-  }
-  return true;
-}
-
-bool is_blank(const std::array<uint8_t, f::kHeaderBytes>& header) {
-  for (const uint8_t byte : header) {
-    if (byte != 0xFF) return false;
+    if (bytes[k] != value) return false;
   }
   return true;
 }
@@ -54,310 +48,352 @@ bool is_name(const uint8_t* name) {
   return true;
 }
 
-using Corners = std::array<const Gain*, 4>;
-using Weights = std::array<int32_t, 4>;  // in 1/65536
+// What becomes of a label across the mirrors, two bits each, x lower: it is cut there, or it goes
+// on with the other sign.
+constexpr uint32_t kNegatedShift = 2;
+bool is_crossing(uint8_t code) { return code < 16 && (code & (code >> kNegatedShift)) == 0; }
+constexpr uint8_t kCutX = 1, kCutY = 2;
+uint32_t negations_of(uint8_t code) { return code >> kNegatedShift; }
 
-// Mixes gains, and hands that of stored channel k to the channel players[k], until that is nobody.
+// A gain's two integers as they are stored: the upper bits of a wider one, in offset binary, so
+// that no sign has to be extended.
+template <uint32_t kBits>
+constexpr uint32_t kGainBytes = kBits / 4;
+template <uint32_t kBits>
+constexpr uint32_t kZero = 1U << (kBits - 1);
+
+struct Codes {
+  uint32_t in_phase;
+  uint32_t quadrature;
+};
+
+template <uint32_t kBits>
+inline Codes codes_of(const uint8_t* p) {
+  if constexpr (kBits == 8) return {p[0], p[1]};
+  if constexpr (kBits == 16) return {read_u16(p), read_u16(p + 2)};
+  const uint32_t lower = p[2];
+  return {static_cast<uint32_t>(p[0]) << 4 | (lower & 15U),
+          static_cast<uint32_t>(p[1]) << 4 | lower >> 4};
+}
+
+// Four corners around a place, in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
+struct Mix {
+  std::array<const uint8_t*, 4> records;
+  std::array<uint32_t, 4> weights;        // in 1/65536; a negative one wraps around
+  const std::array<uint8_t, 4>* sources;  // of the channels, up to a zero
+};
+
+// Mixes the gains of all channels that there are sources for.
 //
 // A function of its own, not inlined: four pointers and four weights are about all an Xtensa's
 // registers hold, and a loop that spills them takes half as long again.
-[[gnu::noinline]] void mix_gains(const Corners& corners, const Weights& weights,
-                                 const uint8_t* players, Gain* result) {
-  const Gain *a = corners[0], *b = corners[1], *c = corners[2], *d = corners[3];
-  const int32_t u = weights[0], v = weights[1], w = weights[2], z = weights[3];
-  for (uint32_t player = *players; player != kNobody; player = *++players) {
-    Gain& to = result[player];
-    int32_t sum = u * a->in_phase_q15;
-    sum += v * b->in_phase_q15;
-    sum += w * c->in_phase_q15;
-    sum += z * d->in_phase_q15;
-    to.in_phase_q15 = static_cast<int16_t>(sum >> 16);
-    sum = u * a++->quadrature_q15;
-    sum += v * b++->quadrature_q15;
-    sum += w * c++->quadrature_q15;
-    sum += z * d++->quadrature_q15;
-    to.quadrature_q15 = static_cast<int16_t>(sum >> 16);
+template <uint32_t kBits>
+[[gnu::noinline]] void mix_gains(const Mix& mix, Gain* result) {
+  const uint8_t *const a = mix.records[0], *const b = mix.records[1];
+  const uint8_t *const c = mix.records[2], *const d = mix.records[3];
+  const uint32_t u = mix.weights[0], v = mix.weights[1];
+  const uint32_t w = mix.weights[2], z = mix.weights[3];
+  // Sums are right modulo 2^32 and end within 2^31.
+  const uint32_t zero = kZero<kBits> * (u + v + w + z);
+  const std::array<uint8_t, 4>* sources = mix.sources;
+  for (uint32_t first = (*sources)[0]; first != 0; first = (*++sources)[0], ++result) {
+    Codes gain = codes_of<kBits>(a + first);
+    uint32_t in_phase = u * gain.in_phase - zero, quadrature = u * gain.quadrature - zero;
+    gain = codes_of<kBits>(b + (*sources)[1]);
+    in_phase += v * gain.in_phase;
+    quadrature += v * gain.quadrature;
+    gain = codes_of<kBits>(c + (*sources)[2]);
+    in_phase += w * gain.in_phase;
+    quadrature += w * gain.quadrature;
+    gain = codes_of<kBits>(d + (*sources)[3]);
+    in_phase += z * gain.in_phase;
+    quadrature += z * gain.quadrature;
+    // Sixteen bits of weight, less those that the integers lack of Q15.
+    result->in_phase_q15 = static_cast<int16_t>(static_cast<int32_t>(in_phase) >> kBits);
+    result->quadrature_q15 = static_cast<int16_t>(static_cast<int32_t>(quadrature) >> kBits);
   }
+}
+
+template <uint32_t kBits>
+bool are_within_full_scale(const uint8_t* gains, uint32_t count) {
+  const auto square = [](uint32_t code) {
+    // Modulo 2^32 the square of a negative number is right, and two of 2^30 fit.
+    const uint32_t value = (code - kZero<kBits>) << (16U - kBits);
+    return value * value;
+  };
+  for (const uint8_t* const end = gains + count * kGainBytes<kBits>; gains != end;
+       gains += kGainBytes<kBits>) {
+    const Codes gain = codes_of<kBits>(gains);
+    if (square(gain.in_phase) + square(gain.quadrature) > f::kFullScale * f::kFullScale) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool is_record(const uint8_t* record, uint32_t labels, uint32_t actuators, uint32_t bits) {
+  if (record[0] >= labels) return false;
+  if (bits == 8) return are_within_full_scale<8>(record + 1, actuators);
+  return bits == 12 ? are_within_full_scale<12>(record + 1, actuators)
+                    : are_within_full_scale<16>(record + 1, actuators);
 }
 
 }  // namespace
 
 TableStatus Table::load(const Hal& hal, uint32_t channels, uint32_t base) {
-  is_loaded_ = false;
-  base_ = base;
-  TableStatus status = check(hal, channels);
-  // Every section is decoded once, so that none can fail later; the first one stays.
-  for (uint32_t section = sections_; status == TableStatus::kOk && section > 0; --section) {
-    status = decode(hal, section - 1);
-  }
+  const TableStatus status = check(hal, channels, base);
   is_loaded_ = status == TableStatus::kOk;
+  if (is_loaded_) use(f::kHeaderBytes);
   return status;
 }
 
-TableStatus Table::select(const Hal& hal, uint32_t frequency_mhz) {
+TableStatus Table::select(uint32_t frequency_mhz) {
   if (!is_loaded_) return TableStatus::kNone;
-  for (uint32_t section = 0; section < sections_; ++section) {
-    std::array<uint8_t, 4> bytes{};
-    const uint32_t at = header_bytes_ + section * section_bytes_ + f::kSectionAtFrequencyMhz;
-    if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(), 4)) {
-      is_loaded_ = false;
-      return TableStatus::kReadFailed;
-    }
-    if (read_u32(bytes.data()) != frequency_mhz) continue;
-    const TableStatus status = decode(hal, section);
-    is_loaded_ = status == TableStatus::kOk;
-    return status;
+  uint32_t at = f::kHeaderBytes;
+  for (uint32_t section = 0; section < sections_; ++section, at += section_bytes(at)) {
+    if (view(at).frequency_mhz != frequency_mhz) continue;
+    use(at);
+    return TableStatus::kOk;
   }
   return TableStatus::kNoSection;
 }
 
-TableStatus Table::check(const Hal& hal, uint32_t channels) {
-  sections_ = 0;
-  std::array<uint8_t, f::kHeaderBytes> header{};
-  if (!hal.read_flash(hal.context, FlashArea::kTables, base_, header.data(), f::kHeaderBytes)) {
-    return TableStatus::kReadFailed;
-  }
-  const uint8_t* const h = header.data();
-  if (is_blank(header)) return TableStatus::kNone;
+void Table::use(uint32_t at) {
+  const SectionView section = view(at);
+  frequency_mhz_ = section.frequency_mhz;
+  crossings_ = section.crossings;
+  records_ = section.records;
+}
+
+Table::SectionView Table::view(uint32_t at) const {
+  const uint8_t* const header = bytes_ + at;
+  const uint8_t* const crossings = header + f::kSectionBytes;
+  return {read_u32(header + f::kSectionAtFrequencyMhz), crossings,
+          crossings + header[f::kSectionAtLabels]};
+}
+
+uint32_t Table::section_bytes(uint32_t at) const {
+  return f::kSectionBytes + bytes_[at + f::kSectionAtLabels] + cells_ * record_bytes_;
+}
+
+TableStatus Table::check(const Hal& hal, uint32_t channels, uint32_t base) {
+  const auto map = [&](uint32_t count) {
+    return hal.map_flash(hal.context, FlashArea::kTables, base, count);
+  };
+  const uint8_t* const h = map(f::kHeaderBytes);
+  if (h == nullptr) return TableStatus::kReadFailed;
+  if (is_all(h, f::kHeaderBytes, 0xFF)) return TableStatus::kNone;
   if (read_u32(h + f::kAtMagic) != f::kMagic) return TableStatus::kBadMagic;
-  if (h[f::kAtVersionMajor] != f::kVersionMajor) return TableStatus::kBadVersion;
+  if (h[f::kAtVersionMajor] != f::kVersionMajor || h[f::kAtVersionMinor] != f::kVersionMinor) {
+    return TableStatus::kBadVersion;
+  }
   total_bytes_ = read_u32(h + f::kAtTotalBytes);
-  if (!in_range(total_bytes_, f::kHeaderBytes + f::kSectionBytes + f::kCrcBytes, f::kLargestFile)) {
-    return TableStatus::kBadSize;
-  }
-  switch (check_flash_crc(hal, FlashArea::kTables, base_, total_bytes_, crc_)) {
-    case FlashCrc::kRight: break;
-    case FlashCrc::kWrong: return TableStatus::kBadCrc;
-    case FlashCrc::kReadFailed: return TableStatus::kReadFailed;
-  }
-  static_assert(f::kAtBoardName == f::kAtBoardFingerprint + 8, "one stretch of bytes");
-  for (uint32_t k = 0; k < kIdentityBytes; ++k) identity_[k] = h[f::kAtBoardFingerprint + k];
-  header_bytes_ = read_u16(h + f::kAtHeaderBytes);
-  section_bytes_ = h[f::kAtSectionBytes];
-  const bool is_own = h[f::kAtVersionMinor] == f::kVersionMinor;
-  if (header_bytes_ < f::kHeaderBytes || section_bytes_ < f::kSectionBytes ||
-      (is_own && (header_bytes_ != f::kHeaderBytes || section_bytes_ != f::kSectionBytes))) {
-    return TableStatus::kBadSize;
-  }
-  if (!take_header(h)) return TableStatus::kBadField;
-  const uint32_t sections = h[f::kAtSections];
-  if (!in_range(sections, 1, f::kMaxSections)) return TableStatus::kBadField;
-  if (header_bytes_ + sections * section_bytes_ > total_bytes_ - f::kCrcBytes) {
-    return TableStatus::kBadSize;
-  }
-  const uint32_t nodes = x_.nodes * y_.nodes;
-  if (nodes > f::kMaxNodes || nodes > f::kMaxGains / actuators_) {
-    return TableStatus::kTooLarge;
-  }
-  if (actuators_ != channels) return TableStatus::kWrongActuators;
-  sections_ = sections;
-  return TableStatus::kOk;
+  if (!in_range(total_bytes_, f::kSmallestFile, f::kLargestFile)) return TableStatus::kBadSize;
+  bytes_ = map(total_bytes_);
+  if (bytes_ == nullptr) return TableStatus::kBadSize;
+  const uint32_t covered = total_bytes_ - f::kCrcBytes;
+  crc_ = crc32(bytes_, covered);
+  if (read_u32(bytes_ + covered) != crc_) return TableStatus::kBadCrc;
+  if (!take_header(bytes_)) return TableStatus::kBadField;
+  const TableStatus status = check_sections();
+  if (status != TableStatus::kOk) return status;
+  return actuators_ == channels ? TableStatus::kOk : TableStatus::kWrongActuators;
 }
 
 bool Table::take_header(const uint8_t* h) {
-  const auto take_axis = [](uint32_t cells, uint32_t span_um, bool is_mirrored, Axis& axis) {
+  actuators_ = h[f::kAtActuators];
+  bits_ = h[f::kAtBits];
+  sections_ = h[f::kAtSections];
+  if (!in_range(actuators_, 1, f::kMaxActuators) || !in_range(sections_, 1, f::kMaxSections) ||
+      (bits_ != 8 && bits_ != 12 && bits_ != 16) || read_u16(h + f::kAtReserved) != 0) {
+    return false;
+  }
+  record_bytes_ = 1 + actuators_ * (bits_ / 4);
+  const uint32_t mirrors = h[f::kAtMirrors];
+  const auto take_axis = [&](uint32_t at_cells, uint32_t at_span, uint32_t flip, Axis& axis) {
+    const uint32_t cells = read_u16(h + at_cells), span_um = read_u32(h + at_span);
     if (!in_range(cells, 1, f::kMaxCellsPerSide) || !in_range(span_um, 1, f::kMaxSpanUm)) {
       return false;
     }
     uint32_t bits = 0;
     while ((cells >> bits) != 0) ++bits;
-    // As large as 32 bits let it be: offsets are below the span, so offset * step is below 2^32.
-    const uint32_t shift = 32U - f::kFractionBits - bits;
-    axis.cells = cells;
+    const bool is_mirrored = (mirrors & flip) != 0;
     axis.half_um = span_um / 2;
     axis.last_um = span_um - 1;
     axis.fold_um = is_mirrored ? axis.last_um / 2 : axis.last_um;
-    axis.step = (cells << (f::kFractionBits + shift)) / span_um;
-    axis.shift = shift;
-    axis.stored = is_mirrored ? (cells + 1) / 2 : cells;
-    axis.nodes = axis.stored + 1;
+    axis.flip = flip;
+    // As large as 32 bits let it be: offsets are below the span, so offset * step is below 2^32.
+    axis.shift = 32U - f::kFractionBits - bits;
+    axis.step = (cells << (f::kFractionBits + axis.shift)) / span_um;
+    axis.last = (is_mirrored ? (cells + 1) / 2 : cells) - 1;
     // Cells meet at the mirror unless the middle one of an odd number lies on it.
-    axis.meets = is_mirrored && cells % 2 == 0;
+    axis.beyond = is_mirrored && cells % 2 == 0 ? flip : 0;
     return true;
   };
-  actuators_ = h[f::kAtActuators];
-  const uint32_t mirrors = h[f::kAtMirrors];
-  const bool is_mirrored_x = (mirrors & 1U) != 0, is_mirrored_y = (mirrors & 2U) != 0;
   ramp_us_ = read_u32(h + f::kAtRampUs);
   touch_timeout_us_ = read_u32(h + f::kAtTouchTimeoutUs);
   max_on_us_ = read_u32(h + f::kAtMaxOnUs);
   const bool fields_fit =
-      in_range(actuators_, 1, f::kMaxActuators) && mirrors <= 3 &&
-      take_axis(read_u16(h + f::kAtColumns), read_u32(h + f::kAtWidthUm), is_mirrored_x, x_) &&
-      take_axis(read_u16(h + f::kAtRows), read_u32(h + f::kAtLengthUm), is_mirrored_y, y_) &&
-      regions() <= f::kMaxRegions && in_range(ramp_us_, f::kMinRampUs, f::kMaxRampUs) &&
+      mirrors <= 3 && take_axis(f::kAtColumns, f::kAtWidthUm, 1, x_) &&
+      take_axis(f::kAtRows, f::kAtLengthUm, 2, y_) &&
+      in_range(ramp_us_, f::kMinRampUs, f::kMaxRampUs) &&
       in_range(touch_timeout_us_, f::kMinTouchTimeoutUs, f::kMaxTouchTimeoutUs) &&
       in_range(max_on_us_, f::kMinOnUs, f::kMaxOnUs) && is_name(h + f::kAtBoardName);
   if (!fields_fit) return false;
-  std::array<uint8_t, f::kMaxActuators> identity{};
-  for (uint32_t k = 0; k < f::kMaxActuators; ++k) identity[k] = static_cast<uint8_t>(k);
-  orders_.fill(identity);
+  x_.to_next = record_bytes_;
+  y_.to_next = record_bytes_ * (x_.last + 1);
+  cells_ = (x_.last + 1) * (y_.last + 1);
+  Orders orders{};
+  for (uint32_t k = 0; k < f::kMaxActuators; ++k) orders[0][k] = static_cast<uint8_t>(k);
+  orders[1] = orders[2] = orders[0];
   const uint8_t* const mirror_x = h + f::kAtMirrorX;
   const uint8_t* const mirror_y = h + f::kAtMirrorY;
   const bool orders_fit =
-      (is_mirrored_x ? read_order(mirror_x, actuators_, orders_[1]) : is_zero(mirror_x, 8)) &&
-      (is_mirrored_y ? read_order(mirror_y, actuators_, orders_[2]) : is_zero(mirror_y, 8));
+      ((mirrors & 1U) != 0 ? read_order(mirror_x, actuators_, orders[1])
+                           : is_all(mirror_x, 8, 0)) &&
+      ((mirrors & 2U) != 0 ? read_order(mirror_y, actuators_, orders[2]) : is_all(mirror_y, 8, 0));
   if (!orders_fit) return false;
-  for (uint32_t k = 0; k < actuators_; ++k) orders_[3][k] = orders_[1][orders_[2][k]];
-  for (uint32_t flips = 0; flips < 4; ++flips) {
-    players_[flips][actuators_] = kNobody;
-    for (uint32_t k = 0; k < actuators_; ++k) {
-      players_[flips][orders_[flips][k]] = static_cast<uint8_t>(k);
-    }
-  }
-  x_.flip = 1;
-  y_.flip = 2;
+  for (uint32_t k = 0; k < actuators_; ++k) orders[3][k] = orders[1][orders[2][k]];
+  take_mirrors(orders);
   return true;
 }
 
-TableStatus Table::decode(const Hal& hal, uint32_t section) {
-  std::array<uint8_t, f::kSectionBytes> bytes{};
-  const uint8_t* const h = bytes.data();
-  const uint32_t at = header_bytes_ + section * section_bytes_;
-  if (!hal.read_flash(hal.context, FlashArea::kTables, base_ + at, bytes.data(),
-                      f::kSectionBytes)) {
-    return TableStatus::kReadFailed;
+// The order of a corner's image, after that of the place's: a gain's place behind the label.
+void Table::take_mirrors(const std::array<std::array<uint8_t, f::kMaxActuators>, 4>& orders) {
+  sources_ = {};
+  for (uint32_t images = 0; images < 4; ++images) {
+    for (uint32_t flips = 0; flips < 4; ++flips) {
+      for (uint32_t k = 0; k < actuators_; ++k) {
+        for (uint32_t corner = 0; corner < 4; ++corner) {
+          const uint32_t stored = orders[images & corner][orders[flips][k]];
+          sources_[images][flips][k][corner] = static_cast<uint8_t>(1 + stored * (bits_ / 4));
+        }
+      }
+    }
   }
-  const uint32_t offset = read_u32(h + f::kSectionAtOffset);
-  const uint32_t count = read_u32(h + f::kSectionAtBytes);
-  const uint32_t first = header_bytes_ + sections_ * section_bytes_;
+}
+
+TableStatus Table::check_sections() const {
+  uint32_t at = f::kHeaderBytes;
+  for (uint32_t section = 0; section < sections_; ++section) {
+    const TableStatus status = check_section(at);
+    if (status != TableStatus::kOk) return status;
+  }
+  return at == total_bytes_ - f::kCrcBytes ? TableStatus::kOk : TableStatus::kBadSize;
+}
+
+TableStatus Table::check_section(uint32_t& at) const {
   const uint32_t end = total_bytes_ - f::kCrcBytes;
-  if (offset < first || offset > end || count > end - offset) return TableStatus::kBadSize;
-  const uint32_t frequency_mhz = read_u32(h + f::kSectionAtFrequencyMhz);
-  const SectionShape shape = {x_.stored,
-                              y_.stored,
-                              x_.nodes,
-                              actuators_,
-                              h[f::kSectionAtLabels],
-                              h[f::kSectionAtStartShift]};
-  if (!in_range(frequency_mhz, f::kMinFrequencyMhz, f::kMaxFrequencyMhz) ||
-      read_u32(h + f::kSectionAtFullScaleGainMilli) == 0 ||
-      h[f::kSectionAtObjective] > f::kLastObjective || shape.labels < 1 ||
-      shape.labels > f::kMaxLabels || shape.start_shift > f::kMaxShift) {
+  if (end - at < f::kSectionBytes) return TableStatus::kBadSize;
+  const uint8_t* const header = bytes_ + at;
+  const SectionView section = view(at);
+  const uint32_t labels = header[f::kSectionAtLabels];
+  if (!in_range(section.frequency_mhz, f::kMinFrequencyMhz, f::kMaxFrequencyMhz) ||
+      read_u32(header + f::kSectionAtFullScaleGainMilli) == 0 ||
+      header[f::kSectionAtObjective] > f::kLastObjective || !in_range(labels, 1, f::kMaxLabels) ||
+      read_u16(header + f::kSectionAtReserved) != 0) {
     return TableStatus::kBadField;
   }
-  StreamReader stream(hal, base_ + offset, count);
-  switch (decode_section(stream, shape, drives_)) {
-    case StreamReader::Status::kOk: break;
-    case StreamReader::Status::kReadFailed: return TableStatus::kReadFailed;
-    case StreamReader::Status::kDamaged: return TableStatus::kBadDrives;
+  if (end - at < section_bytes(at)) return TableStatus::kBadSize;
+  for (uint32_t label = 0; label < labels; ++label) {
+    if (!is_crossing(section.crossings[label])) return TableStatus::kBadDrives;
   }
-  add_images();
-  frequency_mhz_ = frequency_mhz;
+  const uint8_t* record = section.records;
+  for (uint32_t cell = 0; cell < cells_; ++cell, record += record_bytes_) {
+    if (!is_record(record, labels, actuators_, bits_)) return TableStatus::kBadDrives;
+  }
+  at += section_bytes(at);
   return TableStatus::kOk;
-}
-
-// A column and a row more than are stored: the images that cells at a mirror are mixed with, or
-// else the last cells once more, so that all is flat beyond their centres.
-void Table::add_images() {
-  const uint32_t last_x = x_.stored - 1, last_y = (y_.stored - 1) * x_.nodes;
-  const uint32_t flip_x = x_.meets ? 1 : 0, flip_y = y_.meets ? 2 : 0;
-  for (uint32_t row = 0; row < y_.stored; ++row) {
-    add_image(row * x_.nodes + last_x, row * x_.nodes + x_.stored, flip_x);
-  }
-  for (uint32_t column = 0; column < x_.stored; ++column) {
-    add_image(last_y + column, y_.stored * x_.nodes + column, flip_y);
-  }
-  add_image(last_y + last_x, y_.stored * x_.nodes + x_.stored, flip_x + flip_y);
-}
-
-void Table::add_image(uint32_t at, uint32_t image, uint32_t flips) {
-  const uint8_t label = drives_.labels[at];
-  drives_.labels[image] = ((drives_.cuts[label] >> flips) & 1U) != 0 ? kNoLabel : label;
-  copy_image(at, flips, &drives_.gains[image * actuators_]);
-}
-
-// The drive of a cell as the flips make it.
-void Table::copy_image(uint32_t at, uint32_t flips, Gain* to) const {
-  const int32_t sign = is_negated(drives_.labels[at], flips) ? -1 : 1;
-  for (uint32_t k = 0; k < actuators_; ++k) {
-    const Gain& gain = drives_.gains[at * actuators_ + orders_[flips][k]];
-    to[k] = {static_cast<int16_t>(sign * gain.in_phase_q15),
-             static_cast<int16_t>(sign * gain.quadrature_q15)};
-  }
-}
-
-bool Table::is_negated(uint8_t label, uint32_t flips) const {
-  return ((drives_.negations[label] >> flips) & 1U) != 0;
-}
-
-inline uint32_t Table::offset(const Axis& axis, int32_t place_um) {
-  // Unsigned, so that what lies below the lower edge is beyond the upper one too.
-  const uint32_t from_edge = static_cast<uint32_t>(place_um) + axis.half_um;
-  if (from_edge <= axis.last_um) return from_edge;
-  return place_um < 0 ? 0 : axis.last_um;
-}
-
-inline uint32_t Table::position(const Axis& axis, uint32_t offset_um) {
-  return (offset_um * axis.step) >> axis.shift;
 }
 
 inline Table::Span Table::span(const Axis& axis, int32_t place_um) {
   constexpr uint32_t kOne = 1U << f::kFractionBits;
-  uint32_t from_edge = offset(axis, place_um), flip = 0;
+  // Unsigned, so that what lies below the lower edge is beyond the upper one too.
+  uint32_t from_edge = static_cast<uint32_t>(place_um) + axis.half_um, flip = 0;
+  if (from_edge > axis.last_um) from_edge = place_um < 0 ? 0 : axis.last_um;
   if (from_edge > axis.fold_um) {
     from_edge = axis.last_um - from_edge;
     flip = axis.flip;
   }
-  const uint32_t at = position(axis, from_edge);
+  const uint32_t at = (from_edge * axis.step) >> axis.shift;
   // Beyond the outermost centres all is flat: here by holding on to them, at the other end because
-  // the last cell stands there twice.
+  // the last cell is its own neighbour.
   const uint32_t inner = at > kOne / 2 ? at - kOne / 2 : 0;
-  return {inner >> f::kFractionBits, static_cast<int32_t>(inner & (kOne - 1)), flip};
-}
-
-uint32_t Table::region_at(Place place) const {
-  const uint32_t column = position(x_, offset(x_, place.x_um)) >> f::kFractionBits;
-  const uint32_t row = position(y_, offset(y_, place.y_um)) >> f::kFractionBits;
-  return row * x_.cells + column;
-}
-
-void Table::drive(uint32_t region, Drive& result) const {
-  uint32_t column = region % x_.cells, row = region / x_.cells, flips = 0;
-  if (column >= x_.stored) {
-    column = x_.cells - 1 - column;
-    flips = 1;
-  }
-  if (row >= y_.stored) {
-    row = y_.cells - 1 - row;
-    flips += 2;
-  }
-  copy_image(row * x_.nodes + column, flips, result.data());
+  const uint32_t low = inner >> f::kFractionBits;
+  const bool is_last = low == axis.last;
+  return {low * axis.to_next, is_last ? 0 : axis.to_next, inner & (kOne - 1), flip,
+          is_last ? axis.beyond : 0};
 }
 
 void Table::drive_at(Place place, Drive& result) const {
-  constexpr int32_t kOne = 1 << f::kFractionBits;
-  const Span x = span(x_, place.x_um), y = span(y_, place.y_um);
-  // Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-  uint32_t at0 = y.low * x_.nodes + x.low, at1 = at0 + 1;
-  uint32_t at2 = at0 + x_.nodes, at3 = at2 + 1;
-  const uint8_t* const labels = drives_.labels.data();
-  uint8_t label = labels[at0];
-  if (label != labels[at1] || label != labels[at2] || label != labels[at3]) {
-    // Only what carries the nearest corner's label takes part. Another gives way to the corner next
-    // to it along x, or else along y, or else to the one opposite.
-    label = labels[y.fraction < kOne / 2 ? (x.fraction < kOne / 2 ? at0 : at1)
-                                         : (x.fraction < kOne / 2 ? at2 : at3)];
-    const bool is0 = labels[at0] == label, is1 = labels[at1] == label;
-    const bool is2 = labels[at2] == label, is3 = labels[at3] == label;
-    const uint32_t own0 = at0, own1 = at1, own2 = at2, own3 = at3;
-    if (!is0) at0 = is1 ? own1 : (is2 ? own2 : own3);
-    if (!is1) at1 = is0 ? own0 : (is3 ? own3 : own2);
-    if (!is2) at2 = is3 ? own3 : (is0 ? own0 : own1);
-    if (!is3) at3 = is2 ? own2 : (is1 ? own1 : own0);
+  constexpr uint32_t kOne = 1U << f::kFractionBits;
+  const int32_t x_um = place.x_um, y_um = place.y_um;
+  const Span y = span(y_, y_um), x = span(x_, x_um);
+  const uint8_t* const at0 = records_ + x.low + y.low;
+  const uint8_t *const at1 = at0 + x.to_next, *const at2 = at0 + y.to_next;
+  const uint8_t* const at3 = at1 + y.to_next;
+  const uint32_t top = kOne * y.fraction, bottom = kOne * kOne - top;
+  uint32_t w1 = (bottom * x.fraction) >> f::kFractionBits, w0 = bottom - w1;
+  uint32_t w3 = (top * x.fraction) >> f::kFractionBits, w2 = top - w3;
+  const uint32_t flips = x.flip | y.flip, images = x.image | y.image;
+  const uint32_t label0 = *at0;
+  uint32_t label1 = *at1, label2 = *at2, label3 = *at3;
+  // An image across a cut belongs to no label.
+  if ((images & 1U) != 0) {
+    if ((crossings_[label1] & kCutX) != 0) label1 = kNoLabel;
+    if ((crossings_[label3] & kCutX) != 0) label3 = kNoLabel;
   }
-  const uint32_t flips = x.flip + y.flip;
-  const int32_t one = is_negated(label, flips) ? -kOne : kOne;
-  const int32_t top = one * y.fraction, bottom = one * kOne - top;
-  Weights weights;
-  weights[1] = (bottom * x.fraction) >> f::kFractionBits;
-  weights[0] = bottom - weights[1];
-  weights[3] = (top * x.fraction) >> f::kFractionBits;
-  weights[2] = top - weights[3];
-  const Gain* const gains = drives_.gains.data();
-  const Corners corners = {gains + at0 * actuators_, gains + at1 * actuators_,
-                           gains + at2 * actuators_, gains + at3 * actuators_};
-  mix_gains(corners, weights, players_[flips].data(), result.data());
+  if ((images & 2U) != 0) {
+    if ((crossings_[label2] & kCutY) != 0) label2 = kNoLabel;
+    if (label3 != kNoLabel && (crossings_[label3] & kCutY) != 0) label3 = kNoLabel;
+  }
+  uint32_t label = label0;
+  if (label != label1 || label != label2 || label != label3) {
+    // Only what carries the nearest corner's label takes part. Another gives its weight to the
+    // corner next to it along x, or else along y, or else to the one opposite.
+    const bool is_right = x.fraction >= kOne / 2;
+    label = y.fraction < kOne / 2 ? (is_right ? label1 : label0) : (is_right ? label3 : label2);
+    const bool is0 = label == label0, is1 = label == label1;
+    const bool is2 = label == label2, is3 = label == label3;
+    const uint32_t given0 = is0 ? 0 : w0, given1 = is1 ? 0 : w1;
+    const uint32_t given2 = is2 ? 0 : w2, given3 = is3 ? 0 : w3;
+    w0 -= given0;
+    w1 -= given1;
+    w2 -= given2;
+    w3 -= given3;
+    (is1 ? w1 : is2 ? w2 : w3) += given0;
+    (is0 ? w0 : is3 ? w3 : w2) += given1;
+    (is3 ? w3 : is0 ? w0 : w1) += given2;
+    (is2 ? w2 : is1 ? w1 : w0) += given3;
+  }
+  if ((flips | images) != 0) {
+    const uint32_t negations = negations_of(crossings_[label]);
+    const uint32_t odd = negations & flips, odd_images = negations & images;
+    // In both directions it is no longer odd.
+    if (odd == 1 || odd == 2) {
+      w0 = 0U - w0;
+      w1 = 0U - w1;
+      w2 = 0U - w2;
+      w3 = 0U - w3;
+    }
+    if ((odd_images & 1U) != 0) {
+      w1 = 0U - w1;
+      w3 = 0U - w3;
+    }
+    if ((odd_images & 2U) != 0) {
+      w2 = 0U - w2;
+      w3 = 0U - w3;
+    }
+  }
+  const Mix mix = {{at0, at1, at2, at3}, {w0, w1, w2, w3}, sources_[images][flips].data()};
+  Gain* const to = result.data();
+  if (bits_ == 12) {
+    mix_gains<12>(mix, to);
+  } else if (bits_ == 8) {
+    mix_gains<8>(mix, to);
+  } else {
+    mix_gains<16>(mix, to);
+  }
 }
 
 }  // namespace chladni

@@ -1,9 +1,9 @@
-// Tables in flash: two slots, and a journal that says which of them counts.
+// Tables in flash: two slots, each with a trailer that says when its table came to count.
 //
-// An update goes to the slot that is not in use, is read back whole, and then entered into the
-// journal with one short write. Until that write is complete the old table counts, after it the new
-// one; a cut at any byte leaves one of the two. Journal entries are appended; when a sector is
-// full the other one is erased, so that the newest entry is never in what is being erased.
+// An update goes to the slot that is not in use, is read back whole, and then entered into that
+// slot's trailer with one short write, under a number one higher than any before. Until that write
+// is complete the old table counts, after it the new one; a cut at any byte leaves one of the two.
+// An entry names its table's CRC, so it says nothing about what is written over that table later.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ const char* to_text(StoreStatus status);
 
 class TableStore {
  public:
-  // Load the newest whole table; a table that was written to the first slot without an entry (by
-  // the ROM's loader) counts if no entry does.
+  // Load the whole table that was entered last; a table that was written to the first slot without
+  // an entry (by the ROM's loader) counts if no entry does.
   TableStatus load(const Hal& hal, Table& table, uint32_t channels);
 
   // The slot of what was loaded last; kSlots if nothing was.
@@ -50,20 +50,19 @@ class TableStore {
   uint32_t next_offset() const { return next_offset_; }
 
  private:
-  struct Entry {
-    uint32_t sequence;
-    uint32_t slot;
-    uint32_t table_crc;
-    uint32_t offset;  // in the partition
+  // What a slot's trailer says of a table.
+  struct Trailer {
+    bool is_entered = false;  // it came to count once
+    uint32_t sequence = 0;    // when, for the last time
+    bool has_entry = false;   // of any table
+    uint32_t newest = 0;      // the highest number among those
+    uint32_t end = 0;         // offset in the slot behind everything written
   };
 
-  static bool read_entry(const Hal& hal, uint32_t offset, Entry& entry);
-  // The newest entry before `limit`; any if there is none yet.
-  static bool newest(const Hal& hal, const Entry* limit, Entry& entry);
-  static bool is_entered(const Hal& hal, uint32_t slot, uint32_t table_crc);
-  static bool crc_of(const Hal& hal, uint32_t slot, uint32_t& crc);
-  static uint32_t end_of_entries(const Hal& hal, uint32_t sector);
-  static bool append(const Hal& hal, uint32_t slot, uint32_t table_crc);
+  // Whether a slot holds a table with the right CRC, and which.
+  static bool is_whole(const Hal& hal, uint32_t slot, uint32_t& crc);
+  static Trailer trailer_of(const Hal& hal, uint32_t slot, uint32_t table_crc);
+  static bool enter(const Hal& hal, uint32_t slot, uint32_t table_crc);
 
   uint32_t slot_ = store_format::kSlots;
   bool is_updating_ = false;

@@ -66,6 +66,16 @@ Hal Emulator::hal() {
                       uint32_t count) {
     return from(context).area(area).read(offset, bytes, count);
   };
+  hal.map_flash = [](void* context, FlashArea area, uint32_t offset,
+                     uint32_t count) -> const uint8_t* {
+    Emulator& self = from(context);
+    if (area != FlashArea::kTables) {
+      self.note("only the tables' flash is mapped");
+      return nullptr;
+    }
+    const std::vector<uint8_t>& bytes = self.tables_.bytes();
+    return offset > bytes.size() || count > bytes.size() - offset ? nullptr : bytes.data() + offset;
+  };
   hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {
     Emulator& self = from(context);
     self.note(self.area(area).erase_sector(offset));

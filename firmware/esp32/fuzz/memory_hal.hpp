@@ -71,6 +71,12 @@ inline Hal make_hal(Board& board) {
     std::memcpy(bytes, own + offset, count);
     return true;
   };
+  hal.map_flash = [](void* context, FlashArea area, uint32_t offset,
+                     uint32_t count) -> const uint8_t* {
+    uint32_t size = 0;
+    const uint8_t* const own = area_of(board_of(context), area, size);
+    return offset > size || count > size - offset ? nullptr : own + offset;
+  };
   hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {
     uint32_t size = 0;
     uint8_t* const own = area_of(board_of(context), area, size);

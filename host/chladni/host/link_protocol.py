@@ -111,7 +111,7 @@ MESSAGES = (
             "In order; bytes that are there already are answered ok."),
     Message(6, "table_commit", (), "", (Field("slot", "u8", "In use now."),
                                         Field("table_status", "u8", "0 is ok.")), "",
-            "Reads back, enters into the journal, loads."),
+            "Reads back, enters into the slot's trailer, loads."),
     Message(7, "table_previous", (), "", (Field("slot", "u8", "In use now."),
                                           Field("table_status", "u8", "0 is ok.")), "",
             "Back to the other slot's table."),

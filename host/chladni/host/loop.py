@@ -23,7 +23,6 @@ from chladni.sim.board_file import load_board, shipped_boards
 from chladni.sim.energy import compose
 from chladni.sim.errors import InputError
 from chladni.sim.transfer import check_target, target_field
-from chladni.tables.build import at_frequency
 from chladni.tables.scene import scene_of
 from chladni.tables.table import Section, Table
 
@@ -132,7 +131,7 @@ def run_loop(
     promised = table.drive_at(section, x_um, y_um)
     phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
     played = section.full_scale_gain * phasors
-    scene = scene_of(at_frequency(board, section.frequency_hz))
+    scene = scene_of(board).at_frequency(section.frequency_hz)
     fields = scene.fields.values
     wanted = target_field(scene.board, last, model=scene.model).values[0]
     field = compose(fields, played)

@@ -28,17 +28,12 @@ from chladni.sim.board_mirrors import board_mirrors
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.files import write_whole
 from chladni.tables.build import OBJECTIVE, build_table
-from chladni.tables.compress import LIMITS, LossLimits
 from chladni.tables.format import pack, read_table
-from chladni.tables.layout import VERSION_MAJOR, VERSION_MINOR
-from chladni.tables.lookup import lookup
+from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
 from chladni.tables.methods import SEED
 from chladni.tables.played import FirmwareReader
 from chladni.tables.solve import check_request
 from chladni.tables.table import Table
-
-LEAST_LOSS_DB, MOST_LOSS_DB = 0.01, 6.0
-"""Below, sixteen bits are not enough; above, half of a field may be missing."""
 
 TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")]
 
@@ -57,11 +52,9 @@ def build(
         list[float] | None,
         typer.Option(help="Drive frequency, Hz; again for more sections. The board's by default."),
     ] = None,
-    budget_bytes: Annotated[
-        int | None, typer.Option(help="The best table of at most so many bytes.")
-    ] = None,
-    loss_db: Annotated[
-        float | None, typer.Option(help="The smallest table whose fields are off by no more, dB.")
+    bits: Annotated[
+        int | None,
+        typer.Option(help="Of each stored integer: 8, 12 or 16. By default as few as will do."),
     ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
@@ -71,29 +64,19 @@ def build(
     check_output(output, "-o")
     check_jobs(jobs)
     check_request("phasor", objective, seed, None, None)
-    limits = _check_losses(budget_bytes, loss_db)
+    if bits is not None and bits not in BITS:
+        raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
     with progress_bar("solving") as progress:
         table, report = build_table(
-            loaded, objective=objective, frequencies_hz=frequency or (), limits=limits,
-            budget_bytes=budget_bytes, seed=seed, jobs=jobs, progress=progress, partial=partial,
+            loaded, objective=objective, frequencies_hz=frequency or (), bits=bits, seed=seed,
+            jobs=jobs, progress=progress, partial=partial,
         )  # fmt: skip
     write_whole(output, pack(table))
+    if not report.is_within_limits:
+        typer.echo(f"warning: integers of {report.bits} bits lose {report.lost}", err=True)
     answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")
-
-
-def _check_losses(budget_bytes: int | None, loss_db: float | None) -> LossLimits:
-    if budget_bytes is not None and loss_db is not None:
-        raise InputError("--loss-db", loss_db, "--budget-bytes or --loss-db, not both")
-    if budget_bytes is not None and budget_bytes < 1:
-        raise InputError("--budget-bytes", budget_bytes, "at least 1")
-    if loss_db is None:
-        return LIMITS
-    if not LEAST_LOSS_DB <= loss_db <= MOST_LOSS_DB:
-        expected = f"decibels from {LEAST_LOSS_DB:g} to {MOST_LOSS_DB:g}"
-        raise InputError("--loss-db", loss_db, expected)
-    return LossLimits(loss_db, ssim=float("inf"))
 
 
 def show(
@@ -123,6 +106,7 @@ def show(
         "full_scale_gain": section.full_scale_gain,
         "stored_regions": int(loaded.folding.stored(grid).size),
         "labels": len(section.crossings),
+        "bits": loaded.bits,
         "bytes": table.stat().st_size,
         **asdict(loaded.limits),
     }
@@ -158,16 +142,11 @@ def verify(
         if own is not None and own != found:
             raise InputError(name, own, f"{found}, the board's own", file=str(table))
     checked = 0
-    firmware = FirmwareReader(table.read_bytes(), loaded.actuators).table
+    firmware = FirmwareReader(table.read_bytes(), loaded.actuators)
     x_um, y_um = _everywhere(loaded)
     for number, section in enumerate(loaded.sections):
-        if number and firmware.select(round(section.frequency_hz * 1000.0)) != "ok":
-            raise ChladniError(f"{table}: section {number}: the firmware does not find it")
-        same = np.array_equal(firmware.regions(), loaded.region_iq(section))
-        if not same or not np.array_equal(
-            firmware.lookup(x_um.astype(np.int32), y_um.astype(np.int32)),
-            lookup(loaded, section, x_um, y_um),
-        ):
+        played = firmware.integers(section.frequency_hz, x_um, y_um)
+        if not np.array_equal(played, loaded.lookup(section, x_um, y_um)):
             raise ChladniError(f"{table}: section {number}: the firmware plays other drives")
         checked += x_um.size
     result = {
@@ -242,6 +221,7 @@ def _header(table: Table) -> dict[str, Any]:
         "objectives": [section.objective for section in table.sections],
         "full_scale_gains": [section.full_scale_gain for section in table.sections],
         "labels": [len(section.crossings) for section in table.sections],
+        "bits": table.bits,
     }
 
 

@@ -1,4 +1,4 @@
-"""The firmware's own reading of tables (tables/reader)."""
+"""The firmware's own reading and keeping of tables (tables/reader)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,22 @@ class FirmwareTable:
         """Of the drives in use."""
     def select(self, frequency_mhz: int) -> str:
         """Use another frequency's drives; "ok", or why not."""
-    def region_at(self, x_um: int, y_um: int) -> int:
-        """The region of a place."""
     def lookup(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.int16]:
         """Drives of places, shape (places, channels, 2)."""
-    def regions(self) -> NDArray[np.int16]:
-        """Drives of all regions, shape (regions, channels, 2)."""
+
+class FirmwareStore:
+    """The slots of a tables partition, as the device keeps them, in an image of its flash."""
+
+    def __init__(self, image: bytes) -> None: ...
+    @property
+    def slot(self) -> int:
+        """The slot that a start would play."""
+    @property
+    def image(self) -> bytes:
+        """The partition as it is now."""
+    def update(self, table: bytes) -> str:
+        """Put a table into the other slot and make it count; "ok", or why not."""
+    def restore_other(self, channels: int) -> str:
+        """Make the other slot's table count; "ok", or why not."""
+    def writes(self) -> list[tuple[int, bytes]]:
+        """Offset and bytes of every stretch of sectors written since, in the order of writing."""

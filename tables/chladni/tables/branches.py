@@ -1,14 +1,12 @@
-"""Arrange a board's drives so that they change smoothly: which optimum, which phase, which branch.
+"""Turn a board's drives in phase so that they change smoothly, and label what belongs together.
 
-A drive's common phase is free, and where two optima are nearly as good either may be taken. Both
-are chosen over the whole graph of neighbouring regions: optima by belief propagation, phases by
-the leading eigenvector's method (angular synchronisation). Regions whose fields still differ too
-much to interpolate get different labels; the device cross-fades between those.
+A drive's common phase is free. All phases are chosen at once over the graph of neighbouring
+regions, by the leading eigenvector's method (angular synchronisation). Regions whose fields still
+differ too much to interpolate get different labels; the device cross-fades between those.
 
 References
 ----------
-Singer, Angular synchronization by eigenvectors and semidefinite programming, 2011. Pearl, belief
-propagation, in its min-sum form.
+Singer, Angular synchronization by eigenvectors and semidefinite programming, 2011.
 """
 
 from __future__ import annotations
@@ -36,8 +34,6 @@ mean would have lost 7 % of its level (1 − √(1 − 0.75²/4))."""
 STEEP = 0.3
 """Steps above this are counted in reports."""
 SWEEPS = 300
-BELIEF_ROUNDS = 40
-DAMPING = 0.5
 
 
 @dataclass(frozen=True)
@@ -282,56 +278,3 @@ def _few(
         shared.append(free[0])
     assert len(kinds) <= MAX_LABELS, "eight neighbours and nine kinds need fewer"
     return np.array(shared)[labels], np.array(kinds)
-
-
-def choose(
-    overlap_steps: Sequence[tuple[int, int, FloatArray]], gaps: Sequence[FloatArray], weight: float
-) -> list[int]:
-    """One option per region, such that neighbours differ least in all.
-
-    Parameters
-    ----------
-    overlap_steps
-        Pairs of regions with the cost of every two of their options, shape (options, options).
-    gaps
-        What each option of each region costs by itself, shape (options,), times `weight`.
-    """
-    messages = {}
-    around: list[list[int]] = [[] for _ in gaps]
-    for a, b, _ in overlap_steps:
-        messages[a, b] = np.zeros(len(gaps[b]))
-        messages[b, a] = np.zeros(len(gaps[a]))
-        around[a].append(b)
-        around[b].append(a)
-    own = [weight * gap for gap in gaps]
-
-    def belief(k: int) -> FloatArray:
-        return np.asarray(own[k] + sum((messages[other, k] for other in around[k]), 0.0))
-
-    free = [pair for pair in overlap_steps if len(gaps[pair[0]]) > 1 or len(gaps[pair[1]]) > 1]
-    for _ in range(BELIEF_ROUNDS):
-        for a, b, costs in free:
-            for source, sink, table in ((a, b, costs), (b, a, costs.T)):
-                told = (belief(source) - messages[sink, source])[:, None] + table
-                least = told.min(axis=0)
-                least -= least.min()
-                old = messages[source, sink]
-                messages[source, sink] = DAMPING * old + (1.0 - DAMPING) * least
-    chosen = [int(belief(k).argmin()) for k in range(len(gaps))]
-    return _settle(chosen, overlap_steps, own)
-
-
-def _settle(
-    chosen: list[int], pairs: Sequence[tuple[int, int, FloatArray]], own: Sequence[FloatArray]
-) -> list[int]:
-    """Single regions change while that lowers the cost: what loopy beliefs may have missed."""
-    while True:
-        cost = [gap.copy() for gap in own]
-        for a, b, costs in pairs:
-            cost[a] += costs[:, chosen[b]]
-            cost[b] += costs[chosen[a]]
-        gain = [float(c[k] - c.min()) for c, k in zip(cost, chosen, strict=True)]
-        worst = int(np.argmax(gain))
-        if gain[worst] <= 1e-12:
-            return chosen
-        chosen[worst] = int(cost[worst].argmin())

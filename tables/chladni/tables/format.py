@@ -1,4 +1,4 @@
-"""Read and write a drive table: headers as layout.py declares them, streams as coding.py does."""
+"""Read and write a drive table: headers, and a record per stored region, as layout.py has them."""
 
 from __future__ import annotations
 
@@ -8,21 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chladni.sim.errors import InputError
-from chladni.tables.coding import (
-    FULL_SCALE,
-    BitReader,
-    BitWriter,
-    read_drives,
-    read_labels,
-    write_drives,
-    write_labels,
-)
 from chladni.tables.folding import Folding, Order
 from chladni.tables.layout import (
     CRC_BYTES,
-    CROSSING_BITS,
+    FULL_SCALE,
     HEADER_BYTES,
     HEADER_FIELDS,
     HEADER_STRUCT,
@@ -32,16 +24,38 @@ from chladni.tables.layout import (
     SECTION_BYTES,
     SECTION_FIELDS,
     SECTION_STRUCT,
+    SMALLEST_FILE,
     VERSION_MAJOR,
     VERSION_MINOR,
     Field,
     Refuse,
     check_header,
     check_section,
+    record_bytes,
+    stored_regions,
 )
 from chladni.tables.lookup import CUT, JOINED, NEGATED
 from chladni.tables.regions import RegionGrid
 from chladni.tables.table import Limits, Section, Table
+
+ByteArray = NDArray[np.uint8]
+IntArray = NDArray[np.int64]
+
+
+class TableRefusedError(InputError):
+    """Bytes that are no table this version reads.
+
+    Attributes
+    ----------
+    verdict
+        What the firmware says of the same bytes: the name of its `TableStatus`.
+    """
+
+    def __init__(
+        self, verdict: str, field: str, value: object, expected: str, *, file: str | None = None
+    ) -> None:
+        self.verdict = verdict
+        super().__init__(field, value, expected, file=file)
 
 
 def pack(table: Table) -> bytes:
@@ -50,41 +64,66 @@ def pack(table: Table) -> bytes:
     Raises
     ------
     InputError
-        More actuators, regions or millimetres than the format holds, or drives of another shape.
+        More actuators, bytes or millimetres than a device holds, or drives of another shape.
     """
     check_fits(table)
-    first = HEADER_BYTES + len(table.sections) * SECTION_BYTES
-    streams = [_stream(table, section) for section in table.sections]
     head = _header_values(table)
-    head["total_bytes"] = first + sum(len(stream) for stream in streams) + CRC_BYTES
     body = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
-    offset = first
-    for section, stream in zip(table.sections, streams, strict=True):
-        values = _section_values(section) | {"offset": offset, "bytes": len(stream)}
+    for section in table.sections:
+        _check_section(table, section)
+        values = _section_values(section)
         body += SECTION_STRUCT.pack(*(values[field.name] for field in SECTION_FIELDS))
-        offset += len(stream)
-    body += b"".join(streams)
+        body += _crossing_codes(section.crossings).tobytes()
+        gains = _as_bytes(section.iq.astype(np.int64) >> (16 - table.bits), table.bits)
+        records = np.concatenate((section.labels[:, None], gains), axis=1)
+        body += records.astype(np.uint8).tobytes()
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def _stream(table: Table, section: Section) -> bytes:
-    columns, rows = table.folding.shape(table.grid)
-    shapes = (section.labels.shape, section.iq.shape)
-    cells = columns * rows
-    if shapes != ((cells,), (cells, table.actuators, 2)):
-        raise InputError("table.iq", shapes, f"labels and drives of {cells} stored regions")
-    if np.any((section.iq.astype(np.int64) ** 2).sum(axis=-1) > FULL_SCALE**2):
-        raise InputError("table.iq", "a gain beyond full scale", f"at most {FULL_SCALE}")
-    writer = BitWriter()
-    for crossing in section.crossings.ravel().tolist():
-        writer.number(crossing, CROSSING_BITS)
-    write_labels(writer, section.labels, columns, len(section.crossings))
-    write_drives(writer, section.labels, columns, section.iq, section.start_shift)
-    return writer.to_bytes()
+def _crossing_codes(crossings: ByteArray) -> ByteArray:
+    """Bit 0 (1): the label is cut at the mirror in x (y); bit 2 (3): negated there."""
+    cut, negated = crossings == CUT, crossings == NEGATED
+    return np.packbits(np.hstack((cut, negated)), axis=1, bitorder="little").ravel()
+
+
+def _crossings(codes: ByteArray) -> ByteArray:
+    """The way back; `ValueError` if a label is both at once, or something else."""
+    bits = np.unpackbits(codes[:, None], axis=1, bitorder="little").astype(bool)
+    cut, negated = bits[:, :2], bits[:, 2:4]
+    if np.any(cut & negated) or np.any(bits[:, 4:]):
+        raise ValueError("crossings")
+    return np.where(cut, CUT, np.where(negated, NEGATED, JOINED)).astype(np.uint8)
+
+
+def _as_bytes(pairs: IntArray, bits: int) -> ByteArray:
+    """Integers (regions, actuators, 2) in offset binary, shape (regions, bytes).
+
+    Of 12 bits the upper eight of both come first, then both rests in one byte.
+    """
+    codes = pairs + (1 << (bits - 1))
+    parts = [codes] if bits == 8 else [codes & 0xFF, codes >> 8]
+    if bits == 12:
+        rests = (codes & 15)[..., :1] | (codes & 15)[..., 1:] << 4
+        parts = [np.concatenate((codes >> 4, rests), axis=-1)]
+    whole = np.stack(parts, axis=-1)
+    return np.asarray(whole.reshape(len(pairs), -1).astype(np.uint8))
+
+
+def _as_integers(data: ByteArray, actuators: int, bits: int) -> IntArray:
+    """The way back."""
+    parts = data.reshape(len(data), actuators, -1).astype(np.int64)
+    if bits == 12:
+        rests = parts[..., 2:]
+        codes = parts[..., :2] << 4 | np.concatenate((rests & 15, rests >> 4), axis=-1)
+    elif bits == 16:
+        codes = parts[..., ::2] | parts[..., 1::2] << 8
+    else:
+        codes = parts
+    return np.asarray(codes - (1 << (bits - 1)))
 
 
 def check_fits(table: Table) -> None:
-    """Raise `InputError` unless the format and the device can hold a table like this.
+    """Raise `InputError` unless the format and a device's slot can hold a table like this.
 
     Only sizes and limits are looked at, so it can be asked before any drive is solved.
     """
@@ -92,13 +131,40 @@ def check_fits(table: Table) -> None:
     def refuse(field: str, value: object, expected: str) -> InputError:
         return InputError(f"table.{field}", value, expected)
 
-    check_header(_header_values(table), refuse)
+    head = _header_values(table)
+    check_header(head, refuse)
     for section in table.sections:
         values = _section_values(section)
         check_section(values, refuse)
         if abs(values["full_scale_gain_milli"] / 1000.0 - section.full_scale_gain) > 1e-9:
             expected = "whole thousandths, from 0.001"
             raise InputError("drive.max_gain", section.full_scale_gain, expected)
+    if head["total_bytes"] > LARGEST_FILE:
+        expected = f"at most {LARGEST_FILE}, a device's slot: a larger regions.pitch_mm"
+        raise refuse("bytes", head["total_bytes"], expected)
+
+
+def table_bytes(table: Table) -> int:
+    """Bytes of a table, by its numbers of labels, regions and actuators alone."""
+    records = table.folding.stored(table.grid).size * record_bytes(table.actuators, table.bits)
+    sections = sum(SECTION_BYTES + len(section.crossings) + records for section in table.sections)
+    return HEADER_BYTES + sections + CRC_BYTES
+
+
+def _check_section(table: Table, section: Section) -> None:
+    cells = table.folding.stored(table.grid).size
+    shapes = (section.labels.shape, section.iq.shape)
+    if shapes != ((cells,), (cells, table.actuators, 2)):
+        raise InputError("table.iq", shapes, f"labels and drives of {cells} stored regions")
+    if np.any(section.iq & ((1 << (16 - table.bits)) - 1)):
+        expected = f"integers of {table.bits} bits, in steps of {1 << (16 - table.bits)}"
+        raise InputError("table.iq", "finer steps", expected)
+    if _is_loud(section.iq.astype(np.int64)):
+        raise InputError("table.iq", "a gain beyond full scale", f"at most {FULL_SCALE}")
+
+
+def _is_loud(iq: IntArray) -> bool:
+    return bool(np.any((iq**2).sum(axis=-1) > FULL_SCALE**2))
 
 
 def _header_values(table: Table) -> dict[str, Any]:
@@ -106,11 +172,12 @@ def _header_values(table: Table) -> dict[str, Any]:
         "magic": MAGIC,
         "version_major": VERSION_MAJOR,
         "version_minor": VERSION_MINOR,
-        "header_bytes": HEADER_BYTES,
         "sections": len(table.sections),
-        "section_bytes": SECTION_BYTES,
         "actuators": table.actuators,
+        "total_bytes": table_bytes(table),
+        "bits": table.bits,
         "mirrors": table.folding.flags,
+        "reserved": 0,
         "board_fingerprint": table.board_fingerprint,
         "board_name": table.board_name.encode("ascii"),
         **vars(table.grid),
@@ -126,7 +193,6 @@ def _section_values(section: Section) -> dict[str, Any]:
         "full_scale_gain_milli": round(section.full_scale_gain * 1000.0),
         "objective": OBJECTIVE_NAMES.index(section.objective),
         "labels": len(section.crossings),
-        "start_shift": section.start_shift,
         "reserved": 0,
     }
 
@@ -136,39 +202,36 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
 
     Raises
     ------
-    InputError
+    TableRefusedError
         Truncated, wrong magic, version or CRC, or fields that contradict each other.
     """
-
-    def refuse(field: str, value: object, expected: str) -> InputError:
-        return InputError(field, value, expected, file=file)
-
-    head = _read_header(data, refuse)
-    grid = RegionGrid(head["columns"], head["rows"], head["width_um"], head["length_um"])
-    folding = _folding(head, refuse)
-    sections = []
+    head = _read_header(data, file)
+    folding = _folding(head, _refusing("kBadField", file))
+    at, sections = HEADER_BYTES, []
     for number in range(head["sections"]):
-        at = head["header_bytes"] + number * head["section_bytes"]
-        values = _named(SECTION_FIELDS, SECTION_STRUCT, data, at)
-        begin, end = values["offset"], values["offset"] + values["bytes"]
-        first = head["header_bytes"] + head["sections"] * head["section_bytes"]
-        if begin < first or end > len(data) - CRC_BYTES:
-            expected = f"a stream within bytes {first} to {len(data) - CRC_BYTES}"
-            raise refuse(f"section {number} offset", f"{begin} + {values['bytes']}", expected)
-        check_section(values, refuse)
-        try:
-            section = _read_section(data[begin:end], values, folding.shape(grid), head["actuators"])
-        except ValueError as error:
-            raise refuse(f"section {number}", "damaged drives", str(error)) from None
+        section, at = _read_section(data, at, head, number, file)
         sections.append(section)
+    if at != len(data) - CRC_BYTES:
+        expected = f"{len(data) - CRC_BYTES}, where the CRC begins"
+        raise _refusing("kBadSize", file)("end of the sections", at, expected)
     return Table(
         board_name=head["board_name"].rstrip(b"\0").decode("ascii"),
         board_fingerprint=head["board_fingerprint"],
-        grid=grid,
+        grid=RegionGrid(head["columns"], head["rows"], head["width_um"], head["length_um"]),
         limits=Limits(head["ramp_us"], head["touch_timeout_us"], head["max_on_us"]),
         sections=tuple(sections),
+        bits=head["bits"],
         folding=folding,
     )
+
+
+def _refusing(verdict: str, file: str | None) -> Refuse:
+    """Errors of one verdict, to be raised."""
+
+    def refuse(field: str, value: object, expected: str) -> InputError:
+        return TableRefusedError(verdict, field, value, expected, file=file)
+
+    return refuse
 
 
 def _named(
@@ -177,55 +240,75 @@ def _named(
     return dict(zip((f.name for f in fields), layout.unpack_from(data, at), strict=True))
 
 
-def _read_header(data: bytes, refuse: Refuse) -> dict[str, Any]:
+def _read_header(data: bytes, file: str | None) -> dict[str, Any]:
     """The file header, once all bytes are known to be whole."""
-    least = HEADER_BYTES + SECTION_BYTES + CRC_BYTES
-    if len(data) < least:
-        raise refuse("size", f"{len(data)} bytes", f"at least {least}: truncated")
+    if len(data) < HEADER_BYTES:
+        expected = f"at least {HEADER_BYTES}: truncated"
+        raise _refusing("kReadFailed", file)("size", f"{len(data)} bytes", expected)
     head = _named(HEADER_FIELDS, HEADER_STRUCT, data, 0)
+    if data[:HEADER_BYTES] == b"\xff" * HEADER_BYTES:
+        raise _refusing("kNone", file)("magic", "blank flash", f"{MAGIC!r}, a Chladni table")
     if head["magic"] != MAGIC:
-        raise refuse("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
-    if head["version_major"] != VERSION_MAJOR:
-        version = f"{head['version_major']}.{head['version_minor']}"
-        raise refuse("version", version, f"{VERSION_MAJOR}.x")
-    if head["total_bytes"] != len(data):
-        raise refuse("total_bytes", head["total_bytes"], f"{len(data)}, the size of the file")
-    stored = struct.unpack_from("<I", data, len(data) - CRC_BYTES)[0]
-    computed = zlib.crc32(data[:-CRC_BYTES])
+        raise _refusing("kBadMagic", file)("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
+    version = head["version_major"], head["version_minor"]
+    if version != (VERSION_MAJOR, VERSION_MINOR):
+        expected = (
+            f"{VERSION_MAJOR}.{VERSION_MINOR}: build the table again with `chladni table build`"
+        )
+        raise _refusing("kBadVersion", file)("version", "{}.{}".format(*version), expected)
+    total = head["total_bytes"]
+    expected = f"{len(data)}, the size of the file, from {SMALLEST_FILE} to {LARGEST_FILE}"
+    if not SMALLEST_FILE <= total <= min(len(data), LARGEST_FILE):
+        raise _refusing("kBadSize", file)("total_bytes", total, expected)
+    stored = struct.unpack_from("<I", data, total - CRC_BYTES)[0]
+    computed = zlib.crc32(data[: total - CRC_BYTES])
     if stored != computed:
-        raise refuse("crc", f"{stored:#010x}", f"{computed:#010x}: the bytes are damaged")
-    for name, low in (("header_bytes", HEADER_BYTES), ("section_bytes", SECTION_BYTES)):
-        if head[name] < low or (head["version_minor"] == VERSION_MINOR and head[name] != low):
-            raise refuse(name, head[name], f"{low}, or more in a later version")
-    check_header(head, refuse)
-    payload = head["header_bytes"] + head["sections"] * head["section_bytes"]
-    if payload > len(data) - CRC_BYTES:
-        raise refuse("sections", head["sections"], f"headers that fit into {len(data)} bytes")
+        raise _refusing("kBadCrc", file)(
+            "crc", f"{stored:#010x}", f"{computed:#010x}: the bytes are damaged"
+        )
+    if total != len(data):
+        raise _refusing("kBadSize", file)("total_bytes", total, expected)
+    check_header(head, _refusing("kBadField", file))
     return head
 
 
 def _read_section(
-    data: bytes, values: dict[str, Any], shape: tuple[int, int], actuators: int
-) -> Section:
-    columns, rows = shape
-    reader = BitReader(data)
-    crossings = np.zeros((values["labels"], 2), dtype=np.uint8)
-    for label in range(values["labels"]):
-        for axis in range(2):
-            crossings[label, axis] = reader.number(CROSSING_BITS)
-    if np.any(crossings > NEGATED):
-        raise ValueError(f"crossings {CUT}, {JOINED} or {NEGATED}")
-    labels = read_labels(reader, columns * rows, columns, values["labels"])
-    iq = read_drives(reader, labels, columns, actuators, values["start_shift"])
-    reader.finish()
-    return Section(
+    data: bytes, at: int, head: dict[str, Any], number: int, file: str | None
+) -> tuple[Section, int]:
+    """The section that begins at a byte, and where the next one would."""
+    bits, actuators, cells = head["bits"], head["actuators"], stored_regions(head)
+    record, end = record_bytes(actuators, bits), len(data) - CRC_BYTES
+    left, name = end - at, f"section {number}"
+    if left < SECTION_BYTES:
+        raise _refusing("kBadSize", file)(name, f"{left} bytes", f"at least {SECTION_BYTES}")
+    values = _named(SECTION_FIELDS, SECTION_STRUCT, data, at)
+    check_section(values, _refusing("kBadField", file))
+    labels, first = values["labels"], at + SECTION_BYTES
+    begin, after = first + labels, first + labels + cells * record
+    if after > end:
+        raise _refusing("kBadSize", file)(name, f"{left} bytes", f"{after - at}: {cells} regions")
+    refuse = _refusing("kBadDrives", file)
+    try:
+        crossings = _crossings(np.frombuffer(data[first:begin], np.uint8))
+    except ValueError:
+        raise refuse(
+            f"{name} crossings", data[first:begin].hex(), "cut, joined or negated"
+        ) from None
+    records = np.frombuffer(data[begin:after], np.uint8).reshape(cells, record)
+    if np.any(records[:, 0] >= labels):
+        raise refuse(f"{name} label", int(records[:, 0].max()), f"below {labels}")
+    iq = _as_integers(records[:, 1:], actuators, bits) << (16 - bits)
+    if _is_loud(iq):
+        raise refuse(f"{name} gains", "one beyond full scale", f"at most {FULL_SCALE}")
+    section = Section(
         frequency_hz=values["frequency_mhz"] / 1000.0,
         objective=OBJECTIVE_NAMES[values["objective"]],
         full_scale_gain=values["full_scale_gain_milli"] / 1000.0,
-        labels=labels,
+        labels=records[:, 0].copy(),
         crossings=crossings,
-        iq=iq,
+        iq=iq.astype(np.int16),
     )
+    return section, after
 
 
 def _folding(head: dict[str, Any], refuse: Refuse) -> Folding:
@@ -253,7 +336,7 @@ def read_table(path: str | Path) -> Table:
         if Path(path).exists() and not Path(path).is_file():
             raise InputError("TABLE", "no regular file", "a table file", file=str(path))
         with Path(path).open("rb") as file:
-            data = file.read(LARGEST_FILE)
+            data = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise InputError("TABLE", error.strerror, "a readable file", file=str(path)) from None
     return unpack(data, file=str(path))

@@ -1,30 +1,24 @@
-"""What is wanted between regions: SSIM at the points half-way from centre to centre.
+"""Places between regions at which losses are measured, and what is wanted there.
 
-A load's field changes little from one region to the next, so that of a point between them is
-interpolated from the regions' own, and from those of points on the board's edge, which are solved
-beside every region there. Only around screws and pins, where a field comes to nothing, and where
-regions are wide, each point's own is solved.
+Half-way from centre to centre the device mixes drives that differ most. A load's field changes
+little from one region to the next, so that of a point between them is interpolated from the
+regions' own, and from those of points on the board's edge, which are solved beside every region
+there. Around screws and pins, where a field comes to nothing, each point's own is solved; and so
+is every measured point's where regions are wide or few, and where there are too many points to
+measure them all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board import Board
-from chladni.sim.metrics import image_of
-from chladni.tables import _kernel
-from chladni.tables.entry import COARSE_STEP, FINE_STEP, Entry, Wanted
 from chladni.tables.folding import Folding
 from chladni.tables.regions import RegionGrid
-from chladni.tables.scene import Scene
-
-Objectives = tuple[_kernel.Objective, _kernel.Objective]
-"""SSIM on every `COARSE_STEP`-th and on every `FINE_STEP`-th image point each way."""
 
 SHARES = ((-1, -1 / 16), (0, 9 / 16), (1, 9 / 16), (2, -1 / 16))
 """Cubic interpolation half-way: what the four nearest regions along a line count."""
@@ -34,103 +28,100 @@ NEAR = 1.0
 
 OWN_TOLERANCE = 8e-3
 """Error of those fields: beside that of the interpolated ones it is small, and asking for less
-would have the plate solved anew, larger, for a few places between a screw and the edge."""
+would have the plate solved again, larger, for a few places between a screw and the edge."""
 WIDEST_MM = 8.0
 """Pitch up to which fields are interpolated: a load's own peak is a centimetre or two wide."""
-KEPT = 512
-"""Points whose objectives stay in memory, half a megabyte each: a region's neighbours meet it."""
+MOST_POINTS = 1000
+"""Regions, and points between them, at which losses are measured; drawn at random of more."""
+SEED = 2
 
 Place = tuple[int, int]
 """Along x and y in half regions from the first region's centre."""
 Target = tuple[float, float]
-Fields = list[NDArray[np.complex64]]
-"""What a place wants, coarse and fine."""
+Field = NDArray[np.complex64]
 Lines = tuple[list[int], list[int]]
 
 
-class Halfway:
-    """SSIM against the wanted images on the lattice of half regions.
+def drawn(count: int) -> NDArray[np.intp]:
+    """Which of so many points are measured, ascending: all, or `MOST_POINTS` at random."""
+    if count <= MOST_POINTS:
+        return np.arange(count)
+    chosen = np.random.default_rng(SEED).choice(count, MOST_POINTS, replace=False)
+    return np.sort(chosen).astype(np.intp)
+
+
+def halfway_places(grid: RegionGrid, folding: Folding) -> list[Place]:
+    """Points half-way from stored regions to the next in x, in y and in both."""
+    stored = folding.stored(grid).tolist()
+    every = [
+        (2 * (k % grid.columns) + right, 2 * (k // grid.columns) + up)
+        for right, up in ((1, 0), (0, 1), (1, 1))
+        for k in stored
+    ]
+    return [every[k] for k in drawn(len(every)).tolist()]
+
+
+def own_places(
+    board: Board, grid: RegionGrid, folding: Folding, places: list[Place]
+) -> list[Place]:
+    """Places whose fields are solved: from these and the regions' own, those of all are known."""
+    if 3 * folding.stored(grid).size > len(places):
+        return places
+    lines_x, lines_y = _lines(grid.columns, folding.x), _lines(grid.rows, folding.y)
+    few = _on_edge(lines_x, lines_y) + _not_interpolated(board, grid, lines_x[0], lines_y[0])
+    return few if len(few) < len(places) else places
+
+
+def target_of(grid: RegionGrid, place: Place) -> Target:
+    """Where a place is, mm; on the edge, whatever rounding says."""
+    half = np.array([grid.width_um, grid.length_um]) / 2000.0
+    x_mm, y_mm = np.clip(grid.halfway_mm(*place), -half, half).tolist()
+    return x_mm, y_mm
+
+
+class HalfwayFields:
+    """Fields of unit loads on the lattice of half regions, of those that are known.
 
     Parameters
     ----------
-    entries
-        Of the stored regions.
-    own
-        What the `own_places` want.
-
-    Attributes
-    ----------
-    objectives
-        (half_column, half_row) to the two objectives of that point; the last ones are kept.
+    known
+        Solved fields by place, on some image points.
     """
 
-    def __init__(
-        self, scene: Scene, entries: Sequence[Entry], own: Mapping[Place, Wanted],
-        grid: RegionGrid, folding: Folding,
-    ) -> None:  # fmt: skip
-        self._space = scene.space
+    def __init__(self, known: Mapping[Place, Field], grid: RegionGrid, folding: Folding) -> None:
+        self._known = known
         self._mirrored = folding.x is not None, folding.y is not None
         self._counts = grid.columns, grid.rows
-        self.objectives = lru_cache(KEPT)(self._make)
-        columns, _ = folding.shape(grid)
-        self._known: dict[Place, Fields] = {
-            (2 * (k % columns), 2 * (k // columns)): list(entry.wanted.fields)
-            for k, entry in enumerate(entries)
-        }
-        self._known |= {place: list(wanted.fields) for place, wanted in own.items()}
 
-    def _make(self, half_column: int, half_row: int) -> Objectives:
-        """Of a point."""
-        fields = self._fields((half_column, half_row))
-        coarse, fine = (
-            self._space.objective_of(
-                self._space.nearest_level(step), image_of(field.astype(np.complex128))
-            )
-            for step, field in zip((COARSE_STEP, FINE_STEP), fields, strict=True)
-        )
-        return coarse, fine
-
-    def _fields(self, place: Place) -> Fields:
+    def at(self, place: Place) -> Field:
+        """The field of a place: known, a mirror image, or interpolated."""
         known = self._find(place)
         if known is not None:
             return known
-        total: Fields = []
+        parts = []
         for i, share in _around(place[0], self._counts[0]):
             for j, other in _around(place[1], self._counts[1]):
                 own = self._find((i, j))
                 if own is None:
                     raise KeyError((i, j))
-                parts = [field * np.float32(share * other) for field in own]
-                total = [a + b for a, b in zip(total, parts, strict=True)] if total else parts
-        return total
+                parts.append(own * np.float32(share * other))
+        return np.asarray(sum(parts[1:], parts[0]))
 
-    def _find(self, place: Place) -> Fields | None:
+    def _find(self, place: Place) -> Field | None:
         """What is known of a place, or of its mirror image, turned over."""
         images = [
             2 * (count - 1) - at if mirrored and at > count - 1 else at
             for at, count, mirrored in zip(place, self._counts, self._mirrored, strict=True)
         ]
-        fields = self._known.get((images[0], images[1]))
-        if fields is None:
+        field = self._known.get(place)
+        if field is not None:
+            return field
+        field = self._known.get((images[0], images[1]))
+        if field is None:
             return None
-        turned = tuple(
-            slice(None, None, -1 if image != at else 1)
-            for image, at in zip(images, place, strict=True)
-        )
-        return [field[turned] for field in fields]
-
-
-def own_places(board: Board, grid: RegionGrid, folding: Folding) -> dict[Place, Target]:
-    """Places between regions whose fields are not interpolated, and where they are, mm."""
-    lines_x, lines_y = _lines(grid.columns, folding.x), _lines(grid.rows, folding.y)
-    places = _on_edge(lines_x, lines_y) + _not_interpolated(board, grid, lines_x[0], lines_y[0])
-    # On the edge, whatever rounding says.
-    half = np.array([grid.width_um, grid.length_um]) / 2000.0
-    targets: dict[Place, Target] = {}
-    for place in places:
-        x_mm, y_mm = np.clip(grid.halfway_mm(*place), -half, half).tolist()
-        targets[place] = x_mm, y_mm
-    return targets
+        x, y = (slice(None, None, -1 if image != at else 1)
+                for image, at in zip(images, place, strict=True))  # fmt: skip
+        return field[x, y]
 
 
 def _lines(count: int, mirror: object) -> Lines:

@@ -1,7 +1,7 @@
-"""Headers of a drive table: the one declaration from which reader, writer and C++ header come.
+"""Bytes of a drive table: the one declaration from which reader, writer and C++ header come.
 
 `docs/table-format.md` describes the same bytes in words; `tools/generate_headers.py` writes the
-C++ header. Everything is little-endian, and every field lies on a multiple of its size.
+C++ header. Everything is little-endian, and every header field lies on a multiple of its size.
 """
 
 from __future__ import annotations
@@ -12,20 +12,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.sim.errors import InputError
-from chladni.tables.coding import MAX_SHIFT
 from chladni.tables.folding import stored_cells
 from chladni.tables.objectives import OBJECTIVES
 
-Refuse = Callable[[str, object, str], InputError]
-
 MAGIC = b"CHLD"
-VERSION_MAJOR, VERSION_MINOR = 1, 0
+VERSION_MAJOR, VERSION_MINOR = 2, 0
+BITS = (8, 12, 16)
+"""Widths of an integer; a gain is two of them, so 2, 3 or 4 bytes."""
+FULL_SCALE = 32767
+"""The integer of 16 bits that stands for the largest gain. A narrower one is its upper bits."""
 MAX_ACTUATORS = 16
 """LEDC channels of an ESP32; the firmware drives the eight high-speed ones."""
 MAX_SECTIONS = 16
 MAX_LABELS = 255
-MAX_REGIONS = 40_960
-MAX_NODES = 10_240
 MAX_SPAN_UM = 500_000
 """So that (2 · place + span) and cells · span fit 32 bits on the device."""
 MAX_CELLS_PER_SIDE = 2048
@@ -35,12 +34,12 @@ MIN_RAMP_US, MAX_RAMP_US = 500, 1_000_000
 MIN_TOUCH_TIMEOUT_US, MAX_TOUCH_TIMEOUT_US = 30_000, 5_000_000
 """Three reports of a panel at the least, or a held finger would flicker."""
 MIN_ON_US, MAX_ON_US = 100_000, 60_000_000
-MAX_GAINS = 16_384
-"""Gain pairs in 64 KiB of the device's RAM: a quarter of a board at 1 mm, five channels."""
 CRC_BYTES = 4
 BOARD_NAME_BYTES = 16
-LARGEST_FILE = 1 << 20
-"""Nothing larger is read: no table comes near it."""
+LARGEST_FILE = 63 * 4096
+"""A device's slot of 256 KiB, less the sector of its trailer (host/flash_layout.py)."""
+
+Refuse = Callable[[str, object, str], InputError]
 
 
 @dataclass(frozen=True)
@@ -72,14 +71,14 @@ class Field:
 
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLD".'),
-    Field("version_major", "u8", "1. A reader refuses another."),
-    Field("version_minor", "u8", "0. A reader takes any: 1.x may lengthen headers, no more."),
-    Field("header_bytes", "u16", "80, or more in 1.x: where the section headers begin."),
-    Field("total_bytes", "u32", "Whole file, its CRC included."),
+    Field("version_major", "u8", "2. A reader takes its own version only."),
+    Field("version_minor", "u8", "0."),
     Field("sections", "u8", "Sections, 1 to 16: one per frequency or objective."),
-    Field("section_bytes", "u8", "20, or more in 1.x: size of a section header."),
     Field("actuators", "u8", "Channels of every drive, 1 to 16."),
+    Field("total_bytes", "u32", "Whole file, its CRC included."),
+    Field("bits", "u8", "Of each integer: 8, 12 or 16."),
     Field("mirrors", "u8", "Bit 0: only the half at small x is stored; bit 1: at small y."),
+    Field("reserved", "u16", "0."),
     Field("board_fingerprint", "u64", "64 bits of the SHA-256 of the board's physical numbers."),
     Field("board_name", "char16", "ASCII, filled up with zeros, at least one of them."),
     Field("columns", "u16", "Cells along x."),
@@ -93,14 +92,11 @@ HEADER_FIELDS = (
     Field("mirror_y", "u64", "The same for y → −y."),
 )
 SECTION_FIELDS = (
-    Field("offset", "u32", "Where the section's stream begins, from the start of the file."),
-    Field("bytes", "u32", "Size of the stream."),
     Field("frequency_mhz", "u32", "Drive frequency in millihertz."),
-    Field("full_scale_gain_milli", "u32", "Gain the integer 32767 stands for, in thousandths."),
+    Field("full_scale_gain_milli", "u32", "Gain at full scale, in thousandths."),
     Field("objective", "u8", "0 unknown, 1 ssim, 2 contrast, 3 peak, 4 balanced."),
-    Field("labels", "u8", "Labels in the map, 1 to 255."),
-    Field("start_shift", "u8", "Shift before the first drive, 0 to 14."),
-    Field("reserved", "u8", "0; a reader of 1.0 does not look at it."),
+    Field("labels", "u8", "Labels of the section, 1 to 255."),
+    Field("reserved", "u16", "0."),
 )
 
 
@@ -110,8 +106,8 @@ def _struct(fields: tuple[Field, ...]) -> struct.Struct:
 
 HEADER_STRUCT, SECTION_STRUCT = _struct(HEADER_FIELDS), _struct(SECTION_FIELDS)
 HEADER_BYTES, SECTION_BYTES = HEADER_STRUCT.size, SECTION_STRUCT.size
+SMALLEST_FILE = HEADER_BYTES + SECTION_BYTES + CRC_BYTES
 OBJECTIVE_NAMES = ("unknown", *OBJECTIVES)
-CROSSING_BITS = 2
 
 
 def offsets(fields: tuple[Field, ...]) -> dict[str, int]:
@@ -127,6 +123,7 @@ HEADER_RANGES = (
     ("sections", 1, MAX_SECTIONS),
     ("actuators", 1, MAX_ACTUATORS),
     ("mirrors", 0, 3),
+    ("reserved", 0, 0),
     ("columns", 1, MAX_CELLS_PER_SIDE),
     ("rows", 1, MAX_CELLS_PER_SIDE),
     ("width_um", 1, MAX_SPAN_UM),
@@ -140,24 +137,34 @@ SECTION_RANGES = (
     ("full_scale_gain_milli", 1, 0xFFFFFFFF),
     ("objective", 0, len(OBJECTIVE_NAMES) - 1),
     ("labels", 1, MAX_LABELS),
-    ("start_shift", 0, MAX_SHIFT),
+    ("reserved", 0, 0),
 )
+
+
+def gain_bytes(bits: int) -> int:
+    """Bytes of a gain: two integers of so many bits."""
+    return bits // 4
+
+
+def record_bytes(actuators: int, bits: int) -> int:
+    """Bytes of a stored region: its label, and a gain per actuator."""
+    return 1 + actuators * gain_bytes(bits)
+
+
+def stored_regions(head: dict[str, Any]) -> int:
+    """Records of every section, by a header's fields."""
+    columns, rows = (
+        stored_cells(head[name], bool(head["mirrors"] >> bit & 1))
+        for bit, name in enumerate(("columns", "rows"))
+    )
+    return columns * rows
 
 
 def check_header(head: dict[str, Any], refuse: Refuse) -> None:
     """Ranges that a right CRC does not vouch for."""
     _check_ranges(head, HEADER_RANGES, refuse)
-    if head["columns"] * head["rows"] > MAX_REGIONS:
-        raise refuse("regions", head["columns"] * head["rows"], f"at most {MAX_REGIONS}")
-    # In memory stand a column and a row more than are stored.
-    columns, rows = (
-        stored_cells(head[name], bool(head["mirrors"] >> bit & 1)) + 1
-        for bit, name in enumerate(("columns", "rows"))
-    )
-    most = min(MAX_NODES, MAX_GAINS // head["actuators"])
-    if columns * rows > most:
-        expected = f"at most {most}, what the device's RAM holds: a larger regions.pitch_mm"
-        raise refuse("stored regions", columns * rows, expected)
+    if head["bits"] not in BITS:
+        raise refuse("bits", head["bits"], one_of_bits())
     name = head["board_name"]
     if not (name.isascii() and name.rstrip(b"\0").decode("ascii", "replace").isprintable()):
         raise refuse("board_name", name, "printable ASCII letters")
@@ -170,9 +177,15 @@ def check_section(values: dict[str, Any], refuse: Refuse) -> None:
     _check_ranges(values, SECTION_RANGES, refuse)
 
 
+def one_of_bits() -> str:
+    """The widths there are, for an error."""
+    return "one of " + ", ".join(map(str, BITS))
+
+
 def _check_ranges(
     values: dict[str, Any], ranges: tuple[tuple[str, int, int], ...], refuse: Refuse
 ) -> None:
     for name, low, high in ranges:
         if not low <= values[name] <= high:
-            raise refuse(name, values[name], f"{low} to {high}")
+            expected = f"{low} to {high}" if low < high else f"{low}"
+            raise refuse(name, values[name], expected)

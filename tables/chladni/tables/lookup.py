@@ -1,6 +1,6 @@
 """The drive of a place between region centres, in integers: the reference of the device's lookup.
 
-A place in a mirrored half is first folded over to the stored one. Four centres surround it. Those
+A place in a mirrored half is first taken over to the stored one. Four centres surround it. Those
 with the nearest one's label belong to the same branch of optima and are interpolated; one across a
 cut gives way to the corner next to it, so that drives stay continuous within a branch and jump only
 half-way between centres. Then the mirror exchanges the actuators.
@@ -8,62 +8,23 @@ half-way between centres. Then the mirror exchanges the actuators.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.folding import Cells
-from chladni.tables.regions import FRACTION_BITS, position
-
-if TYPE_CHECKING:
-    from chladni.tables.table import Section, Table
+from chladni.tables.folding import Cells, Folding
+from chladni.tables.regions import FRACTION_BITS, RegionGrid, position
 
 IntArray = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 
 CUT, JOINED, NEGATED = 0, 1, 2
 """What becomes of a label across a mirror: no interpolation; interpolation; the same with the image
 turned by half a wave, as the drive of an odd field continues."""
 NO_LABEL = 255
 ONE = 1 << FRACTION_BITS
-
-
-def lookup(table: Table, section: Section, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
-    """Drives at places, int16 of shape (places, actuators, 2).
-
-    Parameters
-    ----------
-    x_um, y_um
-        Micrometres from the board's centre, shape (places,). Places off the board get the drive of
-        the nearest place on it.
-    """
-    grid, folding = table.grid, table.folding
-    x, y = (
-        _between(offset, span, cells, nodes, order is not None)
-        for offset, span, cells, nodes, order in zip(
-            grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
-            folding.nodes(grid), (folding.x, folding.y), strict=True,
-        )
-    )  # fmt: skip
-    # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-    corners = [folding.cells(grid, *at) for at in (
-        (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
-    values = np.stack([unfolded(table, section, at.stored, at.flips) for at in corners])
-    labels = np.stack([labels_of(section, at) for at in corners])
-    every = np.arange(values.shape[1])
-    nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
-    label = labels[nearest, every]
-    taken = _without_strangers(labels == label)
-    sign = signs_of(section, label, np.stack((x.is_flipped, y.is_flipped), axis=-1))
-    top = sign * ONE * y.fraction
-    bottom = sign * ONE * ONE - top
-    right = [(row * x.fraction) >> FRACTION_BITS for row in (bottom, top)]
-    weights = np.stack((bottom - right[0], right[0], top - right[1], right[1]))
-    mixed = values.astype(np.int64)[taken, every]
-    total = (mixed * weights[:, :, None, None]).sum(axis=0)
-    mix = (total >> (2 * FRACTION_BITS)).astype(np.int16)
-    orders = folding.orders(table.actuators)[x.is_flipped * 1, y.is_flipped * 1]
-    return np.asarray(np.take_along_axis(mix, orders[:, :, None], axis=1))
 
 
 class Branches(Protocol):
@@ -76,6 +37,79 @@ class Branches(Protocol):
     @property
     def crossings(self) -> NDArray[np.uint8]:
         """Of every label across the mirrors in x and y."""
+
+
+@dataclass(frozen=True)
+class Mixing:
+    """Of which stored gains the drives of places are mixed, four corners to a place.
+
+    Attributes
+    ----------
+    stored
+        Position among the stored regions, shape (4, places).
+    channels
+        The stored channel that each channel takes its gain from, shape (4, places, actuators).
+    weights
+        Whole numbers of 1/65536, negative where a mirror negates, shape (4, places).
+    """
+
+    stored: IntArray
+    channels: IntArray
+    weights: IntArray
+
+    def of_integers(self, iq: NDArray[np.int16]) -> NDArray[np.int16]:
+        """Drives as the device has them, (places, actuators, 2), of a section's integers."""
+        gains = iq[self.stored[..., None], self.channels].astype(np.int64)
+        total = (gains * self.weights[..., None, None]).sum(axis=0)
+        return np.asarray((total >> (2 * FRACTION_BITS)).astype(np.int16))
+
+    def of_drives(self, drives: ComplexArray) -> ComplexArray:
+        """The same of unrounded drives (stored regions, actuators), shape (places, actuators)."""
+        gains = drives[self.stored[..., None], self.channels]
+        return np.asarray((gains * self.weights[..., None]).sum(axis=0) / ONE**2)
+
+
+def mixing(
+    grid: RegionGrid, folding: Folding, branches: Branches, actuators: int, x_um: IntArray,
+    y_um: IntArray,
+) -> Mixing:  # fmt: skip
+    """How the drives of places are mixed.
+
+    Parameters
+    ----------
+    x_um, y_um
+        Micrometres from the board's centre, shape (places,). Places off the board get the drive of
+        the nearest place on it.
+    """
+    x, y = (
+        _between(offset, span, cells, nodes, order is not None)
+        for offset, span, cells, nodes, order in zip(
+            grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
+            folding.nodes(grid), (folding.x, folding.y), strict=True,
+        )
+    )  # fmt: skip
+    # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
+    corners = [folding.cells(grid, *at) for at in (
+        (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
+    labels = np.stack([_labels_of(branches, at) for at in corners])
+    nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
+    label = labels[nearest, np.arange(labels.shape[1])]
+    top = ONE * y.fraction
+    bottom = ONE * ONE - top
+    right = [(row * x.fraction) >> FRACTION_BITS for row in (bottom, top)]
+    weights = np.stack((bottom - right[0], right[0], top - right[1], right[1]))
+    weights = _given_way(weights, labels == label)
+    turned = np.stack((x.is_flipped, y.is_flipped), axis=-1)
+    orders = folding.orders(actuators)
+    of_place = orders[turned[:, 0] * 1, turned[:, 1] * 1]
+    channels = [
+        np.take_along_axis(orders[at.flips[:, 0] * 1, at.flips[:, 1] * 1], of_place, axis=1)
+        for at in corners
+    ]
+    signs = [_signs_of(branches, label, turned) * _signs_of(branches, label, at.flips)
+             for at in corners]  # fmt: skip
+    stored = np.stack([at.stored for at in corners])
+    return Mixing(stored, np.stack(channels), weights * np.stack(signs))
 
 
 class _Between(NamedTuple):
@@ -98,33 +132,37 @@ def _between(
     return _Between(low, np.minimum(low + 1, nodes - 1), inner & (ONE - 1), flipped)
 
 
-def labels_of(section: Branches, cells: Cells) -> IntArray:
+def _labels_of(branches: Branches, cells: Cells) -> IntArray:
     """Labels of cells; none for an image across a cut."""
-    label = section.labels[cells.stored].astype(np.int64)
-    is_cut = np.any(cells.flips & (section.crossings[label] == CUT), axis=-1)
+    label = branches.labels[cells.stored].astype(np.int64)
+    is_cut = np.any(cells.flips & (branches.crossings[label] == CUT), axis=-1)
     return np.where(is_cut, NO_LABEL, label)
 
 
-def signs_of(section: Branches, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
+def _signs_of(branches: Branches, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
     """−1 where the image of a label's drive is its negative."""
-    odd = np.logical_xor.reduce((section.crossings[label] == NEGATED) & flips, axis=-1)
+    odd = np.logical_xor.reduce((branches.crossings[label] == NEGATED) & flips, axis=-1)
     return np.where(odd, -1, 1)
 
 
-def unfolded(
-    table: Table, section: Section, stored: NDArray[np.intp], flips: NDArray[np.bool_]
+def images(
+    folding: Folding, branches: Branches, cells: Cells, iq: NDArray[np.int16]
 ) -> NDArray[np.int16]:
     """Drives of cells, (cells, actuators, 2): stored ones with their mirrors applied."""
-    orders = table.folding.orders(table.actuators)[flips[:, 0] * 1, flips[:, 1] * 1]
-    values = section.iq[stored[:, None], orders]
-    signs = signs_of(section, section.labels[stored].astype(np.int64), flips)
-    return np.asarray((values * signs[:, None, None]).astype(np.int16))
+    flips = cells.flips
+    orders = folding.orders(iq.shape[1])[flips[:, 0] * 1, flips[:, 1] * 1]
+    signs = _signs_of(branches, branches.labels[cells.stored].astype(np.int64), flips)
+    return np.asarray((iq[cells.stored[:, None], orders] * signs[:, None, None]).astype(np.int16))
 
 
-def _without_strangers(member: NDArray[np.bool_]) -> IntArray:
-    """The corner that stands for each (4, places): itself, or the next along x, y, or across."""
-    taken = np.empty(member.shape, dtype=np.int64)
+def _given_way(weights: IntArray, member: NDArray[np.bool_]) -> IntArray:
+    """Weights (4, places) with a stranger's handed to the corner next to it along x, y, or across.
+
+    The corner handed to is a member: the nearest one is.
+    """
+    result = np.zeros_like(weights)
+    every = np.arange(weights.shape[1])
     for k in range(4):
         others = np.where(member[k ^ 1], k ^ 1, np.where(member[k ^ 2], k ^ 2, k ^ 3))
-        taken[k] = np.where(member[k], k, others)
-    return taken
+        result[np.where(member[k], k, others), every] += weights[k]
+    return result

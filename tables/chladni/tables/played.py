@@ -10,15 +10,11 @@ from chladni.tables._firmware import FirmwareTable
 from chladni.tables.table import dequantise
 
 ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
 
 
 class FirmwareReader:
-    """One section of a table, as the firmware reads it; drives are in units of the largest gain.
-
-    Attributes
-    ----------
-    bytes
-        Size of the table.
+    """A table as the firmware reads it; drives are in units of the largest gain.
 
     Raises
     ------
@@ -27,15 +23,24 @@ class FirmwareReader:
     """
 
     def __init__(self, data: bytes, channels: int) -> None:
-        self.bytes = len(data)
-        self.table = FirmwareTable(data, channels)
-        if self.table.status != "ok":
-            raise ChladniError(f"the firmware refuses the table: {self.table.status}")
+        self._table = FirmwareTable(data, channels)
+        if self._table.status != "ok":
+            raise ChladniError(f"the firmware refuses the table: {self._table.status}")
 
-    def drives(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> ComplexArray:
-        """Drives of places, interpolated, shape (places, actuators)."""
-        return dequantise(self.table.lookup(x_um, y_um), 1.0)
+    def drives(self, frequency_hz: float, x_um: IntArray, y_um: IntArray) -> ComplexArray:
+        """Drives of places at a frequency the table has, interpolated, shape (places, actuators).
 
-    def regions(self) -> ComplexArray:
-        """Drives of all regions, shape (regions, actuators)."""
-        return dequantise(self.table.regions(), 1.0)
+        Raises
+        ------
+        ChladniError
+            The firmware does not find the frequency.
+        """
+        return dequantise(self.integers(frequency_hz, x_um, y_um), 1.0)
+
+    def integers(self, frequency_hz: float, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
+        """The same as the device has them, shape (places, actuators, 2)."""
+        found = self._table.select(round(frequency_hz * 1000.0))
+        if found != "ok":
+            raise ChladniError(f"the firmware plays nothing at {frequency_hz:g} Hz: {found}")
+        x, y = (np.ascontiguousarray(axis, dtype=np.int32) for axis in (x_um, y_um))
+        return self._table.lookup(x, y)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -52,6 +52,15 @@ class Scene:
         """Permutations of the actuators under x → −x and y → −y, where the board has them."""
         found = board_mirrors(self.board)
         return found.x, found.y
+
+    def at_frequency(self, frequency_hz: float) -> Scene:
+        """The same board driven at another frequency; its plate is kept."""
+        if frequency_hz == self.board.drive.frequency_hz:
+            return self
+        drive = replace(self.board.drive, frequency_hz=frequency_hz)
+        board = replace(self.board, drive=drive)
+        with one_blas_thread():
+            return Scene(board, self.model, transfer_fields(board, model=self.model))
 
     def problems(
         self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE

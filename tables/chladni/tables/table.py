@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import InputError
-from chladni.tables.coding import FULL_SCALE, MAX_SHIFT
 from chladni.tables.folding import UNFOLDED, Folding
-from chladni.tables.lookup import lookup, unfolded
+from chladni.tables.layout import BITS, FULL_SCALE
+from chladni.tables.lookup import images, mixing
 from chladni.tables.regions import RegionGrid
 
 ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Section:
         uint8, shape (labels, 2): what becomes of a label across the mirrors in x and y
         (`CUT`, `JOINED` or `NEGATED`).
     iq
-        int16, shape (stored regions, actuators, 2): in-phase and quadrature as the device decodes
-        them, where 32767 stands for `full_scale_gain`.
+        int16, shape (stored regions, actuators, 2): in-phase and quadrature, where 32767 stands for
+        `full_scale_gain`; whole multiples of what the lowest of the table's bits is worth.
     """
 
     frequency_hz: float
@@ -49,18 +50,13 @@ class Section:
     crossings: NDArray[np.uint8]
     iq: NDArray[np.int16]
 
-    @property
-    def start_shift(self) -> int:
-        """Where the stream's shift begins: at that of the first drive, as far as it has one."""
-        used = int(np.bitwise_or.reduce(np.abs(self.iq.astype(np.int64)), axis=None))
-        return min(MAX_SHIFT, (used & -used).bit_length() - 1) if used else 0
-
 
 @dataclass(frozen=True)
 class Table:
     """A drive table in memory: what all its sections share, and the sections.
 
-    A device plays the first section unless it is asked for another frequency.
+    A device plays the first section unless it is asked for another frequency. Its integers are
+    stored in `bits` bits each.
     """
 
     board_name: str
@@ -69,6 +65,7 @@ class Table:
     limits: Limits
     sections: tuple[Section, ...]
     folding: Folding = UNFOLDED
+    bits: int = BITS[-1]
 
     @property
     def actuators(self) -> int:
@@ -93,23 +90,35 @@ class Table:
 
     def region_iq(self, section: Section) -> NDArray[np.int16]:
         """Drives of all regions, int16 of shape (regions, actuators, 2), mirrors applied."""
-        cells = self.folding.regions(self.grid)
-        return unfolded(self, section, cells.stored, cells.flips)
+        return images(self.folding, section, self.folding.regions(self.grid), section.iq)
 
     def drives(self, section: Section) -> ComplexArray:
         """Drives of all regions as the table holds them, shape (regions, actuators)."""
         return dequantise(self.region_iq(section), section.full_scale_gain)
 
+    def lookup(self, section: Section, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
+        """What the device plays at places, interpolated, int16 of shape (places, actuators, 2)."""
+        mixed = mixing(self.grid, self.folding, section, self.actuators, x_um, y_um)
+        return mixed.of_integers(section.iq)
+
     def drive_at(self, section: Section, x_um: int, y_um: int) -> ComplexArray:
         """What the device plays at a place, interpolated, shape (actuators,)."""
-        found = lookup(self, section, np.array([x_um]), np.array([y_um]))
+        found = self.lookup(section, np.array([x_um]), np.array([y_um]))
         return dequantise(found[0], section.full_scale_gain)
 
 
-def quantise(drives: ComplexArray, full_scale_gain: float) -> NDArray[np.int16]:
-    """Drives of any shape as integers, in-phase and quadrature along a new last axis."""
-    scaled = np.stack((drives.real, drives.imag), axis=-1) * (FULL_SCALE / full_scale_gain)
-    return np.asarray(np.clip(np.rint(scaled), -FULL_SCALE, FULL_SCALE).astype(np.int16))
+def quantise(drives: ComplexArray, full_scale_gain: float, bits: int = 16) -> NDArray[np.int16]:
+    """Drives of any shape as integers, in-phase and quadrature along a new last axis.
+
+    Of fewer than 16 bits they are multiples of 2^(16 − bits), none beyond full scale.
+    """
+    step = 1 << (16 - bits)
+    most = FULL_SCALE // step
+    scaled = np.stack((drives.real, drives.imag), axis=-1) * (FULL_SCALE / full_scale_gain / step)
+    # Rounding both parts up may take a gain at full scale beyond it: then both are cut.
+    rounded = np.clip(np.rint(scaled), -most, most)
+    is_loud = ((rounded * step) ** 2).sum(axis=-1, keepdims=True) > FULL_SCALE**2
+    return np.asarray((np.where(is_loud, np.trunc(scaled), rounded) * step).astype(np.int16))
 
 
 def dequantise(iq: NDArray[np.int16], full_scale_gain: float) -> ComplexArray:

@@ -40,11 +40,10 @@ enum class TableStatus : uint8_t {
   kBadCrc,
   kBadField,
   kBadDrives,
-  kTooLarge,  // more drives than fit into RAM
   kWrongActuators,
   kNoSection,
 };
-constexpr uint32_t kTableStatus = 12U;
+constexpr uint32_t kTableStatus = 11U;
 
 constexpr const char* to_text(TableStatus value) {
   switch (value) {
@@ -52,12 +51,11 @@ constexpr const char* to_text(TableStatus value) {
     case TableStatus::kNone: return "no table";
     case TableStatus::kReadFailed: return "flash could not be read";
     case TableStatus::kBadMagic: return "not a table";
-    case TableStatus::kBadVersion: return "unknown table version";
+    case TableStatus::kBadVersion: return "table of another format: build it again and flash that";
     case TableStatus::kBadSize: return "table sizes contradict each other";
     case TableStatus::kBadCrc: return "table is damaged";
     case TableStatus::kBadField: return "table header out of range";
-    case TableStatus::kBadDrives: return "table drives cannot be decoded";
-    case TableStatus::kTooLarge: return "table too large";
+    case TableStatus::kBadDrives: return "table labels or gains out of range";
     case TableStatus::kWrongActuators: return "table is for another number of actuators";
     case TableStatus::kNoSection: return "no drives for that frequency";
   }

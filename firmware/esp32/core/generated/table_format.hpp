@@ -9,28 +9,20 @@
 namespace chladni::table_format {
 
 constexpr uint32_t kMagic = 0x444C4843U;  // "CHLD" read as a little-endian word
-constexpr uint32_t kVersionMajor = 1U;
+constexpr uint32_t kVersionMajor = 2U;
 constexpr uint32_t kVersionMinor = 0U;
 constexpr uint32_t kHeaderBytes = 80U;
-constexpr uint32_t kSectionBytes = 20U;  // of a section header
+constexpr uint32_t kSectionBytes = 12U;  // of a section header
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kBoardNameBytes = 16U;
-constexpr uint32_t kLargestFile = 1048576U;
+constexpr uint32_t kSmallestFile = 96U;  // one section of no regions
+constexpr uint32_t kLargestFile = 258048U;  // what a slot holds
 constexpr uint32_t kFullScale = 32767U;  // stands for the largest gain
 constexpr uint32_t kFractionBits = 8U;  // of a place between two cells
-constexpr uint32_t kCrossingBits = 2U;
-constexpr uint32_t kCoarsest = 16U;  // regions between those decoded first
-constexpr uint32_t kMaxShift = 14U;  // of a difference
-constexpr uint32_t kMaxRice = 15U;  // Rice parameter
-constexpr uint32_t kStartRice = 3U;
-constexpr uint32_t kMaxOnes = 40U;  // in a row
 constexpr uint32_t kMaxActuators = 16U;
 constexpr uint32_t kMaxSections = 16U;
 constexpr uint32_t kMaxLabels = 255U;
 constexpr uint32_t kLastObjective = 4U;
-constexpr uint32_t kMaxRegions = 40960U;
-constexpr uint32_t kMaxNodes = 10240U;  // regions in the device's RAM
-constexpr uint32_t kMaxGains = 16384U;  // gain pairs in the device's RAM
 constexpr uint32_t kMaxCellsPerSide = 2048U;
 constexpr uint32_t kMaxSpanUm = 500000U;
 constexpr uint32_t kMinFrequencyMhz = 1000U;  // millihertz
@@ -46,12 +38,12 @@ constexpr uint32_t kMaxOnUs = 60000000U;
 constexpr uint32_t kAtMagic = 0U;  // char4
 constexpr uint32_t kAtVersionMajor = 4U;  // u8
 constexpr uint32_t kAtVersionMinor = 5U;  // u8
-constexpr uint32_t kAtHeaderBytes = 6U;  // u16
+constexpr uint32_t kAtSections = 6U;  // u8
+constexpr uint32_t kAtActuators = 7U;  // u8
 constexpr uint32_t kAtTotalBytes = 8U;  // u32
-constexpr uint32_t kAtSections = 12U;  // u8
-constexpr uint32_t kAtSectionBytes = 13U;  // u8
-constexpr uint32_t kAtActuators = 14U;  // u8
-constexpr uint32_t kAtMirrors = 15U;  // u8
+constexpr uint32_t kAtBits = 12U;  // u8
+constexpr uint32_t kAtMirrors = 13U;  // u8
+constexpr uint32_t kAtReserved = 14U;  // u16
 constexpr uint32_t kAtBoardFingerprint = 16U;  // u64
 constexpr uint32_t kAtBoardName = 24U;  // char16
 constexpr uint32_t kAtColumns = 40U;  // u16
@@ -65,13 +57,10 @@ constexpr uint32_t kAtMirrorX = 64U;  // u64
 constexpr uint32_t kAtMirrorY = 72U;  // u64
 
 // Byte offsets of a section header's fields.
-constexpr uint32_t kSectionAtOffset = 0U;  // u32
-constexpr uint32_t kSectionAtBytes = 4U;  // u32
-constexpr uint32_t kSectionAtFrequencyMhz = 8U;  // u32
-constexpr uint32_t kSectionAtFullScaleGainMilli = 12U;  // u32
-constexpr uint32_t kSectionAtObjective = 16U;  // u8
-constexpr uint32_t kSectionAtLabels = 17U;  // u8
-constexpr uint32_t kSectionAtStartShift = 18U;  // u8
-constexpr uint32_t kSectionAtReserved = 19U;  // u8
+constexpr uint32_t kSectionAtFrequencyMhz = 0U;  // u32
+constexpr uint32_t kSectionAtFullScaleGainMilli = 4U;  // u32
+constexpr uint32_t kSectionAtObjective = 8U;  // u8
+constexpr uint32_t kSectionAtLabels = 9U;  // u8
+constexpr uint32_t kSectionAtReserved = 10U;  // u16
 
 }  // namespace chladni::table_format

@@ -1,0 +1,213 @@
+"""One frequency's drives: solved, their phases and labels found, and measured as integers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.metrics import image_of
+from chladni.tables.batch import Target, over_targets
+from chladni.tables.branches import Arranged, arrange
+from chladni.tables.checkpoint import Checkpoint, Result
+from chladni.tables.folding import Folding
+from chladni.tables.halfway import (
+    OWN_TOLERANCE,
+    Field,
+    HalfwayFields,
+    drawn,
+    halfway_places,
+    own_places,
+    target_of,
+)  # fmt: skip
+from chladni.tables.lookup import mixing
+from chladni.tables.losses import Losses, Point, losses
+from chladni.tables.methods import Options
+from chladni.tables.methods.phasor import phasor
+from chladni.tables.played import FirmwareReader
+from chladni.tables.regions import RegionGrid
+from chladni.tables.scene import Problem, Scene
+from chladni.tables.search import Level
+from chladni.tables.solve import tie_break
+from chladni.tables.table import Section, quantise
+
+ComplexArray = NDArray[np.complex128]
+Image = NDArray[np.float32]
+LossesOfTable = tuple[Losses, Losses]
+"""At regions, and between them."""
+
+HALFWAY_STEP = 2
+"""Half-way between regions, SSIM is compared on every second image point each way."""
+
+
+@dataclass(frozen=True)
+class OneFrequency:
+    """One frequency's drives, and the points at which their losses are measured.
+
+    Attributes
+    ----------
+    regions
+        Which of the stored regions are measured, ascending.
+    at_regions, halfway
+        Those points, and points between regions.
+    """
+
+    scene: Scene
+    grid: RegionGrid
+    folding: Folding
+    objective: str
+    arranged: Arranged
+    regions: NDArray[np.intp]
+    at_regions: list[Point]
+    halfway: list[Point]
+    jobs: int | None
+
+    @classmethod
+    def solve(
+        cls, scene: Scene, grid: RegionGrid, folding: Folding, options: Options,
+        partial: Path | None, jobs: int | None,
+    ) -> OneFrequency:  # fmt: skip
+        """Find every region's drive, and phases and labels over the whole board."""
+        targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
+        columns, _ = folding.shape(grid)
+        centres = {(2 * (k % columns), 2 * (k // columns)): target
+                   for k, target in enumerate(targets)}  # fmt: skip
+        measured = drawn(len(targets))
+        places = halfway_places(grid, folding)
+        own = {place: target_of(grid, place)
+               for place in own_places(scene.board, grid, folding, places)}  # fmt: skip
+        # Of which the fields between regions are found.
+        solved = own if len(own) == len(places) else centres | own
+        wanted = _Wanted(scene, {targets[k] for k in measured.tolist()}, set(solved.values()))
+        key = {
+            "board": f"{scene.board.fingerprint():#018x}", "objective": options.objective,
+            "seed": options.seed, "version": version("chladni"),
+        }  # fmt: skip
+        with Checkpoint(partial, key) as checkpoint:
+            drives = _solve(scene, targets, list(own.values()), wanted, options, checkpoint, jobs)
+        level = scene.space.nearest_level(HALFWAY_STEP)
+        known = {place: wanted.fields[target] for place, target in solved.items()}
+        fields = HalfwayFields(known, grid, folding)
+        return cls(
+            scene, grid, folding, options.objective,
+            arrange(scene.space, grid, folding, np.array(drives)),
+            measured,
+            [Point(_um(targets[k]), scene.space.levels[-1], wanted.images[targets[k]])
+             for k in measured.tolist()],
+            [Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
+             for place in places],
+            jobs,
+        )  # fmt: skip
+
+    def section(self, bits: int) -> Section:
+        """A section of these drives as integers of so many bits."""
+        return Section(
+            frequency_hz=self.scene.board.drive.frequency_hz,
+            objective=self.objective,
+            full_scale_gain=self.scene.board.drive.max_gain,
+            labels=self.arranged.labels,
+            crossings=self.arranged.crossings,
+            iq=quantise(self.arranged.drives, 1.0, bits),
+        )
+
+    def losses(self, reader: FirmwareReader, *, until_beyond: bool = False) -> LossesOfTable:
+        """What the firmware plays loses at regions and between them.
+
+        Against the unrounded drives interpolated alike.
+
+        Parameters
+        ----------
+        until_beyond
+            Stop at the first point that loses more than the limits.
+        """
+        between = self._losses(self.halfway, reader, until_beyond)
+        if until_beyond and not between.are_within:
+            return between, between
+        return self._losses(self.at_regions, reader, until_beyond), between
+
+    @cached_property
+    def weights(self) -> NDArray[np.intp]:
+        """How many of the board's regions each measured one stands for."""
+        stored = self.folding.regions(self.grid).stored
+        return np.bincount(stored)[self.regions]
+
+    def _losses(
+        self, points: Sequence[Point], reader: FirmwareReader, until_beyond: bool
+    ) -> Losses:
+        x_um, y_um = np.array([point.place_um for point in points], np.int64).reshape(-1, 2).T
+        actuators = self.arranged.drives.shape[1]
+        mixed = mixing(self.grid, self.folding, self.arranged, actuators, x_um, y_um)
+        got = reader.drives(self.scene.board.drive.frequency_hz, x_um, y_um)
+        exact = mixed.of_drives(self.arranged.drives)
+        return losses(self.scene, points, exact, got, until_beyond=until_beyond, jobs=self.jobs)
+
+
+class _Wanted:
+    """What is kept of problems once they are solved: images of some, fields half-way of others."""
+
+    def __init__(self, scene: Scene, images_of: set[Target], fields_of: set[Target]) -> None:
+        self._level: Level = scene.space.nearest_level(HALFWAY_STEP)
+        self._images_of, self._fields_of = images_of, fields_of
+        self.images: dict[Target, Image] = {}
+        self.fields: dict[Target, Field] = {}
+
+    def keep(self, problem: Problem) -> None:
+        """What is needed of a problem."""
+        target, level = problem.target_mm, self._level
+        if target in self._fields_of:
+            field = problem.wanted[np.ix_(level.index_x, level.index_y)]
+            self.fields[target] = field.astype(np.complex64)
+        if target in self._images_of:
+            self.images[target] = problem.image.astype(np.float32)
+
+    def lacks(self, target: Target) -> bool:
+        """Whether something is needed of a target that was not kept yet."""
+        lacks_field = target in self._fields_of and target not in self.fields
+        return lacks_field or (target in self._images_of and target not in self.images)
+
+
+def _image_of(field: Field) -> Image:
+    return image_of(field.astype(np.complex128)).astype(np.float32)
+
+
+def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
+    return round(place_mm[0] * 1000.0), round(place_mm[1] * 1000.0)
+
+
+def _solve(
+    scene: Scene, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
+    options: Options, checkpoint: Checkpoint, jobs: int | None,
+) -> list[ComplexArray]:  # fmt: skip
+    """Every target's drive in units of the largest gain, and what is wanted there and elsewhere."""
+    searched = set(targets)
+
+    def work(problem: Problem) -> Result:
+        wanted.keep(problem)
+        return _best_drive(problem, options) if problem.target_mm in searched else {}
+
+    # Making the others' fields takes the time in which the last drives are searched.
+    besides = scene.problems(others, tolerance=OWN_TOLERANCE)
+    finished = over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint, besides=besides)
+    drives = []
+    for result in finished:
+        drives.append(np.array([complex(*parts) for parts in result["drive"]]))
+        if options.progress:
+            options.progress(len(drives), len(targets))
+    # What an earlier run had finished came without its field. By whole groups again, for the bits.
+    for group in scene.groups(targets):
+        if any(wanted.lacks(target) for target in group):
+            for problem in scene.problems(group):
+                wanted.keep(problem)
+    return drives
+
+
+def _best_drive(problem: Problem, options: Options) -> Result:
+    drive = tie_break(problem, phasor(problem, options).drive)
+    largest = np.abs(drive).max()
+    drive = drive / largest if largest > 0.0 else drive
+    return {"drive": [[float(c.real), float(c.imag)] for c in drive]}
