@@ -22,6 +22,7 @@ import numpy as np
 from chladni.host.datagrams import DatagramWire, UdpPort
 from chladni.host.device import Device
 from chladni.host.emulator import Emulator, Hardware
+from chladni.host.flash_layout import TRAILER_OFFSET
 from chladni.host.link import LinkError
 from chladni.host.network_format import NetworkSettings
 from chladni.host.terminal import Terminal
@@ -62,8 +63,8 @@ def bench_goodput() -> None:
     data = pack(random_table(60, 50, 5, 3))
     print("## The link: goodput\n")
     print(
-        f"A table of {len(data):,} bytes (a slot holds 61,440), erase time left out; share of the "
-        "wire's bytes that are the table's. Three pieces of 1,024 bytes under way.\n"
+        f"A table of {len(data):,} bytes (a slot holds {TRAILER_OFFSET:,}), erase time left out; "
+        "share of the wire's bytes that are the table's. Three pieces of 1,024 bytes under way.\n"
     )
     print("| baud | no loss | 1 % of frames lost | 5 % |")
     print("|---|---|---|---|")

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from chladni.host import link_protocol
 from chladni.host.emulator import TouchEvent
 from chladni.host.loop import run_loop
 from chladni.sim.board import Board
+from chladni.tables import layout
 from chladni.tables.build import TableReport
 from chladni.tables.format import pack
 from chladni.tables.table import Table
@@ -165,3 +168,12 @@ def test_plate_commands_refuse_what_is_wrong(chladni: CommandLine, tmp_path: Pat
         assert answer.code == 2
         assert named in answer.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_versions_are_those_of_the_declarations(chladni: CommandLine) -> None:
+    assert chladni("--version", "--json").json == {
+        "chladni": version("chladni"),
+        "table_format": f"{layout.VERSION_MAJOR}.{layout.VERSION_MINOR}",
+        "link": f"{link_protocol.VERSION_MAJOR}.{link_protocol.VERSION_MINOR}",
+    }
+    assert chladni("-h").out == chladni("--help").out

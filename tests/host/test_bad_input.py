@@ -136,6 +136,7 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
     [
         (["solve", "prototype", "--target", "40,0"], "target"),
         (["table", "build", "prototype", "-o", "t.chl", "--bits", "9"], "one of 8, 12, 16"),
+        (["--json"], "COMMAND"),
         (["table", "build", "prototype", "-o", "t.chl", "--budget-bytes", "900"], "--budget-bytes"),
         (["solve", "prototype", "--target", "ten,0"], "--target"),
         (["solve", "prototype", "--target", "1,2,3"], "--target"),

@@ -5,13 +5,20 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from chladni.host import compare_command, device_commands, plate_commands, table_commands
+from chladni.host import (
+    compare_command,
+    device_commands,
+    link_protocol,
+    plate_commands,
+    table_commands,
+)
 from chladni.host.console import (
     answer,
     check_output,
@@ -38,14 +45,15 @@ from chladni.sim.board_file import load_board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.files import write_arrays
 from chladni.sim.transfer import plate_model
+from chladni.tables import layout
 from chladni.tables.format import read_table
 from chladni.tables.methods import SEED
 from chladni.tables.scorecard import score
 from chladni.tables.solve import Solution, check_request, solve
 
 app = typer.Typer(
-    help="Put a vibration where a finger is.", no_args_is_help=True, add_completion=False,
-    rich_markup_mode=None, pretty_exceptions_enable=False,
+    no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
 board_app = typer.Typer(help="Look at board files.", no_args_is_help=True)
 table_app = typer.Typer(help="Build and read drive tables.", no_args_is_help=True)
@@ -56,6 +64,27 @@ plate_commands.register(app)
 compare_command.register(app)
 table_commands.register(table_app)
 device_commands.register(app)
+
+
+@app.callback(invoke_without_command=True)
+def versions(
+    context: typer.Context,
+    show: Annotated[
+        bool, typer.Option("--version", help="Show the versions of program, tables and link.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Put a vibration where a finger is."""
+    if show:
+        known = {
+            "chladni": version("chladni"),
+            "table_format": f"{layout.VERSION_MAJOR}.{layout.VERSION_MINOR}",
+            "link": f"{link_protocol.VERSION_MAJOR}.{link_protocol.VERSION_MINOR}",
+        }
+        answer(known, as_json=as_json, title="Chladni")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        raise InputError("COMMAND", "nothing", "a command: `chladni -h` lists them")
 
 
 @board_app.command("show")
