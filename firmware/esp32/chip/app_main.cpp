@@ -130,7 +130,7 @@ extern "C" void app_main() {
   chip::gates_low(Config{});
   ESP_ERROR_CHECK(chip::console_start());
   ESP_ERROR_CHECK(chip::last_resort_arm());
-  if (!chip::flash_open()) chip::console_print("no partition named tables, or none named config");
+  if (!chip::flash_open()) chip::console_print("no room for tables, or no partition named config");
   device.start(make_hal());
   chip::gates_low(device.config());
   chip::console_set_baud(device.config().link_baud);
