@@ -78,7 +78,6 @@ class FirmwareTable {
   std::string select(uint32_t frequency_mhz) {
     return chladni::to_text(table_.select(frequency_mhz));
   }
-  uint32_t frequency_mhz() const { return table_.frequency_mhz(); }
 
   auto lookup(Places x_um, Places y_um) const {
     if (!table_.is_loaded()) throw nb::value_error("no table is loaded");
@@ -181,7 +180,6 @@ NB_MODULE(_firmware, m) {
   nb::class_<FirmwareTable>(m, "FirmwareTable")
       .def(nb::init<nb::bytes, uint32_t>(), nb::arg("data"), nb::arg("channels"))
       .def_prop_ro("status", &FirmwareTable::status)
-      .def_prop_ro("frequency_mhz", &FirmwareTable::frequency_mhz)
       .def("select", &FirmwareTable::select, nb::arg("frequency_mhz"))
       .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"));
   nb::class_<FirmwareStore>(m, "FirmwareStore")

@@ -18,6 +18,7 @@ from chladni.tables.format import pack
 from chladni.tables.halfway import (
     MOST_POINTS,
     HalfwayFields,
+    centre_places,
     drawn,
     halfway_places,
     own_places,
@@ -48,8 +49,7 @@ def test_what_is_interpolated_stands_for_the_points_own(prototype: Board, pitch_
     folding = Folding(mirrors.x, mirrors.y)
     scene = scene_of(board)
     level = scene.space.nearest_level(HALFWAY_STEP)
-    centres = [(2 * (k % grid.columns), 2 * (k // grid.columns))
-               for k in folding.stored(grid).tolist()]  # fmt: skip
+    centres = centre_places(grid, folding)
     places = halfway_places(grid, folding)
     own = own_places(board, grid, folding, places)
     assert len(own) < len(places) == 3 * len(centres)

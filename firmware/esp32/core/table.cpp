@@ -13,8 +13,6 @@ static_assert(f::kMaxActuators == kMaxChannels, "tables and synthesis disagree")
 
 constexpr uint32_t kNoLabel = f::kMaxLabels;  // labels lie below it
 
-using Orders = std::array<std::array<uint8_t, f::kMaxActuators>, 4>;
-
 // Nibble k of the eight bytes is the actuator that stands in for k. False unless that is an order
 // which undoes itself.
 bool read_order(const uint8_t* bytes, uint32_t actuators,
@@ -259,7 +257,7 @@ bool Table::take_header(const uint8_t* h) {
 }
 
 // The order of a corner's image, after that of the place's: a gain's place behind the label.
-void Table::take_mirrors(const std::array<std::array<uint8_t, f::kMaxActuators>, 4>& orders) {
+void Table::take_mirrors(const Orders& orders) {
   sources_ = {};
   for (uint32_t images = 0; images < 4; ++images) {
     for (uint32_t flips = 0; flips < 4; ++flips) {

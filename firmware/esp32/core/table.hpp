@@ -66,7 +66,9 @@ class Table {
 
   TableStatus check(const Hal& hal, uint32_t channels, uint32_t base);
   bool take_header(const uint8_t* header);
-  void take_mirrors(const std::array<std::array<uint8_t, table_format::kMaxActuators>, 4>& orders);
+  // Of the actuators, by the flips of a cell.
+  using Orders = std::array<std::array<uint8_t, table_format::kMaxActuators>, 4>;
+  void take_mirrors(const Orders& orders);
   TableStatus check_sections() const;
   TableStatus check_section(uint32_t& at) const;
   SectionView view(uint32_t at) const;

@@ -10,9 +10,6 @@ class FirmwareTable:
     @property
     def status(self) -> str:
         """What the device says of it: "ok", or why it refuses."""
-    @property
-    def frequency_mhz(self) -> int:
-        """Of the drives in use."""
     def select(self, frequency_mhz: int) -> str:
         """Use another frequency's drives; "ok", or why not."""
     def lookup(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.int16]:

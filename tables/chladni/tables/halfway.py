@@ -50,13 +50,18 @@ def drawn(count: int) -> NDArray[np.intp]:
     return np.sort(chosen).astype(np.intp)
 
 
+def centre_places(grid: RegionGrid, folding: Folding) -> list[Place]:
+    """Centres of the stored regions, in their order."""
+    return [(2 * (k % grid.columns), 2 * (k // grid.columns))
+            for k in folding.stored(grid).tolist()]  # fmt: skip
+
+
 def halfway_places(grid: RegionGrid, folding: Folding) -> list[Place]:
     """Points half-way from stored regions to the next in x, in y and in both."""
-    stored = folding.stored(grid).tolist()
     every = [
-        (2 * (k % grid.columns) + right, 2 * (k // grid.columns) + up)
+        (i + right, j + up)
         for right, up in ((1, 0), (0, 1), (1, 1))
-        for k in stored
+        for i, j in centre_places(grid, folding)
     ]
     return [every[k] for k in drawn(len(every)).tolist()]
 

@@ -20,6 +20,7 @@ from chladni.tables.halfway import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
+    centre_places,
     drawn,
     halfway_places,
     own_places,
@@ -74,9 +75,7 @@ class OneFrequency:
     ) -> OneFrequency:  # fmt: skip
         """Find every region's drive, and phases and labels over the whole board."""
         targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
-        columns, _ = folding.shape(grid)
-        centres = {(2 * (k % columns), 2 * (k // columns)): target
-                   for k, target in enumerate(targets)}  # fmt: skip
+        centres = dict(zip(centre_places(grid, folding), targets, strict=True))
         measured = drawn(len(targets))
         places = halfway_places(grid, folding)
         own = {place: target_of(grid, place)

@@ -101,13 +101,6 @@ class SearchSpace:
         """An objective of this space at a drive."""
         return objective.value(as_reals(self.coordinates(drive)))
 
-    def drive_gradient(self, drive: ComplexArray, gradient: FloatArray) -> ComplexArray:
-        """∂/∂Re c + i ∂/∂Im c at a drive from the kernel's gradient at its coordinates."""
-        length = np.linalg.norm(drive @ self._from_drive)
-        if length == 0.0:
-            return np.zeros_like(drive)
-        return np.asarray(self._from_drive.conj() @ as_complex(gradient) / length)
-
     def nearest_field(self, wanted: ComplexArray) -> ComplexArray:
         """Coordinates of the field nearest to a given one, by every `SPARSE`-th point each way."""
         values = self.values[:, ::SPARSE, ::SPARSE].reshape(self.rank, -1)
