@@ -6,7 +6,7 @@ endif
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-NATIVE_SOURCES := $(shell find firmware tables/kernel tables/reader wheel -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
+NATIVE_SOURCES := $(shell find firmware tables/native wheel -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt)
 # One BLAS thread per process: the small matrices here gain nothing from more, and joblib's
 # processes would fight over the cores.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -30,7 +30,7 @@ $(STAMP): pyproject.toml $(NATIVE_SOURCES)
 	touch $@
 
 demo: venv  ## run the whole chain on the prototype board; writes out/demo.png
-	$(BIN)/python -m chladni.host.demo --out out
+	$(BIN)/python -m chladni.host.cli.demo --out out
 
 test: venv  ## lint, type-check and run every test
 	$(MAKE) --no-print-directory lint

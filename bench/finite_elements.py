@@ -20,9 +20,9 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTriArgyris, MeshTri
 from skfem.helpers import dd, ddot, trace
 
-from chladni.sim.board import Board
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import actuator_loads, plate_geometry
 from chladni.sim.ritz import quadrature
-from chladni.sim.transfer import actuator_loads, plate_geometry
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from plate_fem.mesh import Disc, PlateMesh, plate_mesh

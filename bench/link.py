@@ -19,14 +19,14 @@ from statistics import median
 
 import numpy as np
 
-from chladni.host.datagrams import DatagramWire, UdpPort
-from chladni.host.device import Device
-from chladni.host.emulator import Emulator, Hardware
-from chladni.host.flash_layout import TRAILER_OFFSET
-from chladni.host.link import LinkError
-from chladni.host.network_format import NetworkSettings
-from chladni.host.terminal import Terminal
-from chladni.host.wire import EmulatorWire
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.udp import DatagramWire, UdpPort
+from chladni.host.device.virtual_port import Terminal
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator, Hardware
+from chladni.host.protocol.flash import TRAILER_OFFSET
+from chladni.host.protocol.network import NetworkSettings
 from chladni.tables.format import pack
 
 ROOT = Path(__file__).resolve().parents[1]

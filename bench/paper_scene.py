@@ -22,14 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from chladni.sim import metrics
-from chladni.sim.board import MM
-from chladni.sim.board_file import load_board
-from chladni.sim.loads import Load
-from chladni.sim.modes import ModeShapes
-from chladni.sim.transfer import actuator_loads, plate_model
-from chladni.tables.search import every
-from chladni.tables.solve import solve
+from chladni.drives.problem.field_space import every
+from chladni.drives.solve import solve
+from chladni.sim.board.board import MM
+from chladni.sim.board.file import load_board
+from chladni.sim.fields.transfer import actuator_loads, plate_model
+from chladni.sim.image import metrics
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.modes import ModeShapes
 
 FloatArray = NDArray[np.float64]
 

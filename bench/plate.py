@@ -33,14 +33,14 @@ from finite_elements import FemRun, oracle, scikit_fem
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chladni.host.figures import save
-from chladni.sim.board import Board
-from chladni.sim.board_file import load_board
-from chladni.sim.loads import Load
+from chladni.host.figures.fields import save
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry, plate_model
+from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.scaling import resolution_for, wave_number
-from chladni.sim.simply_supported import SimplySupportedPlate
-from chladni.sim.transfer import TOLERANCE, actuator_loads, plate_geometry, plate_model
+from chladni.sim.ritz.resolution import resolution_for, wave_number
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -25,17 +25,17 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from chladni.host.figures import COLOURS, save
-from chladni.sim.board import MM, Board
-from chladni.sim.board_file import load_board
-from chladni.sim.board_mirrors import board_mirrors
-from chladni.tables.batch import over_targets
-from chladni.tables.checkpoint import Result
-from chladni.tables.folding import Folding
-from chladni.tables.methods import METHODS, Options
-from chladni.tables.methods.anneal import read_trace
-from chladni.tables.regions import region_grid
-from chladni.tables.scene import Problem, Scene, scene_of
+from chladni.drives.batch import over_targets
+from chladni.drives.checkpoint import Result
+from chladni.drives.methods import METHODS, Options
+from chladni.drives.methods.anneal import read_trace
+from chladni.drives.problem.places import region_grid
+from chladni.drives.problem.problem import Problem, Scene, scene_of
+from chladni.host.figures.fields import COLOURS, save
+from chladni.sim.board.board import MM, Board
+from chladni.sim.board.file import load_board
+from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.tables.mirror_symmetry import Folding
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))

@@ -20,10 +20,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chladni.host.demodulate import PURITY_PERIODS, Play, edge_sfdr_db, phasors, sfdr_db, sndr_db
-from chladni.host.emulator import Emulator, Recording, TouchEvent
-from chladni.host.figures import COLOURS, save
-from chladni.sim.board_file import load_board
+from chladni.host.emulation.demodulate import (
+    PURITY_PERIODS,
+    Play,
+    edge_sfdr_db,
+    phasors,
+    sfdr_db,
+    sndr_db,
+)
+from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.figures.fields import COLOURS, save
+from chladni.sim.board.file import load_board
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.table import Limits

@@ -24,20 +24,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chladni.host.figures import COLOURS, save
-from chladni.sim.board import Board, Regions
-from chladni.sim.board_file import load_board
+from chladni.drives.methods import Options
+from chladni.drives.methods.phasor import phasor
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.threads import in_threads, one_blas_thread
+from chladni.host.figures.fields import COLOURS, save
+from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.file import load_board
 from chladni.tables.build import TableReport, solve_board
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.losses import LIMITS
-from chladni.tables.methods import Options
-from chladni.tables.methods.phasor import phasor
-from chladni.tables.objectives import OBJECTIVES
-from chladni.tables.played import FirmwareReader
-from chladni.tables.scene import Problem, scene_of
 from chladni.tables.table import Table
-from chladni.tables.threads import in_threads, one_blas_thread
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.loads import Load
-from chladni.sim.response import PlateModel
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.response import PlateModel
 
 ComplexArray = NDArray[np.complex128]
 

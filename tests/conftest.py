@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from chladni.host.cli import main
-from chladni.sim.board import Board, Regions
-from chladni.sim.board_file import load_board
+from chladni.host.cli.app import main
+from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.file import load_board
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.table import Table
 

@@ -12,14 +12,17 @@ from types import ModuleType
 
 import atheris
 
-from chladni.host import datagrams, device_config, link
-from chladni.host.datagrams import seal, unseal
-from chladni.host.device_config import unpack_config
-from chladni.host.link import FrameSplitter, _answer
-from chladni.host.network_format import Kind
+from chladni.host.device import link
+from chladni.host.device import udp as datagrams
+from chladni.host.device.link import FrameSplitter, _answer
+from chladni.host.device.udp import seal, unseal
+from chladni.host.protocol import config as device_config
+from chladni.host.protocol.config import unpack_config
+from chladni.host.protocol.network import Kind
 from chladni.sim.errors import InputError
-from chladni.tables import folding, layout
 from chladni.tables import format as table_format
+from chladni.tables import layout
+from chladni.tables import mirror_symmetry as folding
 from chladni.tables.format import unpack
 from made_up import with_crc
 

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device import Device
-from chladni.host.device_config import DeviceConfig
-from chladni.host.emulator import Emulator, Recording, covering_panel
-from chladni.host.wire import EmulatorWire
+from chladni.drives.problem.places import RegionGrid
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator, Recording, covering_panel
+from chladni.host.protocol.config import DeviceConfig
 from chladni.tables import layout
-from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.format import pack
-from chladni.tables.regions import RegionGrid
+from chladni.tables.mirror_symmetry import UNFOLDED, Folding
 from chladni.tables.table import Limits, Section, Table, quantise
 
 RAMP_MS, TIMEOUT_MS, MAX_ON_MS = 4.0, 60.0, 400.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chladni.tables.scene import Problem
-from chladni.tables.search import as_complex
+from chladni.drives.problem.field_space import as_complex
+from chladni.drives.problem.problem import Problem
 
 STARTS, FINALISTS = 200, 12
 

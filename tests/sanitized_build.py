@@ -9,6 +9,6 @@ import sys
 sys.meta_path[:] = [
     finder for finder in sys.meta_path if type(finder).__name__ != "ScikitBuildRedirectingFinder"
 ]
-_FOUND = str(importlib.import_module("chladni.host._emulator").__file__)
+_FOUND = str(importlib.import_module("chladni.host.emulation._emulator").__file__)
 if os.environ["CHLADNI_SANITIZED"] not in _FOUND:
     raise RuntimeError(f"{_FOUND} is not the sanitized build")

@@ -4,7 +4,7 @@
     python tools/generate_headers.py --check  exit with 1 if a committed one differs
 
 The table format is declared in `chladni.tables.layout`, the configuration in
-`chladni.host.device_config`, the sine here.
+`chladni.host.protocol.config`, the sine here.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ import cpp_text
 import numpy as np
 from link_texts import link_header, link_page, network_header
 
-from chladni.host import device_codes, device_config, flash_layout
-from chladni.tables import layout, regions
+from chladni.drives.problem import places as regions
+from chladni.host.protocol import codes as device_codes
+from chladni.host.protocol import config as device_config
+from chladni.host.protocol import flash as flash_layout
+from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
 SINE_QUARTER_POINTS = 256

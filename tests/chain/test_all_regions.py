@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.host.demodulate import Play, drive_phasors
-from chladni.host.emulator import Emulator, TouchEvent
-from chladni.sim import metrics
-from chladni.sim.board import Board
-from chladni.sim.energy import compose
-from chladni.sim.transfer import target_field
+from chladni.drives.problem.problem import scene_of
+from chladni.host.emulation.demodulate import Play, drive_phasors
+from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import target_field
+from chladni.sim.image import metrics
+from chladni.sim.image.energy import compose
 from chladni.tables.build import build_table
-from chladni.tables.scene import scene_of
 
 WAVES = 16
 SETTLE_MS, PLAY_MS = 30.0, 30.0 + WAVES / 160.0 * 1e3

@@ -9,10 +9,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from chladni.host import link_protocol
-from chladni.host.emulator import TouchEvent
-from chladni.host.loop import run_loop
-from chladni.sim.board import Board
+from chladni.host.emulation.emulator import TouchEvent
+from chladni.host.emulation.loop import run_loop
+from chladni.host.protocol import link as link_protocol
+from chladni.sim.board.board import Board
 from chladni.tables import layout
 from chladni.tables.build import TableReport
 from chladni.tables.format import pack

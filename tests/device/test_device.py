@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.host.device import Device
-from chladni.host.device_config import config_of
-from chladni.host.link import LinkError
-from chladni.host.wire import SerialWire
-from chladni.sim.board import Board
-from chladni.sim.board_file import load_board
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.wire import SerialWire
+from chladni.host.protocol.config import config_of
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.tables.format import pack
 from chladni.tables.table import Table
 from made_up import make_table
@@ -49,7 +49,7 @@ def emulated_port(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Ite
     path = Path(tmp_path_factory.mktemp("device")) / "first.chl"
     path.write_bytes(pack(table_of(board, 5.0)))
     process = subprocess.Popen(
-        [sys.executable, "-m", "chladni.host.cli", "emulate", str(path), "--serial"],
+        [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(path), "--serial"],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.host import _emulator
-from chladni.host.device_config import (
+from chladni.host.emulation import _emulator
+from chladni.host.protocol.config import (
     RECORD_BYTES,
     SETTINGS,
     DeviceConfig,
@@ -16,7 +16,7 @@ from chladni.host.device_config import (
     pack_config,
     unpack_config,
 )  # fmt: skip
-from chladni.sim.board_file import load_board
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 
 

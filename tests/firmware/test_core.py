@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.host import _emulator
-from chladni.host.demodulate import PURITY_PERIODS, Play, drive_phasors, sfdr_db
-from chladni.host.emulator import Emulator, EmulatorError, Recording, TouchEvent
-from chladni.host.emulator import emulate as emulate_board
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.demodulate import PURITY_PERIODS, Play, drive_phasors, sfdr_db
+from chladni.host.emulation.emulator import Emulator, EmulatorError, Recording, TouchEvent
+from chladni.host.emulation.emulator import emulate as emulate_board
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chladni.host.emulator import TouchEvent, emulate
+from chladni.host.emulation.emulator import TouchEvent, emulate
 from chladni.tables.table import Limits
 from made_up import device_of, make_table
 

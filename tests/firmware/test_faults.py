@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.host import _emulator
-from chladni.host.device_config import pack_config
-from chladni.host.emulator import Emulator, Hardware, TouchEvent
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
+from chladni.host.protocol.config import pack_config
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
 from conftest import ROOT

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.host.device_config import pack_config
-from chladni.host.emulator import TouchEvent, emulate
+from chladni.host.emulation.emulator import TouchEvent, emulate
+from chladni.host.protocol.config import pack_config
 from chladni.tables.format import pack
 from conftest import ROOT
 from made_up import device_of, make_table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from chladni.host import _emulator
+from chladni.host.emulation import _emulator
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from instruction_counts import PROCESSORS, Processor, count, missing
 from stack_depth import depths
 
 from chladni.tables.build import TableReport
-from chladni.tables.folding import Folding
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
+from chladni.tables.mirror_symmetry import Folding
 from chladni.tables.table import Table
 from made_up import random_table, reversal
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chladni.host import _emulator
-from chladni.host.emulator import Emulator, TouchEvent
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.tables.table import Limits, Table
 from made_up import device_of, make_table
 

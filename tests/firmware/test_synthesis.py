@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chladni.host import _emulator
-from chladni.host.demodulate import PURITY_PERIODS, Play, sfdr_db, sndr_db
-from chladni.host.device_config import WAVEFORMS
-from chladni.host.emulator import Recording, TouchEvent, emulate
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.demodulate import PURITY_PERIODS, Play, sfdr_db, sndr_db
+from chladni.host.emulation.emulator import Recording, TouchEvent, emulate
+from chladni.host.protocol.config import WAVEFORMS
 from chladni.tables.table import Limits
 from made_up import device_of, make_table, powered
 

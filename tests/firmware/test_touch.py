@@ -11,10 +11,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from chladni.host import _emulator
-from chladni.host.demodulate import first_change
-from chladni.host.device_config import DeviceConfig, pack_config
-from chladni.host.emulator import Emulator, Hardware, TouchEvent, reported_um
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.demodulate import first_change
+from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent, reported_um
+from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.tables.table import Limits, Table
 from made_up import device_of, make_table, starts_of
 

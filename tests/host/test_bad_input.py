@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.sim.board import Board
+from chladni.drives.problem.places import region_grid
+from chladni.sim.board.board import Board
 from chladni.tables import layout
-from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
-from chladni.tables.regions import region_grid
+from chladni.tables.mirror_symmetry import UNFOLDED
 from chladni.tables.table import Table
 from conftest import ROOT, CommandLine
 from made_up import LIMITS, make_section, with_crc
@@ -272,7 +272,7 @@ def test_the_installed_command_shows_no_traceback(tmp_path: Path) -> None:
     """Once as a real process, as a user meets it."""
     path = board_file(tmp_path, "thickness_mm = 1.0", "thickness_mm = -1.0")
     answer = subprocess.run(
-        [sys.executable, "-m", "chladni.host.cli", "board", "show", str(path)],
+        [sys.executable, "-m", "chladni.host.cli.app", "board", "show", str(path)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert answer.returncode == 2

@@ -20,12 +20,12 @@ import numpy as np
 import pytest
 import serial
 
-from chladni.host.device import Device
-from chladni.host.device_commands import who_answers
-from chladni.host.link import encode
-from chladni.host.link_protocol import BY_NAME, RESPONSE
-from chladni.host.wire import SerialWire
-from chladni.sim.board import Board
+from chladni.host.cli.device import who_answers
+from chladni.host.device.device import Device
+from chladni.host.device.link import encode
+from chladni.host.device.wire import SerialWire
+from chladni.host.protocol.link import BY_NAME, RESPONSE
+from chladni.sim.board.board import Board
 from chladni.tables.build import TableReport
 from chladni.tables.format import pack
 from chladni.tables.table import Table
@@ -45,7 +45,7 @@ def table(coarse_table: tuple[Table, TableReport], prototype: Board, tmp_path: P
 def port(table: Path) -> Iterator[str]:
     """An emulated device on a pseudo-terminal, in a process of its own."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "chladni.host.cli", "emulate", str(table), "--serial", "--ms",
+        [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(table), "--serial", "--ms",
          "60000"],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
@@ -328,7 +328,7 @@ def test_the_emulated_wire_follows_its_configuration(
 @pytest.mark.slow
 def test_a_touch_that_is_interrupted_is_lifted(port: str) -> None:
     """Ctrl-C in the middle: the finger does not stay behind."""
-    command = [sys.executable, "-m", "chladni.host.cli", "device", "touch", "5,5"]
+    command = [sys.executable, "-m", "chladni.host.cli.app", "device", "touch", "5,5"]
     process = subprocess.Popen([*command, "--seconds", "30", "--port", port])
     time.sleep(4.0)
     process.send_signal(signal.SIGINT)

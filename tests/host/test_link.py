@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.host.device import Device
-from chladni.host.emulator import Hardware
-from chladni.host.link import FrameSplitter, LinkError, encode
-from chladni.host.link_protocol import MAX_PAYLOAD, MESSAGES, Status
-from chladni.host.table_upload import TableUpload
-from chladni.host.wire import EmulatorWire
+from chladni.host.device.device import Device
+from chladni.host.device.link import FrameSplitter, LinkError, encode
+from chladni.host.device.upload import TableUpload
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Hardware
+from chladni.host.protocol.link import MAX_PAYLOAD, MESSAGES, Status
 from chladni.tables.format import pack
 from made_up import PacketWire, assert_one_of_them_plays, make_table, powered, random_table
 

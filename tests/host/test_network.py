@@ -15,18 +15,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.host.datagrams import (
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.udp import (
     DatagramWire,
     EmulatedPort,
     ReplayWindow,
     seal,
     unseal,
 )
-from chladni.host.device import Device
-from chladni.host.emulator import Emulator
-from chladni.host.link import LinkError
-from chladni.host.link_protocol import BY_NAME, MESSAGES, RESPONSE, Status
-from chladni.host.network_format import (
+from chladni.host.device.wire import EmulatorWire, WireError
+from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.link import BY_NAME, MESSAGES, RESPONSE, Status
+from chladni.host.protocol.network import (
     HELLO_BYTES,
     KEY_BYTES,
     MAC_BYTES,
@@ -39,7 +40,6 @@ from chladni.host.network_format import (
     pack_network,
     read_key,
 )
-from chladni.host.wire import EmulatorWire, WireError
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from made_up import assert_one_of_them_plays, make_table, powered, random_table

@@ -10,18 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.host.device import Device
-from chladni.host.emulator import Emulator
-from chladni.host.flash_layout import (
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator
+from chladni.host.flashing.partition import slot_in_use, update
+from chladni.host.flashing.rom_loader import TABLES, partition_of, partitions
+from chladni.host.protocol.flash import (
     ENTRY_BYTES,
     PARTITION_BYTES,
     SECTOR_BYTES,
     SLOT_BYTES,
     TRAILER_OFFSET,
 )
-from chladni.host.partition import slot_in_use, update
-from chladni.host.rom import TABLES, partition_of, partitions
-from chladni.host.wire import EmulatorWire
 from chladni.sim.errors import InputError
 from chladni.tables._firmware import FirmwareStore
 from chladni.tables.format import pack

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.host import compare_command
-from chladni.tables.methods import METHODS
-from chladni.tables.objectives import OBJECTIVES
+from chladni.drives.methods import METHODS
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.host.cli import compare as compare_command
 from conftest import CommandLine
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.sim.board import Board
+from chladni.sim.board.board import Board
 from chladni.tables.build import TableReport
-from chladni.tables.folding import UNFOLDED
 from chladni.tables.format import pack
+from chladni.tables.mirror_symmetry import UNFOLDED
 from chladni.tables.table import Table
 from conftest import CommandLine
 

@@ -7,17 +7,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from chladni.sim.actuator import (
+from chladni.sim.board.board import Board, Coil
+from chladni.sim.coil.actuator import (
     acceleration_per_volt,
     force_per_volt,
     likeness,
     motion,
     wave_response,
 )  # fmt: skip
-from chladni.sim.board import Board, Coil
-from chladni.sim.energy import compose
-from chladni.sim.transfer import transfer_fields
-from chladni.sim.waveforms import WAVEFORMS, Waveform, harmonics, synthesise
+from chladni.sim.coil.waveforms import WAVEFORMS, Waveform, harmonics, synthesise
+from chladni.sim.fields.transfer import transfer_fields
+from chladni.sim.image.energy import compose
 
 SWEEP = np.linspace(100.0, 400.0, 301)
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from chladni.sim.board import Board, to_document
-from chladni.sim.board_file import board_from_document, load_board, shipped_boards
+from chladni.sim.board.board import Board, to_document
+from chladni.sim.board.file import board_from_document, load_board, shipped_boards
 from chladni.sim.errors import InputError
 from conftest import ROOT
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from chladni.sim.mirrors import Mirrors
+from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz.basis_values import BasisTable
 from chladni.sim.ritz.geometry import (
     EdgeKind,
     EdgeSupports,
@@ -20,10 +21,9 @@ from chladni.sim.ritz.geometry import (
     PointFeature,
     Resolution,
 )
-from chladni.sim.ritz.loading import ClassLoad
+from chladni.sim.ritz.load_cases import ClassLoad
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.solver import Solver
-from chladni.sim.ritz.tables import BasisTable
 
 WIDTH, LENGTH, BENDING, NU, AREAL, LOSS = 0.07, 0.14, 1.9, 0.3, 1.7, 0.05
 OMEGA = 2.0 * np.pi * 230.0

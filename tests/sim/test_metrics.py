@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from chladni.sim import metrics
-from chladni.sim.board import Board
-from chladni.sim.energy import compose, energy_image, normalised
-from chladni.sim.transfer import transfer_fields
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import transfer_fields
+from chladni.sim.image import metrics
+from chladni.sim.image.energy import compose, energy_image, normalised
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

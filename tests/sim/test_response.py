@@ -11,23 +11,23 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from at_points import respond_at
-from chladni.sim.board import Actuator, Board
-from chladni.sim.board_file import load_board
-from chladni.sim.energy import compose, energy_image
+from chladni.sim.board.board import Actuator, Board
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import ResonanceError
-from chladni.sim.loads import Load
-from chladni.sim.response import PlateModel
-from chladni.sim.ritz.geometry import EdgeSupports, Inclusion, PlateGeometry, RimSupport
-from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.scaling import first_level, resolution_for, wave_number
-from chladni.sim.simply_supported import SimplySupportedPlate
-from chladni.sim.transfer import (
+from chladni.sim.fields.transfer import (
     actuator_loads,
     plate_geometry,
     plate_model,
     target_field,
     transfer_fields,
 )
+from chladni.sim.image.energy import compose, energy_image
+from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.response import PlateModel
+from chladni.sim.ritz.geometry import EdgeSupports, Inclusion, PlateGeometry, RimSupport
+from chladni.sim.ritz.plate import RitzPlate
+from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from levy import levy_displacement
 
 X, Y = np.linspace(-0.05, 0.05, 21), np.linspace(-0.07, 0.07, 29)

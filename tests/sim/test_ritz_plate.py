@@ -10,14 +10,19 @@ import pytest
 from numpy.typing import NDArray
 
 from at_points import respond_at
-from chladni.sim.board import Board, Magnet
-from chladni.sim.loads import Load
-from chladni.sim.mirrors import Mirrors, orbits_of
+from chladni.sim.board.board import Board, Magnet
+from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.mirrors import Mirrors, orbits_of
+from chladni.sim.ritz.circle_functions import (
+    RadialFunction,
+    SplitPoints,
+    Term,
+    disc_load_deflection,
+)
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
+from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.rings import RadialFunction, SplitPoints, Term, disc_load_deflection
-from chladni.sim.ritz.symmetry import find_mirrors
-from chladni.sim.transfer import plate_model, target_field, transfer_fields
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
 from plate_fem.plate import Inclusion as FemInclusion

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementTriArgyris, MeshTri
 from skfem.helpers import dd, ddot, trace
 
-from chladni.sim.loads import Load
+from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.plate import RitzPlate
 

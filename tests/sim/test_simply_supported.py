@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from chladni.sim.board import Board
+from chladni.sim.board.board import Board
 from chladni.sim.errors import ResonanceError
-from chladni.sim.loads import Load
-from chladni.sim.simply_supported import SimplySupportedPlate
-from chladni.sim.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.loads import Load
 
 
 def plate(width: float, length: float, *, loss: float = 0.0) -> SimplySupportedPlate:

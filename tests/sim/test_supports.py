@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from chladni.sim.board import Board
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import plate_model
+from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import (
@@ -20,10 +22,8 @@ from chladni.sim.ritz.geometry import (
     Resolution,
     RimSupport,
 )  # fmt: skip
+from chladni.sim.ritz.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.symmetry import ParityBasis, parity_classes
-from chladni.sim.simply_supported import SimplySupportedPlate
-from chladni.sim.transfer import plate_model
 from levy import levy_displacement
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

@@ -7,13 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.sim import metrics
-from chladni.sim.board import Board, Regions
-from chladni.sim.board_file import load_board
-from chladni.sim.board_mirrors import board_mirrors
-from chladni.sim.transfer import target_fields
+from chladni.drives.methods import Options
+from chladni.drives.problem.places import region_grid
+from chladni.drives.problem.problem import scene_of
+from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.file import load_board
+from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.fields.transfer import target_fields
+from chladni.sim.image import metrics
 from chladni.tables.build import TableReport, build_table
-from chladni.tables.folding import Folding
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.halfway import (
     MOST_POINTS,
@@ -26,11 +29,8 @@ from chladni.tables.halfway import (
 )
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import LIMITS, Point, losses
-from chladni.tables.methods import Options
+from chladni.tables.mirror_symmetry import Folding
 from chladni.tables.one_frequency import HALFWAY_STEP, OneFrequency
-from chladni.tables.played import FirmwareReader
-from chladni.tables.regions import region_grid
-from chladni.tables.scene import scene_of
 from chladni.tables.table import Table
 
 PLACES = 256

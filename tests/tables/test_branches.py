@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.tables.branches import JOIN, Arranged, arrange, neighbours
+from chladni.drives.problem.field_space import SearchSpace
+from chladni.drives.problem.places import RegionGrid
 from chladni.tables.build import TableReport
-from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.lookup import CUT, JOINED, NEGATED
-from chladni.tables.regions import RegionGrid
-from chladni.tables.search import SearchSpace
+from chladni.tables.mirror_symmetry import UNFOLDED, Folding
+from chladni.tables.phase_synchronisation import JOIN, Arranged, arrange, neighbours
 from chladni.tables.table import Table
 
 

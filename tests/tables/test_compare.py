@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.sim.board import Board
-from chladni.tables.batch import over_targets
+from chladni.drives.batch import over_targets
+from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.methods import METHODS
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.scoring.compare import NUMBERS, Row, as_csv, compare, contenders, summary
+from chladni.drives.solve import solve
+from chladni.sim.board.board import Board
 from chladni.tables.build import build_table
-from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.compare import NUMBERS, Row, as_csv, compare, contenders, summary
 from chladni.tables.format import pack
-from chladni.tables.methods import METHODS
-from chladni.tables.objectives import OBJECTIVES
-from chladni.tables.scene import Problem, scene_of
-from chladni.tables.solve import solve
 
 CHEAP = ["phasor", "nearest", "contrast", "gerchberg-saxton"]
 

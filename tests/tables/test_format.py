@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.host.device_codes import TABLE_STATUS
+from chladni.host.protocol.codes import TABLE_STATUS
 from chladni.sim.errors import InputError
 from chladni.tables import layout
 from chladni.tables._firmware import FirmwareTable
-from chladni.tables.folding import UNFOLDED, Folding
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import TableRefusedError, pack, unpack
-from chladni.tables.played import FirmwareReader
+from chladni.tables.mirror_symmetry import UNFOLDED, Folding
 from chladni.tables.table import Section, Table, dequantise, quantise
 from conftest import ROOT
 from made_up import forge, make_table, random_table, reversal, with_crc

@@ -8,16 +8,16 @@ import tomllib
 import numpy as np
 import pytest
 
-from chladni.sim import metrics
-from chladni.sim.board import MM, Actuator, Board
-from chladni.sim.board_file import board_from_document, shipped_boards
+from chladni.drives.methods import METHODS, Options
+from chladni.drives.problem.field_space import SearchSpace
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.scoring.scorecard import Scorecard, null_models, score, score_on
+from chladni.drives.solve import solve, solve_problem
+from chladni.sim.board.board import MM, Actuator, Board
+from chladni.sim.board.file import board_from_document, shipped_boards
 from chladni.sim.errors import InputError, ResonanceError
-from chladni.sim.transfer import plate_model
-from chladni.tables.methods import METHODS, Options
-from chladni.tables.scene import Problem, scene_of
-from chladni.tables.scorecard import Scorecard, null_models, score, score_on
-from chladni.tables.search import SearchSpace
-from chladni.tables.solve import solve, solve_problem
+from chladni.sim.fields.transfer import plate_model
+from chladni.sim.image import metrics
 
 
 def all_finite(card: Scorecard) -> bool:

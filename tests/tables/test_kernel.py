@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from chladni.sim import metrics
-from chladni.sim.energy import normalised
-from chladni.tables import _kernel
-from chladni.tables.search import NO_FORM, SearchSpace, as_complex, as_reals
+from chladni.drives.problem import _kernel
+from chladni.drives.problem.field_space import NO_FORM, SearchSpace, as_complex, as_reals
+from chladni.sim.image import metrics
+from chladni.sim.image.energy import normalised
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]

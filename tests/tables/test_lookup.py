@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.tables._firmware import FirmwareTable
-from chladni.tables.folding import Folding
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.lookup import mixing
+from chladni.tables.mirror_symmetry import Folding
 from chladni.tables.table import Table
 from made_up import make_table, random_table, reversal
 

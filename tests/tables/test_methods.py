@@ -11,17 +11,17 @@ import pytest
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from chladni.sim import metrics
-from chladni.sim.board import Board
-from chladni.sim.energy import normalised
+from chladni.drives.methods import METHODS, Found, Options
+from chladni.drives.methods.anneal import anneal, phasors, read_trace
+from chladni.drives.methods.least_squares import damped
+from chladni.drives.methods.peak import FLOOR_DB
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.scoring.scorecard import null_models, score_on
+from chladni.drives.solve import solve, solve_problem
+from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
-from chladni.tables.methods import METHODS, Found, Options
-from chladni.tables.methods.anneal import anneal, phasors, read_trace
-from chladni.tables.methods.least_squares import damped
-from chladni.tables.methods.peak import FLOOR_DB
-from chladni.tables.scene import Problem, scene_of
-from chladni.tables.scorecard import null_models, score_on
-from chladni.tables.solve import solve, solve_problem
+from chladni.sim.image import metrics
+from chladni.sim.image.energy import normalised
 
 TARGET = (10.0, 25.0)
 QUICK = Options(steps=200)
@@ -201,7 +201,7 @@ def test_annealing_resumes_to_the_same_end(problem: Problem, tmp_path: Path, met
 def test_an_interrupted_annealing_goes_on(
     problem: Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["chladni.tables.methods.anneal"], "KEEP_EVERY", 20)
+    monkeypatch.setattr(sys.modules["chladni.drives.methods.anneal"], "KEEP_EVERY", 20)
     trace = tmp_path / "t.npz"
 
     def stop(done: int, _: int) -> None:

@@ -6,10 +6,10 @@ import joblib
 import numpy as np
 import pytest
 
-from chladni.sim.board import MM, Board
-from chladni.tables.methods import Options
-from chladni.tables.methods.phasor import phasor
-from chladni.tables.scene import scene_of
+from chladni.drives.methods import Options
+from chladni.drives.methods.phasor import phasor
+from chladni.drives.problem.problem import scene_of
+from chladni.sim.board.board import MM, Board
 from random_starts import best_of_random_starts
 
 TARGETS = 40

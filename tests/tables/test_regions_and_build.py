@@ -9,13 +9,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chladni.sim.board import Board, Regions
-from chladni.sim.board_mirrors import board_mirrors
+from chladni.drives.problem.places import RegionGrid, region_grid
+from chladni.drives.problem.problem import scene_of
+from chladni.drives.solve import solve
+from chladni.sim.board.board import Board, Regions
+from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import pack
-from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.scene import scene_of
-from chladni.tables.solve import solve
 from chladni.tables.table import Table
 
 GRIDS = st.builds(

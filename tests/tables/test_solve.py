@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.sim import metrics
-from chladni.sim.board import Board
+from chladni.drives.problem.problem import scene_of
+from chladni.drives.scoring.scorecard import Scorecard, misplaced_target, score
+from chladni.drives.solve import solve, tie_break
+from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
-from chladni.tables.scene import scene_of
-from chladni.tables.scorecard import Scorecard, misplaced_target, score
-from chladni.tables.solve import solve, tie_break
+from chladni.sim.image import metrics
 
 
 def all_finite(card: Scorecard) -> bool:

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.sim.board import Actuator, Board, Regions
-from chladni.sim.board_mirrors import board_mirrors
+from chladni.sim.board.board import Actuator, Board, Regions
 from chladni.sim.errors import InputError
+from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables import build
 from chladni.tables.build import TableReport, build_table
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
-from chladni.tables.played import FirmwareReader
 from chladni.tables.table import Table
 from conftest import ROOT
 
@@ -147,9 +147,10 @@ def test_the_bytes_do_not_depend_on_threads(tmp_path: Path) -> None:
         out = tmp_path / f"{number}.chl"
         code = (
             "from dataclasses import replace\n"
-            "from chladni.sim.board import Regions\n"
-            "from chladni.sim.board_file import load_board\n"
-            "from chladni.tables import build_table, pack, solve\n"
+            "from chladni.sim.board.board import Regions\n"
+            "from chladni.sim.board.file import load_board\n"
+            "from chladni.drives import solve\n"
+            "from chladni.tables import build_table, pack\n"
             "board = replace(load_board('prototype'), regions=Regions(pitch=30e-3))\n"
             f"solve(board, (3.0, 4.0)) if {number} == 1 else None\n"
             f"open({str(out)!r}, 'wb').write(pack(build_table(board, jobs={jobs})[0]))\n"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from chladni.tables.threads import in_threads
+from chladni.drives.problem.threads import in_threads
 
 
 @pytest.mark.parametrize("jobs", [1, 3, None])

@@ -1,7 +1,7 @@
 """The user's side: command line, emulated device, and the loop from pins back to the plate."""
 
-from chladni.host.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
-from chladni.host.loop import LoopReport, board_of, run_loop
+from chladni.host.emulation.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
+from chladni.host.emulation.loop import LoopReport, board_of, run_loop
 
 __all__ = [
     "Emulator",

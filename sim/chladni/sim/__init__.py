@@ -1,10 +1,10 @@
 """Board simulation: from a board file to the field each actuator makes on the plate."""
 
-from chladni.sim.board import Board
-from chladni.sim.board_file import board_from_document, load_board, shipped_boards
-from chladni.sim.energy import compose, energy_image, normalised
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import board_from_document, load_board, shipped_boards
 from chladni.sim.errors import ChladniError, InputError, ResonanceError
-from chladni.sim.transfer import TransferFields, plate_model, target_field, transfer_fields
+from chladni.sim.fields.transfer import TransferFields, plate_model, target_field, transfer_fields
+from chladni.sim.image.energy import compose, energy_image, normalised
 
 __all__ = [
     "Board",

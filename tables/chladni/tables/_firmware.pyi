@@ -1,4 +1,4 @@
-"""The firmware's own reading and keeping of tables (tables/reader)."""
+"""The firmware's own reading and keeping of tables (tables/native/reader)."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -10,22 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from chladni.sim.board import Board
-from chladni.sim.board_mirrors import board_mirrors
+from chladni.drives.methods import SEED, Options, Progress
+from chladni.drives.problem.places import RegionGrid, region_grid
+from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.solve import check_request
+from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
-from chladni.tables.branches import Steps
-from chladni.tables.folding import Folding
+from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
 from chladni.tables.losses import LIMITS, Losses
-from chladni.tables.methods import SEED, Options, Progress
+from chladni.tables.mirror_symmetry import Folding
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
-from chladni.tables.played import FirmwareReader
-from chladni.tables.regions import RegionGrid, region_grid
-from chladni.tables.scene import scene_of
-from chladni.tables.solve import check_request
+from chladni.tables.phase_synchronisation import Steps
 from chladni.tables.table import Limits, Section, Table
-from chladni.tables.threads import one_blas_thread
 
 OBJECTIVE = "ssim"
 """What a table's drives are best at unless something else is asked for."""

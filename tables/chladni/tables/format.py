@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.drives.problem.places import RegionGrid
 from chladni.sim.errors import InputError
-from chladni.tables.folding import Folding, Order
 from chladni.tables.layout import (
     CRC_BYTES,
     FULL_SCALE,
@@ -35,7 +35,7 @@ from chladni.tables.layout import (
     stored_regions,
 )
 from chladni.tables.lookup import CUT, JOINED, NEGATED
-from chladni.tables.regions import RegionGrid
+from chladni.tables.mirror_symmetry import Folding, Order
 from chladni.tables.table import Limits, Section, Table
 
 ByteArray = NDArray[np.uint8]

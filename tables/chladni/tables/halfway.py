@@ -16,9 +16,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board import Board
-from chladni.tables.folding import Folding
-from chladni.tables.regions import RegionGrid
+from chladni.drives.problem.places import RegionGrid
+from chladni.sim.board.board import Board
+from chladni.tables.mirror_symmetry import Folding
 
 SHARES = ((-1, -1 / 16), (0, 9 / 16), (1, 9 / 16), (2, -1 / 16))
 """Cubic interpolation half-way: what the four nearest regions along a line count."""

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.sim.errors import InputError
-from chladni.tables.folding import stored_cells
-from chladni.tables.objectives import OBJECTIVES
+from chladni.tables.mirror_symmetry import stored_cells
 
 MAGIC = b"CHLD"
 VERSION_MAJOR, VERSION_MINOR = 2, 0

@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.folding import Cells, Folding
-from chladni.tables.regions import FRACTION_BITS, RegionGrid, position
+from chladni.drives.problem.places import FRACTION_BITS, RegionGrid, position
+from chladni.tables.mirror_symmetry import Cells, Folding
 
 IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]

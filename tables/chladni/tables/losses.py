@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.scene import Scene
-from chladni.tables.search import Level
-from chladni.tables.threads import in_threads
+from chladni.drives.problem.field_space import Level
+from chladni.drives.problem.problem import Scene
+from chladni.drives.problem.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]

@@ -11,11 +11,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.metrics import image_of
-from chladni.tables.batch import Target, over_targets
-from chladni.tables.branches import Arranged, arrange
-from chladni.tables.checkpoint import Checkpoint, Result
-from chladni.tables.folding import Folding
+from chladni.drives.batch import Target, over_targets
+from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.methods import Options
+from chladni.drives.methods.phasor import phasor
+from chladni.drives.problem.field_space import Level
+from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.problem import Problem, Scene
+from chladni.drives.solve import tie_break
+from chladni.sim.image.metrics import image_of
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.halfway import (
     OWN_TOLERANCE,
     Field,
@@ -28,13 +33,8 @@ from chladni.tables.halfway import (
 )  # fmt: skip
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import Losses, Point, losses
-from chladni.tables.methods import Options
-from chladni.tables.methods.phasor import phasor
-from chladni.tables.played import FirmwareReader
-from chladni.tables.regions import RegionGrid
-from chladni.tables.scene import Problem, Scene
-from chladni.tables.search import Level
-from chladni.tables.solve import tie_break
+from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.phase_synchronisation import Arranged, arrange
 from chladni.tables.table import Section, quantise
 
 ComplexArray = NDArray[np.complex128]

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.drives.problem.places import RegionGrid
 from chladni.sim.errors import InputError
-from chladni.tables.folding import UNFOLDED, Folding
 from chladni.tables.layout import BITS, FULL_SCALE
 from chladni.tables.lookup import images, mixing
-from chladni.tables.regions import RegionGrid
+from chladni.tables.mirror_symmetry import UNFOLDED, Folding
 
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]

@@ -16,13 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.mirrors import Mirrors
+from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.rings import Derivative, radial_derivative
-from chladni.sim.ritz.symmetry import Parity, ParityBasis
-from chladni.sim.ritz.tables import (
+from chladni.sim.ritz.basis_values import (
     BasisTable,
     Edge,
     Family,
@@ -34,6 +31,9 @@ from chladni.sim.ritz.tables import (
     TablePart,
     point_sets,
 )  # fmt: skip
+from chladni.sim.ritz.circle_functions import Derivative, radial_derivative
+from chladni.sim.ritz.parity import Parity, ParityBasis
+from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.circle_functions import Circle, Derivative, evaluate_circles
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.legendre import IntervalBasis
-from chladni.sim.ritz.rings import Circle, Derivative, evaluate_circles
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from chladni.sim.ritz.loading import ClassLoad
+from chladni.sim.ritz.load_cases import ClassLoad
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import RESONANCE_BAND, ResonanceError
-from chladni.sim.loads import Load
-from chladni.sim.mirrors import Mirrors, orbits_of
-from chladni.sim.modes import ModeShapes
-from chladni.sim.response import Response
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.mirrors import Mirrors, orbits_of
+from chladni.sim.plate.modes import ModeShapes
+from chladni.sim.plate.response import Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
-from chladni.sim.ritz.scaling import (
+from chladni.sim.ritz.parity import find_mirrors
+from chladni.sim.ritz.resolution import (
     LEVELS,
     first_level,
     resolution_for,
@@ -24,7 +25,6 @@ from chladni.sim.ritz.scaling import (
     wave_number_of_mode,
 )  # fmt: skip
 from chladni.sim.ritz.solver import Image, Solver
-from chladni.sim.ritz.symmetry import find_mirrors
 
 FloatArray = NDArray[np.float64]
 

@@ -9,18 +9,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.loads import Load
-from chladni.sim.mirrored_grid import Oddness
-from chladni.sim.mirrors import Mirrors, Orbits
-from chladni.sim.modes import ModeShapes
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.mirrored_grid import Oddness
+from chladni.sim.plate.mirrors import Mirrors, Orbits
+from chladni.sim.plate.modes import ModeShapes
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
-from chladni.sim.ritz.grid import GridTable
+from chladni.sim.ritz.image_grid import GridTable
 from chladni.sim.ritz.legendre import gauss_points
-from chladni.sim.ritz.loading import LoadCase
+from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.modal import ClassModes
-from chladni.sim.ritz.symmetry import ParityBasis, parity_classes
+from chladni.sim.ritz.parity import ParityBasis, parity_classes
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

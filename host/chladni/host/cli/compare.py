@@ -1,0 +1,118 @@
+"""`chladni compare`: every method on targets all over a board."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table as RichTable
+
+from chladni.drives.methods import METHODS, SEED
+from chladni.drives.scoring.compare import as_csv, compare, summary
+from chladni.drives.solve import check_request
+from chladni.host.cli.options import (
+    PARTIAL,
+    BoardArgument,
+    FigureOption,
+    JobsOption,
+    JsonOption,
+    SeedOption,
+    check_figure,
+    check_jobs,
+)  # fmt: skip
+from chladni.host.cli.output import answer, check_output, progress_bar
+from chladni.host.figures.fields import save
+from chladni.host.figures.solvers import compare_figure
+from chladni.sim.board.board import MM
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_whole
+
+PITCH_MM = 18.0
+SMALLEST_PITCH_MM = 1.0
+SHOWN = {
+    "ssim": "SSIM", "ssim_min": "least", "focal_error_mm": "focal mm",
+    "centroid_error_mm": "centroid mm", "below_limit_db": "below limit dB",
+    "second_finger_db": "2nd finger dB", "spot_mm2": "spot mm²",
+    "evaluations": "evaluations", "seconds": "seconds",
+}  # fmt: skip
+WIDTH = 130
+"""Columns of text where there is no terminal to ask."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("compare")(compare_methods)
+
+
+def compare_methods(
+    board: BoardArgument,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Every row as CSV.")] = None,
+    figure: FigureOption = None,
+    pitch: Annotated[float, typer.Option(help="Distance of the targets, mm.")] = PITCH_MM,
+    methods: Annotated[
+        str | None, typer.Option(help="Some of the methods, as A,B,…; all by default.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps of the annealings.")] = None,
+    seed: SeedOption = SEED,
+    jobs: JobsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Score every method, and the null models, on targets all over a board."""
+    if output is not None:
+        check_output(output, "-o")
+    check_figure(figure)
+    check_jobs(jobs)
+    check_request("phasor", "ssim", seed, steps, None)
+    chosen = _methods(methods)
+    loaded = load_board(board)
+    widest = min(loaded.plate.size) / MM
+    if not SMALLEST_PITCH_MM <= pitch <= widest:
+        expected = f"{SMALLEST_PITCH_MM:g} mm to the board's short side, {widest:g} mm"
+        raise InputError("--pitch", pitch, expected)
+    kept = output.with_name(output.name + PARTIAL) if output is not None else None
+    with progress_bar("targets") as progress:
+        grid, rows = compare(
+            loaded, pitch=pitch * MM, methods=chosen, seed=seed, steps=steps, jobs=jobs,
+            progress=progress, kept=kept,
+        )  # fmt: skip
+    if output is not None:
+        write_whole(output, as_csv(rows))
+    if figure is not None:
+        save(compare_figure(loaded, grid, rows), figure)
+    table = summary(rows)
+    if as_json:
+        answer(
+            {"board": loaded.name, "targets": grid.count, "grid": asdict(grid), "methods": table},
+            as_json=True,
+        )
+    else:
+        _print(table, f"{loaded.name}: medians over {grid.count} targets")
+
+
+def _methods(text: str | None) -> list[str] | None:
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in METHODS:
+            raise InputError("--methods", name, "some of: " + ", ".join(METHODS))
+    return list(dict.fromkeys(names))
+
+
+def _print(entries: list[dict[str, Any]], title: str) -> None:
+    table = RichTable(title=title, title_justify="left")
+    table.add_column("method")
+    for heading in SHOWN.values():
+        table.add_column(heading, justify="right")
+    for entry in entries:
+        name = entry["method"]
+        if name == "phasor":
+            name += f" {entry['objective']}"
+        cells = ["–" if entry[key] is None else f"{entry[key]:.3g}" for key in SHOWN]
+        table.add_row(name, *cells)
+    console = Console()
+    (console if console.is_terminal else Console(width=WIDTH)).print(table)

@@ -1,0 +1,85 @@
+"""`chladni device network`: let a device onto a network, or take it off."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from chladni.host.cli.connection import Reach, reaching
+from chladni.host.cli.options import JsonOption
+from chladni.host.cli.output import answer
+from chladni.host.protocol.network import (
+    DEFAULT_PORT,
+    NetworkSettings,
+    make_key,
+    read_key,
+)
+from chladni.sim.errors import InputError
+
+RESTART_S = 1.0
+
+
+@reaching
+def network(
+    reach: Reach,
+    action: Annotated[str, typer.Argument(metavar="show|set|off")] = "show",
+    ssid: Annotated[str | None, typer.Option(help="The network's name.")] = None,
+    passphrase_file: Annotated[
+        Path | None, typer.Option(help="Its passphrase; asked for by default.")
+    ] = None,
+    udp_port: Annotated[int, typer.Option(help="Where the device listens.")] = DEFAULT_PORT,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the network's state, or set name, passphrase and key over the wire; off forgets them.
+
+    The key comes from --key, whose file is made if it is not there.
+    """
+    if action not in ("show", "set", "off"):
+        raise InputError("show|set|off", action, "one of the three")
+    settings = None
+    if action != "show" and reach.udp is not None:
+        raise InputError("--udp", reach.udp, "--port: keys are set over the wire only")
+    if action == "set":
+        settings = _settings(reach, ssid, passphrase_file, udp_port)
+    with reach.device() as device:
+        if action != "show":
+            device.set_network(settings)
+            device.restart()
+            device.link.wait(RESTART_S)
+        found: dict[str, Any] = device.network()
+    answer(found, as_json=as_json, title="Network")
+
+
+def _settings(
+    reach: Reach, ssid: str | None, passphrase_file: Path | None, port: int
+) -> NetworkSettings:
+    if ssid is None:
+        raise InputError("--ssid", "nothing", "the network's name")
+    if reach.key is None:
+        raise InputError("--key", "nothing", "a file with the key, or where to make one")
+    # All but the key is checked before a file is made for it.
+    probe = NetworkSettings(ssid, _passphrase(passphrase_file), b"\1" * 32, port)
+    try:
+        is_there = reach.key.exists()
+    except OSError as error:
+        raise InputError("--key", str(error), "a readable file", file=str(reach.key)) from None
+    key = read_key(reach.key) if is_there else make_key(reach.key)
+    if is_there and reach.key.stat().st_mode & 0o077:
+        sys.stderr.write(f"chladni: {reach.key}: others may read this key; chmod 600 it\n")
+    return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
+
+
+def _passphrase(path: Path | None) -> str:
+    if path is None:
+        if not sys.stdin.isatty():
+            raise InputError("--passphrase-file", "nothing", "a file, where nobody can be asked")
+        return str(typer.prompt("Passphrase", hide_input=True, default="", show_default=False))
+    try:
+        return path.read_text(encoding="utf-8").rstrip("\r\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            "--passphrase-file", str(error), "a readable file", file=str(path)
+        ) from None

@@ -1,0 +1,58 @@
+"""Arguments that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chladni.drives.methods import METHODS
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.host.cli.output import check_output
+from chladni.host.figures.fields import FORMATS
+from chladni.sim.errors import InputError
+
+BoardArgument = Annotated[
+    str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON object.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of the random starts.")]
+MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
+ObjectiveOption = Annotated[
+    str, typer.Option(help="What phasor is to be best at: " + ", ".join(OBJECTIVES) + ".")
+]
+JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
+
+FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]
+
+PARTIAL = ".partial"
+"""Ending of the file in which long work keeps what it has done, beside its output."""
+
+
+def check_jobs(jobs: int | None) -> None:
+    """A number of threads that makes sense.
+
+    Raises
+    ------
+    InputError
+        Fewer than one.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError("--jobs", jobs, "at least 1")
+
+
+def check_figure(figure: Path | None) -> None:
+    """A figure that can be written in a format that can be drawn, if one is asked for.
+
+    Raises
+    ------
+    InputError
+        Another ending, or no folder to write to.
+    """
+    if figure is None:
+        return
+    check_output(figure, "--figure")
+    if figure.suffix not in FORMATS:
+        expected = "a name that ends in " + ", ".join(FORMATS)
+        raise InputError("--figure", str(figure), expected)

@@ -1,0 +1,212 @@
+"""Commands about the plate and the actuator: `field`, `modes` and `sweep`."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from chladni.host.cli.options import BoardArgument, FigureOption, JsonOption, check_figure
+from chladni.host.cli.output import answer, check_output, parse_place
+from chladni.host.figures import fields as figures
+from chladni.sim.board.board import MM, Board
+from chladni.sim.board.file import load_board
+from chladni.sim.coil.actuator import wave_response
+from chladni.sim.coil.waveforms import WAVEFORMS
+from chladni.sim.errors import InputError
+from chladni.sim.fields.transfer import (
+    TOLERANCE,
+    actuator_loads,
+    plate_model,
+    target_field,
+    transfer_fields,
+)
+from chladni.sim.files import write_arrays
+from chladni.sim.image.energy import compose, energy_image
+
+LARGEST_GAIN = 1e9
+"""Beyond any drive; keeps fields finite."""
+MOST_MODES = 500
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command()(field)
+    app.command()(modes)
+    app.command()(sweep)
+
+
+def field(
+    board: BoardArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.npz).")],
+    target: Annotated[str | None, typer.Option(help="Unit load at X,Y (mm).")] = None,
+    actuator: Annotated[str | None, typer.Option(help="Unit drive of one actuator.")] = None,
+    drive: Annotated[Path | None, typer.Option(help="Drive from `chladni solve --json`.")] = None,
+    tolerance: Annotated[float, typer.Option(help="Relative error asked for.")] = TOLERANCE,
+    figure: FigureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compute a displacement field and its energy image."""
+    if sum(option is not None for option in (target, actuator, drive)) != 1:
+        raise InputError("--target, --actuator, --drive", "none or several", "exactly one of them")
+    if not 1e-9 <= tolerance <= 0.1:
+        raise InputError("--tolerance", tolerance, "a relative error from 1e-9 to 0.1")
+    _check_outputs(output, figure)
+    loaded = load_board(board)
+    place = parse_place(target, "--target") if target is not None else None
+    index = _index_of(loaded, actuator) if actuator is not None else None
+    amplitudes = _read_drive(drive, loaded) if drive is not None else None
+    started = time.perf_counter()
+    if place is not None:
+        response = target_field(loaded, place, tolerance=tolerance)
+        values, modes_used, error = (
+            response.values[0], response.modes_used, response.error_estimate,
+        )  # fmt: skip
+    else:
+        fields = transfer_fields(loaded, tolerance=tolerance)
+        modes_used, error = fields.modes_used, fields.error_estimate
+        if index is not None:
+            values = fields.values[index]
+        else:
+            assert amplitudes is not None
+            values = compose(fields.values, amplitudes)
+    seconds = time.perf_counter() - started
+    write_arrays(
+        output,
+        x_mm=loaded.x / MM,
+        y_mm=loaded.y / MM,
+        displacement=values,
+        energy=energy_image(values),
+    )
+    if figure:
+        figures.save(figures.field_figure(loaded, values, target_mm=place), figure)
+    result = {
+        "path": str(output),
+        "modes_used": modes_used,
+        "error_estimate": error,
+        "seconds": seconds,
+    }
+    answer(result, as_json=as_json, title=f"Field on {loaded.name}")
+
+
+def modes(
+    board: BoardArgument,
+    count: Annotated[int, typer.Option(help="How many modes.")] = 10,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Shapes (.npz).")] = None,
+    figure: FigureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Natural frequencies, modal masses and nodal lines (Chladni figures)."""
+    if not 1 <= count <= MOST_MODES:
+        raise InputError("--count", count, f"1 to {MOST_MODES}")
+    _check_outputs(output, figure)
+    loaded = load_board(board)
+    started = time.perf_counter()
+    shapes = plate_model(loaded).modes(count, actuator_loads(loaded), loaded.x, loaded.y)
+    seconds = time.perf_counter() - started
+    if output:
+        write_arrays(
+            output,
+            x_mm=loaded.x / MM,
+            y_mm=loaded.y / MM,
+            frequencies_hz=shapes.frequencies_hz,
+            shapes=shapes.shapes,
+            modal_masses_g=shapes.modal_masses * 1e3,
+        )
+    if figure:
+        figures.save(figures.modes_figure(loaded, shapes), figure)
+    result = {
+        "name": loaded.name,
+        "modes_hz": shapes.frequencies_hz.tolist(),
+        "modal_masses_g": (shapes.modal_masses * 1e3).tolist(),
+        "seconds": seconds,
+    }
+    answer(result, as_json=as_json, title=f"Modes of {loaded.name}")
+
+
+def sweep(
+    board: BoardArgument,
+    start_hz: Annotated[float, typer.Option("--from", help="First frequency, Hz.")] = 100.0,
+    stop_hz: Annotated[float, typer.Option("--to", help="Last frequency, Hz.")] = 400.0,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Curves (.npz).")] = None,
+    figure: FigureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Acceleration of one actuator under the paper's four waves, over frequency."""
+    if not 1.0 <= start_hz < stop_hz <= 20000.0:
+        raise InputError("--from, --to", f"{start_hz:g}, {stop_hz:g}", "1 to 20000 Hz, ascending")
+    _check_outputs(output, figure)
+    loaded = load_board(board)
+    if loaded.coil is None:
+        raise InputError("coil", "nothing", "a [coil] block in the board file", file=board)
+    frequencies = np.linspace(start_hz, stop_hz, 601)
+    curves = {wave: wave_response(loaded.coil, wave, frequencies) for wave in WAVEFORMS}
+    if output:
+        arrays = {
+            f"{wave}_{name}": getattr(curve, name)
+            for wave, curve in curves.items()
+            for name in ("fundamental", "rms", "distortion", "likeness")
+        }
+        write_arrays(output, frequencies_hz=frequencies, **arrays)
+    if figure:
+        figures.save(figures.sweep_figure(loaded.coil, frequencies, curves), figure)
+    waves = [
+        {
+            "waveform": wave,
+            "peak_hz": float(frequencies[curve.fundamental.argmax()]),
+            "peak_m_s2": float(curve.fundamental.max()),
+            "distortion_at_peak": float(curve.distortion[curve.fundamental.argmax()]),
+            "likeness_at_end": float(curve.likeness[-1]),
+        }
+        for wave, curve in curves.items()
+    ]
+    answer({"name": loaded.name, "waves": waves}, as_json=as_json, title=f"Sweep of {loaded.name}")
+
+
+def _check_outputs(output: Path | None, figure: Path | None) -> None:
+    if output:
+        check_output(output, "-o")
+    check_figure(figure)
+
+
+def _index_of(board: Board, actuator: str) -> int:
+    names = [item.name for item in board.actuators]
+    if actuator not in names:
+        raise InputError("--actuator", actuator, "one of: " + ", ".join(names))
+    return names.index(actuator)
+
+
+def _read_drive(path: Path, board: Board) -> NDArray[np.complex128]:
+    """A drive as `chladni solve --json` writes it."""
+    file = str(path)
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("--drive", error.strerror, "a readable file", file=file) from None
+    except (ValueError, RecursionError) as error:
+        raise InputError("--drive", str(error), "JSON", file=file) from None
+    entries = document.get("drive") if isinstance(document, dict) else None
+    if not isinstance(entries, list) or len(entries) != len(board.actuators):
+        expected = f"a list of {len(board.actuators)} drives, one per actuator"
+        raise InputError("drive", entries, expected, file=file)
+    values = np.zeros(len(entries), dtype=np.complex128)
+    seen: set[int] = set()
+    for k, entry in enumerate(entries):
+        try:
+            index = _index_of(board, entry["actuator"])
+            gain, phase = float(entry["gain"]), float(entry["phase_deg"])
+        except (KeyError, TypeError, ValueError, OverflowError, InputError):
+            expected = "actuator (of the board), gain and phase_deg"
+            raise InputError(f"drive[{k}]", entry, expected, file=file) from None
+        if not (abs(gain) <= LARGEST_GAIN and np.isfinite(phase)):
+            raise InputError(f"drive[{k}]", entry, f"gains up to {LARGEST_GAIN:g}", file=file)
+        if index in seen:
+            raise InputError(f"drive[{k}]", entry, "each actuator once", file=file)
+        seen.add(index)
+        values[index] = gain * np.exp(1j * np.radians(phase))
+    return values

@@ -1,0 +1,1 @@
+"""Reaching a device and asking it: wires, link, UDP, uploads."""

@@ -1,0 +1,303 @@
+"""A device at the other end of a wire: what it is, what it plays, and a new table for it."""
+
+from __future__ import annotations
+
+import itertools
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.host.device.link import GREETING_TRIES, Link, LinkError
+from chladni.host.device.upload import Progress, TableUpload
+from chladni.host.device.wire import Wire
+from chladni.host.protocol.codes import (
+    CONFIG_STATUS,
+    DEVICE_STATE,
+    FAULT_CAUSE,
+    PANEL_HEALTH,
+    TABLE_STATUS,
+)
+from chladni.host.protocol.config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
+from chladni.host.protocol.link import (
+    MAX_PAYLOAD,
+    VERSION_MAJOR,
+    VERSION_MINOR,
+)
+from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.tables.format import pack, unpack
+from chladni.tables.table import Table
+
+NETWORK_STATES = ("off", "not on the network", "on")
+RESTART_TRIES, RESTART_S = 3, 1.0
+STREAM_WAIT_S = 0.03
+"""For the answer to a piece of a stream: its frames are wanted in 10 ms."""
+STREAM_TARGET = 96
+"""Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
+STREAM_RING = 512
+"""Frames that it holds; so many may come on any wire."""
+STREAM_TURN_S = 0.002
+"""From a request's last byte to its answer: two turns of the main loop."""
+STREAM_SHARE = 0.8
+"""Of the time that frames take to play, for sending them."""
+STREAM_SETTLED = 8
+"""Pieces after which the device plays for certain."""
+SMALLEST_PIECE = 40
+"""Frames at once, 4 ms: smaller pieces would only cost more requests."""
+
+
+@dataclass(frozen=True)
+class Flashed:
+    """What came of an update."""
+
+    bytes: int
+    slot: int
+    seconds: float
+    repeated: int
+    verified: bool
+
+
+@dataclass(frozen=True)
+class StreamStep:
+    """Frames that one request of a stream took, how many the ring then held, and its time."""
+
+    taken: int
+    filled: int
+    seconds: float
+
+
+def pack_frames(words: NDArray[np.uint16]) -> bytes:
+    """Ten bits a duty, one after another from the lowest bit, shape (frames, channels)."""
+    bits = (words.reshape(-1, 1) >> np.arange(10, dtype=np.uint16)) & 1
+    return np.packbits(bits.astype(np.uint8).reshape(-1), bitorder="little").tobytes()
+
+
+class Device:
+    """Asks a device and tells it what to do; a context manager that lets go of the wire.
+
+    Raises
+    ------
+    LinkError
+        Nobody answers, or it speaks another version of the link.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        self.wire = wire
+        self.link = Link(wire)
+        try:
+            self.version = self.link.request(
+                "hello", tries=GREETING_TRIES, major=VERSION_MAJOR, minor=VERSION_MINOR
+            )
+        except LinkError as error:
+            wire.close()
+            if error.status is not None:
+                raise
+            raise LinkError(
+                "nobody answers there; is it a Chladni device, at this baud rate?"
+            ) from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:  # fmt: skip
+        self.wire.close()
+
+    def info(self) -> dict[str, Any]:
+        """State, table, heat: the answer's fields, with words for codes."""
+        found = self.link.request("info").fields
+        channels = found.pop("channels")
+        rises = found.pop("rise_dk")[:channels]
+        return found | {
+            "state": DEVICE_STATE.text(found["state"]),
+            "table_status": TABLE_STATUS.text(found["table_status"]),
+            "panel_health": PANEL_HEALTH.text(found["panel_health"]),
+            "config_status": CONFIG_STATUS.text(found["config_status"]),
+            "channels": channels,
+            "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
+            "fingerprint": f"{found['fingerprint']:#018x}",
+            "table_crc": f"{found['table_crc']:#010x}",
+            "coil_rise_k": [rise / 10.0 for rise in rises],
+        }
+
+    def faults(self) -> list[dict[str, Any]]:
+        """The last faults, oldest first."""
+        tail = self.link.request("faults").tail
+        return [
+            {"cause": FAULT_CAUSE.text(cause), "detail": detail, "at_ms": at_ms}
+            for cause, detail, at_ms in struct.iter_unpack("<III", tail)
+        ]
+
+    def touch(self, x_mm: float, y_mm: float) -> None:
+        """Hold a finger there until `lift`."""
+        self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
+
+    def lift(self) -> None:
+        """Let go."""
+        self.link.request("lift")
+
+    def select_frequency(self, frequency_hz: float) -> None:
+        """Play the table's drives of another frequency from the next touch on."""
+        self.link.request("frequency", mhz=round(frequency_hz * 1e3))
+
+    def set_waveform(self, waveform: str) -> None:
+        """Of touches from now on: sine, triangle, square or ramp."""
+        self.link.request("waveform", waveform=WAVEFORMS.index(waveform))
+
+    def config(self) -> DeviceConfig:
+        """The configuration in force."""
+        return unpack_config(self.link.request("config_get").tail)[0]
+
+    def set_config(self, config: DeviceConfig) -> None:
+        """Keep a configuration; it is in force from the next start."""
+        self.link.request("config_set", pack_config(config))
+
+    def network(self) -> dict[str, Any]:
+        """Whether it can be reached over a network, and how."""
+        found = self.link.request("network_get").fields
+        return found | {
+            "state": NETWORK_STATES[found["state"]],
+            "ssid": found["ssid"].rstrip(b"\0").decode("utf-8", "replace"),
+            "address": ".".join(map(str, found["address"].to_bytes(4, "little"))),
+        }
+
+    def set_network(self, settings: NetworkSettings | None) -> None:
+        """Let it onto a network, or none, from the next start; over a wire only."""
+        self.link.request("network_set", b"" if settings is None else pack_network(settings))
+
+    def restart(self) -> None:
+        """Start the device anew.
+
+        A lost answer is not asked for again, since that would restart it twice: its clock tells.
+        """
+        before = self.link.request("info").fields["uptime_ms"]
+        for _ in range(RESTART_TRIES):
+            try:
+                self.link.request("restart", tries=1)
+            except LinkError as error:
+                if error.status is not None:
+                    raise
+                self.link.wait(RESTART_S)
+                if self.link.request("info").fields["uptime_ms"] < before:
+                    return
+            else:
+                return
+        raise LinkError("restart: the device runs on")
+
+    def live(self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine") -> None:
+        """Play a drive, 1 for full amplitude, until it is no longer repeated."""
+        tail = b"".join(
+            struct.pack("<hh", round(gain.real * 32767.0), round(gain.imag * 32767.0))
+            for gain in map(complex, gains)
+        )
+        self.link.request(
+            "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
+        )
+
+    def stream(self, duties: NDArray[np.float64]) -> int:
+        """Play raw duties at carrier/8 frames a second of this machine's clock.
+
+        Parameters
+        ----------
+        duties
+            Shares of a carrier period, 0 to 1, shape (frames, channels). The device rounds to 10
+            bits and follows this clock within 1000 ppm.
+
+        Returns
+        -------
+        int
+            Frames that the device has taken: all of them.
+
+        Raises
+        ------
+        LinkError
+            The wire is too slow for so many channels, or the device ended the stream.
+        """
+        return sum(step.taken for step in self.stream_steps(duties))
+
+    def stream_steps(self, duties: NDArray[np.float64]) -> Iterator[StreamStep]:
+        """The same, piece by piece: what a request came to."""
+        rate_hz = self.config().frame_rate_hz
+        words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
+        piece = self._stream_piece(len(words), words.shape[1], rate_hz)
+        self.link.request("stream_begin")
+        # Each piece goes out so early that the ring holds its target on the average. How long the
+        # device takes to begin shows in what it holds then, and is made up for; so is a ring that
+        # stays too full because the device, short of frames, had to begin again.
+        lead, sent, begun = STREAM_TARGET + piece // 2, 0, self.wire.now_s()
+        for number in itertools.count():
+            if sent == len(words):
+                return
+            part = words[sent : sent + piece]
+            due = begun + (sent + len(part) - lead) / rate_hz
+            if due > self.wire.now_s():
+                self.link.wait(due - self.wire.now_s())
+            asked = self.wire.now_s()
+            answer = self.link.request(
+                "stream_data", pack_frames(part), first_wait_s=STREAM_WAIT_S
+            ).fields
+            sent += answer["taken"]
+            yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
+            if number == STREAM_SETTLED or answer["filled"] > lead + 2 * piece:
+                begun += (answer["filled"] - lead) / rate_hz
+            if answer["taken"] < len(part):
+                # The ring was full: this machine was late, and caught up too fast.
+                self.link.wait(piece / rate_hz)
+
+    def _stream_piece(self, frames: int, channels: int, rate_hz: float) -> int:
+        """Frames per request: as few as the wire can carry in time, whole bytes of them."""
+        # Whole frames that fill whole bytes: four of any number of channels do.
+        most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
+        least = min(SMALLEST_PIECE, most)
+        spare_s = STREAM_SHARE / rate_hz - self.link.wire_time(1) * 10 * channels / 8.0
+        if spare_s > 0.0:
+            return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, least, most))
+        if frames > STREAM_RING:
+            needed = 1.25 * 10 * channels * rate_hz / STREAM_SHARE
+            raise LinkError(
+                f"{channels} channels need a wire of {needed:,.0f} baud, and this has "
+                f"{self.wire.baud:,.0f}: set link_baud, or use the network"
+            )
+        return least
+
+    def stop(self) -> None:
+        """End a live drive or a stream."""
+        self.link.request("stream_end")
+
+    @property
+    def log(self) -> str:
+        """Text that came between frames: the boot loader's, a panic's, the console's."""
+        return self.link.splitter.text.decode("utf-8", "replace")
+
+    def flash(self, table: Table | bytes, progress: Progress | None = None) -> Flashed:
+        """Write a table to the slot that is not in use; it plays once it is whole.
+
+        Raises
+        ------
+        InputError
+            The bytes are no table.
+        LinkError
+            The device refused or fell silent; the old table plays on.
+        """
+        data = pack(table) if isinstance(table, Table) else table
+        unpack(data)
+        crc = int.from_bytes(data[-4:], "little")
+        begun = self.wire.now_s()
+        repeated = self.link.repeated
+        TableUpload(self.link, data, progress).run()
+        slot = self.link.request("table_commit").fields["slot"]
+        found = self.link.request("info").fields
+        verified = (found["table_crc"], found["table_bytes"]) == (crc, len(data))
+        return Flashed(
+            len(data), slot, self.wire.now_s() - begun, self.link.repeated - repeated, verified
+        )
+
+    def previous(self) -> int:
+        """Go back to the other slot's table; returns the slot."""
+        return int(self.link.request("table_previous").fields["slot"])

@@ -1,0 +1,209 @@
+"""The host's end of the link: frames, repetition, and several requests under way at once."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from cobs import cobs
+
+from chladni.host.device.wire import Wire
+from chladni.host.protocol.link import (
+    BY_NAME,
+    CRC_BYTES,
+    HEAD_BYTES,
+    MAX_FRAME,
+    RESPONSE,
+    STATUS_TEXT,
+    Message,
+    Status,
+)
+from chladni.sim.errors import ChladniError
+
+TRIES = 6
+GREETING_TRIES = 4
+FIRST_WAIT_S = 0.25
+"""For an answer, beyond the time both frames need on the wire; doubled with every try."""
+BUSY_WAIT_S = 0.02
+BUSY_FOR_S = 3.0
+LOG_BYTES = 64 * 1024
+
+
+class LinkError(ChladniError):
+    """The device did not answer, or refused."""
+
+    def __init__(self, message: str, status: Status | None = None) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a device says to a request."""
+
+    status: Status
+    fields: dict[str, Any]
+    tail: bytes
+
+
+def encode(kind: int, sequence: int, payload: bytes) -> bytes:
+    """A frame as it goes onto the wire."""
+    body = bytes([kind, sequence]) + payload
+    return b"\0" + bytes(cobs.encode(body + struct.pack("<I", zlib.crc32(body)))) + b"\0"
+
+
+def decode(coded: bytes) -> bytes | None:
+    """Kind, sequence and payload of what stood between two zeros; None if it is no frame."""
+    try:
+        body = bytes(cobs.decode(coded))
+    except cobs.DecodeError:
+        return None
+    if not HEAD_BYTES + CRC_BYTES <= len(body) <= MAX_FRAME + CRC_BYTES:
+        return None
+    body, crc = body[:-CRC_BYTES], body[-CRC_BYTES:]
+    return body if struct.pack("<I", zlib.crc32(body)) == crc else None
+
+
+@dataclass
+class FrameSplitter:
+    """Frames out of a stream of bytes; what is none of them is text."""
+
+    text: bytearray = field(default_factory=bytearray)
+    damaged: int = 0
+    _rest: bytes = b""
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Whole frames, as `decode` gives them, in order."""
+        parts = (self._rest + data).split(b"\0")
+        self._rest = parts.pop()[-2 * MAX_FRAME :]
+        for part in parts:
+            body = decode(part) if part else None
+            if body is not None:
+                yield body
+            elif part:
+                self.damaged += 1
+                self._keep(part)
+        # A line of text; an answer's second byte has its top bit set.
+        if self._rest.endswith(b"\n") and len(self._rest) > 1 and max(self._rest) < RESPONSE:
+            self._keep(self._rest)
+            self._rest = b""
+
+    def _keep(self, text: bytes) -> None:
+        self.text += text
+        del self.text[:-LOG_BYTES]
+
+
+class Link:
+    """Requests to a device and its answers.
+
+    Every request is repeated until it is answered, with waits that double; the device does none
+    twice.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        self.wire = wire
+        self.splitter = FrameSplitter()
+        self.repeated = 0
+        self._sequence = 0
+
+    def request(
+        self, name: str, tail: bytes = b"", *, tries: int = TRIES,
+        first_wait_s: float = FIRST_WAIT_S, **fields: Any,
+    ) -> Answer:  # fmt: skip
+        """Send a request, `tries` times at most, and wait for its answer.
+
+        The first wait is for `first_wait_s` beyond the time on the wire; it doubles every time.
+
+        Raises
+        ------
+        LinkError
+            No answer, or a status that is not ok.
+        """
+        end = self.wire.now_s() + BUSY_FOR_S
+        while True:
+            answer = self._ask(BY_NAME[name], tail, fields, tries, first_wait_s)
+            if answer.status != Status.BUSY:
+                break
+            if self.wire.now_s() > end:
+                raise LinkError(f"{name}: the device stays busy", Status.BUSY)
+            self.wait(BUSY_WAIT_S)
+        if answer.status != Status.OK:
+            raise LinkError(f"{name}: {STATUS_TEXT[answer.status]}", answer.status)
+        return answer
+
+    def _ask(
+        self, message: Message, tail: bytes, fields: dict[str, Any], tries: int, wait: float
+    ) -> Answer:
+        sequence = self.send(message, tail, fields)
+        frame = _frame(message, sequence, tail, fields)
+        for attempt in range(tries):
+            if attempt > 0:
+                self.wire.write(frame)
+                self.repeated += 1
+            end = self.wire.now_s() + wait + self.wire_time(len(frame) + MAX_FRAME)
+            while self.wire.now_s() < end:
+                for code, number, answer in self.poll(end - self.wire.now_s()):
+                    if (code, number) == (message.code, sequence):
+                        return answer
+            wait *= 2.0
+        raise LinkError(f"{message.name}: no answer")
+
+    def send(self, message: Message, tail: bytes, fields: dict[str, Any]) -> int:
+        """Put a request onto the wire; returns its sequence number."""
+        self._sequence = self._sequence % 255 + 1
+        self.wire.write(_frame(message, self._sequence, tail, fields))
+        return self._sequence
+
+    def poll(self, timeout_s: float) -> list[tuple[int, int, Answer]]:
+        """Answers that have come: (message's code, sequence, answer)."""
+        found = []
+        for body in self.splitter.feed(self.wire.read(timeout_s)):
+            answer = _answer(body)
+            if answer is not None:
+                found.append(answer)
+        return found
+
+    def wire_time(self, count: int) -> float:
+        """Seconds that bytes take on the wire."""
+        return count * 10.0 / self.wire.baud
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass; what comes meanwhile is no answer to anything."""
+        end = self.wire.now_s() + seconds
+        while self.wire.now_s() < end:
+            self.poll(end - self.wire.now_s())
+
+
+def _frame(message: Message, sequence: int, tail: bytes, fields: dict[str, Any]) -> bytes:
+    values = [fields[f.name] for f in message.request]
+    if len(values) != len(fields):
+        raise TypeError(f"{message.name}: no such field among {sorted(fields)}")
+    packed = struct.pack("<" + "".join(f.code for f in message.request), *values)
+    return encode(message.code, sequence, packed + tail)
+
+
+def _answer(body: bytes) -> tuple[int, int, Answer] | None:
+    """An answer's kind, sequence and content; None for what is none."""
+    code = body[0] & ~RESPONSE
+    message = next((m for m in BY_NAME.values() if m.code == code), None)
+    if message is None or not body[0] & RESPONSE or len(body) <= HEAD_BYTES:
+        return None
+    try:
+        status = Status(body[HEAD_BYTES])
+    except ValueError:
+        return None
+    content = body[HEAD_BYTES + 1 :]
+    form = struct.Struct("<" + "".join(f.code for f in message.answer))
+    fields: dict[str, Any] = {}
+    if len(content) >= form.size:
+        values = list(form.unpack_from(content))
+        for f in message.answer:
+            taken, values = values[: f.count], values[f.count :]
+            fields[f.name] = taken[0] if f.count == 1 else tuple(taken)
+        content = content[form.size :]
+    elif status == Status.OK:
+        return None
+    return code, body[1], Answer(status, fields, content)

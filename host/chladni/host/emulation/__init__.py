@@ -1,0 +1,1 @@
+"""The emulated device, and the loop from its pins back to the plate."""

@@ -1,0 +1,149 @@
+"""What a PWM duty stream really says: amplitude, phase and purity of its sine.
+
+A duty holds for one carrier period, so the wave on the pin is a staircase that lags by half a
+synthesis sample. Amplitudes are corrected for the staircase (sinc) and phases for the lag.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import blackmanharris, general_cosine
+
+from chladni.host.emulation import _emulator
+from chladni.host.emulation.emulator import Recording
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+SAMPLE_PERIODS = 4
+"""Carrier periods per synthesis sample."""
+PURITY_PERIODS = 1 << 19
+"""Carrier periods an SFDR is measured over; shorter captures give none."""
+BAND_HZ = (20.0, 1000.0)
+FUNDAMENTAL_BINS = 8
+BLACKMAN_HARRIS_7 = (
+    0.27105140069342, 0.43329793923448, 0.21812299954311, 0.06592544638803,
+    0.01081174209837, 0.00077658482522, 0.00001388721735,
+)  # fmt: skip
+"""Seven-term Blackman–Harris: side lobes 180 dB down (Albrecht 2001)."""
+
+
+@dataclass(frozen=True)
+class Play:
+    """The stretch of a recording in which one drive plays steadily, in carrier periods."""
+
+    start: int
+    stop: int
+
+
+def phasors(recording: Recording, play: Play, frequency_hz: float) -> ComplexArray:
+    """Complex amplitude of every channel's sine, duty as a share of 1, shape (channels,).
+
+    Phase 0 is a cosine at the first sample of the recording. A windowed correlation, so the
+    capture needs no whole number of waves.
+    """
+    duty = recording.duty[play.start : play.stop]
+    index = np.arange(play.start, play.stop)
+    window = blackmanharris(len(index), sym=False)
+    turns = frequency_hz * index / recording.carrier_hz
+    wave = window * np.exp(-2j * np.pi * turns)
+    # The window's own mean removes the bias; its side lobes at 2f are below −92 dB.
+    centred = duty - (window @ duty) / window.sum()
+    raw = 2.0 * (wave @ centred) / window.sum()
+    return np.asarray(raw / hold(frequency_hz, recording.carrier_hz))
+
+
+def hold(frequency_hz: float, carrier_hz: float) -> complex:
+    """Gain of holding each sample for four carrier periods, sampled once per period."""
+    step = 2.0 * np.pi * frequency_hz / carrier_hz
+    return complex(np.mean(np.exp(-1j * step * np.arange(SAMPLE_PERIODS))))
+
+
+def drive_phasors(
+    recording: Recording, play: Play, frequency_hz: float, *, level: float
+) -> ComplexArray:
+    """The drive that was really played, in units of the table's full scale, shape (channels,).
+
+    Its common phase is that of the recording's clock; only phases between channels mean anything.
+    """
+    span = _emulator.half_span_steps(recording.pwm_bits) / float(1 << recording.pwm_bits)
+    return phasors(recording, play, frequency_hz) / (span * level)
+
+
+def sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+    """Spurious-free dynamic range of each channel's duty, 20–1000 Hz, dB below the carrier wave.
+
+    None for a channel that is silent, or where the capture is shorter than 2^19 carrier periods
+    (docs/metrics.md: settled, mean removed, seven-term Blackman–Harris, fundamental ± 8 bins out).
+    """
+    return [
+        None if bins is None else float(20.0 * np.log10(bins.own.max() / bins.rest.max()))
+        for bins in _band(recording, play, frequency_hz)
+    ]
+
+
+def edge_sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+    """As `sfdr_db`, of the pulses themselves: each begins with its carrier period.
+
+    Such pulses carry the duty less half the rate of its square: a second harmonic that no shaping
+    of the duties removes (hardware.md). Exact to (2πf/carrier)², 6e-3 at 1000 Hz.
+    """
+    return [
+        None if bins is None else float(20.0 * np.log10(bins.own.max() / bins.rest.max()))
+        for bins in _band(recording, play, frequency_hz, of_edges=True)
+    ]
+
+
+def sndr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+    """Ratio of the wave to all else in 20–1000 Hz, noise and distortion, dB; None as above."""
+    return [
+        None if bins is None else float(10.0 * np.log10((bins.own**2).sum() / (bins.rest**2).sum()))
+        for bins in _band(recording, play, frequency_hz)
+    ]
+
+
+@dataclass(frozen=True)
+class _Band:
+    """Magnitudes of a duty's spectrum from 20 to 1000 Hz: the wave's bins, and the rest."""
+
+    own: FloatArray
+    rest: FloatArray
+
+
+def _band(
+    recording: Recording, play: Play, frequency_hz: float, *, of_edges: bool = False
+) -> list[_Band | None]:
+    channels = recording.duty_steps.shape[1]
+    if play.stop - play.start < PURITY_PERIODS:
+        return [None] * channels
+    duty = recording.duty[play.stop - PURITY_PERIODS : play.stop]
+    window = general_cosine(PURITY_PERIODS, list(BLACKMAN_HARRIS_7), sym=False)
+    bins_hz = np.arange(PURITY_PERIODS // 2 + 1) * recording.carrier_hz / PURITY_PERIODS
+    fundamental = round(frequency_hz * PURITY_PERIODS / recording.carrier_hz)
+    own = np.zeros(bins_hz.size, dtype=bool)
+    own[max(fundamental - FUNDAMENTAL_BINS, 0) : fundamental + FUNDAMENTAL_BINS + 1] = True
+    rest = (bins_hz >= BAND_HZ[0]) & (bins_hz <= BAND_HZ[1]) & ~own
+    result: list[_Band | None] = []
+    for channel in duty.T:
+        if np.ptp(channel) == 0.0:
+            result.append(None)
+            continue
+        spectrum = np.fft.rfft((channel - channel.mean()) * window)
+        if of_edges:
+            # ∫ of a pulse of width d: its spectrum is d − iωd²/2 + …, ω per carrier period.
+            square = channel**2
+            turn = 2.0 * np.pi * bins_hz / recording.carrier_hz
+            spectrum = spectrum - 0.5j * turn * np.fft.rfft((square - square.mean()) * window)
+        size = np.abs(spectrum)
+        result.append(_Band(size[own], size[rest]))
+    return result
+
+
+def first_change(recording: Recording, after_period: int) -> int | None:
+    """First carrier period at or after one in which any duty differs from before it."""
+    base = recording.duty_steps[max(after_period - 1, 0)]
+    changed = np.flatnonzero((recording.duty_steps[after_period:] != base).any(axis=1))
+    return int(changed[0]) + after_period if changed.size else None

@@ -1,0 +1,166 @@
+"""A device that does not run, or runs something else: through the ROM's loader, by esptool.
+
+Nothing is written but to the partition that is meant, at the offset that the device's own partition
+table gives.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import esptool
+from esptool import cmds
+
+from chladni.host.device.wire import WireError
+from chladni.host.flashing.partition import slot_in_use, update
+from chladni.host.protocol.flash import PARTITION_BYTES
+from chladni.sim.errors import ChladniError, InputError
+
+TABLE_OFFSET = 0x8000
+TABLE_BYTES = 0xC00
+"""Where ESP-IDF puts the partition table, and its size."""
+_ENTRY = struct.Struct("<2sBBII16sI")
+_MAGIC, _CHECKSUM = b"\xaa\x50", b"\xeb\xeb"
+APP, TABLES = 0x00, 0x40
+IMAGE_MAGIC = 0xE9
+"""First byte of an application image."""
+
+
+class RomError(ChladniError):
+    """The loader did not answer, or what was written is not there."""
+
+
+@dataclass(frozen=True)
+class Partition:
+    """A row of the device's partition table."""
+
+    name: str
+    kind: int
+    subtype: int
+    offset: int
+    size: int
+
+
+def partitions(table: bytes) -> list[Partition]:
+    """Rows of a partition table as it lies in flash.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    found = []
+    for row in _ENTRY.iter_unpack(table[: len(table) // _ENTRY.size * _ENTRY.size]):
+        magic, kind, subtype, offset, size, name, _ = row
+        if magic in (_CHECKSUM, b"\xff\xff"):
+            break
+        if magic != _MAGIC:
+            raise InputError("partition table", magic.hex(), "rows that begin with aa50")
+        text = name.rstrip(b"\0").decode("ascii", "replace")
+        found.append(Partition(text, kind, subtype, offset, size))
+    return found
+
+
+def partition_of(table: bytes, kind: int, name: str) -> Partition:
+    """The one of a kind and name.
+
+    Raises
+    ------
+    InputError
+        The device has none; its firmware is not Chladni's.
+    """
+    for partition in partitions(table):
+        if (partition.kind, partition.name) == (kind, name):
+            return partition
+    raise InputError("partition", "none", f"one named {name!r}: is this Chladni's firmware?")
+
+
+def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
+    """Write a table to the slot that is not in use, verify it, and make it count.
+
+    Raises
+    ------
+    RomError, InputError
+        See there.
+    """
+    with loader(port, baud) as esp:
+        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "tables")
+        if partition.size < PARTITION_BYTES:
+            raise InputError("tables", partition.size, f"{PARTITION_BYTES} bytes at least")
+        image = _read(esp, partition.offset, PARTITION_BYTES)
+        slot = 1 - slot_in_use(image)
+        for offset, data in update(image, table):
+            _write(esp, partition.offset + offset, data)
+    return {"bytes": len(table), "slot": slot, "verified": True}
+
+
+def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
+    """Write an application image into the application's partition, and nowhere else.
+
+    Raises
+    ------
+    RomError, InputError
+        See there.
+    """
+    image = file.read_bytes()
+    if not image or image[0] != IMAGE_MAGIC:
+        raise InputError("--firmware", str(file), "an ESP32 application image (firmware.bin)")
+    with loader(port, baud) as esp:
+        app = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), APP, "factory")
+        if len(image) > app.size:
+            raise InputError("--firmware", f"{len(image)} bytes", f"at most {app.size}")
+        _write(esp, app.offset, image)
+    return {"bytes": len(image), "offset": app.offset, "verified": True}
+
+
+@contextmanager
+def loader(port: str, baud: int) -> Iterator[Any]:
+    """The ROM's loader at a port; the device starts anew at the end.
+
+    Raises
+    ------
+    WireError, RomError
+        No such port, or nothing there that loads.
+    """
+    # esptool talks on standard output, which belongs to the command's own answer.
+    with redirect_stdout(sys.stderr):
+        yield from _loaded(port, baud)
+
+
+def _loaded(port: str, baud: int) -> Iterator[Any]:
+    try:
+        esp = cmds.detect_chip(port, baud=115_200)
+    except (OSError, esptool.FatalError) as error:
+        raise WireError(f"{port}: {str(error).splitlines()[0]}") from None
+    try:
+        if esp.CHIP_NAME != "ESP32":
+            raise RomError(f"{port}: {esp.CHIP_NAME}, not an ESP32")
+        esp = cmds.run_stub(esp)
+        if baud != 115_200:
+            esp.change_baud(baud)
+        cmds.attach_flash(esp)
+        yield esp
+        cmds.reset_chip(esp)
+    except esptool.FatalError as error:
+        raise RomError(f"{port}: {error}") from None
+    finally:
+        esp._port.close()
+
+
+def _read(esp: Any, address: int, size: int) -> bytes:
+    data = cmds.read_flash(esp, address, size, no_progress=True)
+    if data is None or len(data) != size:
+        raise RomError(f"flash at {address:#x} could not be read")
+    return bytes(data)
+
+
+def _write(esp: Any, address: int, data: bytes) -> None:
+    cmds.write_flash(esp, [(address, data)])
+    if _read(esp, address, len(data)) != data:
+        raise RomError(f"flash at {address:#x} does not hold what was written")

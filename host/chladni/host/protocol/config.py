@@ -1,0 +1,243 @@
+"""The device's configuration: the one declaration from which both sides' readers come.
+
+It lies in flash beside the tables, in two sectors written in turn, so that a cut while writing
+costs the new one only. `tools/generate_headers.py` writes the C++ header. Little-endian; every
+field lies on a multiple of its size.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from chladni.sim.board.board import NOT_WIRED, Board
+from chladni.sim.errors import InputError
+from chladni.tables.layout import MAX_ACTUATORS, Field, offsets
+
+MAGIC = b"CHLC"
+VERSION_MAJOR, VERSION_MINOR = 1, 0
+PANELS = ("none", "find", "ft6x36", "gt911")
+WAVEFORMS = ("sine", "triangle", "square", "ramp")
+MOVES = ("follow", "stay")
+
+TIMER_HZ = 80_000_000
+"""Clock of the ESP32's LEDC timers."""
+CARRIER_PERIODS_PER_FRAME = 8
+"""Of a stream: two samples a frame, four periods a sample."""
+
+HEADER_FIELDS = (
+    Field("magic", "char4", 'The letters "CHLC".'),
+    Field("version_major", "u8", "1. A reader refuses another."),
+    Field("version_minor", "u8", "0. 1.x may append fields, no more."),
+    Field("total_bytes", "u16", "Whole record, its CRC included."),
+    Field("sequence", "u32", "The record with the higher one counts."),
+)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A field of the configuration: its bytes, its range and its default."""
+
+    field: Field
+    low: int
+    high: int
+    default: int | tuple[int, ...]
+
+
+def _setting(
+    name: str, kind: str, low: int, high: int, default: int | tuple[int, ...], doc: str
+) -> Setting:
+    return Setting(Field(name, kind, doc), low, high, default)
+
+
+def _each(value: int, count: int = 5) -> tuple[int, ...]:
+    return (value,) * count + (0,) * (MAX_ACTUATORS - count)
+
+
+# The defaults are the authors' board (docs/hardware.md), without a panel.
+SETTINGS = (
+    _setting("channels", "u8", 1, MAX_ACTUATORS, 5, "PWM channels in use."),
+    _setting("pwm_bits", "u8", 10, 12, 10, "The carrier is 80 MHz / 2^bits."),
+    _setting("panel", "u8", 0, len(PANELS) - 1, 0, "0 none, 1 find, 2 FT6x36, 3 GT911."),
+    _setting("panel_turns", "u8", 0, 3, 0, "Quarter turns from the panel's to the board's x."),
+    _setting("panel_mirrored", "u8", 0, 1, 0, "Along the panel's x, before it is turned."),
+    _setting("waveform", "u8", 0, len(WAVEFORMS) - 1, 0, "0 sine, 1 triangle, 2 square, 3 ramp."),
+    _setting("on_move", "u8", 0, len(MOVES) - 1, 0, "0 the drive follows the finger, 1 it stays."),
+    _setting("press_reports", "u8", 1, 8, 1, "Reports in a row that make a touch."),
+    _setting("pwm_pins", "u8x16", 0, 255, (2, 4, 15, 16, 17, *(NOT_WIRED,) * 11), "GPIO numbers."),
+    _setting("sda_pin", "u8", 0, 48, 21, "GPIO of the panel's data line."),
+    _setting("scl_pin", "u8", 0, 48, 22, "GPIO of its clock."),
+    _setting("interrupt_pin", "u8", 0, 255, NOT_WIRED, "GPIO of its interrupt line; 255: polled."),
+    _setting("reset_pin", "u8", 0, 255, NOT_WIRED, "GPIO of its reset line."),
+    _setting("i2c_khz", "u16", 10, 1000, 400, "Clock of the panel's bus."),
+    _setting("report_ms", "u16", 2, 100, 10, "Between two reports while touched."),
+    _setting("panel_columns", "u16", 16, 4096, 720, "Pixels along the panel's x."),
+    _setting("panel_rows", "u16", 16, 4096, 1440, "Pixels along its y."),
+    _setting("panel_width_um", "u32", 1000, 500_000, 66_000, "Active area along its x."),
+    _setting("panel_length_um", "u32", 1000, 500_000, 132_000, "Active area along its y."),
+    _setting("panel_x_um", "i32", -500_000, 500_000, 0, "Its centre, from the board's."),
+    _setting("panel_y_um", "i32", -500_000, 500_000, 0, "Its centre, from the board's."),
+    _setting("link_baud", "u32", 9600, 921_600, 115_200, "Bits per second of console and link."),
+    _setting("level_q15", "u16", 0, 32767, 26214, "Loudness while touched; the rest is headroom."),
+    _setting("attack_ms", "u16", 0, 1000, 0, "To full level at touch-down; 0: the table's ramp."),
+    _setting("decay_ms", "u16", 0, 10_000, 0, "From there to the sustained level; 0: none."),
+    _setting("sustain_q15", "u16", 0, 32767, 32767, "Share of the level that is held."),
+    _setting("release_ms", "u16", 0, 1000, 0, "To silence at lift-up; 0: the table's ramp."),
+    _setting("lift_pulse_ms", "u16", 0, 1000, 0, "At lift-up the last place plays so long first."),
+    _setting("lift_level_q15", "u16", 0, 32767, 26214, "Loudness of that."),
+    _setting("lift_hold_ms", "u16", 0, 200, 0, "A lift-up shorter than this is none."),
+    _setting("max_duty_q15", "u16", 1638, 32768, 32768, "Ceiling of every duty."),
+    _setting("min_on_ns", "u16", 0, 5000, 100, "Shortest pulse of a wave."),
+    _setting("supply_ma", "u16", 1, 20_000, 1000, "Limit of all channels' mean currents."),
+    _setting("full_current_ma", "u16x16", 0, 4095, _each(333), "A channel's at a duty of 1."),
+    _setting("full_rise_dk", "u16x16", 0, 65535, _each(1000), "Its coil's rise then, 0.1 K."),
+    _setting("limit_rise_dk", "u16", 10, 3000, 600, "No coil may rise further, 0.1 K."),
+    _setting("heating_ds", "u16", 1, 36_000, 300, "Time constant of that rise, 0.1 s."),
+)
+FIELDS = (*HEADER_FIELDS, *(setting.field for setting in SETTINGS))
+_STRUCT = struct.Struct("<" + "".join(field.code for field in FIELDS))
+CRC_BYTES = 4
+RECORD_BYTES = _STRUCT.size + CRC_BYTES
+
+
+class DeviceConfig:
+    """Values for every setting; immutable.
+
+    Parameters
+    ----------
+    **values
+        By a setting's name; the authors' board for what is left out.
+
+    Raises
+    ------
+    InputError
+        No such setting, or a value out of its range.
+    """
+
+    def __init__(self, **values: Any) -> None:
+        known = {setting.field.name: setting for setting in SETTINGS}
+        for name, value in values.items():
+            if name not in known:
+                raise InputError(name, value, f"a setting: one of {', '.join(known)}")
+        self.values: Mapping[str, int | tuple[int, ...]] = MappingProxyType(
+            {
+                name: _checked(setting, values.get(name, setting.default))
+                for name, setting in known.items()
+            }
+        )
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, DeviceConfig) and self.values == other.values
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.values.items()))
+
+    @property
+    def frame_rate_hz(self) -> float:
+        """Frames a second that it plays of a stream: the carrier by eight."""
+        return TIMER_HZ / float(1 << self["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
+
+    def with_values(self, **changes: Any) -> DeviceConfig:
+        """The same but for these settings."""
+        return DeviceConfig(**{**self.values, **changes})
+
+
+def _checked(setting: Setting, value: Any) -> int | tuple[int, ...]:
+    name, count = setting.field.name, setting.field.count
+    items = [value] if count == 1 else list(value)
+    expected = f"{setting.low} to {setting.high}"
+    if len(items) != count:
+        raise InputError(name, value, f"{count} values")
+    for item in items:
+        if isinstance(item, bool) or not isinstance(item, int):
+            raise InputError(name, value, f"a whole number from {expected}")
+        if not setting.low <= item <= setting.high:
+            raise InputError(name, value, expected)
+    return int(items[0]) if count == 1 else tuple(items)
+
+
+def config_of(board: Board, **changes: Any) -> DeviceConfig:
+    """What a board's file says of its device; `changes` by a setting's name."""
+    electronics = board.electronics
+    count = len(board.actuators)
+    full_a = electronics.supply_v / electronics.coil_ohm
+    rise_k = full_a * electronics.supply_v * electronics.coil_k_per_w
+    pins = electronics.pwm_pins or (NOT_WIRED,) * count
+    values: dict[str, Any] = {
+        "channels": count,
+        "pwm_bits": electronics.pwm_bits,
+        "pwm_pins": (*pins, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
+        "max_duty_q15": round(electronics.max_duty * 32768.0),
+        "min_on_ns": round(electronics.min_on_ns),
+        "supply_ma": round(electronics.supply_limit_ma),
+        "full_current_ma": _each(round(full_a * 1e3), count),
+        "full_rise_dk": _each(min(round(rise_k * 10.0), 65535), count),
+        "limit_rise_dk": round(electronics.coil_limit_k * 10.0),
+        "heating_ds": round(electronics.coil_heating_s * 10.0),
+    }
+    panel = board.panel
+    if panel is not None:
+        values |= {
+            "panel": PANELS.index(panel.controller),
+            "panel_turns": panel.rotation_deg // 90,
+            "panel_mirrored": int(panel.mirrored),
+            "sda_pin": panel.sda_pin,
+            "scl_pin": panel.scl_pin,
+            "interrupt_pin": panel.interrupt_pin,
+            "reset_pin": panel.reset_pin,
+            "report_ms": panel.report_ms,
+            "panel_columns": panel.pixels[0],
+            "panel_rows": panel.pixels[1],
+            "panel_width_um": round(panel.size[0] * 1e6),
+            "panel_length_um": round(panel.size[1] * 1e6),
+            "panel_x_um": round(panel.offset[0] * 1e6),
+            "panel_y_um": round(panel.offset[1] * 1e6),
+        }
+    return DeviceConfig(**{**values, **changes})
+
+
+def pack_config(config: DeviceConfig, sequence: int = 1) -> bytes:
+    """The record as it lies in flash."""
+    head: list[Any] = [MAGIC, VERSION_MAJOR, VERSION_MINOR, RECORD_BYTES, sequence]
+    for setting in SETTINGS:
+        value = config[setting.field.name]
+        head += [value] if setting.field.count == 1 else list(value)
+    data = _STRUCT.pack(*head)
+    return data + struct.pack("<I", zlib.crc32(data))
+
+
+def unpack_config(data: bytes) -> tuple[DeviceConfig, int]:
+    """A record's settings and its sequence number.
+
+    Raises
+    ------
+    InputError
+        Another magic or version, damaged bytes, a value out of its range.
+    """
+    if len(data) < RECORD_BYTES:
+        raise InputError("configuration", f"{len(data)} bytes", f"{RECORD_BYTES} at least")
+    places = offsets(FIELDS)
+    if data[:4] != MAGIC or data[places["version_major"]] != VERSION_MAJOR:
+        raise InputError("configuration", data[:6].hex(), "a configuration of version 1")
+    total = int.from_bytes(data[places["total_bytes"] :][:2], "little")
+    if not RECORD_BYTES <= total <= len(data):
+        raise InputError("total_bytes", total, f"{RECORD_BYTES} to {len(data)}")
+    if zlib.crc32(data[: total - CRC_BYTES]) != int.from_bytes(
+        data[total - CRC_BYTES : total], "little"
+    ):
+        raise InputError("configuration", "a wrong CRC", "undamaged bytes")
+    items = list(_STRUCT.unpack_from(data))[len(HEADER_FIELDS) :]
+    values: dict[str, Any] = {}
+    for setting in SETTINGS:
+        count = setting.field.count
+        taken, items = items[:count], items[count:]
+        values[setting.field.name] = taken[0] if count == 1 else tuple(taken)
+    sequence = int.from_bytes(data[places["sequence"] :][:4], "little")
+    return DeviceConfig(**values), sequence

@@ -1,0 +1,151 @@
+"""The network: the record that lets a device onto one, and datagrams that prove who sent them.
+
+The one declaration of both; `tools/generate_headers.py` writes the C++ header. Little-endian. Why
+it is so, and what it does not protect from, is in docs/security.md.
+"""
+
+from __future__ import annotations
+
+import secrets
+import struct
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+from chladni.host.protocol.link import CRC_BYTES, MAX_FRAME
+from chladni.sim.errors import InputError
+from chladni.tables.layout import Field
+
+VERSION = 1
+KEY_BYTES = 32
+"""Of HMAC-SHA-256; as long as its result, so that guessing either is as hard."""
+MAC_BYTES = 16
+"""The first half of the HMAC: RFC 2104 advises no less, and 2^128 guesses are out of reach."""
+DEFAULT_PORT = 50_160
+LOWEST_PORT = 1024
+SSID_BYTES, PASSPHRASE_BYTES = 32, 64
+SHORTEST_PASSPHRASE = 8
+"""WPA2 takes 8 to 63 characters; none at all means an open network."""
+
+RECORD_MAGIC = b"CHLN"
+RECORD_FIELDS = (
+    Field("magic", "char4", 'The letters "CHLN".'),
+    Field("version", "u16", "1. A reader refuses another."),
+    Field("port", "u16", "UDP port the device listens on."),
+    Field("key", f"char{KEY_BYTES}", "Shared secret of host and device."),
+    Field("ssid", f"char{SSID_BYTES}", "Of the network, filled up with zeros."),
+    Field("passphrase", f"char{PASSPHRASE_BYTES}", "Filled up with zeros, at least one of them."),
+)
+_RECORD = struct.Struct("<" + "".join(field.code for field in RECORD_FIELDS))
+RECORD_BYTES = _RECORD.size + CRC_BYTES
+
+
+class Kind(IntEnum):
+    """What a datagram is."""
+
+    REQUEST = 0
+    ANSWER = 1
+    HELLO = 2
+    WELCOME = 3
+
+
+DATAGRAM_MAGIC = 0xC41D
+DATAGRAM_FIELDS = (
+    Field("magic", "u16", "C41Dh."),
+    Field("version", "u8", "1; another is dropped."),
+    Field("kind", "u8", "0 request, 1 answer, 2 hello, 3 welcome."),
+    Field("counter", "u32", "From 1, one more with each; taken once. 0 in hello and welcome."),
+    Field("session", "u64", "Drawn by the device; in hello and welcome a number the host drew."),
+)
+HEAD = struct.Struct("<" + "".join(field.code for field in DATAGRAM_FIELDS))
+SESSION = struct.Struct("<Q")
+"""A hello's body, the session the host has had or 0, and a welcome's, the one that counts."""
+HELLO_BYTES = HEAD.size + SESSION.size + MAC_BYTES
+"""A hello is as long as its answer, so that nobody can use a device to multiply traffic."""
+SESSION_SILENCE_MS = 10_000
+"""Without a request for so long a session is over, and with it all that was held back."""
+MAX_DATAGRAM = HEAD.size + MAX_FRAME - CRC_BYTES + MAC_BYTES
+RENEW_AT = 2**31
+"""At this counter a session is over, long before counters run out."""
+
+
+@dataclass(frozen=True)
+class NetworkSettings:
+    """What a device needs to be reached over a network.
+
+    Raises
+    ------
+    InputError
+        A name, passphrase, key or port that cannot be.
+    """
+
+    ssid: str
+    passphrase: str
+    key: bytes
+    port: int = DEFAULT_PORT
+
+    def __post_init__(self) -> None:
+        # What is no text on the command line comes as surrogates; it is no name either.
+        ssid, passphrase = (text.encode(errors="replace") for text in (self.ssid, self.passphrase))
+        if not self.ssid.isprintable():
+            raise InputError("ssid", ascii(self.ssid), "printable text")
+        if not 0 < len(ssid) <= SSID_BYTES or b"\0" in ssid:
+            raise InputError("ssid", self.ssid, f"1 to {SSID_BYTES} bytes")
+        is_right = SHORTEST_PASSPHRASE <= len(passphrase) < PASSPHRASE_BYTES
+        if (passphrase and not is_right) or b"\0" in passphrase:
+            raise InputError(
+                "passphrase", f"{len(passphrase)} bytes",
+                f"{SHORTEST_PASSPHRASE} to {PASSPHRASE_BYTES - 1}, or none for an open network",
+            )  # fmt: skip
+        if len(self.key) != KEY_BYTES or not any(self.key):
+            raise InputError("key", f"{len(self.key)} bytes", f"{KEY_BYTES}, not all zero")
+        if not LOWEST_PORT <= self.port < 2**16:
+            raise InputError("port", self.port, f"{LOWEST_PORT} to {2**16 - 1}")
+
+
+def pack_network(settings: NetworkSettings) -> bytes:
+    """The record as it lies in flash."""
+    data = _RECORD.pack(
+        RECORD_MAGIC, VERSION, settings.port, settings.key, settings.ssid.encode(),
+        settings.passphrase.encode(),
+    )  # fmt: skip
+    return data + struct.pack("<I", zlib.crc32(data))
+
+
+def read_key(path: Path) -> bytes:
+    """The key in a file: 64 hexadecimal digits.
+
+    Raises
+    ------
+    InputError
+        Not readable, or no key.
+    """
+    try:
+        text = path.read_text(encoding="ascii").strip()
+        key = bytes.fromhex(text)
+    except OSError as error:
+        raise InputError("--key", error.strerror, "a readable file", file=str(path)) from None
+    except ValueError:
+        key = b""
+    if len(key) != KEY_BYTES:
+        expected = f"{2 * KEY_BYTES} hexadecimal digits"
+        raise InputError("--key", "something else", expected, file=str(path))
+    return key
+
+
+def make_key(path: Path) -> bytes:
+    """A new key, in a file that only its owner may read.
+
+    Raises
+    ------
+    InputError
+        The file is there, or cannot be written.
+    """
+    key = secrets.token_bytes(KEY_BYTES)
+    try:
+        path.touch(mode=0o600, exist_ok=False)
+        path.write_text(key.hex() + "\n", encoding="ascii")
+    except OSError as error:
+        raise InputError("--key", error.strerror, "a file to make", file=str(path)) from None
+    return key

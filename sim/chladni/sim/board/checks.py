@@ -1,0 +1,174 @@
+"""What a board may be: ranges, places and supports, each fault named by its key."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chladni.sim.board.board import (
+    FEATURES,
+    MM,
+    NAME_PATTERN,
+    NOT_WIRED,
+    PANEL_KINDS,
+    SAME_PLACE,
+    SCREW_SUPPORTS,
+    Board,
+)  # fmt: skip
+from chladni.sim.board.quantity import check_ranges
+from chladni.sim.errors import InputError
+from chladni.sim.ritz.geometry import EDGE_KINDS
+
+
+def check_board(board: Board) -> None:
+    """Raise `InputError` at the first thing wrong with a board."""
+    if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
+        raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
+    for edge, kind in board.plate.edges.kinds().items():
+        if kind not in EDGE_KINDS:
+            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
+            raise InputError(f"plate.edges.{edge}", kind, expected)
+    for section in ("plate", "magnet", "coil", "panel", "drive", "image", "regions", "electronics"):
+        part = getattr(board, section)
+        if part is not None:
+            check_ranges(part, section)
+    for section in FEATURES:
+        for index, feature in enumerate(getattr(board, section)):
+            check_ranges(feature, f"{section}[{index}]")
+    _check_supports(board)
+    _check_panel(board)
+    _check_actuators(board)
+    _check_places(board)
+    smallest = min(board.plate.size)
+    if board.plate.thickness > smallest / 10.0:
+        raise InputError(
+            "plate.thickness_mm",
+            board.plate.thickness / MM,
+            f"at most {smallest / 10.0 / MM:g}, a tenth of the short side: thin-plate theory",
+        )
+    if board.regions.pitch > smallest:
+        raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+
+
+def _check_panel(board: Board) -> None:
+    panel = board.panel
+    if panel is None:
+        return
+    if panel.controller not in PANEL_KINDS:
+        expected = "one of: " + ", ".join(map(repr, PANEL_KINDS))
+        raise InputError("panel.controller", panel.controller, expected)
+    if panel.rotation_deg % 90 != 0:
+        raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
+    if not isinstance(panel.mirrored, bool):
+        raise InputError("panel.mirrored", panel.mirrored, "true or false")
+    pins = [*board.electronics.pwm_pins, panel.sda_pin, panel.scl_pin]
+    pins += [pin for pin in (panel.interrupt_pin, panel.reset_pin) if pin != NOT_WIRED]
+    for pin in pins:
+        if pins.count(pin) > 1:
+            raise InputError("panel", f"GPIO {pin} for two things", "every pin once")
+
+
+def _check_supports(board: Board) -> None:
+    """Refuse what has no answer on a thin plate: a slope held, or resisted, at a point."""
+    for index, screw in enumerate(board.screws):
+        where = f"screws[{index}]"
+        if screw.support not in SCREW_SUPPORTS:
+            expected = "one of: " + ", ".join(map(repr, SCREW_SUPPORTS))
+            raise InputError(f"{where}.support", screw.support, expected)
+        if screw.radius <= 0.0:
+            raise InputError(
+                f"{where}.radius_mm",
+                0.0,
+                "a radius above 0: a clamp at a point has no limit on a thin plate; use a pin",
+            )
+        is_sprung = screw.stiffness > 0.0 or screw.rotational_stiffness > 0.0
+        if is_sprung != (screw.support == "sprung"):
+            raise InputError(
+                f"{where}.support",
+                screw.support,
+                "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
+            )
+    radius = board.plate.corner_radius
+    fits = 2.0 * radius <= min(board.plate.size) and board.plate.edges.are_all("free")
+    if radius > 0.0 and not fits:
+        raise InputError(
+            "plate.corner_radius_mm",
+            float(f"{radius / MM:.9g}"),
+            "at most half the short side, and all edges free",
+        )
+    for index, spring in enumerate(board.springs):
+        if spring.rotational_stiffness > 0.0:
+            raise InputError(
+                f"springs[{index}].rotational_n_mm_per_rad",
+                spring.rotational_stiffness / MM,
+                "nothing: a rotational spring at a point has no limit on a thin plate; "
+                "use a sprung screw, which has a rim",
+            )
+    for index, mass in enumerate(board.masses):
+        if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
+            raise InputError(
+                f"masses[{index}].radius_mm", 0.0,
+                "a radius above 0 for a mass with a height or a stiffness: both need an area",
+            )  # fmt: skip
+
+
+def _check_actuators(board: Board) -> None:
+    if not 1 <= len(board.actuators) <= 64:
+        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
+    names = [actuator.name for actuator in board.actuators]
+    for index, actuator in enumerate(board.actuators):
+        check_ranges(actuator, f"actuators[{index}]")
+        if not isinstance(actuator.name, str) or not actuator.name:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
+        if actuator.name in names[:index]:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
+        for other in board.actuators[:index]:
+            if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
+                raise InputError(
+                    f"actuators[{index}].at_mm",
+                    _mm(actuator.at),
+                    f"a place of its own; {other.name!r} is there already",
+                )
+    pins = board.electronics.pwm_pins
+    if pins and (len(pins) != len(board.actuators) or len(set(pins)) != len(pins)):
+        raise InputError(
+            "electronics.pwm_pins",
+            list(pins),
+            f"{len(board.actuators)} different pins, one per actuator, or none",
+        )
+
+
+def _check_places(board: Board) -> None:
+    half = np.array(board.plate.size) / 2.0
+    corner = board.plate.corner_radius
+    for index, actuator in enumerate(board.actuators):
+        if not board.contains(*actuator.at):
+            raise InputError(
+                f"actuators[{index}].at_mm",
+                _mm(actuator.at),
+                f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
+            )
+    discs = [
+        (f"{section}[{i}]", feature.at, getattr(feature, "radius", 0.0))
+        for section in FEATURES
+        for i, feature in enumerate(getattr(board, section))
+    ]
+    if board.magnet:
+        magnet = board.magnet.radius
+        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
+    for index, (name, at, radius) in enumerate(discs):
+        inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
+        beyond = np.maximum(np.abs(at) - (half - corner), 0.0)
+        rounded_off = np.all(beyond > 0.0) and np.hypot(*beyond) + radius > corner
+        if not np.all(inside) or rounded_off:
+            what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
+            raise InputError(
+                f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
+            )
+        for other, place, other_radius in discs[:index]:
+            clear = np.hypot(*np.subtract(at, place)) > radius + other_radius
+            if not clear:
+                raise InputError(f"{name}.at_mm", _mm(at), f"a place clear of {other}")
+
+
+def _mm(place: tuple[float, float]) -> list[float]:
+    return [float(f"{value / MM:.9g}") for value in place]

@@ -1,0 +1,168 @@
+"""Boards from TOML files, with every fault named by file, key and value."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from chladni.sim.board.board import (
+    Actuator,
+    Board,
+    Coil,
+    Drive,
+    Edges,
+    Electronics,
+    Hole,
+    Image,
+    Magnet,
+    Mass,
+    Panel,
+    Pin,
+    Plate,
+    Regions,
+    Screw,
+    Spring,
+)  # fmt: skip
+from chladni.sim.board.quantity import quantities
+from chladni.sim.errors import InputError
+from chladni.sim.ritz.geometry import EDGE_KINDS
+
+Part = TypeVar("Part")
+
+SECTIONS = {
+    "plate": Plate,
+    "drive": Drive,
+    "image": Image,
+    "regions": Regions,
+    "electronics": Electronics,
+}
+FEATURE_CLASSES = {
+    "screws": Screw,
+    "pins": Pin,
+    "springs": Spring,
+    "masses": Mass,
+    "holes": Hole,
+}
+OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel}
+OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS)
+
+
+def shipped_boards() -> dict[str, Path]:
+    """Name to file of the boards that come with Chladni (the template is not one)."""
+    files = sorted(_boards_directory().glob("*.toml"))
+    return {file.stem: file for file in files if file.stem != "template"}
+
+
+def _boards_directory() -> Path:
+    here = Path(__file__).resolve()
+    installed = here.parents[1] / "boards"
+    return installed if installed.is_dir() else here.parents[4] / "boards"
+
+
+def load_board(board: str | Path) -> Board:
+    """Read a board.
+
+    Parameters
+    ----------
+    board
+        Path of a TOML file, or the name of a shipped board (`paper`, `prototype`).
+
+    Raises
+    ------
+    InputError
+        The file is missing, is not TOML, or says something that cannot be; names file and key.
+    """
+    path = Path(board)
+    if not path.is_file():
+        shipped = shipped_boards()
+        if str(board) not in shipped:
+            known = ", ".join(shipped)
+            raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
+        path = shipped[str(board)]
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError("syntax", str(error), "a TOML document", file=str(path)) from None
+    except OSError as error:
+        raise InputError("BOARD", str(error), "a readable file", file=str(path)) from None
+    try:
+        return board_from_document(document)
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+
+
+def board_from_document(document: dict[str, Any]) -> Board:
+    """Make a board of a parsed file; `InputError` names the key that is wrong."""
+    known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
+    _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
+    parts: dict[str, Any] = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
+    features: dict[str, Any] = {
+        key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
+    }
+    for key, optional in OPTIONAL_SECTIONS.items():
+        parts[key] = _part(optional, document[key], key) if key in document else None
+    return Board(
+        name=document["name"],
+        **features,
+        actuators=_parts(Actuator, document["actuators"], "actuators"),
+        **parts,
+    )
+
+
+def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:
+    if not isinstance(entries, list):
+        raise InputError(where, entries, f"blocks of the form [[{where}]]")
+    return tuple(_part(cls, entry, f"{where}[{k}]") for k, entry in enumerate(entries))
+
+
+def _part(cls: type[Part], table: object, where: str) -> Part:
+    """One dataclass from one TOML table."""
+    if not isinstance(table, dict):
+        raise InputError(where, table, f"a block of the form [{where}]")
+    specs = quantities(cls)
+    fields = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    keys = [specs[name].key if name in specs else name for name in fields]
+    required = [
+        key
+        for key, field in zip(keys, dataclasses.fields(cls), strict=True)  # type: ignore[arg-type]
+        if field.default is dataclasses.MISSING
+    ]
+    _check_keys(table, keys, required=required, where=f"{where}.")
+    values = {}
+    for name, key in zip(fields, keys, strict=True):
+        if key not in table:
+            continue
+        if name in specs:
+            specs[name].check(table[key], where=f"{where}.{key}")
+            values[name] = specs[name].to_si(table[key])
+        else:
+            values[name] = _edges(table[key]) if name == "edges" else table[key]
+    return cls(**values)
+
+
+def _edges(value: object) -> Edges:
+    """One word for all four edges, or a table with a word for each that is not free."""
+    if isinstance(value, dict):
+        names = list(Edges().kinds())
+        _check_keys(value, names, required=[], where="plate.edges.")
+        return Edges(**value)
+    if value not in EDGE_KINDS:
+        expected = "one of: " + ", ".join(map(repr, EDGE_KINDS)) + ", or a table by edge"
+        raise InputError("plate.edges", value, expected)
+    return Edges(value, value, value, value)
+
+
+def _check_keys(
+    table: dict[str, Any], known: list[str], *, required: list[str], where: str
+) -> None:
+    for key, value in table.items():
+        if key not in known:
+            close = difflib.get_close_matches(key, known, n=1)
+            hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
+            raise InputError(f"{where}{key}", value, f"a known key: {hint}")
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}{key}", "nothing", "this key")

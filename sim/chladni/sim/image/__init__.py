@@ -1,0 +1,1 @@
+"""Energy images, and how they are judged."""

@@ -1,0 +1,1 @@
+"""Simply supported plates, in closed form."""

@@ -1,0 +1,1 @@
+"""What every plate answers and shares: loads, modes, responses, mirrors."""

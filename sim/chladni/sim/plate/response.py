@@ -1,0 +1,69 @@
+"""What every plate model answers: natural frequencies, and fields under unit loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.modes import ModeShapes
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Response:
+    """Steady-state displacement per newton under several loads, w(t) = Re(values · exp(iωt)).
+
+    Attributes
+    ----------
+    values
+        complex128, shape (loads, nx, ny), m/N.
+    modes_used
+        Modes (or Ritz functions) that carry the field.
+    error_estimate
+        Relative L² error over the board, the largest of the loads.
+    frequency_hz
+        Of the drive.
+    """
+
+    values: ComplexArray
+    modes_used: int
+    error_estimate: float
+    frequency_hz: float
+
+    @property
+    def velocity(self) -> ComplexArray:
+        """iω times the displacement, m/(s·N)."""
+        return np.asarray(2j * np.pi * self.frequency_hz * self.values)
+
+    @property
+    def acceleration(self) -> ComplexArray:
+        """−ω² times the displacement, m/(s²·N)."""
+        return np.asarray(-((2.0 * np.pi * self.frequency_hz) ** 2) * self.values)
+
+
+class PlateModel(Protocol):
+    """A plate that can be asked for modes and fields."""
+
+    def natural_frequencies(self, count: int) -> FloatArray:
+        """The lowest natural frequencies without loss, Hz, shape (count,)."""
+
+    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+        """The lowest modes on the grid x × y (m), and what unit loads do to them."""
+
+    def respond(
+        self,
+        loads: Sequence[Load],
+        *,
+        frequency_hz: float,
+        x: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+    ) -> Response:
+        """Fields on the grid x × y (m) under unit loads."""

@@ -1,0 +1,257 @@
+"""Functions evaluated once on the quadrature points and then shared by every parity class."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz import quadrature
+from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.circle_functions import Circle, Derivative
+from chladni.sim.ritz.legendre import gauss_points
+from chladni.sim.ritz.parity import ParityBasis
+from chladni.sim.ritz.quadrature import Points
+
+FloatArray = NDArray[np.float64]
+
+RIM_POINTS = 32
+"""Points on a rim; the error falls as (radius / distance to the next feature)^(32 − order)."""
+RADIAL_POINTS = 12
+ANGULAR_POINTS = 36
+"""Points on a glued disc: exact for polynomials of degree 22, well beyond what bends there."""
+OFFCUT_POINTS = 16
+"""Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
+EDGE_POINTS = 96
+"""Points on an edge beyond two per polynomial; a load disc that overhangs it makes a kink there."""
+
+
+class Table(Protocol):
+    """Functions of a parity class at fixed points."""
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points, functions)."""
+
+
+class BasisTable:
+    """The basis at fixed points; `smooth`, without the kinks on the rims of discs."""
+
+    def __init__(self, basis: Basis, points: Points, *, smooth: bool = False) -> None:
+        self._basis = basis
+        self._smooth = smooth
+        self._points = points
+        self._circles: dict[Derivative, FloatArray] = {}
+        self._lines: dict[tuple[int, int], FloatArray] = {}
+
+    def circles(self, derivative: Derivative) -> FloatArray:
+        """All circle functions, whatever their parity; shape (points, circle functions)."""
+        if derivative not in self._circles:
+            points = self._points
+            self._circles[derivative] = self._basis.enrichment_values(
+                points.x, points.y, derivative, smooth=self._smooth
+            )
+        return self._circles[derivative]
+
+    def circle_values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Circle functions of a class; shape (points, members)."""
+        return parity.combine(self.circles(derivative))
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Polynomials of the class, then its circle functions."""
+        x = self._line(0, derivative[0])[:, parity.degrees_x]
+        y = self._line(1, derivative[1])[:, parity.degrees_y]
+        polynomials = (x[:, :, None] * y[:, None, :]).reshape(x.shape[0], parity.polynomials)
+        return np.concatenate((polynomials, self.circle_values(parity, derivative)), axis=1)
+
+    def _line(self, axis: int, derivative: int) -> FloatArray:
+        if (axis, derivative) not in self._lines:
+            line = (self._basis.along_x, self._basis.along_y)[axis]
+            coordinate = (self._points.x, self._points.y)[axis]
+            self._lines[axis, derivative] = line.evaluate(coordinate, derivative)
+        return self._lines[axis, derivative]
+
+
+Family = Callable[[FloatArray, FloatArray, Derivative], FloatArray]
+"""Several functions at once: (x, y, derivative) to values of shape (points, functions)."""
+
+
+class FamilyTable:
+    """Functions without parity at fixed points, projected onto a class when asked."""
+
+    def __init__(self, family: Family, points: Points, mirrors: Mirrors) -> None:
+        self._family = family
+        self._points = points
+        self._images = mirrors.images
+        self._cache: dict[Derivative, list[FloatArray]] = {}
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """The part of each function in the class: the character-weighted mean of its images."""
+        if derivative not in self._cache:
+            x, y = self._points.x, self._points.y
+            self._cache[derivative] = [
+                sx ** derivative[0] * sy ** derivative[1] * self._family(sx * x, sy * y, derivative)
+                for sx, sy in self._images
+            ]
+        images = self._cache[derivative]
+        total = sum(
+            parity.parity.character(image) * values
+            for image, values in zip(self._images, images, strict=True)
+        )
+        return np.asarray(total) / len(images)
+
+
+class TablePart:
+    """Some of the points of a table that is evaluated once for all of them."""
+
+    def __init__(self, whole: SharedTable, rows: slice) -> None:
+        self._whole = whole
+        self._rows = rows
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points of this part, functions)."""
+        return self._whole.values(parity, derivative)[self._rows]
+
+
+class SharedTable:
+    """A table that keeps what it was asked last for one parity class."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+        self._parity: ParityBasis | None = None
+        self._values: dict[Derivative, FloatArray] = {}
+
+    def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
+        """Shape (points, functions)."""
+        if parity is not self._parity:
+            self._parity, self._values = parity, {}
+        if derivative not in self._values:
+            self._values[derivative] = self._table.values(parity, derivative)
+        return self._values[derivative]
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Points on one edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
+
+    points: Points
+    axis: int
+    normal: float
+
+
+@dataclass(frozen=True)
+class Rim:
+    """Evenly spaced points on a circle, with their angles."""
+
+    circle: Circle
+    angle: FloatArray
+    points: Points
+
+
+@dataclass(frozen=True)
+class PointSets:
+    """All quadrature points in the fundamental part of the plate; weights count the images.
+
+    `disc_index` says, per disc point, which inclusion it belongs to, `disc_stiffness`, `disc_mass`
+    and `disc_rotary` what that adds there: bending stiffness by D, mass and rotary inertia per
+    area. `corners.weights` holds the sign of
+    u_xy, `points.weights` the number of images of each point feature in `point_index`.
+    """
+
+    edges: list[Edge]
+    corners: Points
+    discs: Points
+    disc_index: NDArray[np.intp]
+    disc_stiffness: FloatArray
+    disc_mass: FloatArray
+    disc_rotary: FloatArray
+    point_index: NDArray[np.intp]
+    area: Points
+    gauss_x: tuple[FloatArray, FloatArray]
+    gauss_y: tuple[FloatArray, FloatArray]
+    rims: dict[int, Rim]
+    points: Points
+
+
+def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> PointSets:
+    """Quadrature for a basis; `area_points` are Gauss points along x and y (even numbers)."""
+    geometry = basis.geometry
+    images = float(len(mirrors.images))
+    edges = []
+    edge_points = EDGE_POINTS + 2 * max(basis.resolution.nx, basis.resolution.ny)
+    for axis, side, whole in quadrature.edges(geometry.width, geometry.length, edge_points):
+        points = _fundamental(whole, mirrors, images)
+        if points.x.size:
+            edges.append(Edge(points, axis, side))
+    corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
+    discs = [
+        quadrature.disc(i.x, i.y, i.radius, RADIAL_POINTS, ANGULAR_POINTS)
+        for i in geometry.inclusions
+    ]
+    # Offcuts of rounded corners count as one more disc, from which the plate is taken away.
+    added = [(i.stiffness_ratio - 1.0, i.areal_mass, i.rotary) for i in geometry.inclusions]
+    if geometry.corner_radius > 0.0:
+        sides = (geometry.width, geometry.length)
+        discs.append(quadrature.corner_offcuts(*sides, geometry.corner_radius, OFFCUT_POINTS))
+        added.append((-1.0, -geometry.areal_mass, 0.0))
+    index = np.repeat(np.arange(len(discs)), [d.x.size for d in discs])
+    merged = quadrature.join(discs)
+    index = index[mirrors.holds(merged.x, merged.y)]
+    table = np.array(added).reshape(len(added), 3)
+    point_index, features = _point_features(basis, mirrors)
+    gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
+    gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
+    gx, gy = np.meshgrid(gauss_x[0], gauss_y[0], indexing="ij")
+    area = Points(gx.ravel(), gy.ravel(), np.outer(gauss_x[1], gauss_y[1]).ravel())
+    rims = {
+        k: _rim(circle)
+        for k, circle in enumerate(basis.circles)
+        if mirrors.holds(np.array(circle.x), np.array(circle.y))
+    }
+    return PointSets(
+        edges=edges,
+        corners=corners,
+        discs=_fundamental(merged, mirrors, images),
+        disc_index=index,
+        disc_stiffness=table[index, 0],
+        disc_mass=table[index, 1],
+        disc_rotary=table[index, 2],
+        point_index=point_index,
+        points=features,
+        area=area,
+        gauss_x=gauss_x,
+        gauss_y=gauss_y,
+        rims=rims,
+    )
+
+
+def _point_features(basis: Basis, mirrors: Mirrors) -> tuple[NDArray[np.intp], Points]:
+    """Point features in the fundamental part, with the number of images of each as weight."""
+    features = basis.geometry.points
+    x, y = np.array([p.x for p in features]), np.array([p.y for p in features])
+    index = np.flatnonzero(mirrors.holds(x, y))
+    images = np.array([float(mirrors.orbit(x[k], y[k])) for k in index])
+    return index, Points(x[index], y[index], images)
+
+
+def _fundamental(points: Points, mirrors: Mirrors, images: float) -> Points:
+    keep = mirrors.holds(points.x, points.y)
+    return Points(points.x[keep], points.y[keep], points.weights[keep] * images)
+
+
+def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArray, FloatArray]:
+    """The positive half of a symmetric rule, its weights doubled, where a mirror allows it."""
+    if not mirrored:
+        return rule
+    keep = rule[0] > 0.0
+    return rule[0][keep], 2.0 * rule[1][keep]
+
+
+def _rim(circle: Circle) -> Rim:
+    angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+    x = circle.x + circle.radius * np.cos(angle)
+    y = circle.y + circle.radius * np.sin(angle)
+    return Rim(circle, angle, Points(x, y, np.full(RIM_POINTS, 1.0 / RIM_POINTS)))

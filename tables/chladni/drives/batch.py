@@ -1,0 +1,69 @@
+"""Many targets of one board: the plate solved once, target fields in groups, all cores at work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+
+from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.problem.problem import TOGETHER, Problem, Scene
+from chladni.drives.problem.threads import in_threads
+
+Target = tuple[float, float]
+AHEAD = 3 * TOGETHER
+"""Problems made before their results are asked for: the threads have work while a group is made."""
+
+
+def over_targets(
+    scene: Scene,
+    targets_mm: Sequence[Target],
+    work: Callable[[Problem], Result],
+    *,
+    jobs: int | None = None,
+    checkpoint: Checkpoint | None = None,
+    besides: Iterable[Problem] = (),
+) -> Iterator[Result]:
+    """Run `work` on every target; results in the targets' order, whatever the number of jobs.
+
+    Parameters
+    ----------
+    jobs
+        Threads; all cores by default.
+    checkpoint
+        Holds what was finished before, and gets what is finished now.
+    besides
+        Problems to be worked on after these, of which no results are wanted.
+    """
+    kept = checkpoint or Checkpoint(None, {})
+    _ = scene.space, scene.mirrors  # found once, before there are threads
+
+    def finish(case: tuple[Problem | None, Result | None]) -> Result:
+        problem, saved = case
+        if saved is not None:
+            return saved
+        assert problem is not None
+        return work(problem)
+
+    problems = chain(_problems(scene, targets_mm, kept), ((problem, None) for problem in besides))
+    finished = in_threads(finish, problems, jobs=jobs, ahead=AHEAD)
+    for target in targets_mm:
+        result, name = next(finished), _name(target)
+        yield result if kept.get(name) else kept.put(name, result)
+    for _ in finished:
+        pass
+
+
+def _problems(
+    scene: Scene, targets_mm: Sequence[Target], kept: Checkpoint
+) -> Iterator[tuple[Problem | None, Result | None]]:
+    """Problems of targets still to do. Groups are the same after a resume, and so are the bits."""
+    for group in scene.groups(targets_mm):
+        if all(kept.get(_name(target)) for target in group):
+            yield from ((None, kept.get(_name(target))) for target in group)
+            continue
+        for problem in scene.problems(group):
+            yield problem, kept.get(_name(problem.target_mm))
+
+
+def _name(target: Target) -> str:
+    return f"{target[0]!r},{target[1]!r}"

@@ -1,0 +1,207 @@
+"""Simulated annealing as the paper's authors ran it: 1800 integer gains, one redrawn at a time.
+
+Every actuator has 360 gains of −10…10, one per degree of phase. A step redraws one gain and keeps
+it if the image is more like the target, or if a uniform number is below (1 − SSIM)·T/1000; T starts
+at 1000 and falls by a thousandth per step. (The paper's Algorithm 1, corrected: docs/physics.md.)
+
+An actuator's 360 gains add up to one complex number, its phasor, and a step changes one phasor: the
+chain is the authors' own, gain for gain, and 10 000 steps take seconds.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods.base import Found, Options
+from chladni.drives.problem.problem import Problem
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_arrays
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+PHASES = 360
+LARGEST_GAIN = 10
+STEPS = 10_000
+FIRST_TEMPERATURE, COOLING = 1000.0, 0.999
+KEEP_EVERY = 1000
+"""Steps between two savings of the trace."""
+
+
+@dataclass
+class Chain:
+    """The state of an annealing, and its course.
+
+    Attributes
+    ----------
+    state
+        What the steps redraw; its meaning is the proposal's.
+    ssim
+        Of the present state after every step, and of the start; shape (steps + 1,).
+    best
+        The best drive so far and its SSIM.
+    """
+
+    state: FloatArray
+    ssim: list[float]
+    best: tuple[float, ComplexArray]
+    rng: np.random.Generator
+
+    @property
+    def step(self) -> int:
+        """Steps done."""
+        return len(self.ssim) - 1
+
+
+Draw = Callable[[np.random.Generator, FloatArray], tuple[tuple[int, ...], Any]]
+"""A proposal: which entry of the state, and its new value."""
+
+
+def anneal(problem: Problem, options: Options) -> Found:
+    """The paper's chain over 1800 integer gains."""
+    count = len(problem.board.actuators)
+
+    def start(rng: np.random.Generator) -> FloatArray:
+        gains = rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1, size=(count, PHASES))
+        return gains.astype(np.float64)
+
+    def draw(rng: np.random.Generator, state: FloatArray) -> tuple[tuple[int, ...], float]:
+        place = int(rng.integers(state.size))
+        gain = float(rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1))
+        return (place // PHASES, place % PHASES), gain
+
+    return run(problem, options, "anneal", start, draw, phasors)
+
+
+def phasors(gains: FloatArray) -> ComplexArray:
+    """Σ gains · exp(iφ) per actuator; gains (actuators, 360)."""
+    angle = np.arange(gains.shape[1]) * (2.0 * np.pi / gains.shape[1])
+    return np.asarray(gains @ np.exp(1j * angle))
+
+
+def run(
+    problem: Problem,
+    options: Options,
+    name: str,
+    start: Callable[[np.random.Generator], FloatArray],
+    draw: Draw,
+    drive_of: Callable[[FloatArray], ComplexArray],
+) -> Found:
+    """An annealing by the authors' schedule, resumed from `options.trace` if that is there.
+
+    Parameters
+    ----------
+    start, draw
+        A first state, and one redrawn entry of it.
+    drive_of
+        The drive a state stands for.
+    """
+    steps = options.steps or STEPS
+    key = {
+        "method": name,
+        "board": f"{problem.board.fingerprint():#018x}",
+        "target_mm": list(problem.target_mm),
+        "seed": options.seed,
+    }
+    space = problem.scene.space
+    objective = space.objective(space.levels[-1], problem.image)
+
+    def ssim(drive: ComplexArray) -> float:
+        return space.value(objective, drive)
+
+    chain = _resume(options.trace, key) if options.trace else None
+    if chain is None:
+        rng = np.random.default_rng(options.seed)
+        state = start(rng)
+        first = ssim(drive_of(state))
+        chain = Chain(state, [first], (first, drive_of(state)), rng)
+    try:
+        while chain.step < steps:
+            _step(chain, draw, drive_of, ssim)
+            if chain.step % KEEP_EVERY == 0:
+                if options.trace:
+                    save_trace(options.trace, chain, key)
+                if options.progress:
+                    options.progress(chain.step, steps)
+    finally:
+        # Also when interrupted: the same command goes on from here.
+        if options.trace:
+            save_trace(options.trace, chain, key)
+    return Found(chain.best[1], chain.step + 1, {"final_ssim": chain.ssim[-1]})
+
+
+def _step(
+    chain: Chain,
+    draw: Draw,
+    drive_of: Callable[[FloatArray], ComplexArray],
+    ssim: Callable[[ComplexArray], float],
+) -> None:
+    place, value = draw(chain.rng, chain.state)
+    luck = float(chain.rng.random())
+    before = np.copy(chain.state[place])
+    chain.state[place] = value
+    drive = drive_of(chain.state)
+    score = ssim(drive)
+    temperature = FIRST_TEMPERATURE * COOLING**chain.step
+    if score > chain.ssim[-1] or luck < (1.0 - score) * temperature / FIRST_TEMPERATURE:
+        chain.ssim.append(score)
+        if score > chain.best[0]:
+            chain.best = (score, drive)
+    else:
+        chain.state[place] = before
+        chain.ssim.append(chain.ssim[-1])
+
+
+def save_trace(path: Path, chain: Chain, key: dict[str, Any]) -> None:
+    """Write the whole state of a chain (.npz), or leave the file as it was."""
+    state = json.dumps({"key": key, "rng": chain.rng.bit_generator.state})
+    write_arrays(
+        path,
+        ssim=np.array(chain.ssim),
+        state=chain.state,
+        best_ssim=np.array(chain.best[0]),
+        best_drive=chain.best[1],
+        about=np.array(state),
+    )
+
+
+def read_trace(path: Path) -> tuple[Chain, dict[str, Any]]:
+    """A saved chain and what it is of.
+
+    Raises
+    ------
+    InputError
+        The file is no trace.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            about = json.loads(str(data["about"]))
+            rng = np.random.default_rng()
+            rng.bit_generator.state = about["rng"]
+            best = (float(data["best_ssim"]), np.asarray(data["best_drive"]))
+            return Chain(data["state"].copy(), data["ssim"].tolist(), best, rng), about["key"]
+    except (OSError, EOFError, BadZipFile, ValueError, KeyError, TypeError) as error:
+        raise InputError("--trace", str(path), "a new file, or a trace of this solve") from error
+
+
+def _resume(path: Path, key: dict[str, Any]) -> Chain | None:
+    if not path.exists():
+        return None
+    chain, saved = read_trace(path)
+    if saved != key:
+        raise InputError(
+            "--trace", str(path), f"a trace of {_words(key)}; it is one of {_words(saved)}"
+        )
+    return chain
+
+
+def _words(key: dict[str, Any]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in key.items())

@@ -1,0 +1,173 @@
+"""What the search for a drive starts from: a board with its plate solved, and one target on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.problem.field_space import SearchSpace
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.sim.board.board import MM, Board
+from chladni.sim.errors import InputError
+from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.fields.transfer import (
+    TOLERANCE,
+    TransferFields,
+    plate_model,
+    target_fields,
+    transfer_fields,
+)  # fmt: skip
+from chladni.sim.image import metrics
+from chladni.sim.plate.response import PlateModel
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
+
+
+TOGETHER = 16
+"""Target fields found in one go: 17 MB of them on the shipped boards."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A board with its plate solved and its actuators' fields: shared by all targets."""
+
+    board: Board
+    model: PlateModel
+    fields: TransferFields
+
+    @cached_property
+    def space(self) -> SearchSpace:
+        """The fields as the search wants them, made once."""
+        with one_blas_thread():
+            return SearchSpace(self.fields.values)
+
+    @cached_property
+    def mirrors(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
+        """Permutations of the actuators under x → −x and y → −y, where the board has them."""
+        found = board_mirrors(self.board)
+        return found.x, found.y
+
+    def at_frequency(self, frequency_hz: float) -> Scene:
+        """The same board driven at another frequency; its plate is kept."""
+        if frequency_hz == self.board.drive.frequency_hz:
+            return self
+        drive = replace(self.board.drive, frequency_hz=frequency_hz)
+        board = replace(self.board, drive=drive)
+        with one_blas_thread():
+            return Scene(board, self.model, transfer_fields(board, model=self.model))
+
+    def problems(
+        self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE
+    ) -> Iterator[Problem]:
+        """Many targets; their fields are found some at a time, which costs a third of one by one.
+
+        Parameters
+        ----------
+        tolerance
+            Relative L² error of the fields.
+
+        Raises
+        ------
+        InputError
+            A target is off the board.
+        """
+        for group in self.groups(targets_mm):
+            with one_blas_thread():
+                fields = target_fields(
+                    self.board, group, tolerance=tolerance, model=self.model
+                ).values
+            for target, wanted in zip(group, fields, strict=True):
+                yield Problem(self, target, wanted)
+
+    def groups(
+        self, targets_mm: Sequence[tuple[float, float]]
+    ) -> Iterator[Sequence[tuple[float, float]]]:
+        """Targets whose fields are found together."""
+        for first in range(0, len(targets_mm), TOGETHER):
+            yield targets_mm[first : first + TOGETHER]
+
+    def problem(self, target_mm: tuple[float, float]) -> Problem:
+        """A target on this board.
+
+        Raises
+        ------
+        InputError
+            The target is off the board.
+        """
+        return next(self.problems([target_mm]))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One target: what its image should be.
+
+    Attributes
+    ----------
+    target_mm
+        Millimetres from the board's centre.
+    wanted
+        Field of a unit load there, complex128, shape (nx, ny), m/N.
+    """
+
+    scene: Scene
+    target_mm: tuple[float, float]
+    wanted: ComplexArray
+
+    def __post_init__(self) -> None:
+        if self.wanted.shape != self.transfer.shape[1:]:
+            shape = self.transfer.shape[1:]
+            raise InputError("target field", self.wanted.shape, f"an image of {shape}")
+        if not np.all(np.isfinite(self.wanted)):
+            raise InputError("target field", "NaN or infinity", "finite numbers on every point")
+
+    @property
+    def board(self) -> Board:
+        """The board the target is on."""
+        return self.scene.board
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """The target in metres."""
+        return self.target_mm[0] * MM, self.target_mm[1] * MM
+
+    @property
+    def transfer(self) -> ComplexArray:
+        """The actuators' fields, shape (actuators, nx, ny), m/N."""
+        return self.scene.fields.values
+
+    @cached_property
+    def disc(self) -> BoolArray:
+        """Image points under a fingertip at the target."""
+        board = self.board
+        return metrics.disc_mask(board.x, board.y, self.place, metrics.FINGERTIP_RADIUS)
+
+    @cached_property
+    def image(self) -> FloatArray:
+        """The normalised energy image that is wanted."""
+        return metrics.image_of(self.wanted)
+
+    @cached_property
+    def contrast(self) -> tuple[float, ComplexArray]:
+        """The contrast no drive exceeds, dB, and a drive that has it."""
+        return metrics.best_contrast(self.transfer, self.disc)
+
+    @cached_property
+    def at_target(self) -> ComplexArray:
+        """What each actuator does at the image point nearest to the target, m/N."""
+        i = int(np.argmin(np.abs(self.scene.fields.x - self.place[0])))
+        j = int(np.argmin(np.abs(self.scene.fields.y - self.place[1])))
+        return np.asarray(self.transfer[:, i, j])
+
+
+@lru_cache(maxsize=4)
+def scene_of(board: Board) -> Scene:
+    """Solve a board's plate once."""
+    with one_blas_thread():
+        model = plate_model(board)
+        return Scene(board, model, transfer_fields(board, model=model))

@@ -1,0 +1,1 @@
+"""How good a drive is, and how ways to find drives compare."""

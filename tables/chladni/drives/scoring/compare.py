@@ -1,0 +1,154 @@
+"""Every method on a grid of targets, each with the whole scorecard."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chladni.drives.batch import over_targets
+from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.methods import METHODS, SEED, Options, Progress
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.problem.places import RegionGrid, region_grid
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
+from chladni.drives.solve import solve_problem
+from chladni.sim.board.board import Board, Regions
+
+NUMBERS = (
+    "ssim", "focal_error_mm", "centroid_error_mm", "contrast_db", "contrast_limit_db",
+    "second_finger_db", "louder_fraction", "spot_mm2", "evaluations", "seconds",
+)  # fmt: skip
+"""What a row holds beside its place and its method."""
+NULLS = ("silent", "misplaced")
+"""Null models that are no drive: they have an SSIM and nothing else. The third one, the nearest
+actuator, is a method."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one target; a null model has NaN where it has no number."""
+
+    x_mm: float
+    y_mm: float
+    method: str
+    objective: str
+    numbers: dict[str, float]
+
+
+def contenders(methods: Sequence[str] | None = None) -> list[tuple[str, str]]:
+    """(method, objective) of everything that is compared; `phasor` once per objective."""
+    return [
+        (method, objective)
+        for method in methods or METHODS
+        for objective in (OBJECTIVES if method == "phasor" else ("ssim",))
+    ]
+
+
+def compare(
+    board: Board,
+    *,
+    pitch: float,
+    methods: Sequence[str] | None = None,
+    seed: int = SEED,
+    steps: int | None = None,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    kept: Path | None = None,
+) -> tuple[RegionGrid, list[Row]]:
+    """Score methods on targets all over a board.
+
+    Parameters
+    ----------
+    pitch
+        Distance of the targets, m; they are the centres of equal cells.
+    methods
+        Keys of `METHODS`; all by default.
+    steps
+        Of the annealings, in place of their own 10 000.
+    kept
+        File that keeps finished targets until all are.
+
+    Returns
+    -------
+    tuple[RegionGrid, list[Row]]
+        The cells, and a row per target and contender, targets in the grid's order.
+    """
+    grid = region_grid(replace(board, regions=Regions(pitch=pitch)))
+    targets = [grid.centre_mm(region) for region in range(grid.count)]
+    chosen = contenders(methods)
+    key = {
+        "board": f"{board.fingerprint():#018x}", "methods": [list(pair) for pair in chosen],
+        "pitch": pitch, "seed": seed, "steps": steps,
+    }  # fmt: skip
+    rows: list[Row] = []
+    with Checkpoint(kept, key) as checkpoint:
+        work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
+        results = over_targets(scene_of(board), targets, work, jobs=jobs, checkpoint=checkpoint)
+        for number, (target, result) in enumerate(zip(targets, results, strict=True), 1):
+            rows += [Row(*target, **entry) for entry in result["rows"]]
+            if progress:
+                progress(number, len(targets))
+    return grid, rows
+
+
+def summary(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Per method: the median of every number, and of what is below the contrast's limit."""
+    result = []
+    for method, objective in dict.fromkeys((row.method, row.objective) for row in rows):
+        own = [row.numbers for row in rows if (row.method, row.objective) == (method, objective)]
+        entry: dict[str, Any] = {"method": method, "objective": objective, "targets": len(own)}
+        for name in NUMBERS:
+            entry[name] = _median([numbers[name] for numbers in own])
+        entry["below_limit_db"] = _median([n["contrast_limit_db"] - n["contrast_db"] for n in own])
+        entry["ssim_min"] = min(numbers["ssim"] for numbers in own)
+        result.append(entry)
+    return result
+
+
+def as_csv(rows: Sequence[Row]) -> bytes:
+    """All rows, with a header; an absent number is an empty cell."""
+    buffer = io.StringIO(newline="")
+    writer = csv.writer(buffer)
+    writer.writerow(["x_mm", "y_mm", "method", "objective", *NUMBERS])
+    for row in rows:
+        numbers = [row.numbers[name] for name in NUMBERS]
+        cells = ["" if np.isnan(number) else f"{number:.6g}" for number in numbers]
+        writer.writerow([f"{row.x_mm:g}", f"{row.y_mm:g}", row.method, row.objective, *cells])
+    return buffer.getvalue().encode()
+
+
+def _score_all(
+    problem: Problem, chosen: Sequence[tuple[str, str]], seed: int, steps: int | None
+) -> Result:
+    nulls = null_models(problem)
+    rows = []
+    for method, objective in chosen:
+        # Only annealings take the caller's steps; the others know best how many they need.
+        own_steps = steps if method.endswith("anneal") else None
+        solution = solve_problem(problem, method, Options(objective, seed, own_steps))
+        card = asdict(score_on(problem, solution.field, nulls))
+        card |= {"evaluations": solution.evaluations, "seconds": solution.seconds}
+        numbers = {name: float(card[name]) for name in NUMBERS}
+        rows.append({"method": method, "objective": objective, "numbers": numbers})
+    return {"rows": rows + _null_rows(nulls)}
+
+
+def _null_rows(nulls: NullModels) -> list[Result]:
+    nothing = dict.fromkeys(NUMBERS, float("nan"))
+    return [
+        {"method": name, "objective": "–", "numbers": {**nothing, "ssim": getattr(nulls, name)}}
+        for name in NULLS
+    ]
+
+
+def _median(values: Sequence[float]) -> float | None:
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.median(known)) if known else None

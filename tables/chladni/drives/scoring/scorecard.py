@@ -1,0 +1,118 @@
+"""The scorecard of a focus: SSIM beside its null models, and the numbers SSIM does not show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods.base import Options
+from chladni.drives.methods.nearest import nearest
+from chladni.drives.problem.problem import Problem, Scene, scene_of
+from chladni.drives.solve import Solution
+from chladni.sim.board.board import MM, Board
+from chladni.sim.fields.transfer import target_field
+from chladni.sim.image import metrics
+
+ComplexArray = NDArray[np.complex128]
+
+DIFFRACTION_SPOT = 0.36
+"""Width at half maximum of J₀², the narrowest focus of waves from all sides, in wavelengths."""
+STILL = 1e-9
+"""A place where every actuator does this little beside its most does not move."""
+
+
+@dataclass(frozen=True)
+class NullModels:
+    """SSIM that comes for nothing: what a score has to beat.
+
+    `silent` is no vibration at all, `nearest_actuator` the single best-placed coil, `misplaced` a
+    perfect focus in the wrong place.
+    """
+
+    silent: float
+    nearest_actuator: float
+    misplaced: float
+
+
+@dataclass(frozen=True)
+class Scorecard:
+    """How good one field is for one target. Lengths in mm, ratios in dB.
+
+    `movable` says whether any drive of these actuators moves the target at all.
+    """
+
+    ssim: float
+    focal_error_mm: float
+    centroid_error_mm: float
+    contrast_db: float
+    contrast_limit_db: float
+    second_finger_db: float
+    louder_fraction: float
+    spot_mm2: float
+    diffraction_spot_mm: float
+    movable: bool
+    nulls: NullModels
+
+
+def score(solution: Solution, board: Board) -> Scorecard:
+    """Score a solution on the full image, null models included."""
+    return score_field(scene_of(board), solution.field, solution.target_field, solution.target_mm)
+
+
+def score_field(
+    scene: Scene, field: ComplexArray, wanted: ComplexArray, target_mm: tuple[float, float]
+) -> Scorecard:
+    """Score any field of a board against the field of a unit load at the target.
+
+    Parameters
+    ----------
+    field, wanted
+        complex128, shape (nx, ny), any scale.
+    """
+    problem = Problem(scene, target_mm, wanted)
+    return score_on(problem, field, null_models(problem))
+
+
+def null_models(problem: Problem) -> NullModels:
+    """The null models of one target."""
+    scene, wanted = problem.scene, np.abs(problem.wanted)
+    alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
+    place = misplaced_target(problem.board, problem.target_mm)
+    wrong = target_field(problem.board, place, model=scene.model).values[0]
+    return NullModels(
+        silent=metrics.ssim(np.zeros_like(wanted), wanted),
+        nearest_actuator=metrics.ssim(np.abs(alone), wanted),
+        misplaced=metrics.ssim(np.abs(wrong), wanted),
+    )
+
+
+def score_on(problem: Problem, field: ComplexArray, nulls: NullModels) -> Scorecard:
+    """Score a field on a problem whose null models are known."""
+    board, place, disc = problem.board, problem.place, problem.disc
+    x, y = board.x, board.y
+    reach = np.abs(problem.at_target).max()
+    wavelength = board.plate.wavelength(problem.scene.fields.frequency_hz)
+    return Scorecard(
+        ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
+        focal_error_mm=metrics.focal_error(field, x, y, place) / MM,
+        centroid_error_mm=metrics.centroid_error(field, x, y, place) / MM,
+        contrast_db=metrics.contrast_db(field, disc),
+        contrast_limit_db=problem.contrast[0],
+        second_finger_db=metrics.second_finger_db(field, x, y, place),
+        louder_fraction=metrics.louder_fraction(field, disc),
+        spot_mm2=metrics.spot_area(field, x, y) / MM**2,
+        diffraction_spot_mm=DIFFRACTION_SPOT * wavelength / MM,
+        movable=bool(reach > STILL * np.abs(problem.transfer).max()),
+        nulls=nulls,
+    )
+
+
+def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:
+    """A wrong place: mirrored through the centre, or a quarter board away if that is close."""
+    quarter = board.plate.size[1] / 4.0 / MM
+    x, y = target_mm
+    if 2.0 * np.hypot(x, y) >= quarter:
+        return -x, -y
+    return x, y - quarter if y > 0.0 else y + quarter

@@ -1,0 +1,183 @@
+"""A drive for a target: any method, in one gauge, scored on the full image."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods import METHODS, SEED, Options, Progress
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.problem.problem import Problem, scene_of
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
+from chladni.sim.image import metrics
+
+ComplexArray = NDArray[np.complex128]
+
+ON_MIRROR = 1e-9
+"""A target this near to a mirror line, m, is on it."""
+SAME_GAIN = 1e-3
+"""Gains closer than this, by the largest, do not break a tie between mirrored drives."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A drive for one target.
+
+    Attributes
+    ----------
+    target_mm
+        Where the vibration is to be.
+    method, objective
+        Keys of `METHODS` and `OBJECTIVES`.
+    drive
+        complex128, shape (actuators,): gain · exp(i·phase). The largest gain is the board's
+        `max_gain`; the common phase makes the displacement at the target real and positive.
+    field
+        Displacement on the image points, complex128, shape (nx, ny), m.
+    target_field
+        The field of a unit load at the target, same shape, m/N.
+    ssim
+        Of the two energy images at full size.
+    evaluations
+        Objective evaluations on any image size.
+    seconds
+        Time of the search alone; the target's own field is not counted.
+    details
+        What the method itself reports, such as a condition number.
+    """
+
+    target_mm: tuple[float, float]
+    method: str
+    objective: str
+    drive: ComplexArray
+    field: ComplexArray
+    target_field: ComplexArray
+    ssim: float
+    evaluations: int
+    seconds: float
+    details: dict[str, float] = dataclasses.field(default_factory=dict)
+
+
+def solve(
+    board: Board,
+    target_mm: tuple[float, float],
+    *,
+    method: str = "phasor",
+    objective: str = "ssim",
+    seed: int = SEED,
+    steps: int | None = None,
+    trace: Path | None = None,
+    progress: Progress | None = None,
+) -> Solution:
+    """Find the drive that best focuses the board's vibration at a target.
+
+    Parameters
+    ----------
+    board
+        The board.
+    target_mm
+        Place on the board, mm from its centre.
+    method
+        A key of `METHODS`; `phasor` is the best there is, the others are there to compare.
+    objective
+        A key of `OBJECTIVES`, for `phasor`.
+    seed
+        Of everything random; the same seed gives the same drive.
+    steps
+        In place of the method's own number of steps.
+    trace
+        File for the course of an annealing; if it is there, the annealing goes on from it.
+    progress
+        Called with (done, all) by methods that take seconds.
+
+    Raises
+    ------
+    InputError
+        Target off the board, unknown method or objective, a trace of something else.
+    """
+    check_request(method, objective, seed, steps, trace)
+    options = Options(objective, seed, steps, trace=trace, progress=progress)
+    return solve_problem(scene_of(board).problem(target_mm), method, options)
+
+
+def check_request(
+    method: str, objective: str, seed: int, steps: int | None, trace: Path | None
+) -> None:
+    """Refuse what no solve can do.
+
+    Raises
+    ------
+    InputError
+        Names the field, what came and what is known.
+    """
+    if method not in METHODS:
+        raise InputError("method", method, "one of: " + ", ".join(METHODS))
+    if objective not in OBJECTIVES:
+        raise InputError("objective", objective, "one of: " + ", ".join(OBJECTIVES))
+    if method != "phasor" and objective != "ssim":
+        raise InputError("objective", objective, f"ssim with the method {method}: it has no other")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError("seed", seed, "a whole number of at least 0")
+    if steps is not None and steps < 1:
+        raise InputError("steps", steps, "a whole number of at least 1")
+    if trace is not None and not method.endswith("anneal"):
+        raise InputError("trace", str(trace), "a trace with the methods anneal and phasor-anneal")
+
+
+def solve_problem(problem: Problem, method: str, options: Options) -> Solution:
+    """Run one method on one problem."""
+    started = time.perf_counter()
+    found = METHODS[method](problem, options)
+    seconds = time.perf_counter() - started
+    drive = gauge(problem, tie_break(problem, found.drive))
+    driven = np.tensordot(drive, problem.transfer, axes=1)
+    return Solution(
+        target_mm=problem.target_mm,
+        method=method,
+        objective=options.objective,
+        drive=drive,
+        field=driven,
+        target_field=problem.wanted,
+        ssim=metrics.ssim(np.abs(driven), np.abs(problem.wanted)),
+        evaluations=max(found.evaluations, 1),
+        seconds=seconds,
+        details=found.details,
+    )
+
+
+def gauge(problem: Problem, drive: ComplexArray) -> ComplexArray:
+    """Scale a drive to the board's `max_gain` and turn it so that the target moves in phase 0.
+
+    Where the drive leaves the target still, its strongest actuator gets phase 0 instead.
+    """
+    largest = np.abs(drive).max()
+    if not np.isfinite(largest) or largest == 0.0:
+        return np.zeros_like(drive)
+    at_target = drive @ problem.at_target
+    if abs(at_target) < 1e-9 * np.abs(problem.transfer).max() * largest:
+        at_target = drive[int(np.abs(drive).argmax())]
+    gain = problem.board.drive.max_gain / largest
+    return np.asarray(drive * gain * np.exp(-1j * np.angle(at_target)))
+
+
+def tie_break(problem: Problem, drive: ComplexArray) -> ComplexArray:
+    """Of a drive and its mirror images that serve a target on a mirror line equally: one of them.
+
+    The one that drives the earliest actuator in the board's list harder than its partner.
+    """
+    x, y = problem.place
+    for mirror, distance in zip(problem.scene.mirrors, (abs(x), abs(y)), strict=True):
+        if mirror is None or distance > ON_MIRROR:
+            continue
+        twin = drive[list(mirror)]
+        difference = np.abs(twin) - np.abs(drive)
+        telling = np.flatnonzero(np.abs(difference) > SAME_GAIN * np.abs(drive).max())
+        if telling.size and difference[telling[0]] > 0.0:
+            drive = twin
+    return drive
