@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "core/datagrams.hpp"
-#include "core/link.hpp"
+#include "core/link/link.hpp"
+#include "core/link/udp.hpp"
 #include "emulator/flash.hpp"
 #include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/synthesis.hpp"
+#include "core/synthesis/synthesis.hpp"
 
 namespace chladni::emulator {
 

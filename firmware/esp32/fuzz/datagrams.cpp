@@ -3,7 +3,7 @@
 // reached too.
 #include <memory>
 
-#include "core/datagrams.hpp"
+#include "core/link/udp.hpp"
 #include "fuzz/memory_hal.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -2,7 +2,7 @@
 // which: below 128 what follows up to its count goes onto the wire as it is, else as a frame.
 #include <memory>
 
-#include "core/link.hpp"
+#include "core/link/link.hpp"
 #include "fuzz/memory_hal.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <vector>
 
-#include "core/bytes.hpp"
-#include "core/crc32.hpp"
+#include "core/base/bytes.hpp"
+#include "core/base/crc32.hpp"
 #include "core/generated/config_format.hpp"
 #include "core/generated/network_format.hpp"
 #include "core/generated/store_format.hpp"

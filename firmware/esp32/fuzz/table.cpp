@@ -1,8 +1,8 @@
 // Any bytes as a table whose CRC is right: what the device takes in, it looks up without harm.
 #include <memory>
 
-#include "core/crc32.hpp"
-#include "core/table.hpp"
+#include "core/base/crc32.hpp"
+#include "core/table/table.hpp"
 #include "fuzz/memory_hal.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/crc32.hpp"
+#include "core/base/crc32.hpp"
 #include "emulator/emulator.hpp"
 
 using chladni::kSectorBytes;

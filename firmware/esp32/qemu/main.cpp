@@ -2,10 +2,10 @@
 // and says how many instructions that took and what came out, for tools/instruction_counts.py.
 #include <cstdint>
 
-#include "core/crc32.hpp"
-#include "core/datagrams.hpp"
-#include "core/device.hpp"
-#include "core/link.hpp"
+#include "core/base/crc32.hpp"
+#include "core/device/device.hpp"
+#include "core/link/link.hpp"
+#include "core/link/udp.hpp"
 #include "qemu/runtime.hpp"
 
 extern "C" {

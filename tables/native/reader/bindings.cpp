@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/bytes.hpp"
-#include "core/table.hpp"
-#include "core/table_store.hpp"
+#include "core/base/bytes.hpp"
+#include "core/storage/table_store.hpp"
+#include "core/table/table.hpp"
 
 namespace nb = nanobind;
 

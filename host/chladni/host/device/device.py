@@ -37,7 +37,7 @@ RESTART_TRIES, RESTART_S = 3, 1.0
 STREAM_WAIT_S = 0.03
 """For the answer to a piece of a stream: its frames are wanted in 10 ms."""
 STREAM_TARGET = 96
-"""Frames that the device keeps in its ring on the average (core/stream.hpp): 10 ms."""
+"""Frames that the device keeps in its ring on the average (core/synthesis/duty_ring.hpp): 10 ms."""
 STREAM_RING = 512
 """Frames that it holds; so many may come on any wire."""
 STREAM_TURN_S = 0.002

@@ -1,0 +1,49 @@
+// How warm the coils are, from what they are given; the supply's current with it.
+//
+// A coil is one thermal resistance and one time constant: its rise above the air moves towards
+// (mean square of the duty) * (rise at a duty of 1). At a few hundred hertz a coil's inductance
+// changes its current by less than a tenth, and leaving it out errs to the safe side.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/config_format.hpp"
+#include "core/synthesis/synthesis.hpp"
+
+namespace chladni {
+
+class CoilHeat {
+ public:
+  // `is_warm`: coils may have been driven a moment ago, and nobody knows how long.
+  void start(const Config& config, bool is_warm);
+  // What the coils have got in the last milliseconds.
+  void add(const Loads& loads, uint32_t milliseconds);
+
+  // Rise above the air, 0.1 K.
+  uint32_t rise_dk(uint32_t channel) const {
+    return static_cast<uint32_t>(rise_uk_[channel]) / 100000U;
+  }
+  // The first channel above its limit, or kMaxChannels.
+  uint32_t hot_channel() const;
+  // Whether all have cooled to three quarters of it.
+  bool has_cooled() const;
+  // Sum of all channels' mean currents over the last window.
+  uint32_t supply_ma() const { return supply_ma_; }
+
+ private:
+  // Means are taken over so long: ten waves at 160 Hz, and one at 20 Hz.
+  static constexpr uint32_t kWindowMs = 64;
+
+  uint32_t channels_ = 0;
+  std::array<uint16_t, kMaxChannels> full_current_ma_{};
+  std::array<uint16_t, kMaxChannels> full_rise_dk_{};
+  int32_t limit_uk_ = 0;
+  int32_t heating_ms_ = 1;
+  std::array<int32_t, kMaxChannels> rise_uk_{};  // microkelvin
+  uint32_t window_ms_ = 0;
+  Loads sums_{};  // times milliseconds
+  uint32_t supply_ma_ = 0;
+};
+
+}  // namespace chladni

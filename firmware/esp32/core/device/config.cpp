@@ -1,0 +1,158 @@
+#include "core/device/config.hpp"
+
+#include <cstddef>
+
+#include "core/base/bytes.hpp"
+#include "core/base/crc32.hpp"
+#include "core/base/flash_crc.hpp"
+
+namespace chladni {
+
+namespace {
+
+namespace f = config_format;
+using Record = std::array<uint8_t, f::kRecordBytes>;
+
+constexpr uint32_t kSectors = 2;
+// A record of a later minor version may be longer, but not than this.
+constexpr uint32_t kMostBytes = 1024;
+
+struct Take {
+  template <typename T>
+  bool operator()(const uint8_t* at, int32_t low, int32_t high, T& value) const {
+    const auto found = static_cast<T>(word(at, sizeof(T)));
+    // Fields of 32 bits are far from both ends of int32_t, so that this comparison is exact.
+    const auto wide = static_cast<int32_t>(found);
+    if (wide < low || wide > high) return false;
+    value = found;
+    return true;
+  }
+  template <typename T, size_t kCount>
+  bool operator()(const uint8_t* at, int32_t low, int32_t high,
+                  std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) {
+      if (!(*this)(at + k * sizeof(T), low, high, values[k])) return false;
+    }
+    return true;
+  }
+};
+
+struct Put {
+  template <typename T>
+  void operator()(uint8_t* at, const T& value) const {
+    put_word(at, static_cast<uint32_t>(value), sizeof(T));
+  }
+  template <typename T, size_t kCount>
+  void operator()(uint8_t* at, const std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) (*this)(at + k * sizeof(T), values[k]);
+  }
+};
+
+struct Found {
+  ConfigStatus status;
+  uint32_t sequence;
+  Config config;
+};
+
+// Bytes of a record that begins like one and has at most `most`; else 0.
+uint32_t total_of(const uint8_t* record, uint32_t most) {
+  const uint32_t total = read_u16(record + f::kAtTotalBytes);
+  const bool is_one =
+      read_u32(record + f::kAtMagic) == f::kMagic && record[f::kAtVersionMajor] == f::kVersionMajor;
+  return is_one && total >= f::kRecordBytes && total <= most ? total : 0U;
+}
+
+Found read_sector(const Hal& hal, uint32_t sector) {
+  Found found{ConfigStatus::kDamaged, 0, {}};
+  Record record{};
+  const uint32_t offset = sector * kSectorBytes;
+  if (!hal.read_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
+    found.status = ConfigStatus::kReadFailed;
+    return found;
+  }
+  if (word(record.data(), 4) == 0xFFFFFFFFU) {
+    found.status = ConfigStatus::kNone;
+    return found;
+  }
+  const uint32_t total = total_of(record.data(), kMostBytes);
+  uint32_t crc = 0;
+  if (total == 0 ||
+      check_flash_crc(hal, FlashArea::kConfig, offset, total, crc) != FlashCrc::kRight) {
+    return found;
+  }
+  if (!f::take_fields(record.data(), found.config, Take{})) return found;
+  found.sequence = word(record.data() + f::kAtSequence, 4);
+  found.status = ConfigStatus::kOk;
+  return found;
+}
+
+// The sector with the newest whole record; `kSectors` if there is none.
+uint32_t newest(const Found& first, const Found& second) {
+  const bool has_first = first.status == ConfigStatus::kOk;
+  const bool has_second = second.status == ConfigStatus::kOk;
+  if (!has_first) return has_second ? 1U : kSectors;
+  if (!has_second) return 0U;
+  // Sequence numbers may wrap around.
+  return static_cast<int32_t>(second.sequence - first.sequence) > 0 ? 1U : 0U;
+}
+
+}  // namespace
+
+ConfigStatus load_config(const Hal& hal, Config& config) {
+  const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
+  const uint32_t sector = newest(first, second);
+  if (sector < kSectors) {
+    config = sector == 0 ? first.config : second.config;
+    return ConfigStatus::kOk;
+  }
+  config = Config{};
+  if (first.status == ConfigStatus::kNone && second.status == ConfigStatus::kNone) {
+    return ConfigStatus::kNone;
+  }
+  return first.status == ConfigStatus::kNone ? second.status : first.status;
+}
+
+ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config) {
+  if (bytes < f::kRecordBytes) return ConfigStatus::kDamaged;
+  const uint32_t total = total_of(record, bytes);
+  if (total == 0) return ConfigStatus::kDamaged;
+  const uint32_t covered = total - f::kCrcBytes;
+  const uint32_t crc = crc32(record, covered);
+  if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
+  Config found{};
+  if (!f::take_fields(record, found, Take{})) return ConfigStatus::kDamaged;
+  config = found;
+  return ConfigStatus::kOk;
+}
+
+void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
+  const Put put{};
+  put(record + f::kAtMagic, f::kMagic);
+  record[f::kAtVersionMajor] = static_cast<uint8_t>(f::kVersionMajor);
+  record[f::kAtVersionMinor] = static_cast<uint8_t>(f::kVersionMinor);
+  put(record + f::kAtTotalBytes, static_cast<uint16_t>(f::kRecordBytes));
+  put(record + f::kAtSequence, sequence);
+  f::put_fields(record, config, put);
+  const uint32_t covered = f::kRecordBytes - f::kCrcBytes;
+  put(record + covered, crc32(record, covered));
+}
+
+ConfigStatus save_config(const Hal& hal, const Config& config) {
+  const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
+  const uint32_t holds = newest(first, second);
+  const uint32_t sequence = holds == kSectors ? 0U : (holds == 0 ? first : second).sequence;
+  const uint32_t sector = holds == 0 ? 1U : 0U;
+  Record record{};
+  write_record(config, sequence + 1U, record.data());
+  const uint32_t offset = sector * kSectorBytes;
+  if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
+      !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
+    return ConfigStatus::kWriteFailed;
+  }
+  // Flash has been seen to answer OK and write nothing.
+  const Found written = read_sector(hal, sector);
+  const bool is_there = written.status == ConfigStatus::kOk && written.sequence == sequence + 1U;
+  return is_there ? ConfigStatus::kOk : ConfigStatus::kWriteFailed;
+}
+
+}  // namespace chladni

@@ -1,0 +1,313 @@
+#include "core/device/device.hpp"
+
+#include "core/base/text.hpp"
+
+namespace chladni {
+
+namespace {
+
+constexpr uint32_t kLongTurnMs = 10;
+
+}  // namespace
+
+void Device::start(const Hal& hal) {
+  hal_ = hal;
+  state_ = DeviceState::kIdle;
+  ticked_us_ = hal_.now_us(hal_.context);
+  const ResetCause reset = hal_.reset_cause(hal_.context);
+  if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
+  config_status_ = load_config(hal_, config_);
+  if (config_status_ != ConfigStatus::kOk && config_status_ != ConfigStatus::kNone) {
+    note(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
+  }
+  heat_.start(config_, reset != ResetCause::kPowerOn);
+  load_table();
+  start_outputs();
+  input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
+  seen_health_ = config_.panel == 0 ? PanelHealth::kNone : PanelHealth::kFine;
+  settle();
+}
+
+void Device::load_table() {
+  faults_.clear(FaultCause::kNoTable);
+  faults_.clear(FaultCause::kTableRefused);
+  table_status_ = store_.load(hal_, table_, config_.channels);
+  if (table_status_ == TableStatus::kNone) {
+    stand(FaultCause::kNoTable, 0);
+  } else if (table_status_ != TableStatus::kOk) {
+    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
+  }
+}
+
+// Only while nothing plays.
+void Device::start_outputs() {
+  const SynthesisSettings settings = synthesis_settings();
+  const bool fits = synthesis_.start(settings);
+  if (!fits && table_status_ == TableStatus::kOk) {
+    table_status_ = TableStatus::kBadField;
+    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
+  }
+  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
+  envelope_.start(config_, settings.ramp_us);
+}
+
+SynthesisSettings Device::synthesis_settings() const {
+  SynthesisSettings settings{};
+  settings.channels = config_.channels;
+  settings.pwm_bits = config_.pwm_bits;
+  const bool has_table = table_.is_loaded();
+  settings.frequency_mhz = has_table ? table_.frequency_mhz() : kDefaultFrequencyMhz;
+  settings.ramp_us = has_table ? table_.ramp_us() : kDefaultRampUs;
+  settings.touch_timeout_us = has_table ? table_.touch_timeout_us() : kDefaultTimeoutUs;
+  settings.max_on_us = has_table ? table_.max_on_us() : kDefaultMaxOnUs;
+  settings.limits.max_duty_q15 = config_.max_duty_q15;
+  // A step of the carrier is 12.5 ns.
+  settings.limits.min_on_steps = (config_.min_on_ns * 2U + 24U) / 25U;
+  settings.limits.supply_ma = config_.supply_ma;
+  settings.limits.full_current_ma = config_.full_current_ma;
+  return settings;
+}
+
+bool Device::go(DeviceEvent event) {
+  const Transition found = transition(state_, event);
+  if (found.is_allowed) state_ = found.next;
+  return found.is_allowed;
+}
+
+void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, uptime_ms_); }
+
+// Outputs go off and stay off until the fault clears.
+void Device::stand(FaultCause cause, uint32_t detail) {
+  note(cause, detail);
+  faults_.raise(cause);
+  silence();
+  go(DeviceEvent::kFaultArises);
+}
+
+void Device::settle() {
+  if (state_ == DeviceState::kIdle && faults_.any_stands()) go(DeviceEvent::kFaultArises);
+}
+
+void Device::poll() {
+  const uint32_t now_us = hal_.now_us(hal_.context);
+  const uint32_t passed_ms = (now_us - ticked_us_) / 1000U;
+  ticked_us_ += passed_ms * 1000U;
+  uptime_ms_ += passed_ms;
+  awake_ms_ += passed_ms < kLongTurnMs ? passed_ms : kLongTurnMs;
+  watch_outputs();
+  watch_coils(passed_ms);
+  const TouchEvent event = next_touch(now_us);
+  watch_panel();
+  // The panel's bytes took their time.
+  handle(event, hal_.now_us(hal_.context));
+  advance_effects(hal_.now_us(hal_.context));
+  advance_stream();
+  watch_update();
+  post_drive();
+  clear_faults();
+  watch_restart();
+}
+
+// What the interrupt ended by itself.
+void Device::watch_outputs() {
+  if (is_start_pending_) return;
+  const FadeCause cause = synthesis_.fade_cause();
+  if (cause == seen_fade_) return;
+  seen_fade_ = cause;
+  switch (cause) {
+    case FadeCause::kTouchTimeout:
+      if (state_ == DeviceState::kPlaying) {
+        note(FaultCause::kTouchTimeout, 0);
+        end_touch();
+      } else if (state_ == DeviceState::kStreaming) {
+        note(FaultCause::kHostSilent, 0);
+        stream_end();
+      }
+      break;
+    case FadeCause::kMaxOn: stand(FaultCause::kTouchTooLong, 0); break;
+    case FadeCause::kLate: stand(FaultCause::kInterruptLate, synthesis_.missed()); break;
+    case FadeCause::kUnderrun:
+      note(FaultCause::kUnderrun, 0);
+      // It begins again when enough has come.
+      is_stream_pending_ = state_ == DeviceState::kStreaming;
+      break;
+    case FadeCause::kNone:
+    case FadeCause::kReleased: break;
+  }
+}
+
+void Device::watch_coils(uint32_t passed_ms) {
+  if (passed_ms > 0) {
+    Loads loads;
+    synthesis_.take_loads(loads, passed_ms);
+    heat_.add(loads, passed_ms);
+  }
+  const uint32_t hot = heat_.hot_channel();
+  if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
+    stand(FaultCause::kCoilHot, hot);
+  }
+  // Waves are kept within the limit when they are posted; a stream is not, and rounding is not.
+  const uint32_t most_ma = config_.supply_ma + config_.supply_ma / 16U;
+  if (heat_.supply_ma() > most_ma && !faults_.stands(FaultCause::kSupplyCurrent)) {
+    stand(FaultCause::kSupplyCurrent, heat_.supply_ma());
+  }
+}
+
+void Device::watch_panel() {
+  const PanelHealth health = input_.health();
+  if (health != seen_health_) {
+    if (health == PanelHealth::kMissing) note(FaultCause::kPanelMissing, 0);
+    if (health == PanelHealth::kWedged) note(FaultCause::kPanelFails, input_.bus_errors());
+    seen_health_ = health;
+  }
+  const uint32_t out_of_range = input_.out_of_range();
+  if (out_of_range == seen_out_of_range_) return;
+  seen_out_of_range_ = out_of_range;
+  // A panel that goes on like this must not push everything else out of the log.
+  const uint32_t kept = faults_.kept();
+  if (kept == 0 || faults_.at(kept - 1U).cause != FaultCause::kPanelRange) {
+    note(FaultCause::kPanelRange, out_of_range);
+  }
+}
+
+void Device::clear_faults() {
+  if (!is_finger_there() && synthesis_.is_quiet()) {
+    if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
+    faults_.clear(FaultCause::kTouchTooLong);
+    faults_.clear(FaultCause::kInterruptLate);
+    // The mean that raised it goes on for a window.
+    if (heat_.supply_ma() <= config_.supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
+  }
+  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+}
+
+TouchEvent Device::next_touch(uint32_t now_us) {
+  const TouchEvent event = input_.poll(hal_, now_us);
+  if (event.kind != TouchKind::kNothing) {
+    is_console_touch_ = false;
+    return event;
+  }
+  if (is_console_touch_) return {TouchKind::kMoved, console_place_};
+  return event;
+}
+
+void Device::handle(const TouchEvent& event, uint32_t now_us) {
+  switch (event.kind) {
+    case TouchKind::kNothing: return;
+    case TouchKind::kUp: touch_up(now_us); return;
+    case TouchKind::kTimeout:
+      if (state_ != DeviceState::kPlaying) return;
+      note(FaultCause::kTouchTimeout, 0);
+      end_touch();
+      return;
+    case TouchKind::kDown:
+    case TouchKind::kHeld:
+    case TouchKind::kMoved: break;
+  }
+  const bool is_new =
+      state_ == DeviceState::kIdle || is_after_lift_ || event.kind == TouchKind::kDown;
+  if (is_new) {
+    touch_down(event.place, now_us);
+    return;
+  }
+  if (state_ != DeviceState::kPlaying) return;
+  synthesis_.keep_alive();
+  const bool has_moved = event.place.x_um != place_.x_um || event.place.y_um != place_.y_um;
+  if (!has_moved || config_.on_move != 0) return;
+  place_ = event.place;
+  if (!is_start_pending_) line_ = envelope_.current(now_us);
+  is_drive_pending_ = true;
+}
+
+void Device::touch_down(Place place, uint32_t now_us) {
+  // What ended the last touch is noted before this one wipes it out.
+  watch_outputs();
+  if (!go(DeviceEvent::kTouchBegins)) return;
+  place_ = place;
+  line_ = envelope_.begin(now_us);
+  is_drive_pending_ = is_start_pending_ = true;
+  is_release_pending_ = is_after_lift_ = false;
+  synthesis_.keep_alive();
+}
+
+void Device::touch_up(uint32_t now_us) {
+  if (state_ != DeviceState::kPlaying || is_after_lift_) return;
+  if (envelope_.lift_pulse_us() == 0) {
+    end_touch();
+    return;
+  }
+  is_after_lift_ = true;
+  lift_us_ = now_us;
+  line_ = envelope_.lift_line();
+  is_drive_pending_ = true;
+}
+
+// Whoever plays: nobody does from now on, and outputs fade out.
+void Device::silence() {
+  forget_touch();
+  forget_host();
+  is_release_pending_ = !synthesis_.is_quiet();
+}
+
+void Device::forget_touch() { is_drive_pending_ = is_start_pending_ = is_after_lift_ = false; }
+
+void Device::end_touch() {
+  forget_touch();
+  is_release_pending_ = true;
+  go(DeviceEvent::kTouchEnds);
+  settle();
+}
+
+void Device::advance_effects(uint32_t now_us) {
+  if (state_ != DeviceState::kPlaying) return;
+  if (is_after_lift_) {
+    synthesis_.keep_alive();
+    if (now_us - lift_us_ >= envelope_.lift_pulse_us()) end_touch();
+    return;
+  }
+  if (!is_start_pending_ && envelope_.decays(now_us)) {
+    line_ = envelope_.current(now_us);
+    is_drive_pending_ = true;
+  }
+}
+
+void Device::post_drive() {
+  if (state_ == DeviceState::kPlaying && is_drive_pending_) {
+    Drive drive{};
+    table_.drive_at(place_, drive);
+    if (synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start_pending_})) {
+      if (is_start_pending_) seen_fade_ = FadeCause::kNone;
+      is_drive_pending_ = is_start_pending_ = false;
+    }
+  }
+  if (is_release_pending_) is_release_pending_ = !synthesis_.release(envelope_.release_us());
+}
+
+bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
+
+// The drives of another frequency, from the next touch on.
+TableStatus Device::select_frequency(uint32_t frequency_mhz) {
+  const TableStatus status = table_.select(frequency_mhz);
+  if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
+  return status;
+}
+
+bool Device::update_begin() {
+  if (state_ != DeviceState::kUpdating) {
+    if (!go(DeviceEvent::kUpdateBegins)) return false;
+    silence();
+  }
+  return !is_release_pending_ && synthesis_.is_quiet();
+}
+
+void Device::update_end() {
+  if (state_ != DeviceState::kUpdating || !synthesis_.is_quiet()) return;
+  store_.abandon();
+  load_table();
+  start_outputs();
+  input_.set_timeout(table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
+  go(DeviceEvent::kUpdateEnds);
+  settle();
+}
+
+}  // namespace chladni

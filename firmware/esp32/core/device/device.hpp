@@ -1,0 +1,180 @@
+// The device: a touch becomes a drive, and every way a touch can end turns the outputs off.
+#pragma once
+
+#include <cstdint>
+
+#include "core/device/coil_heat.hpp"
+#include "core/device/config.hpp"
+#include "core/device/faults.hpp"
+#include "core/device/state.hpp"
+#include "core/generated/link_format.hpp"
+#include "core/hal.hpp"
+#include "core/storage/network_record.hpp"
+#include "core/storage/table_store.hpp"
+#include "core/synthesis/envelope.hpp"
+#include "core/synthesis/synthesis.hpp"
+#include "core/table/table.hpp"
+#include "core/touch/touch_input.hpp"
+
+namespace chladni {
+
+// While no table says otherwise.
+constexpr uint32_t kDefaultFrequencyMhz = 160000;
+constexpr uint32_t kDefaultRampUs = 4000;
+constexpr uint32_t kDefaultTimeoutUs = 100000;
+constexpr uint32_t kDefaultMaxOnUs = 10000000;
+
+// Of the network, for whoever asks; kept by datagrams.cpp and, for the address, by the chip.
+struct NetworkState {
+  bool is_on = false;
+  uint16_t port = 0;
+  uint32_t address = 0;  // IPv4, its first byte lowest; 0 for none
+  uint32_t accepted = 0;
+  uint32_t rejected = 0;
+  std::array<char, network_format::kSsidBytes + 1> ssid{};
+};
+
+class Device {
+ public:
+  // Load configuration and table and get ready; outputs stay off.
+  void start(const Hal& hal);
+  // One turn of the main loop; call it every millisecond, and as soon as the panel calls.
+  void poll();
+  // One line from the console; "help" lists them.
+  void command(const char* line);
+  // One sample; call it from the sample interrupt, every fourth carrier period. `missed` samples
+  // before this one were never asked for.
+  // Here, so that the interrupt's own function takes it in: that lies in IRAM on the chip.
+  void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
+
+  // A host drives the outputs, with frames of duties, half as many as samples (stream.hpp) …
+  bool stream_begin();
+  bool stream_push(const uint16_t* duties_q16);
+  // … or with a drive that it must repeat within the touch timeout.
+  bool play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform);
+  void stream_end();
+
+  // Flash may be written once outputs are off; false until then, so ask again. Touches and streams
+  // are refused until `update_end`, which loads the table anew.
+  bool update_begin();
+  void update_end();
+  // An update of the table: begin is busy until outputs are off; a commit ends it, whatever comes
+  // of it, and so does silence.
+  link_format::Status table_begin(uint32_t total_bytes, uint32_t table_crc);
+  link_format::Status table_data(uint32_t offset, const uint8_t* bytes, uint32_t count);
+  link_format::Status table_commit();
+  link_format::Status table_previous();
+  uint32_t table_next() const { return store_.next_offset(); }
+  uint32_t slot() const { return store_.slot(); }
+
+  // A finger that the host or the console holds, until it lifts it.
+  void touch(Place place);
+  void lift();
+  // Kept for the next start. Only while `is_quiet`: flash is written.
+  bool is_quiet() const { return synthesis_.is_quiet(); }
+  ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
+  // The same for a record that `parse_network` takes, or none.
+  bool set_network(const uint8_t* record, uint32_t size) const {
+    return save_network(hal_, record, size);
+  }
+  NetworkState& network() { return network_; }
+  // Outputs fade out, the answer gets its time on the way, and then all starts anew.
+  void restart_soon();
+  void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
+  // Since start.
+  uint32_t now_ms() const { return uptime_ms_; }
+  // The same, but for turns that took long, as erasing does: what came in them was not late.
+  uint32_t awake_ms() const { return awake_ms_; }
+
+  // Of touches from now on.
+  bool set_waveform(Waveform waveform);
+  TableStatus select_frequency(uint32_t frequency_mhz);
+
+  DeviceState state() const { return state_; }
+  const Config& config() const { return config_; }
+  ConfigStatus config_status() const { return config_status_; }
+  TableStatus table_status() const { return table_status_; }
+  const Table& table() const { return table_; }
+  const Synthesis& synthesis() const { return synthesis_; }
+  const SampleStream& stream() const { return synthesis_.stream(); }
+  const TouchInput& input() const { return input_; }
+  const FaultLog& faults() const { return faults_; }
+  const CoilHeat& heat() const { return heat_; }
+
+ private:
+  bool go(DeviceEvent event);
+  void load_table();
+  void start_outputs();
+  SynthesisSettings synthesis_settings() const;
+  void note(FaultCause cause, uint32_t detail);
+  void stand(FaultCause cause, uint32_t detail);
+  void settle();
+
+  void watch_outputs();
+  void watch_coils(uint32_t passed_ms);
+  void watch_panel();
+  void clear_faults();
+  TouchEvent next_touch(uint32_t now_us);
+  void handle(const TouchEvent& event, uint32_t now_us);
+  void touch_down(Place place, uint32_t now_us);
+  void touch_up(uint32_t now_us);
+  void end_touch();
+  void forget_touch();
+  void silence();
+  void advance_effects(uint32_t now_us);
+  void host_is_heard();
+  void forget_host();
+  void advance_stream();
+  void watch_update();
+  void watch_restart();
+  void post_drive();
+  bool is_finger_there() const { return input_.is_touched() || is_console_touch_; }
+
+  bool run_command(const char* line);
+  void print_info();
+  void print_faults();
+
+  Hal hal_{};
+  Config config_{};
+  ConfigStatus config_status_ = ConfigStatus::kNone;
+  DeviceState state_ = DeviceState::kIdle;
+  TableStatus table_status_ = TableStatus::kNone;
+  TouchInput input_;
+  FaultLog faults_;
+  CoilHeat heat_;
+  Envelope envelope_;
+  PanelHealth seen_health_ = PanelHealth::kNone;
+  uint32_t seen_out_of_range_ = 0;
+  FadeCause seen_fade_ = FadeCause::kNone;
+
+  // The drive to be played next, and how.
+  Place place_{};
+  Line line_{};
+  bool is_drive_pending_ = false;
+  bool is_start_pending_ = false;
+  bool is_release_pending_ = false;
+  bool is_after_lift_ = false;  // the touch has ended, its last pulse plays
+  uint32_t lift_us_ = 0;
+  // A host that drives the outputs.
+  bool is_stream_pending_ = false;
+  bool is_raw_ = false;
+  bool is_host_wave_ = false;      // frequency and wave are the host's
+  uint32_t host_us_ = 0;           // when it was last heard
+  bool is_clear_pending_ = false;  // of the ring, which the interrupt may still read
+  // A touch from the console lasts until "lift", so it is kept alive here.
+  bool is_console_touch_ = false;
+  Place console_place_{};
+  uint32_t uptime_ms_ = 0;
+  uint32_t awake_ms_ = 0;
+  uint32_t ticked_us_ = 0;
+  uint32_t update_ms_ = 0;        // when an update was last heard of
+  bool is_update_heard_ = false;  // since the last turn, which may have taken seconds of erasing
+  bool is_restart_due_ = false;
+  uint32_t restart_ms_ = 0;
+  NetworkState network_;
+  TableStore store_;
+  Table table_;
+  Synthesis synthesis_;
+};
+
+}  // namespace chladni

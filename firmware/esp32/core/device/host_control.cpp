@@ -1,0 +1,262 @@
+// A host that drives the outputs itself, and the console.
+#include "core/base/text.hpp"
+#include "core/device/device.hpp"
+
+namespace chladni {
+
+namespace {
+
+constexpr const char* kHelp =
+    "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
+// From a restart's request: an answer's time on a wire or a network; and the longest ramp.
+constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
+constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangle", "square",
+                                                                "ramp"};
+
+}  // namespace
+
+void Device::restart_soon() {
+  silence();
+  if (!is_restart_due_) restart_ms_ = uptime_ms_;
+  is_restart_due_ = true;
+}
+
+// Outputs may take their ramp, but nothing keeps a restart off for long.
+void Device::watch_restart() {
+  const uint32_t passed_ms = uptime_ms_ - restart_ms_;
+  if (!is_restart_due_ || passed_ms < kRestartMs) return;
+  if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
+}
+
+bool Device::stream_begin() {
+  if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
+  if (!go(DeviceEvent::kStreamBegins)) return false;
+  forget_touch();
+  is_release_pending_ = true;
+  is_raw_ = is_clear_pending_ = is_stream_pending_ = true;
+  host_is_heard();
+  return true;
+}
+
+bool Device::stream_push(const uint16_t* duties_q16) {
+  if (state_ != DeviceState::kStreaming || !is_raw_ || is_clear_pending_) return false;
+  host_is_heard();
+  return synthesis_.stream().push(duties_q16);
+}
+
+bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform) {
+  if (state_ != DeviceState::kStreaming) {
+    if (!stream_begin()) return false;
+    is_raw_ = is_clear_pending_ = is_stream_pending_ = false;
+  }
+  if (is_raw_ || is_release_pending_) return false;
+  if (!synthesis_.set_frequency(frequency_mhz) || !synthesis_.set_waveform(waveform)) return false;
+  is_host_wave_ = true;
+  watch_outputs();
+  if (state_ != DeviceState::kStreaming) {
+    forget_host();
+    return false;
+  }
+  host_is_heard();
+  // Each one is a touch of its own: a host that goes on asking may go on for long.
+  if (!synthesis_.play(drive, {32767, synthesis_settings().ramp_us, true})) return false;
+  seen_fade_ = FadeCause::kNone;
+  return true;
+}
+
+void Device::stream_end() {
+  if (!go(DeviceEvent::kStreamEnds)) return;
+  forget_host();
+  is_release_pending_ = true;
+  settle();
+}
+
+// Fingers get the table's frequency and the configured wave again.
+void Device::forget_host() {
+  is_stream_pending_ = is_clear_pending_ = is_raw_ = false;
+  if (!is_host_wave_) return;
+  is_host_wave_ = false;
+  synthesis_.set_frequency(synthesis_settings().frequency_mhz);
+  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
+}
+
+void Device::host_is_heard() {
+  synthesis_.keep_alive();
+  host_us_ = hal_.now_us(hal_.context);
+}
+
+void Device::advance_stream() {
+  if (state_ != DeviceState::kStreaming) return;
+  if (hal_.now_us(hal_.context) - host_us_ >= synthesis_settings().touch_timeout_us) {
+    note(FaultCause::kHostSilent, 0);
+    stream_end();
+    return;
+  }
+  if (!is_raw_) return;
+  if (is_clear_pending_) {
+    if (is_release_pending_ || !synthesis_.is_quiet()) return;
+    synthesis_.stream().clear();
+    is_clear_pending_ = false;
+  }
+  synthesis_.stream().steer();
+  if (is_stream_pending_ && synthesis_.stream().is_ready() && synthesis_.play_stream()) {
+    seen_fade_ = FadeCause::kNone;
+    is_stream_pending_ = false;
+  }
+}
+
+namespace {
+
+link_format::Status to_link(StoreStatus status) {
+  using Status = link_format::Status;
+  switch (status) {
+    case StoreStatus::kOk: return Status::kOk;
+    case StoreStatus::kTooLarge: return Status::kTooLarge;
+    case StoreStatus::kNotBegun: return Status::kNotBegun;
+    case StoreStatus::kWrongOffset: return Status::kWrongOffset;
+    case StoreStatus::kFlashFailed: return Status::kFlashFailed;
+    case StoreStatus::kRefused: return Status::kRefused;
+    case StoreStatus::kNoOther: return Status::kNoOther;
+  }
+  return Status::kMalformed;
+}
+
+}  // namespace
+
+link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
+  using Status = link_format::Status;
+  if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
+  is_update_heard_ = true;
+  if (!update_begin()) return Status::kBusy;
+  const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
+  if (status != Status::kOk) update_end();
+  return status;
+}
+
+link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
+  is_update_heard_ = true;
+  // Sent twice, because the answer was lost: they are there.
+  const uint32_t next = store_.next_offset();
+  if (store_.is_updating() && offset <= next && count <= next - offset) {
+    return link_format::Status::kOk;
+  }
+  return to_link(store_.write(hal_, offset, bytes, count));
+}
+
+link_format::Status Device::table_commit() {
+  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
+  const StoreStatus status = store_.commit(hal_, table_, config_.channels);
+  if (status != StoreStatus::kNotBegun) update_end();
+  return to_link(status);
+}
+
+link_format::Status Device::table_previous() {
+  is_update_heard_ = true;
+  if (!update_begin()) return link_format::Status::kBusy;
+  const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
+  update_end();
+  return to_link(status);
+}
+
+void Device::watch_update() {
+  // The clock went on while sectors were erased; silence counts from now.
+  if (is_update_heard_) update_ms_ = uptime_ms_;
+  is_update_heard_ = false;
+  const bool is_silent = uptime_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
+  if (state_ == DeviceState::kUpdating && is_silent) update_end();
+}
+
+void Device::touch(Place place) {
+  is_console_touch_ = true;
+  console_place_ = place;
+}
+
+void Device::lift() {
+  if (is_console_touch_) touch_up(hal_.now_us(hal_.context));
+  is_console_touch_ = false;
+}
+
+ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes) {
+  Config wanted{};
+  const ConfigStatus status = parse_record(record, bytes, wanted);
+  return status == ConfigStatus::kOk ? save_config(hal_, wanted) : status;
+}
+
+void Device::command(const char* line) {
+  if (!run_command(line)) hal_.print(hal_.context, kHelp);
+}
+
+// False if the line makes no sense.
+bool Device::run_command(const char* line) {
+  Reader reader(line);
+  if (reader.word("touch")) {
+    Place place{};
+    if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end())
+      return false;
+    touch(place);
+    hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
+    return true;
+  }
+  if (reader.word("lift") && reader.at_end()) {
+    lift();
+    hal_.print(hal_.context, "ok");
+    return true;
+  }
+  if (reader.word("frequency")) {
+    int32_t frequency_mhz = 0;
+    if (!reader.number(&frequency_mhz) || !reader.at_end() || frequency_mhz <= 0) return false;
+    if (!table_.is_loaded()) {
+      hal_.print(hal_.context, to_text(table_status_));
+    } else if (state_ != DeviceState::kIdle) {
+      hal_.print(hal_.context, "lift the finger first");
+    } else {
+      hal_.print(hal_.context, to_text(select_frequency(static_cast<uint32_t>(frequency_mhz))));
+    }
+    return true;
+  }
+  if (reader.word("waveform")) {
+    for (uint32_t k = 0; k < kWaveforms; ++k) {
+      if (!reader.word(kWaveformNames[k]) || !reader.at_end()) continue;
+      set_waveform(static_cast<Waveform>(k));
+      hal_.print(hal_.context, "ok");
+      return true;
+    }
+    return false;
+  }
+  if (reader.word("info") && reader.at_end()) {
+    print_info();
+    return true;
+  }
+  if (reader.word("faults") && reader.at_end()) {
+    print_faults();
+    return true;
+  }
+  return false;
+}
+
+void Device::print_info() {
+  hal_.print(hal_.context, to_text(state_));
+  hal_.print(hal_.context, to_text(table_status_));
+  hal_.print(hal_.context, to_text(config_status_));
+  hal_.print(hal_.context, to_text(input_.health()));
+  Line80 supply;
+  hal_.print(hal_.context, supply.add(heat_.supply_ma()).add(" mA").text());
+  for (uint32_t k = 0; k < config_.channels; ++k) {
+    Line80 line;
+    line.add("coil ").add(k).add(": ").add_milli(heat_.rise_dk(k) * 100U).add(" K");
+    hal_.print(hal_.context, line.text());
+  }
+}
+
+void Device::print_faults() {
+  if (faults_.count() == 0) hal_.print(hal_.context, "no faults");
+  for (uint32_t k = 0; k < faults_.kept(); ++k) {
+    const Fault& fault = faults_.at(k);
+    Line80 line;
+    line.add_milli(fault.at_ms).add(" s: ").add(to_text(fault.cause)).add(" (").add(fault.detail);
+    hal_.print(hal_.context, line.add(")").text());
+  }
+}
+
+}  // namespace chladni

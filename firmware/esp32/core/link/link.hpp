@@ -1,0 +1,30 @@
+// The device's end of the wire: frames in, answers out, and lines of text to the console.
+#pragma once
+
+#include <cstdint>
+
+#include "core/link/framing.hpp"
+#include "core/link/requests.hpp"
+
+namespace chladni {
+
+class Link {
+ public:
+  explicit Link(Device& device) : device_(device), requests_(device, Requests::Via::kWire) {}
+
+  // Bytes from the wire, in the main loop.
+  void receive(const uint8_t* bytes, uint32_t count);
+
+  uint32_t damaged() const { return reader_.damaged(); }
+
+ private:
+  void handle_frame();
+  void send_answer() const;
+
+  Device& device_;
+  Requests requests_;
+  Conversation host_;
+  FrameReader reader_;
+};
+
+}  // namespace chladni

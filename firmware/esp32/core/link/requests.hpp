@@ -1,0 +1,60 @@
+// What a host may ask, and the answers (docs/link-protocol.md), however they travel.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/device/device.hpp"
+#include "core/generated/link_format.hpp"
+
+namespace chladni {
+
+// One host's way of asking: its last request and what was answered, in case it did not hear that.
+struct Conversation {
+  // An answer: kind, sequence, status, then fields and tail.
+  static constexpr uint32_t kMostAnswer = 320;
+
+  std::array<uint8_t, kMostAnswer> answer{};
+  uint32_t answer_size = 0;
+  // Of the last request that was done, so that its repetition is not.
+  uint32_t last_kind = 0;
+  uint32_t last_sequence = 0;
+};
+
+class Requests {
+ public:
+  enum class Via : uint8_t { kWire, kNetwork };
+
+  Requests(Device& device, Via via) : device_(device), via_(via) {}
+
+  // Kind, sequence, fields and tail of a request, in the main loop. False if it asks nothing, and
+  // gets no answer. A request that is repeated is answered again and not done twice.
+  // The answer is left in the conversation.
+  bool take(Conversation& with, const uint8_t* bytes, uint32_t size);
+
+ private:
+  static constexpr uint32_t kAnswerHead = 3;
+
+  struct Request {
+    const uint8_t* fields;
+    uint32_t size;
+  };
+
+  link_format::Status handle(uint32_t kind, const Request& request);
+  link_format::Status handle_table(uint32_t kind, const Request& request);
+  link_format::Status handle_host(uint32_t kind, const Request& request);
+  link_format::Status put_info();
+  link_format::Status put_faults();
+  link_format::Status put_config();
+  link_format::Status put_network();
+  link_format::Status set_network(const Request& request);
+  link_format::Status take_stream(const Request& request);
+  link_format::Status take_live(const Request& request);
+  void put(uint32_t value, uint32_t bytes);
+
+  Device& device_;
+  Via via_;
+  Conversation* with_ = nullptr;  // whose request is being handled
+};
+
+}  // namespace chladni

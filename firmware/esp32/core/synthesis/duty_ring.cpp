@@ -1,0 +1,97 @@
+#include "core/synthesis/duty_ring.hpp"
+
+#include "core/synthesis/synthesis.hpp"
+
+namespace chladni {
+
+namespace {
+
+// What 1/256 frame of error adds to the rate, in 2^-32 frames per sample: a frame changes it by
+// 61 ppm, which brings the ring back with a time constant of 1.7 s.
+constexpr int32_t kPushPerQ8 = 512;
+// And what it adds each millisecond for good, in 1/256: the ring returns without a swing (damping
+// 0.9 at 78 kHz).
+constexpr int32_t kLearnPerQ8 = 24;
+// The largest correction, 1000 ppm: crystals are within 100.
+constexpr int32_t kMostDrift = 2147484;
+// The fill is averaged over 256 ms: frames come in packets, and must not be heard as a wobble.
+constexpr int32_t kMeanShift = 8;
+constexpr int32_t kLoadShift = 8;
+
+int32_t clamp_to(int32_t value, int32_t most) {
+  return value < -most ? -most : (value > most ? most : value);
+}
+
+}  // namespace
+
+void SampleStream::start(uint32_t channels) {
+  channels_ = channels;
+  clear();
+}
+
+void SampleStream::clear() {
+  head_.store(0, std::memory_order_relaxed);
+  tail_.store(0, std::memory_order_relaxed);
+  rate_.store(kHalf, std::memory_order_relaxed);
+  between_u32_ = 0;
+  mean_fill_q8_ = static_cast<int32_t>(kStreamTarget << 8);
+  drift_sum_ = 0;
+  mean_q24_.fill(0);
+  square_q24_.fill(0);
+}
+
+bool SampleStream::push(const uint16_t* duties_q16) {
+  const uint32_t head = head_.load(std::memory_order_relaxed);
+  if (head - tail() >= kStreamFrames) return false;
+  Frame& frame = frames_[head % kStreamFrames];
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const uint32_t duty = duties_q16[k];
+    frame[k] = duties_q16[k];
+    const auto square_q16 = static_cast<int32_t>(((duty >> 1) * (duty >> 1)) >> 14);
+    mean_q24_[k] += (static_cast<int32_t>(duty << 8) - mean_q24_[k]) >> kLoadShift;
+    square_q24_[k] += (square_q16 * 256 - square_q24_[k]) >> kLoadShift;
+  }
+  head_.store(head + 1U, std::memory_order_release);
+  return true;
+}
+
+void SampleStream::loads(Loads& loads) const {
+  for (uint32_t k = 0; k < channels_; ++k) {
+    loads[k] = {static_cast<uint32_t>(mean_q24_[k] >> 8),
+                static_cast<uint32_t>(square_q24_[k] >> 8)};
+  }
+}
+
+void SampleStream::steer() {
+  const auto fill_q8 = static_cast<int32_t>(filled() << 8);
+  mean_fill_q8_ += (fill_q8 - mean_fill_q8_) >> kMeanShift;
+  const int32_t error_q8 = mean_fill_q8_ - static_cast<int32_t>(kStreamTarget << 8);
+  const int32_t wanted = error_q8 * kPushPerQ8 + drift_sum_;
+  const int32_t drift = clamp_to(wanted, kMostDrift);
+  // What is learned while more is wanted than allowed would have to be unlearned.
+  if (drift == wanted) drift_sum_ += error_q8 * kLearnPerQ8 / 256;
+  rate_.store(kHalf + static_cast<uint32_t>(drift), std::memory_order_relaxed);
+}
+
+bool SampleStream::next(uint32_t* duties_q16) {
+  const uint32_t tail = tail_.load(std::memory_order_relaxed);
+  const uint32_t held = head_.load(std::memory_order_acquire) - tail;
+  const Frame& low = frames_[tail % kStreamFrames];
+  if (held < 2) {
+    for (uint32_t k = 0; k < channels_; ++k) duties_q16[k] = low[k];
+    return false;
+  }
+  const Frame& high = frames_[(tail + 1U) % kStreamFrames];
+  const auto share_q15 = static_cast<int32_t>(between_u32_ >> 17);
+  for (uint32_t k = 0; k < channels_; ++k) {
+    // A difference of 17 bits with its sign, times 15, fits once a bit is dropped.
+    const int32_t step = (static_cast<int32_t>(high[k]) - static_cast<int32_t>(low[k])) >> 1;
+    duties_q16[k] = static_cast<uint32_t>(low[k] + ((step * share_q15) >> 14));
+  }
+  const uint32_t next = between_u32_ + rate_u32();
+  if (next < between_u32_) tail_.store(tail + 1U, std::memory_order_release);
+  between_u32_ = next;
+  return true;
+}
+
+}  // namespace chladni

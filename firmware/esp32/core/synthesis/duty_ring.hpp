@@ -1,0 +1,62 @@
+// Frames of duties from a host, at half the sample rate, played at the device's own clock.
+//
+// A ring between the main loop, which pushes, and the sample interrupt, which reads. The host's
+// clock differs from ours: reading goes a little faster when the ring fills and slower when it
+// empties, so that it stays half full. An empty ring is an underrun: the synthesis fades out.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/synthesis/limits.hpp"
+
+namespace chladni {
+
+constexpr uint32_t kStreamFrames = 512;  // 52 ms at 10 bits
+// Filled so far before playing begins; where `steer` keeps it.
+constexpr uint32_t kStreamTarget = 96;
+
+struct Load;
+
+class SampleStream {
+ public:
+  void start(uint32_t channels);
+
+  // Main loop: append a frame of duties (65536 would be 1). False if the ring is full.
+  bool push(const uint16_t* duties_q16);
+  // Main loop: means over the last frames pushed, each of the same weight however they came.
+  void loads(std::array<Load, kMaxChannels>& loads) const;
+  // Main loop, every millisecond: keep the ring filled to its target.
+  void steer();
+  uint32_t filled() const { return head_.load(std::memory_order_acquire) - tail(); }
+  // Frames per sample less one half, in 2^-32: what the host's clock is off by.
+  int32_t drift() const { return static_cast<int32_t>(rate_u32() - kHalf); }
+  bool is_ready() const { return filled() >= kStreamTarget; }
+  // Forget everything; only while the interrupt does not read.
+  void clear();
+
+  // Interrupt: interpolated duties of this sample. False if the ring is empty; then they hold.
+  bool next(uint32_t* duties_q16);
+
+ private:
+  static constexpr uint32_t kHalf = 0x80000000U;
+  using Frame = std::array<uint16_t, kMaxChannels>;
+
+  uint32_t tail() const { return tail_.load(std::memory_order_acquire); }
+  uint32_t rate_u32() const { return rate_.load(std::memory_order_relaxed); }
+
+  uint32_t channels_ = 0;
+  std::array<Frame, kStreamFrames> frames_{};
+  std::atomic<uint32_t> head_{0};  // frames pushed; written by the main loop
+  std::atomic<uint32_t> tail_{0};  // frames left behind; written by the interrupt
+  std::atomic<uint32_t> rate_{kHalf};
+  uint32_t between_u32_ = 0;  // from the frame at the tail to the one after it; interrupt only
+  // Exponential means of duties and their squares over some 256 frames (26 ms at 10 bits).
+  std::array<int32_t, kMaxChannels> mean_q24_{};
+  std::array<int32_t, kMaxChannels> square_q24_{};
+  int32_t mean_fill_q8_ = 0;
+  int32_t drift_sum_ = 0;
+};
+
+}  // namespace chladni
