@@ -24,8 +24,8 @@ from scipy.optimize import minimize
 
 from chladni.drives.problem.field_space import every
 from chladni.drives.solve import solve
-from chladni.sim.board.board import MM
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import actuator_loads, plate_model
 from chladni.sim.image import metrics
 from chladni.sim.plate.loads import Load

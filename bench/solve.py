@@ -32,8 +32,9 @@ from chladni.drives.methods.anneal import read_trace
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import Problem, Scene, scene_of
 from chladni.host.figures.fields import COLOURS, save
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables.mirror_symmetry import Folding
 

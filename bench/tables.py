@@ -30,8 +30,9 @@ from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, scene_of
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.host.figures.fields import COLOURS, save
-from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Regions
 from chladni.tables.build import TableReport, solve_board
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack

@@ -13,8 +13,9 @@ import pytest
 from hypothesis import settings
 
 from chladni.host.cli.app import main
-from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Regions
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.table import Table
 

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from chladni.sim.board.board import Board, Coil
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Coil
 from chladni.sim.coil.actuator import (
     acceleration_per_volt,
     force_per_volt,

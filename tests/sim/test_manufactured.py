@@ -12,15 +12,10 @@ import pytest
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis_values import BasisTable
-from chladni.sim.ritz.geometry import (
-    EdgeKind,
-    EdgeSupports,
-    PlateGeometry,
-    PointFeature,
-    Resolution,
-)
+from chladni.sim.ritz.geometry import PlateGeometry, PointFeature, Resolution
 from chladni.sim.ritz.load_cases import ClassLoad
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.solver import Solver
@@ -65,7 +60,7 @@ def test_a_chosen_deflection_returns_from_its_load(
     geometry = PlateGeometry(
         WIDTH, LENGTH, BENDING, NU, AREAL,
         points=features if spring else (),
-        edges=EdgeSupports(*kinds),
+        edges=Edges(*kinds),
     )  # fmt: skip
     solver = Solver(geometry, Mirrors(False, False), Resolution(14, 14, 0, 0, 0))
     (only,) = solver.classes

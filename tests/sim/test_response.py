@@ -11,8 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from at_points import respond_at
-from chladni.sim.board.board import Actuator, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Actuator, Edges
 from chladni.sim.errors import ResonanceError
 from chladni.sim.fields.transfer import (
     actuator_loads,
@@ -25,7 +26,7 @@ from chladni.sim.image.energy import compose, energy_image
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel
-from chladni.sim.ritz.geometry import EdgeSupports, Inclusion, PlateGeometry, RimSupport
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from levy import levy_displacement
@@ -159,7 +160,7 @@ def test_an_undamped_ritz_plate_names_the_mode() -> None:
 def test_degenerate_modes_span_the_same_space() -> None:
     """Square plate: modes (1,2) and (2,1) coincide; the projector onto them is compared."""
     x = np.linspace(-0.5, 0.5, 41)
-    edges = EdgeSupports(*4 * ("simply supported",))
+    edges = Edges(*4 * ("simply supported",))
     ritz = RitzPlate(PlateGeometry(1.0, 1.0, 1.0, 0.3, 1.0, edges=edges), 0.0)
     closed = SimplySupportedPlate(1.0, 1.0, 1.0, 1.0, 0.0)
     pairs = []

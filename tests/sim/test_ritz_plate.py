@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from at_points import respond_at
-from chladni.sim.board.board import Board, Magnet
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Magnet
 from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of

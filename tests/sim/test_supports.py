@@ -9,19 +9,12 @@ import pytest
 from scipy.optimize import brentq
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.fields.transfer import plate_model
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.geometry import (
-    EdgeKind,
-    EdgeSupports,
-    Inclusion,
-    PlateGeometry,
-    PointFeature,
-    Resolution,
-    RimSupport,
-)  # fmt: skip
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, PointFeature, Resolution, RimSupport
 from chladni.sim.ritz.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.plate import RitzPlate
 from levy import levy_displacement
@@ -32,11 +25,11 @@ from plate_fem.plate import Inclusion as FemInclusion
 SS: EdgeKind = "simply supported"
 C: EdgeKind = "clamped"
 F: EdgeKind = "free"
-SUPPORTED = EdgeSupports(SS, SS, SS, SS)
+SUPPORTED = Edges(SS, SS, SS, SS)
 
 
 def parameters(
-    edges: EdgeSupports, count: int, *, length: float = 1.0, poisson: float = 0.3
+    edges: Edges, count: int, *, length: float = 1.0, poisson: float = 0.3
 ) -> np.ndarray:
     """ωa²√(ρh/D) of the lowest modes, rigid ones left out."""
     plate = RitzPlate(PlateGeometry(1.0, length, 1.0, poisson, 1.0, edges=edges), 0.0)
@@ -49,13 +42,13 @@ def parameters(
     [
         # Closed form π²(m² + n²); Leissa 1973 (upper bounds to five digits), converged since.
         (SUPPORTED, np.pi**2 * np.array([2, 5, 5, 8, 10, 10]), 1e-7),
-        (EdgeSupports(C, C, C, C), [35.985, 73.394, 73.394, 108.22, 131.58, 132.20], 1e-4),
-        (EdgeSupports(C, F, F, F), [3.4711, 8.5067, 21.285, 27.199, 30.955, 54.187], 2e-4),
-        (EdgeSupports(SS, SS, F, F), [9.6314, 16.135, 36.726, 38.945, 46.738, 70.740], 1e-4),
+        (Edges(C, C, C, C), [35.985, 73.394, 73.394, 108.22, 131.58, 132.20], 1e-4),
+        (Edges(C, F, F, F), [3.4711, 8.5067, 21.285, 27.199, 30.955, 54.187], 2e-4),
+        (Edges(SS, SS, F, F), [9.6314, 16.135, 36.726, 38.945, 46.738, 70.740], 1e-4),
     ],
 )
 def test_square_plates_with_mixed_edges(
-    edges: EdgeSupports, expected: list[float], tolerance: float
+    edges: Edges, expected: list[float], tolerance: float
 ) -> None:
     assert parameters(edges, 6) == pytest.approx(expected, rel=tolerance)
 

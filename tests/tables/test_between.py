@@ -10,8 +10,9 @@ import pytest
 from chladni.drives.methods import Options
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import scene_of
-from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Regions
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.transfer import target_fields
 from chladni.sim.image import metrics

@@ -13,8 +13,10 @@ from chladni.drives.problem.field_space import SearchSpace
 from chladni.drives.problem.problem import Problem, scene_of
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score, score_on
 from chladni.drives.solve import solve, solve_problem
-from chladni.sim.board.board import MM, Actuator, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document, shipped_boards
+from chladni.sim.board.parts import Actuator
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, ResonanceError
 from chladni.sim.fields.transfer import plate_model
 from chladni.sim.image import metrics

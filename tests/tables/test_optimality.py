@@ -9,7 +9,8 @@ import pytest
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
 from chladni.drives.problem.problem import scene_of
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 from random_starts import best_of_random_starts
 
 TARGETS = 40

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import scene_of
 from chladni.drives.solve import solve
-from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Regions
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables.build import TableReport, build_table
 from chladni.tables.format import pack

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.sim.board.board import Actuator, Board, Regions
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Actuator, Regions
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables import build
@@ -147,7 +148,7 @@ def test_the_bytes_do_not_depend_on_threads(tmp_path: Path) -> None:
         out = tmp_path / f"{number}.chl"
         code = (
             "from dataclasses import replace\n"
-            "from chladni.sim.board.board import Regions\n"
+            "from chladni.sim.board.parts import Regions\n"
             "from chladni.sim.board.file import load_board\n"
             "from chladni.drives import solve\n"
             "from chladni.tables import build_table, pack\n"

@@ -41,8 +41,9 @@ from chladni.host.figures.fields import save
 from chladni.host.figures.solvers import trace_figure
 from chladni.host.protocol import link as link_protocol
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.transfer import plate_model
 from chladni.sim.files import write_arrays

@@ -16,8 +16,9 @@ from chladni.host.cli.output import progress_bar
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.emulation.loop import LoopReport, run_loop
 from chladni.host.figures.fields import chain_figure, save
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError
 from chladni.sim.files import write_whole
 from chladni.tables.build import TableReport, build_table

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from chladni.host.cli.options import BoardArgument, FigureOption, JsonOption, check_figure
 from chladni.host.cli.output import answer, check_output, parse_place
 from chladni.host.figures import fields as figures
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError

@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chladni.host.emulation.emulator import Recording
-from chladni.sim.board.board import MM, Board, Coil
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Coil
+from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import WaveResponse, motion
 from chladni.sim.coil.waveforms import WAVEFORMS, Waveform, harmonics, synthesise
 from chladni.sim.files import write_whole

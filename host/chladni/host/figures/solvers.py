@@ -14,7 +14,8 @@ from chladni.drives.problem.places import RegionGrid
 from chladni.drives.scoring.compare import NULLS, Row
 from chladni.drives.solve import Solution
 from chladni.host.figures.fields import COLOURS, INK, draw_board
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from chladni.sim.board.board import NOT_WIRED, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS, Field, offsets
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
-from chladni.sim.board.board import (
-    FEATURES,
-    MM,
-    NAME_PATTERN,
-    NOT_WIRED,
-    PANEL_KINDS,
-    SAME_PLACE,
-    SCREW_SUPPORTS,
-    Board,
-)  # fmt: skip
-from chladni.sim.board.quantity import check_ranges
+from chladni.sim.board.electronics import NOT_WIRED, PANEL_KINDS
+from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.quantity import MM, check_ranges
 from chladni.sim.errors import InputError
-from chladni.sim.ritz.geometry import EDGE_KINDS
+
+NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
+"""A board's name goes into 16 bytes of the table, with an ending zero."""
+SAME_PLACE = 1e-6
+"""Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
 
 
-def check_board(board: Board) -> None:
+def check_board(board: BoardParts) -> None:
     """Raise `InputError` at the first thing wrong with a board."""
     if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
         raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
@@ -49,7 +47,7 @@ def check_board(board: Board) -> None:
         raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
 
 
-def _check_panel(board: Board) -> None:
+def _check_panel(board: BoardParts) -> None:
     panel = board.panel
     if panel is None:
         return
@@ -67,7 +65,7 @@ def _check_panel(board: Board) -> None:
             raise InputError("panel", f"GPIO {pin} for two things", "every pin once")
 
 
-def _check_supports(board: Board) -> None:
+def _check_supports(board: BoardParts) -> None:
     """Refuse what has no answer on a thin plate: a slope held, or resisted, at a point."""
     for index, screw in enumerate(board.screws):
         where = f"screws[{index}]"
@@ -111,7 +109,7 @@ def _check_supports(board: Board) -> None:
             )  # fmt: skip
 
 
-def _check_actuators(board: Board) -> None:
+def _check_actuators(board: BoardParts) -> None:
     if not 1 <= len(board.actuators) <= 64:
         raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
     names = [actuator.name for actuator in board.actuators]
@@ -137,7 +135,7 @@ def _check_actuators(board: Board) -> None:
         )
 
 
-def _check_places(board: Board) -> None:
+def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
     corner = board.plate.corner_radius
     for index, actuator in enumerate(board.actuators):

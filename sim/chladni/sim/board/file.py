@@ -8,27 +8,25 @@ import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
-from chladni.sim.board.board import (
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.parts import (
+    EDGE_KINDS,
     Actuator,
-    Board,
-    Coil,
     Drive,
     Edges,
-    Electronics,
     Hole,
     Image,
     Magnet,
     Mass,
-    Panel,
     Pin,
     Plate,
     Regions,
     Screw,
     Spring,
-)  # fmt: skip
+)
 from chladni.sim.board.quantity import quantities
 from chladni.sim.errors import InputError
-from chladni.sim.ritz.geometry import EDGE_KINDS
 
 Part = TypeVar("Part")
 

@@ -9,6 +9,9 @@ from typing import Any
 
 from chladni.sim.errors import InputError
 
+MM = 1e-3
+"""A millimetre, in metres: places are given in the one and computed in the other."""
+
 
 @dataclass(frozen=True)
 class Quantity:

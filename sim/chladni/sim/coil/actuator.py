@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.board import Coil
+from chladni.sim.board.electronics import Coil
 from chladni.sim.coil.waveforms import Waveform, harmonics, synthesise
 
 FloatArray = NDArray[np.float64]

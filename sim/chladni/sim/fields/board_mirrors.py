@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chladni.sim.board.board import SAME_PLACE, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.checks import SAME_PLACE
 from chladni.sim.fields.transfer import plate_geometry
 from chladni.sim.ritz.parity import find_mirrors
 

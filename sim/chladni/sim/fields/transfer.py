@@ -8,18 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.board import MM, Board, Mass, Screw
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Mass, Screw
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel, Response
-from chladni.sim.ritz.geometry import (
-    EdgeSupports,
-    Inclusion,
-    PlateGeometry,
-    PointFeature,
-    RimSupport,
-)
+from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 
 FloatArray = NDArray[np.float64]
@@ -87,7 +83,7 @@ def plate_geometry(board: Board) -> PlateGeometry:
         rims=tuple(_rim(screw) for screw in board.screws),
         inclusions=tuple(discs),
         points=tuple(points),
-        edges=EdgeSupports(**plate.edges.kinds()),
+        edges=plate.edges,
         corner_radius=plate.corner_radius,
     )
 

@@ -2,26 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
 
-EdgeKind = Literal["free", "simply supported", "clamped"]
-EDGE_KINDS: tuple[EdgeKind, ...] = ("free", "simply supported", "clamped")
-
-
-@dataclass(frozen=True)
-class EdgeSupports:
-    """How each edge is held: x = −width/2, x = width/2, y = −length/2, y = length/2."""
-
-    left: EdgeKind = "free"
-    right: EdgeKind = "free"
-    bottom: EdgeKind = "free"
-    top: EdgeKind = "free"
-
-    def of(self, axis: int, normal: float) -> EdgeKind:
-        """The edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
-        pairs = ((self.left, self.right), (self.bottom, self.top))
-        return pairs[axis][0 if normal < 0 else 1]
+from chladni.sim.board.parts import Edges
 
 
 @dataclass(frozen=True)
@@ -121,7 +104,7 @@ class PlateGeometry:
     rims: tuple[RimSupport, ...] = ()
     inclusions: tuple[Inclusion, ...] = ()
     points: tuple[PointFeature, ...] = ()
-    edges: EdgeSupports = EdgeSupports()
+    edges: Edges = field(default_factory=Edges)
     corner_radius: float = 0.0
 
     def distance_to_edge(self, x: float, y: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import Problem
-from chladni.sim.board.board import MM
+from chladni.sim.board.quantity import MM
 
 TRUNCATION = 1e-3
 """Singular values below this share of the largest are left out, as in the 2019 paper's −60 dB."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 
 IntArray = NDArray[np.int64]
 

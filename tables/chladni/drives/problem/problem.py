@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.field_space import SearchSpace
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.transfer import (

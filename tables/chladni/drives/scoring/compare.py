@@ -20,7 +20,8 @@ from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import Problem, scene_of
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
-from chladni.sim.board.board import Board, Regions
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Regions
 
 NUMBERS = (
     "ssim", "focal_error_mm", "centroid_error_mm", "contrast_db", "contrast_limit_db",

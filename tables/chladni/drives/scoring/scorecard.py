@@ -11,7 +11,8 @@ from chladni.drives.methods.base import Options
 from chladni.drives.methods.nearest import nearest
 from chladni.drives.problem.problem import Problem, Scene, scene_of
 from chladni.drives.solve import Solution
-from chladni.sim.board.board import MM, Board
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field
 from chladni.sim.image import metrics
 

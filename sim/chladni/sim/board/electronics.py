@@ -1,0 +1,81 @@
+"""What drives a board and what senses the finger: PWM outputs, touch panel, coils."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from chladni.sim.board.quantity import MM, quantity
+
+NOT_WIRED = 255
+"""In place of a GPIO number: the line is not connected."""
+PanelKind = Literal["find", "ft6x36", "gt911"]
+PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
+
+    `pwm_pins` is empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits
+    (ESP32 LEDC). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not
+    switch the transistor; every wave stays above it. `supply_limit_ma` holds for the sum of the
+    channels' mean currents. A coil's rise above the air is that of one thermal resistance and one
+    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise
+    that class A enamel (105 °C) leaves at 45 °C.
+    """
+
+    pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
+    pwm_bits: int = quantity("pwm_bits", 1.0, 10, 12, integer=True)
+    ramp_ms: float = quantity("ramp_ms", 1.0, 0.5, 1000.0)
+    touch_timeout_ms: float = quantity("touch_timeout_ms", 1.0, 30.0, 5000.0)
+    max_on_s: float = quantity("max_on_s", 1.0, 0.1, 60.0)
+    supply_v: float = quantity("supply_v", 1.0, 0.5, 48.0, default=5.0)
+    supply_limit_ma: float = quantity("supply_limit_ma", 1.0, 1.0, 20000.0, default=1000.0)
+    max_duty: float = quantity("max_duty", 1.0, 0.05, 1.0, default=1.0)
+    min_on_ns: float = quantity("min_on_ns", 1.0, 0.0, 5000.0, default=100.0)
+    coil_ohm: float = quantity("coil_ohm", 1.0, 0.5, 1e4, default=15.0)
+    coil_k_per_w: float = quantity("coil_k_per_w", 1.0, 0.1, 1000.0, default=60.0)
+    coil_heating_s: float = quantity("coil_heating_s", 1.0, 0.1, 3600.0, default=30.0)
+    coil_limit_k: float = quantity("coil_limit_k", 1.0, 1.0, 300.0, default=60.0)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The touch panel over the board. Metres; pixels; GPIO numbers, 255 for a line not wired.
+
+    Seen in the panel's own directions its active area measures `size` and has `pixels`. It is
+    mirrored (along its own x) first, then turned by `rotation_deg` (90° takes its +x to the
+    board's +y), and its centre put at `offset` from the board's centre.
+    """
+
+    pixels: tuple[int, int] = quantity("pixels", 1.0, 16, 4096, count=2, integer=True)
+    size: tuple[float, float] = quantity("size_mm", MM, 1.0, 500.0, count=2)
+    controller: PanelKind = "find"
+    offset: tuple[float, float] = quantity(
+        "offset_mm", MM, -500.0, 500.0, count=2, default=(0.0, 0.0)
+    )
+    rotation_deg: int = quantity("rotation_deg", 1.0, 0, 270, integer=True, default=0)
+    mirrored: bool = False
+    report_ms: int = quantity("report_ms", 1.0, 2, 100, integer=True, default=10)
+    sda_pin: int = quantity("sda_pin", 1.0, 0, 48, integer=True, default=21)
+    scl_pin: int = quantity("scl_pin", 1.0, 0, 48, integer=True, default=22)
+    interrupt_pin: int = quantity("interrupt_pin", 1.0, 0, 255, integer=True, default=255)
+    reset_pin: int = quantity("reset_pin", 1.0, 0, 255, integer=True, default=255)
+
+
+@dataclass(frozen=True)
+class Coil:
+    """One actuator as an electro-mechanical resonator (the paper's section II). SI units.
+
+    The moving part is the magnet with its share of the board on the latch; `mechanical_q` leaves
+    out what the coil's resistance damps.
+    """
+
+    resistance: float = quantity("resistance_ohm", 1.0, 0.01, 1e5)
+    inductance: float = quantity("inductance_mh", 1e-3, 0.0, 1e4)
+    force_factor: float = quantity("force_factor_n_per_a", 1.0, 1e-4, 1e4)
+    moving_mass: float = quantity("moving_mass_g", 1e-3, 1e-3, 1e6)
+    resonance_hz: float = quantity("resonance_hz", 1.0, 1.0, 20000.0)
+    mechanical_q: float = quantity("mechanical_q", 1.0, 0.5, 1e5)
+    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3)

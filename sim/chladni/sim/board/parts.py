@@ -1,0 +1,200 @@
+"""What a board is made of: its plate, what holds it, what rides on it, what is computed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.quantity import MM, quantity
+
+EdgeKind = Literal["free", "simply supported", "clamped"]
+EDGE_KINDS: tuple[EdgeKind, ...] = ("free", "simply supported", "clamped")
+ScrewSupport = Literal["clamped", "pinned", "sprung"]
+SCREW_SUPPORTS: tuple[ScrewSupport, ...] = ("clamped", "pinned", "sprung")
+FEATURES = ("screws", "pins", "springs", "masses", "holes")
+"""Blocks a board may have any number of, or none."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """How each edge is held; left and right are the ends of x, bottom and top those of y."""
+
+    left: EdgeKind = "free"
+    right: EdgeKind = "free"
+    bottom: EdgeKind = "free"
+    top: EdgeKind = "free"
+
+    def kinds(self) -> dict[str, EdgeKind]:
+        """Edge name to support."""
+        return {"left": self.left, "right": self.right, "bottom": self.bottom, "top": self.top}
+
+    def are_all(self, kind: EdgeKind) -> bool:
+        """Whether every edge is held in this way."""
+        return set(self.kinds().values()) == {kind}
+
+    def of(self, axis: int, normal: float) -> EdgeKind:
+        """The edge whose outward normal is `normal` (±1) along `axis` (0 is x)."""
+        pairs = ((self.left, self.right), (self.bottom, self.top))
+        return pairs[axis][0 if normal < 0 else 1]
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A thin rectangular plate of one material. SI units.
+
+    `size` is (along x, along y); `loss_factor` is η in D(1 + iη).
+    """
+
+    size: tuple[float, float] = quantity("size_mm", MM, 1.0, 5000.0, count=2)
+    thickness: float = quantity("thickness_mm", MM, 0.01, 100.0)
+    youngs_modulus: float = quantity("youngs_modulus_gpa", 1e9, 1e-4, 1500.0)
+    poissons_ratio: float = quantity("poissons_ratio", 1.0, -0.9, 0.49)
+    density: float = quantity("density_kg_m3", 1.0, 1.0, 30000.0)
+    loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0)
+    edges: Edges = Edges()
+    corner_radius: float = quantity("corner_radius_mm", MM, 0.0, 2500.0, default=0.0)
+
+    @property
+    def bending_stiffness(self) -> float:
+        """D = Eh³/(12(1 − ν²)), N·m."""
+        return self.youngs_modulus * self.thickness**3 / (12.0 * (1.0 - self.poissons_ratio**2))
+
+    @property
+    def areal_mass(self) -> float:
+        """ρh, kg/m²."""
+        return self.density * self.thickness
+
+    def wavelength(self, frequency_hz: float) -> float:
+        """Bending wavelength λ = 2π (D/ρhω²)^(1/4) of the endless plate, m."""
+        omega = 2.0 * np.pi * frequency_hz
+        return float(2.0 * np.pi * (self.bending_stiffness / self.areal_mass / omega**2) ** 0.25)
+
+
+@dataclass(frozen=True)
+class Screw:
+    """Holds the plate on a rim. Metres, N/m, N·m/rad.
+
+    `clamped` holds deflection and slope on the circle, `pinned` the deflection alone, `sprung`
+    neither: there `stiffness` (in all) acts against deflection and `rotational_stiffness` (in all)
+    against the slope.
+    """
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    radius: float = quantity("radius_mm", MM, 0.0, 100.0)
+    support: ScrewSupport = "clamped"
+    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9, default=0.0)
+    rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+
+
+@dataclass(frozen=True)
+class Pin:
+    """Holds one point of the plate: no deflection. It cannot hold a slope. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """An elastic support of one point. Metres, N/m."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9)
+    rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+
+
+@dataclass(frozen=True)
+class Mass:
+    """Something that rides on the plate: a point (radius 0), or a glued disc. SI units.
+
+    A disc's rotary inertia about its own middle is that of a cylinder of the given height;
+    `stiffness_ratio` is the bending stiffness under it over the plate's own.
+    """
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    mass: float = quantity("mass_g", 1e-3, 0.0, 1e6)
+    radius: float = quantity("radius_mm", MM, 0.0, 500.0, default=0.0)
+    height: float = quantity("height_mm", MM, 0.0, 500.0, default=0.0)
+    stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 1.0, 1e6, default=1.0)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A circular hole with a free rim. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    radius: float = quantity("radius_mm", MM, 0.05, 500.0)
+
+
+@dataclass(frozen=True)
+class Magnet:
+    """The disc glued to the plate under every actuator. SI units."""
+
+    radius: float = quantity("radius_mm", MM, 0.05, 500.0)
+    height: float = quantity("height_mm", MM, 0.0, 500.0)
+    density: float = quantity("density_kg_m3", 1.0, 0.0, 30000.0)
+    stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 1.0, 1e6)
+
+    @property
+    def areal_mass(self) -> float:
+        """Mass per area, kg/m²."""
+        return self.density * self.height
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One coil, by name and place (m)."""
+
+    name: str
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What the table is made for: a frequency, and the largest gain of an actuator."""
+
+    frequency_hz: float = quantity("frequency_hz", 1.0, 1.0, 20000.0)
+    max_gain: float = quantity("max_gain", 1.0, 1e-6, 1e6)
+
+
+@dataclass(frozen=True)
+class Image:
+    """Points of the energy image along x and y, from edge to edge."""
+
+    points: tuple[int, int] = quantity("points", 1.0, 7, 5000, count=2, integer=True)
+
+
+@dataclass(frozen=True)
+class Regions:
+    """The places a table tells apart: cells of about `pitch`, m."""
+
+    pitch: float = quantity("pitch_mm", MM, 0.5, 500.0)
+
+
+@dataclass(frozen=True)
+class BoardParts:
+    """Everything that a board file holds, as it stands there: not yet checked as a whole."""
+
+    name: str
+    plate: Plate
+    screws: tuple[Screw, ...]
+    magnet: Magnet | None
+    actuators: tuple[Actuator, ...]
+    drive: Drive
+    image: Image
+    regions: Regions
+    electronics: Electronics
+    pins: tuple[Pin, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    masses: tuple[Mass, ...] = ()
+    holes: tuple[Hole, ...] = ()
+    coil: Coil | None = None
+    panel: Panel | None = None
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a place (m) lies on the board, its edges included."""
+        # The slack lets a target typed as the very edge, 35.75 mm of 71.5, count as on the board.
+        half_x, half_y = self.plate.size[0] / 2.0 + 1e-9, self.plate.size[1] / 2.0 + 1e-9
+        return abs(x) <= half_x and abs(y) <= half_y
