@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
 # What both analysers read: the core and the emulator; the bindings are mostly nanobind's.
-CHECKED_SOURCES := $(filter-out %/bindings.cpp, \
+CHECKED_SOURCES := $(filter-out %/bindings.cpp %/bindings_hardware.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
 .PHONY: help venv demo test lint sanitize fuzz bench headers native clean
@@ -37,10 +37,11 @@ test: venv  ## lint, type-check and run every test
 	$(BIN)/python -m pytest -p pytest_embedded tests/device
 	$(BIN)/python -m pytest
 
-lint: venv  ## ruff, mypy, clang-format, clang-tidy, cppcheck (if there is one), generated headers
+lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.cpp' '*.hpp')
 	printf '%s\n' $(CHECKED_SOURCES) | xargs -P 2 -n 4 \
 		sh -c '$(BIN)/clang-tidy --quiet "$$@" -- -std=c++17 -Ifirmware/esp32 2>/dev/null' tidy

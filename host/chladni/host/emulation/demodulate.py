@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import blackmanharris, general_cosine
 
-from chladni.host.emulation import _emulator
+from chladni.host.emulation._emulator import half_span_steps
 from chladni.host.emulation.emulator import Recording
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +69,7 @@ def drive_phasors(
 
     Its common phase is that of the recording's clock; only phases between channels mean anything.
     """
-    span = _emulator.half_span_steps(recording.pwm_bits) / float(1 << recording.pwm_bits)
+    span = half_span_steps(recording.pwm_bits) / float(1 << recording.pwm_bits)
     return phasors(recording, play, frequency_hz) / (span * level)
 
 

@@ -11,7 +11,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.emulation import _emulator
+from chladni.host.emulation._emulator import Emulator as Core
+from chladni.host.emulation._emulator import Hardware as CoreHardware
+from chladni.host.emulation._emulator import panel_place
 from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, config_of, pack_config
 from chladni.host.protocol.flash import PARTITION_BYTES, SLOT_BYTES
 from chladni.host.protocol.network import NetworkSettings, pack_network
@@ -175,11 +177,11 @@ class Emulator:
         data = pack(table) if isinstance(table, Table) else table or b""
         if len(data) > SLOT_BYTES:
             raise InputError("table", f"{len(data)} bytes", f"at most {SLOT_BYTES}")
-        made = _emulator.Hardware()
+        made = CoreHardware()
         for field in dataclasses.fields(hardware):
             value = getattr(hardware, field.name)
             setattr(made, field.name, 0.0 if value is None else value)
-        self.core = _emulator.Emulator(made)
+        self.core = Core(made)
         self.core.set_hmac(_hmac_sha256)
         self.core.program(0, data)
         if network is not None:
@@ -251,7 +253,7 @@ def reported_um(config: DeviceConfig, place_mm: tuple[float, float]) -> tuple[in
             (v, config["panel_length_um"], config["panel_rows"]),
         )
     ]
-    return _emulator.panel_place(pack_config(config), *pixels)
+    return panel_place(pack_config(config), *pixels)
 
 
 def emulate(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem import _kernel
+from chladni.drives.problem._kernel import Fields, Objective
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -36,7 +36,7 @@ class Level:
     step: int
     index_x: IntArray
     index_y: IntArray
-    fields: _kernel.Fields
+    fields: Fields
 
     def sample(self, image: FloatArray) -> FloatArray:
         """An image on this level's points."""
@@ -97,7 +97,7 @@ class SearchSpace:
         length = np.linalg.norm(z)
         return np.asarray(z / length if length > 0.0 else z)
 
-    def value(self, objective: _kernel.Objective, drive: ComplexArray) -> float:
+    def value(self, objective: Objective, drive: ComplexArray) -> float:
         """An objective of this space at a drive."""
         return objective.value(as_reals(self.coordinates(drive)))
 
@@ -123,7 +123,7 @@ class SearchSpace:
         ssim: float = 1.0,
         contrast: float = 0.0,
         disc: NDArray[np.bool_] | None = None,
-    ) -> _kernel.Objective:
+    ) -> Objective:
         """Ssim · SSIM + contrast · ln(contrast) on one level, as the compiled kernel has it.
 
         Parameters
@@ -134,13 +134,11 @@ class SearchSpace:
             Image points of the target's fingertip, for the contrast.
         """
         inside, outside = self._forms(disc) if disc is not None and contrast else (NO_FORM, NO_FORM)
-        return _kernel.Objective(level.fields, level.sample(image), ssim, contrast, inside, outside)
+        return Objective(level.fields, level.sample(image), ssim, contrast, inside, outside)
 
-    def objective_of(self, level: Level, sample: FloatArray) -> _kernel.Objective:
+    def objective_of(self, level: Level, sample: FloatArray) -> Objective:
         """SSIM on one level against an image of that level's own points."""
-        return _kernel.Objective(
-            level.fields, np.ascontiguousarray(sample), 1.0, 0.0, NO_FORM, NO_FORM
-        )
+        return Objective(level.fields, np.ascontiguousarray(sample), 1.0, 0.0, NO_FORM, NO_FORM)
 
     def _forms(self, disc: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Mean |W|² in the disc and on the rest as real forms of (Re z, Im z)."""
@@ -155,7 +153,7 @@ class SearchSpace:
         index_x, index_y = (every(step, size) for size in self.values.shape[1:])
         values = self.values[:, index_x][:, :, index_y]
         planes = np.stack((values.real, values.imag), axis=1).astype(np.float32)
-        return Level(step, index_x, index_y, _kernel.Fields(np.ascontiguousarray(planes)))
+        return Level(step, index_x, index_y, Fields(np.ascontiguousarray(planes)))
 
 
 def _real_form(gram: ComplexArray) -> FloatArray:
