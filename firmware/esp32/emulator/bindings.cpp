@@ -6,9 +6,9 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include <stdexcept>
 #include <tuple>
 
+#include "emulator/bindings.hpp"
 #include "emulator/emulator.hpp"
 
 namespace nb = nanobind;
@@ -16,23 +16,10 @@ using chladni::Config;
 using chladni::emulator::Emulator;
 using chladni::emulator::Flash;
 using chladni::emulator::Hardware;
-using chladni::emulator::Panel;
 using chladni::emulator::PanelFaults;
-using chladni::emulator::PanelModel;
-using chladni::emulator::Pwm;
+using chladni::emulator::raise_if;
 
 namespace {
-
-void raise_if(const std::string& fault) {
-  if (!fault.empty()) throw std::runtime_error(fault);
-}
-
-PanelModel panel_model(const std::string& name) {
-  if (name == "none") return PanelModel::kNone;
-  if (name == "ft6x36") return PanelModel::kFt6x36;
-  if (name == "gt911") return PanelModel::kGt911;
-  throw nb::value_error("panel: none, ft6x36 or gt911");
-}
 
 chladni::ResetCause reset_cause(const std::string& name) {
   for (uint32_t k = 0; k < chladni::kResetCauses; ++k) {
@@ -131,48 +118,114 @@ bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains,
   return self.device().play_live(drive, frequency_mhz, static_cast<chladni::Waveform>(waveform));
 }
 
-void bind_hardware(nb::module_& m) {
-  nb::class_<Hardware>(m, "Hardware")
-      .def(nb::init<>())
-      .def_prop_rw(
-          "panel", [](const Hardware& self) { return static_cast<int>(self.panel); },
-          [](Hardware& self, const std::string& name) { self.panel = panel_model(name); })
-      .def_rw("table_sectors", &Hardware::table_sectors)
-      .def_rw("has_second_address", &Hardware::has_second_address)
-      .def_rw("interrupt_us", &Hardware::interrupt_us)
-      .def_rw("jitter_us", &Hardware::jitter_us)
-      .def_rw("wake_us", &Hardware::wake_us)
-      .def_rw("erase_us", &Hardware::erase_us)
-      .def_rw("program_us", &Hardware::program_us)
-      .def_rw("restart_us", &Hardware::restart_us)
-      .def_rw("watchdog_us", &Hardware::watchdog_us)
-      .def_rw("baud", &Hardware::baud)
-      .def_rw("seed", &Hardware::seed);
-  nb::class_<PanelFaults>(m, "PanelFaults")
-      .def_rw("is_absent", &PanelFaults::is_absent)
-      .def_rw("is_wedged", &PanelFaults::is_wedged)
-      .def_rw("is_silent", &PanelFaults::is_silent)
-      .def_rw("is_off_range", &PanelFaults::is_off_range)
-      .def_rw("loses_next_lift", &PanelFaults::loses_next_lift)
-      .def_rw("loses_calls", &PanelFaults::loses_calls)
-      .def_rw("pulses_until_free", &PanelFaults::pulses_until_free);
-  nb::class_<Pwm>(m, "Pwm")
+void bind_functions(nb::module_& m) {
+  m.attr("SECTOR_BYTES") = chladni::kSectorBytes;
+  m.attr("STREAM_TARGET") = chladni::kStreamTarget;
+  m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
+        "Largest amplitude of an output in duty steps.");
+  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
+        "Phase advance per sample in 2^-32 turns.");
+  m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");
+  m.def(
+      "panel_place",
+      [](nb::bytes record, uint16_t x, uint16_t y) {
+        const chladni::PanelMap map(parsed({record.c_str(), record.size()}));
+        const chladni::Place place = map.to_board({0, x, y});
+        return std::make_tuple(place.x_um, place.y_um);
+      },
+      nb::arg("config"), nb::arg("x"), nb::arg("y"), "A pixel's place on the board, um.");
+}
+
+void bind_clock(nb::class_<Emulator>& emulator) {
+  emulator
       .def(
           "__init__",
-          [](Pwm* self, uint32_t channels, uint32_t bits) {
-            if (channels < 1 || channels > chladni::kMaxChannels) {
-              throw nb::value_error("channels: 1 to 16");
-            }
-            if (bits < 10 || bits > 12) throw nb::value_error("bits: 10 to 12");
-            new (self) Pwm(channels, bits);
+          [](Emulator* self, const Hardware& hardware) {
+            check(hardware);
+            new (self) Emulator(hardware);
           },
-          nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
+          nb::arg("hardware"))
       .def(
-          "write",
-          [](Pwm& self, uint64_t period, const std::vector<uint32_t>& duties) {
-            raise_if(self.write(period, duties.data(), static_cast<uint32_t>(duties.size())));
+          "boot", [](Emulator& self, const std::string& cause) { self.boot(reset_cause(cause)); },
+          nb::arg("cause") = "power on")
+      .def(
+          "run_us",
+          [](Emulator& self, uint64_t us) {
+            self.run_us(us);
+            raise_if(self.fault());
           },
-          nb::kw_only(), nb::arg("period"), nb::arg("duties"));
+          nb::arg("microseconds"), "Advance the virtual clock; RuntimeError on a hardware fault.")
+      .def(
+          "finger_down",
+          [](Emulator& self, uint64_t at_us, double x_mm, double y_mm, uint8_t finger) {
+            self.add_finger({at_us, finger, true, x_mm, y_mm});
+          },
+          nb::arg("at_us"), nb::arg("x_mm"), nb::arg("y_mm"), nb::arg("finger") = 0)
+      .def(
+          "finger_up",
+          [](Emulator& self, uint64_t at_us, uint8_t finger) {
+            self.add_finger({at_us, finger, false, 0.0, 0.0});
+          },
+          nb::arg("at_us"), nb::arg("finger") = 0)
+      .def(
+          "command",
+          [](Emulator& self, const std::string& line) {
+            self.command(line);
+            raise_if(self.fault());
+          },
+          nb::arg("line"));
+}
+
+void bind_wires(nb::class_<Emulator>& emulator) {
+  emulator
+      .def(
+          "uart_write",
+          [](Emulator& self, nb::bytes data) { self.uart_write({data.c_str(), data.size()}); },
+          nb::arg("data"), "Bytes onto the wire to the device.")
+      .def(
+          "uart_read",
+          [](Emulator& self) {
+            const std::string bytes = self.uart_read();
+            return nb::bytes(bytes.data(), bytes.size());
+          },
+          "Bytes that have come from the device by now.")
+      .def(
+          "udp_write",
+          [](Emulator& self, nb::bytes data, uint32_t peer) {
+            self.udp_write({peer, {data.c_str(), data.size()}});
+          },
+          nb::arg("data"), nb::arg("peer") = 0, "A datagram to the device, from a peer.")
+      .def(
+          "udp_read",
+          [](Emulator& self) {
+            std::vector<std::pair<uint32_t, nb::bytes>> sent;
+            for (const chladni::emulator::Datagram& one : self.udp_read()) {
+              sent.emplace_back(one.peer, nb::bytes(one.bytes.data(), one.bytes.size()));
+            }
+            return sent;
+          },
+          "Datagrams that the device has sent, and to whom.")
+      .def(
+          "set_hmac",
+          [](Emulator& self, nb::callable hmac) {
+            self.set_hmac([hmac](const std::string& key, const std::string& bytes) {
+              const auto made = nb::cast<nb::bytes>(
+                  hmac(nb::bytes(key.data(), key.size()), nb::bytes(bytes.data(), bytes.size())));
+              return std::string(made.c_str(), made.size());
+            });
+          },
+          nb::arg("hmac"), "How the device makes HMAC-SHA-256: of (key, bytes).");
+}
+
+void bind_outputs(nb::class_<Emulator>& emulator) {
+  emulator
+      .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
+      .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
+      .def("stream_push", &stream_push, nb::arg("frames"))
+      .def("stream_end", [](Emulator& self) { self.device().stream_end(); })
+      .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_mhz"), nb::arg("waveform"))
+      .def("update_begin", [](Emulator& self) { return self.device().update_begin(); })
+      .def("update_end", [](Emulator& self) { self.device().update_end(); });
 }
 
 void bind_flash(nb::class_<Emulator>& emulator) {
@@ -280,104 +333,12 @@ void bind_state(nb::class_<Emulator>& emulator) {
 
 NB_MODULE(_emulator, m) {
   m.doc() = "The firmware core on a PC: virtual clock, flash, PWM outputs, a panel and fingers.";
-  m.attr("SECTOR_BYTES") = chladni::kSectorBytes;
-  m.attr("STREAM_TARGET") = chladni::kStreamTarget;
-  m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
-        "Largest amplitude of an output in duty steps.");
-  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
-        "Phase advance per sample in 2^-32 turns.");
-  m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");
-  m.def(
-      "panel_place",
-      [](nb::bytes record, uint16_t x, uint16_t y) {
-        const chladni::PanelMap map(parsed({record.c_str(), record.size()}));
-        const chladni::Place place = map.to_board({0, x, y});
-        return std::make_tuple(place.x_um, place.y_um);
-      },
-      nb::arg("config"), nb::arg("x"), nb::arg("y"), "A pixel's place on the board, um.");
-  bind_hardware(m);
+  bind_functions(m);
+  chladni::emulator::bind_hardware(m);
   nb::class_<Emulator> emulator(m, "Emulator");
-  emulator
-      .def(
-          "__init__",
-          [](Emulator* self, const Hardware& hardware) {
-            check(hardware);
-            new (self) Emulator(hardware);
-          },
-          nb::arg("hardware"))
-      .def(
-          "boot", [](Emulator& self, const std::string& cause) { self.boot(reset_cause(cause)); },
-          nb::arg("cause") = "power on")
-      .def(
-          "run_us",
-          [](Emulator& self, uint64_t us) {
-            self.run_us(us);
-            raise_if(self.fault());
-          },
-          nb::arg("microseconds"), "Advance the virtual clock; RuntimeError on a hardware fault.")
-      .def(
-          "finger_down",
-          [](Emulator& self, uint64_t at_us, double x_mm, double y_mm, uint8_t finger) {
-            self.add_finger({at_us, finger, true, x_mm, y_mm});
-          },
-          nb::arg("at_us"), nb::arg("x_mm"), nb::arg("y_mm"), nb::arg("finger") = 0)
-      .def(
-          "finger_up",
-          [](Emulator& self, uint64_t at_us, uint8_t finger) {
-            self.add_finger({at_us, finger, false, 0.0, 0.0});
-          },
-          nb::arg("at_us"), nb::arg("finger") = 0)
-      .def(
-          "command",
-          [](Emulator& self, const std::string& line) {
-            self.command(line);
-            raise_if(self.fault());
-          },
-          nb::arg("line"))
-      .def(
-          "uart_write",
-          [](Emulator& self, nb::bytes data) { self.uart_write({data.c_str(), data.size()}); },
-          nb::arg("data"), "Bytes onto the wire to the device.")
-      .def(
-          "uart_read",
-          [](Emulator& self) {
-            const std::string bytes = self.uart_read();
-            return nb::bytes(bytes.data(), bytes.size());
-          },
-          "Bytes that have come from the device by now.")
-      .def(
-          "udp_write",
-          [](Emulator& self, nb::bytes data, uint32_t peer) {
-            self.udp_write({peer, {data.c_str(), data.size()}});
-          },
-          nb::arg("data"), nb::arg("peer") = 0, "A datagram to the device, from a peer.")
-      .def(
-          "udp_read",
-          [](Emulator& self) {
-            std::vector<std::pair<uint32_t, nb::bytes>> sent;
-            for (const chladni::emulator::Datagram& one : self.udp_read()) {
-              sent.emplace_back(one.peer, nb::bytes(one.bytes.data(), one.bytes.size()));
-            }
-            return sent;
-          },
-          "Datagrams that the device has sent, and to whom.")
-      .def(
-          "set_hmac",
-          [](Emulator& self, nb::callable hmac) {
-            self.set_hmac([hmac](const std::string& key, const std::string& bytes) {
-              const auto made = nb::cast<nb::bytes>(
-                  hmac(nb::bytes(key.data(), key.size()), nb::bytes(bytes.data(), bytes.size())));
-              return std::string(made.c_str(), made.size());
-            });
-          },
-          nb::arg("hmac"), "How the device makes HMAC-SHA-256: of (key, bytes).")
-      .def("take_duties", &take_duties, "Latched duties since the last call, (periods, channels).")
-      .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
-      .def("stream_push", &stream_push, nb::arg("frames"))
-      .def("stream_end", [](Emulator& self) { self.device().stream_end(); })
-      .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_mhz"), nb::arg("waveform"))
-      .def("update_begin", [](Emulator& self) { return self.device().update_begin(); })
-      .def("update_end", [](Emulator& self) { self.device().update_end(); });
+  bind_clock(emulator);
+  bind_wires(emulator);
+  bind_outputs(emulator);
   bind_flash(emulator);
   bind_faults(emulator);
   bind_state(emulator);

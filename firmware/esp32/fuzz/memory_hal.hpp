@@ -49,20 +49,7 @@ inline uint8_t* area_of(Board& board, FlashArea area, uint32_t& size) {
   return own->data();
 }
 
-inline Hal make_hal(Board& board) {
-  Hal hal{};
-  hal.context = &board;
-  hal.now_us = [](void* context) { return board_of(context).now_us; };
-  hal.set_duties = [](void*, const uint32_t*) {};
-  hal.i2c = [](void* context, uint8_t, const uint8_t*, uint32_t, uint8_t* read, uint32_t count) {
-    Board& own = board_of(context);
-    const uint8_t said = own.next();
-    for (uint32_t k = 0; k < count; ++k) read[k] = own.next();
-    if (said > 250) return BusStatus::kStuck;
-    return said > 240 ? BusStatus::kNoAnswer : BusStatus::kOk;
-  };
-  hal.recover_bus = [](void*) {};
-  hal.panel_has_called = [](void* context) { return (board_of(context).next() & 1U) != 0; };
+inline void add_flash(Hal& hal) {
   hal.read_flash = [](void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
                       uint32_t count) {
     uint32_t size = 0;
@@ -92,6 +79,23 @@ inline Hal make_hal(Board& board) {
     for (uint32_t k = 0; k < count; ++k) own[offset + k] &= bytes[k];
     return true;
   };
+}
+
+inline Hal make_hal(Board& board) {
+  Hal hal{};
+  hal.context = &board;
+  hal.now_us = [](void* context) { return board_of(context).now_us; };
+  hal.set_duties = [](void*, const uint32_t*) {};
+  hal.i2c = [](void* context, uint8_t, const uint8_t*, uint32_t, uint8_t* read, uint32_t count) {
+    Board& own = board_of(context);
+    const uint8_t said = own.next();
+    for (uint32_t k = 0; k < count; ++k) read[k] = own.next();
+    if (said > 250) return BusStatus::kStuck;
+    return said > 240 ? BusStatus::kNoAnswer : BusStatus::kOk;
+  };
+  hal.recover_bus = [](void*) {};
+  hal.panel_has_called = [](void* context) { return (board_of(context).next() & 1U) != 0; };
+  add_flash(hal);
   hal.send = [](void*, const uint8_t*, uint32_t) {};
   hal.send_datagram = [](void*, const uint8_t*, uint32_t) {};
   // A MAC that a fuzzer hits: of zeros.

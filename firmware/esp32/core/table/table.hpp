@@ -8,6 +8,7 @@
 #include "core/generated/table_format.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis/synthesis.hpp"
+#include "core/table/mirrors.hpp"
 
 namespace chladni {
 
@@ -66,9 +67,8 @@ class Table {
 
   TableStatus check(const Hal& hal, uint32_t channels, uint32_t base);
   bool take_header(const uint8_t* header);
-  // Of the actuators, by the flips of a cell.
-  using Orders = std::array<std::array<uint8_t, table_format::kMaxActuators>, 4>;
-  void take_mirrors(const Orders& orders);
+  static bool take_axis(const uint8_t* header, uint32_t at_cells, uint32_t at_span, uint32_t flip,
+                        Axis& axis);
   TableStatus check_sections() const;
   TableStatus check_section(uint32_t& at) const;
   SectionView view(uint32_t at) const;
@@ -94,10 +94,7 @@ class Table {
   uint32_t frequency_mhz_ = 0;
   const uint8_t* crossings_ = nullptr;
   const uint8_t* records_ = nullptr;
-  // Where in its record each of the four corners around a place has the gain of a channel: by the
-  // corners that are images (Span::image) and the flips of the place. Zeros end the channels.
-  using Sources = std::array<std::array<uint8_t, 4>, table_format::kMaxActuators + 1>;
-  std::array<std::array<Sources, 4>, 4> sources_{};
+  SourcesByFlips sources_{};
 };
 
 }  // namespace chladni
