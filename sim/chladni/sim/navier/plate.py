@@ -16,7 +16,7 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrored_grid import MirroredGrid, Oddness
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
-from chladni.sim.plate.response import Response
+from chladni.sim.plate.response import Excitation, PlateModel, Response
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -27,7 +27,7 @@ RADIUS_STEP = 1.15
 
 
 @dataclass(frozen=True)
-class SimplySupportedPlate:
+class SimplySupportedPlate(PlateModel):
     """Modes φₘₙ = 2/√(abρh) sin(mπx/a) sin(nπy/b), x and y from a corner (physics.md).
 
     Parameters
@@ -54,36 +54,23 @@ class SimplySupportedPlate:
         omega = np.sqrt(self._omega_squared(np.arange(1, side + 1), np.arange(1, side + 1)))
         return np.asarray(np.sort(omega.ravel())[:count] / (2.0 * np.pi))
 
-    def respond(
-        self,
-        loads: Sequence[Load],
-        *,
-        frequency_hz: float,
-        x: FloatArray,
-        y: FloatArray,
-        tolerance: float,
-    ) -> Response:
-        """Fields on the grid x × y under unit loads; sums modes until the tail is below tolerance.
+    def _respond(self, excitation: Excitation) -> Response:
+        """Sum modes until the tail is below the tolerance.
 
         With q = φₘₙ(x₀, y₀) / (ω²ₘₙ(1 + iη) − ω²) and orthogonal modes, the squared L² error is
         the tail of Σ|q|², which the integral in `_tail` bounds.
-
-        Raises
-        ------
-        ResonanceError
-            The plate has no loss and `frequency_hz` lies on a mode.
         """
-        omega = 2.0 * np.pi * frequency_hz
-        self._refuse_resonance(frequency_hz)
+        self._refuse_resonance(excitation.frequency_hz)
+        x, y, omega = excitation.x, excitation.y, excitation.omega
         shared = Mirrors(x=True, y=True).shared_with(x, y)
-        orbits = orbits_of(loads, shared)
+        orbits = orbits_of(excitation.loads, shared)
         # Along y too the products would be as many, and the putting together more.
         grid = MirroredGrid(x, y, Mirrors(x=shared.x, y=False))
-        radius, tail = self._cutoff(omega, orbits.distinct, tolerance)
+        radius, tail = self._cutoff(omega, orbits.distinct, excitation.tolerance)
         weights, inside = self._weights(orbits.distinct, omega, radius)
         error = np.sqrt(tail / max(_energies(weights).min(), np.finfo(float).tiny))
         values = grid.unfold(self._shares(grid, orbits.distinct, weights), orbits)
-        return Response(values, int(inside.sum()), float(error), frequency_hz)
+        return Response(values, int(inside.sum()), float(error), excitation.frequency_hz)
 
     def _shares(
         self, grid: MirroredGrid, loads: Sequence[Load], weights: NDArray[Any]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,12 +48,38 @@ class Response:
         return np.asarray(-((2.0 * np.pi * self.frequency_hz) ** 2) * self.values)
 
 
-class PlateModel(Protocol):
+@dataclass(frozen=True)
+class Excitation:
+    """Unit loads at one frequency, and where their fields are wanted.
+
+    Attributes
+    ----------
+    x, y
+        The grid, m.
+    tolerance
+        Relative L² error asked for.
+    """
+
+    loads: Sequence[Load]
+    frequency_hz: float
+    x: FloatArray
+    y: FloatArray
+    tolerance: float
+
+    @property
+    def omega(self) -> float:
+        """Angular frequency, rad/s."""
+        return 2.0 * np.pi * self.frequency_hz
+
+
+class PlateModel(ABC):
     """A plate that can be asked for modes and fields."""
 
+    @abstractmethod
     def natural_frequencies(self, count: int) -> FloatArray:
-        """The lowest natural frequencies without loss, Hz, shape (count,)."""
+        """The lowest natural frequencies without loss, Hz, shape (count,); rigid motions are 0."""
 
+    @abstractmethod
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y (m), and what unit loads do to them."""
 
@@ -66,4 +92,15 @@ class PlateModel(Protocol):
         y: FloatArray,
         tolerance: float,
     ) -> Response:
-        """Fields on the grid x × y (m) under unit loads."""
+        """Fields on the grid x × y (m) under unit loads, to a relative L² error of `tolerance`.
+
+        Raises
+        ------
+        ResonanceError
+            The plate has no loss and `frequency_hz` lies on a mode.
+        """
+        return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
+
+    @abstractmethod
+    def _respond(self, excitation: Excitation) -> Response:
+        """The model's own way to the fields."""

@@ -31,9 +31,10 @@ from chladni.sim.ritz.basis_values import (
     TablePart,
     point_sets,
 )  # fmt: skip
-from chladni.sim.ritz.circle_functions import Derivative, radial_derivative
+from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.radial_functions import radial_derivative
 
 FloatArray = NDArray[np.float64]
 
@@ -127,7 +128,8 @@ class Assembly:
         orders: list[int] = []
         for k, support in enumerate(self.basis.geometry.rims):
             if k in self.sets.rims:
-                own = [m for m in range(self.basis.rims[k].rings + 1) for _ in range(2 if m else 1)]
+                highest = self.basis.rims[k].own.rings
+                own = [m for m in range(highest + 1) for _ in range(2 if m else 1)]
                 orders += own * (int(support.holds_deflection) + int(support.holds_slope))
         return np.array(orders + [0] * (conditions - len(orders)), dtype=np.intp)
 
@@ -219,7 +221,7 @@ class Assembly:
         }
         for k, member in enumerate(parity.members):
             circle = self.basis.circles[member.circle]
-            function, sine = circle.members()[member.column]
+            function, sine = circle.members[member.column]
             if not function.outside:
                 continue
             second, third = (
@@ -237,7 +239,7 @@ class Assembly:
         own = [
             parity.polynomials + k
             for k, member in enumerate(parity.members)
-            if not self.basis.circles[member.circle].members()[member.column][0].outside
+            if not self.basis.circles[member.circle].members[member.column][0].outside
         ]
         if own:
             bending = self._bending(parity, self._tables)
@@ -336,7 +338,7 @@ def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArra
     The first axis runs over 1, cos θ, sin θ, cos 2θ, …
     """
     value, slope = _on_rim(rim, table, parity)
-    orders = np.arange(1, rim.circle.rings + 1)[:, None] * rim.angle
+    orders = np.arange(1, rim.circle.own.rings + 1)[:, None] * rim.angle
     waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, rim.angle.size)
     projector = np.concatenate((np.ones((1, rim.angle.size)), 2.0 * waves)) * rim.points.weights
     return projector @ value, projector @ slope

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from chladni.sim.ritz.circle_functions import Circle, Derivative, evaluate_circles
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.legendre import IntervalBasis
+from chladni.sim.ritz.radial_functions import RIM_KINDS, FunctionSet
 
 FloatArray = NDArray[np.float64]
 
@@ -32,16 +33,13 @@ class Basis:
         self.resolution = resolution
         self.along_x = IntervalBasis(geometry.width, resolution.nx)
         self.along_y = IntervalBasis(geometry.length, resolution.ny)
-        self.rims = [Circle(r.x, r.y, r.radius, resolution.rim_rings) for r in geometry.rims]
+        on_rims = FunctionSet(resolution.rim_rings, -1, RIM_KINDS)
+        of_disc = FunctionSet(resolution.inclusion_rings, resolution.inclusion_bubbles, RIM_KINDS)
+        # Nothing bends inside a hole, so there is nothing to resolve.
+        of_hole = FunctionSet(resolution.inclusion_rings, -1, RIM_KINDS)
+        self.rims = [Circle(r.x, r.y, r.radius, on_rims) for r in geometry.rims]
         self.inclusions = [
-            Circle(
-                i.x,
-                i.y,
-                i.radius,
-                resolution.inclusion_rings,
-                # Nothing bends inside a hole, so there is nothing to resolve.
-                -1 if i.is_hole else resolution.inclusion_bubbles,
-            )
+            Circle(i.x, i.y, i.radius, of_hole if i.is_hole else of_disc)
             for i in geometry.inclusions
         ]
         # Discs have a quadrature of their own, which takes up what is kinked on their rims.
@@ -52,13 +50,14 @@ class Basis:
         ]
         point_radius = POINT_RADIUS * geometry.width
         # On an edge the reaction has no circle to act on; polynomials alone converge there.
+        of_point = FunctionSet(0, -1, RIM_KINDS[:1])
         self.points = [
-            Circle(p.x, p.y, point_radius, 0, kinds=(0,))
+            Circle(p.x, p.y, point_radius, of_point)
             for p in geometry.points
             if geometry.distance_to_edge(p.x, p.y) > EDGE_ZONE * geometry.width
         ]
         self.circles = self.rims + self.inclusions + self.points
-        counts = [len(circle.members()) for circle in self.circles]
+        counts = [len(circle.members) for circle in self.circles]
         self.polynomials = resolution.nx * resolution.ny
         self.offsets = [self.polynomials + sum(counts[:k]) for k in range(len(counts) + 1)]
         self.size = self.offsets[-1]

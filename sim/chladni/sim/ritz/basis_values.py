@@ -21,8 +21,7 @@ FloatArray = NDArray[np.float64]
 
 RIM_POINTS = 32
 """Points on a rim; the error falls as (radius / distance to the next feature)^(32 − order)."""
-RADIAL_POINTS = 12
-ANGULAR_POINTS = 36
+DISC_RULE = quadrature.DiscRule(radial=12, angular=36)
 """Points on a glued disc: exact for polynomials of degree 22, well beyond what bends there."""
 OFFCUT_POINTS = 16
 """Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
@@ -187,10 +186,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         if points.x.size:
             edges.append(Edge(points, axis, side))
     corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
-    discs = [
-        quadrature.disc(i.x, i.y, i.radius, RADIAL_POINTS, ANGULAR_POINTS)
-        for i in geometry.inclusions
-    ]
+    discs = [DISC_RULE.on(i.x, i.y, i.radius) for i in geometry.inclusions]
     # Offcuts of rounded corners count as one more disc, from which the plate is taken away.
     added = [(i.stiffness_ratio - 1.0, i.areal_mass, i.rotary) for i in geometry.inclusions]
     if geometry.corner_radius > 0.0:

@@ -127,7 +127,7 @@ class Resolution:
     nx, ny
         Polynomials along x and y.
     rim_rings, inclusion_rings, inclusion_bubbles
-        Highest angular order of the functions on each circle (rings.py).
+        Highest angular order of the functions on each circle (circle_functions.py).
     """
 
     nx: int

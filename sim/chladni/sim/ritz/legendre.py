@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,19 +65,17 @@ class IntervalBasis:
         norm = np.sqrt((2.0 * np.arange(self.count) + 1.0) / self.length)
         return np.asarray(tables[derivative].T * norm * (2.0 / self.length) ** derivative)
 
+    @cached_property
+    def _rule(self) -> tuple[FloatArray, FloatArray]:
+        return gauss_points(self.length, self.count)
+
     def gram(self, left: int, right: int) -> FloatArray:
         """∫ of the `left`-th derivative of each polynomial times the `right`-th of each, exact."""
-        x, weights = gauss_points(self.length, self.count)
+        x, weights = self._rule
         return np.asarray((self.evaluate(x, left).T * weights) @ self.evaluate(x, right))
 
 
 def gauss_points(length: float, count: int) -> tuple[FloatArray, FloatArray]:
     """Gauss–Legendre points and weights on [−length/2, length/2], each of shape (count,), m."""
-    nodes, weights = _gauss(count)
-    return nodes * (length / 2.0), weights * (length / 2.0)
-
-
-@cache
-def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
     nodes, weights = np.polynomial.legendre.leggauss(count)
-    return nodes, weights
+    return nodes * (length / 2.0), weights * (length / 2.0)

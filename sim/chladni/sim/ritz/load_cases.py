@@ -20,8 +20,9 @@ from chladni.sim.plate.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
-from chladni.sim.ritz.basis_values import ANGULAR_POINTS, RADIAL_POINTS, BasisTable
-from chladni.sim.ritz.circle_functions import Derivative, disc_load_deflection
+from chladni.sim.ritz.basis_values import DISC_RULE, BasisTable
+from chladni.sim.ritz.circle_functions import Derivative
+from chladni.sim.ritz.disc_load import disc_load_deflection
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
@@ -31,7 +32,7 @@ FloatArray = NDArray[np.float64]
 POINT_RADIUS = 1e-5
 """A point force is a disc of this radius, m; its field differs by R² ln R, below 1e-8."""
 NO_POINTS = Points(np.zeros(0), np.zeros(0), np.zeros(0))
-DIRECT_RADIAL, DIRECT_ANGULAR = 16, 64
+DIRECT_RULE = quadrature.DiscRule(radial=16, angular=64)
 AT_ONCE = 1 << 14
 """Values of load deflections worked out in one go, so that they stay in the cache."""
 
@@ -181,8 +182,8 @@ def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
         return Points(np.array([load.x]), np.array([load.y]), np.array([1.0]))
     for disc in geometry.inclusions:
         if _is_same_disc(load, disc):
-            return quadrature.disc(disc.x, disc.y, disc.radius, RADIAL_POINTS, ANGULAR_POINTS)
-    points = quadrature.disc(load.x, load.y, load.radius, DIRECT_RADIAL, DIRECT_ANGULAR)
+            return DISC_RULE.on(disc.x, disc.y, disc.radius)
+    points = DIRECT_RULE.on(load.x, load.y, load.radius)
     keep = _on_plate(geometry, points.x, points.y)
     return Points(points.x[keep], points.y[keep], points.weights[keep])
 

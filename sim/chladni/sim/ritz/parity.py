@@ -122,7 +122,7 @@ class ParityBasis:
         partners = [self._partner(circle, image) for image in images]
         orbit = len(set(partners))
         first = self.basis.offsets[index] - self.basis.polynomials
-        for k, (function, sine) in enumerate(circle.members()):
+        for k, (function, sine) in enumerate(circle.members):
             column = np.zeros(self.basis.size - self.basis.polynomials)
             for image, partner in zip(images, partners, strict=True):
                 place = self.basis.offsets[partner] - self.basis.polynomials + k
@@ -136,7 +136,7 @@ class ParityBasis:
     def _partner(self, circle: Circle, image: tuple[float, float]) -> int:
         distances = [
             np.hypot(image[0] * circle.x - other.x, image[1] * circle.y - other.y)
-            + abs(circle.radius - other.radius) + abs(circle.bubbles - other.bubbles)
+            + abs(circle.radius - other.radius) + abs(circle.own.bubbles - other.own.bubbles)
             for other in self.basis.circles
         ]  # fmt: skip
         return int(np.argmin(distances))
@@ -154,8 +154,8 @@ class ParityBasis:
         members = []
         for k, member in enumerate(self.members):
             circle = self.basis.circles[member.circle]
-            function, _ = circle.members()[member.column]
-            highest = circle.rings if function.outside else circle.bubbles
+            function, _ = circle.members[member.column]
+            highest = circle.own.rings if function.outside else circle.own.bubbles
             # A point has one order only, and keeps it.
             is_rim = member.circle < len(self.basis.rims)
             fewer = fewer_on_rims if is_rim else fewer_orders

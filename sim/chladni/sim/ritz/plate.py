@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import wraps
 from threading import RLock
 from typing import Any, TypeVar, cast
@@ -14,7 +15,7 @@ from chladni.sim.errors import RESONANCE_BAND, ResonanceError
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
-from chladni.sim.plate.response import Response
+from chladni.sim.plate.response import Excitation, PlateModel, Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.resolution import (
@@ -44,8 +45,8 @@ def in_turn(method: Method) -> Method:
     return cast(Method, guarded)
 
 
-class RitzPlate:
-    """Modes and fields of a plate; see rings.py and assembly.py for the method.
+class RitzPlate(PlateModel):
+    """Modes and fields of a plate; see circle_functions.py and assembly.py for the method.
 
     Threads may share one: what it keeps from call to call is guarded, so they take turns.
 
@@ -88,45 +89,26 @@ class RitzPlate:
         highest = wave_number_of_mode(self.geometry, count)
         return self._solver(highest, first_level(self.geometry, MODE_TOLERANCE))
 
-    def respond(
-        self,
-        loads: Sequence[Load],
-        *,
-        frequency_hz: float,
-        x: FloatArray,
-        y: FloatArray,
-        tolerance: float,
-    ) -> Response:
-        """Fields on the grid x × y under unit loads.
-
-        The basis grows until its error estimate is below `tolerance`, or is the largest there is.
-
-        Raises
-        ------
-        ResonanceError
-            The plate has no loss and `frequency_hz` lies on a mode.
-        """
-        orbits = orbits_of(loads, self.mirrors.shared_with(x, y))
-        size, image, error = self._image(orbits.distinct, frequency_hz, x, y, tolerance)
-        return Response(image.unfold(orbits), size, error, frequency_hz)
+    def _respond(self, excitation: Excitation) -> Response:
+        """With a basis that grows until its error estimate is small enough, or is the largest."""
+        orbits = orbits_of(excitation.loads, self.mirrors.shared_with(excitation.x, excitation.y))
+        size, image, error = self._image(replace(excitation, loads=orbits.distinct))
+        return Response(image.unfold(orbits), size, error, excitation.frequency_hz)
 
     @in_turn
-    def _image(
-        self, loads: Sequence[Load], frequency_hz: float, x: FloatArray, y: FloatArray,
-        tolerance: float,
-    ) -> tuple[int, Image, float]:  # fmt: skip
+    def _image(self, asked: Excitation) -> tuple[int, Image, float]:
         """The size of the basis that suffices, the image and its error."""
-        omega = 2.0 * np.pi * frequency_hz
+        omega = asked.omega
         waves = wave_number(self.geometry, omega)
-        level = first_level(self.geometry, tolerance)
+        level = first_level(self.geometry, asked.tolerance)
         while True:
             solver = self._solver(waves, level)
-            self._refuse_resonance(solver, frequency_hz)
-            case = solver.case(loads)
+            self._refuse_resonance(solver, asked.frequency_hz)
+            case = solver.case(asked.loads)
             solution = solver.coefficients(case, omega, self.loss_factor)
             error = solver.error_estimate(case, solution, omega, self.loss_factor)
-            if error <= tolerance or level == LEVELS - 1 or self._resolution:
-                image = solver.image(case, solution, self.loss_factor, x, y)
+            if error <= asked.tolerance or level == LEVELS - 1 or self._resolution:
+                image = solver.image(case, solution, self.loss_factor, asked.x, asked.y)
                 return solver.basis.size, image, error
             level += 1
 

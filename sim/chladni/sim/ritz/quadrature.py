@@ -68,13 +68,19 @@ def corner_offcuts(width: float, length: float, radius: float, count: int) -> Po
     return join([Points(sx * single.x, sy * single.y, single.weights) for sx, sy in signs])
 
 
-def disc(x: float, y: float, radius: float, radial: int, angular: int) -> Points:
+class DiscRule:
     """Gauss × trapezoid points on a disc: exact for degree min(2·radial − 2, angular − 1)."""
-    nodes, weights = gauss_points(radius, radial)
-    distance = nodes + radius / 2.0
-    # Half a step off the axes, so that no point lies on a mirror line.
-    angle = 2.0 * np.pi * (np.arange(angular) + 0.5) / angular
-    px = x + np.outer(distance, np.cos(angle))
-    py = y + np.outer(distance, np.sin(angle))
-    area = np.outer(weights * distance, np.full(angular, 2.0 * np.pi / angular))
-    return Points(px.ravel(), py.ravel(), area.ravel())
+
+    def __init__(self, radial: int, angular: int) -> None:
+        self._nodes, self._weights = gauss_points(2.0, radial)
+        # Half a step off the axes, so that no point lies on a mirror line.
+        self._angle = 2.0 * np.pi * (np.arange(angular) + 0.5) / angular
+
+    def on(self, x: float, y: float, radius: float) -> Points:
+        """The points of one disc."""
+        distance = self._nodes * (radius / 2.0) + radius / 2.0
+        px = x + np.outer(distance, np.cos(self._angle))
+        py = y + np.outer(distance, np.sin(self._angle))
+        share = np.full(self._angle.size, 2.0 * np.pi / self._angle.size)
+        area = np.outer(self._weights * (radius / 2.0) * distance, share)
+        return Points(px.ravel(), py.ravel(), area.ravel())

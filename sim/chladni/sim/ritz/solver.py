@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,19 +80,22 @@ class Solver:
         self.basis = Basis(geometry, resolution)
         area_points = tuple(2 * (3 * n // 2 + 15) for n in (resolution.nx, resolution.ny))
         self.assembly = Assembly(self.basis, mirrors, (area_points[0], area_points[1]))
+        self._steps = self._fewer()
+        self.classes = self._classes()
+        sides = (geometry.width, geometry.length)
+        x, y = (gauss_points(s, n)[0] for s, n in zip(sides, PROBE_POINTS, strict=True))
+        self._probe = GridTable(self.basis, mirrors, x, y)
         self._last_case: tuple[tuple[Load, ...], LoadCase] | None = None
         self._works: dict[Load, LoadCase] = {}
         self._grids: dict[bytes, GridTable] = {}
 
-    @cached_property
-    def _steps(self) -> list[tuple[tuple[int, int, int], float]]:
+    def _fewer(self) -> list[tuple[tuple[int, int, int], float]]:
         """Those of `FEWER` that take anything away, with their shares."""
         takes = (True, bool(self.basis.inclusions), bool(self.basis.rims))
         steps = zip(FEWER, SHARES, strict=True)
         return [step for step, any_left in zip(steps, takes, strict=True) if any_left]
 
-    @cached_property
-    def classes(self) -> list[_Class]:
+    def _classes(self) -> list[_Class]:
         """Every parity class with its modes."""
         result = []
         for parity in parity_classes(self.mirrors):
@@ -122,7 +124,7 @@ class Solver:
             result.append(_Class(basis, modes, coarser))
         return result
 
-    @cached_property
+    @property
     def omega_squared(self) -> FloatArray:
         """ω² of all modes of all classes, ascending, (rad/s)²; rigid motions as 0."""
         squares = np.concatenate([c.modes.omega_squared for c in self.classes])
@@ -220,9 +222,3 @@ class Solver:
                 self._grids.pop(next(iter(self._grids)))
             self._grids[key] = GridTable(self.basis, self.mirrors, x, y)
         return self._grids[key]
-
-    @cached_property
-    def _probe(self) -> GridTable:
-        sides = (self.geometry.width, self.geometry.length)
-        x, y = (gauss_points(s, n)[0] for s, n in zip(sides, PROBE_POINTS, strict=True))
-        return GridTable(self.basis, self.mirrors, x, y)
