@@ -1,4 +1,4 @@
-"""The paper authors' own scene: an undamped plate that starts from rest, not a steady state.
+"""The paper authors' own solved: an undamped plate that starts from rest, not a steady state.
 
     .venv/bin/python bench/paper_scene.py
 
@@ -97,7 +97,7 @@ def main() -> None:
     loads = actuator_loads(board)
     model, frequency = plate_model(board), board.drive.frequency_hz
     names = [f"{n} period{'s' if n > 1 else ''}" for n in PERIODS]
-    print("## The authors' scene: undamped, from rest\n")
+    print("## The authors' solved: undamped, from rest\n")
     print("SSIM on the whole image of the best ten reals, by the window that is averaged:\n")
     print("| target / mm | authors' best | " + " | ".join(names) + " | steady, undamped |")
     print("|---|---|" + "---|" * (len(PERIODS) + 1))

@@ -29,14 +29,12 @@ from chladni.drives.batch import over_targets
 from chladni.drives.checkpoint import Result
 from chladni.drives.methods import METHODS, Options
 from chladni.drives.methods.anneal import read_trace
-from chladni.drives.problem.places import region_grid
-from chladni.drives.problem.problem import Problem, Scene, scene_of
+from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.host.figures.fields import COLOURS, save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.board_mirrors import board_mirrors
-from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.stored_regions import stored_regions
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -64,9 +62,9 @@ class Run:
     ssim: float
 
 
-def targets_of(scene: Scene) -> list[tuple[float, float]]:
+def targets_of(solved: SolvedBoard) -> list[tuple[float, float]]:
     """The paper's targets and random ones, 1 mm from the edges at least."""
-    half = np.array(scene.board.plate.size) / 2.0 / MM - 1.0
+    half = np.array(solved.board.plate.size) / 2.0 / MM - 1.0
     places = np.random.default_rng(SEED).uniform(-half, half, size=(OTHERS, 2))
     return [*PAPER_TARGETS, *((float(x), float(y)) for x, y in places)]
 
@@ -76,17 +74,17 @@ def run(problem: Problem, method: str, options: Options) -> Run:
     started = time.perf_counter()
     found = METHODS[method](problem, options)
     seconds = time.perf_counter() - started
-    space = problem.scene.space
+    space = problem.solved.space
     objective = space.objective(space.levels[-1], problem.image)
     return Run(seconds, found.evaluations, space.value(objective, found.drive))
 
 
 def default_table(name: str) -> tuple[list[Problem], list[float], list[Run]]:
     """The default against the best of 200 starts."""
-    scene = scene_of(load_board(name))
-    targets = targets_of(scene)
+    solved = solved_board(load_board(name))
+    targets = targets_of(solved)
     started = time.perf_counter()
-    problems = list(scene.problems(targets))
+    problems = list(solved.problems(targets))
     field_ms = (time.perf_counter() - started) / len(targets) * 1e3
     for problem in problems:
         _ = problem.image, problem.disc
@@ -129,7 +127,7 @@ def level_table(problems: list[Problem], best: list[float]) -> None:
     """What it costs to stop on a coarser image."""
     print("| last image | points | SSIM below the best: median | largest | ms |")
     print("|---|---|---|---|---|")
-    for level in problems[0].scene.space.levels:
+    for level in problems[0].solved.space.levels:
         runs = [run(problem, "phasor", Options(finest=level.step)) for problem in problems]
         gaps = [top - r.ssim for top, r in zip(best, runs, strict=True)]
         print(
@@ -180,16 +178,15 @@ def traces(problem: Problem) -> tuple[Figure, float]:
     return figure, settled
 
 
-def solve_board(board: Board) -> list[Result]:
+def board_drives(board: Board) -> list[Result]:
     """The drive of every region, mirrored ones once, from the board file's numbers on."""
-    scene, grid, mirrors = scene_of(board), region_grid(board), board_mirrors(board)
-    regions = Folding(mirrors.x, mirrors.y).stored(grid)
-    targets = [grid.centre_mm(int(region)) for region in regions]
+    solved, regions = SolvedBoard.of(board), stored_regions(board)
+    targets = [regions.grid.centre_mm(int(region)) for region in regions.numbers]
 
     def work(problem: Problem) -> Result:
         return {"evaluations": METHODS["phasor"](problem, Options()).evaluations}
 
-    return list(over_targets(scene, targets, work))
+    return list(over_targets(solved, targets, work))
 
 
 def main() -> None:
@@ -226,9 +223,8 @@ def main() -> None:
     for name, board in boards.items():
         seconds = []
         for _ in range(3):
-            scene_of.cache_clear()
             started = time.perf_counter()
-            solve_board(board)
+            board_drives(board)
             seconds.append(time.perf_counter() - started)
         print(f"| {name} | {statistics.median(seconds):.1f} |")
     print()

@@ -27,17 +27,19 @@ from numpy.typing import NDArray
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
 from chladni.drives.problem.objectives import OBJECTIVES
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.host.figures.fields import COLOURS, save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
-from chladni.tables.build import TableReport, solve_board
+from chladni.tables.build import board_drives, losses_of, table_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.losses import LIMITS
+from chladni.tables.report import TableReport, report
+from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -70,16 +72,19 @@ def built_tables() -> list[Built]:
             board = replace(load_board(name), regions=Regions(pitch=pitch_mm * 1e-3))
             for objective in OBJECTIVES:
                 print(f"{name} {pitch_mm:g} mm {objective}", file=sys.stderr)
-                scene_of.cache_clear()
                 started = time.perf_counter()
                 frequencies = (board.drive.frequency_hz,)
                 with one_blas_thread():
-                    solved = solve_board(board, frequencies, Options(objective))
+                    regions = stored_regions(board)
+                    solved = SolvedBoard.of(board)
+                    drives = board_drives(solved, regions, frequencies, Options(objective))
                     for bits in BITS:
-                        table = solved.table(bits)
-                        losses = solved.losses(table)
-                        report = solved.report(table, losses, time.perf_counter() - started)
-                        found.append(Built(board, pitch_mm, objective, table, report))
+                        sections = [one.section(bits) for one in drives]
+                        table = table_of(board, regions, sections, bits)
+                        losses = losses_of(table, drives)
+                        seconds = time.perf_counter() - started
+                        came_to = report(table, drives, losses, len(pack(table)), seconds)
+                        found.append(Built(board, pitch_mm, objective, table, came_to))
     return found
 
 
@@ -97,16 +102,16 @@ def between(board: Board, table: Table) -> tuple[float, float, float]:
     x_um, y_um = np.rint(places.T * 1000.0).astype(np.int64)
     frequency = board.drive.frequency_hz
     played = FirmwareReader(pack(table), table.actuators).drives(frequency, x_um, y_um)
-    scene = scene_of(board)
+    solved = solved_board(board)
 
     def lost(case: tuple[Problem, NDArray[np.complex128]]) -> float:
         problem, drive = case
         best = phasor(problem, Options()).drive
-        full = scene.space.objective(scene.space.levels[-1], problem.image)
-        return scene.space.value(full, best) - scene.space.value(full, drive)
+        full = solved.space.objective(solved.space.levels[-1], problem.image)
+        return solved.space.value(full, best) - solved.space.value(full, drive)
 
     targets = [(float(x), float(y)) for x, y in places]
-    found = list(in_threads(lost, zip(scene.problems(targets), played, strict=True)))
+    found = list(in_threads(lost, zip(solved.problems(targets), played, strict=True)))
     median, ninety, worst = np.percentile(found, [50, 90, 100])
     return float(median), float(ninety), float(worst)
 

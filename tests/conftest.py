@@ -16,7 +16,8 @@ from chladni.host.cli.app import main
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
-from chladni.tables.build import TableReport, build_table
+from chladni.tables.build import build_table
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
 # What makes a failure come again is printed with it.

@@ -22,12 +22,12 @@ from chladni.host.protocol.network import Kind
 from chladni.sim.errors import InputError
 from chladni.tables import format as table_format
 from chladni.tables import layout
-from chladni.tables import mirror_symmetry as folding
+from chladni.tables import mirror_symmetry as symmetry
 from chladni.tables.format import unpack
 from made_up import with_crc
 
 KEY = bytes(range(32))
-PARSERS = (link, datagrams, device_config, folding, layout, table_format)
+PARSERS = (link, datagrams, device_config, symmetry, layout, table_format)
 
 
 def instrument(module: ModuleType) -> None:

@@ -17,7 +17,8 @@ from chladni.host.emulation.emulator import Emulator, Recording, covering_panel
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables import layout
 from chladni.tables.format import pack
-from chladni.tables.mirror_symmetry import UNFOLDED, Folding
+from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
+from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Limits, Section, Table, quantise
 
 RAMP_MS, TIMEOUT_MS, MAX_ON_MS = 4.0, 60.0, 400.0
@@ -38,23 +39,23 @@ def make_section(
 
 
 def make_table(
-    drives: NDArray[Any], columns: int = 1, rows: int = 1, folding: Folding = UNFOLDED,
+    drives: NDArray[Any], columns: int = 1, rows: int = 1, symmetry: MirrorSymmetry = NO_MIRRORS,
     **section: Any,
 ) -> Table:  # fmt: skip
     """A table of one section on a board of 71.5 mm by 146.7 mm."""
     grid = RegionGrid(columns, rows, 71500, 146700)
-    return Table("t", 1, grid, LIMITS, (make_section(drives, **section),), folding)
+    return Table("t", 1, grid, LIMITS, (make_section(drives, **section),), symmetry)
 
 
 def random_table(
     columns: int, rows: int, actuators: int, seed: int, *, labels: int = 1, coarse: int = 0,
-    folding: Folding = UNFOLDED, frequencies: Sequence[float] = (160.0,), bits: int = 16,
+    symmetry: MirrorSymmetry = NO_MIRRORS, frequencies: Sequence[float] = (160.0,), bits: int = 16,
     span_um: tuple[int, int] = (71500, 146700),
 ) -> Table:  # fmt: skip
     """Random drives with `coarse` zero bits at their ends, in patches of random labels."""
     rng = np.random.default_rng(seed)
     grid = RegionGrid(columns, rows, *span_um)
-    cells = folding.stored(grid).size
+    cells = StoredRegions(grid, symmetry).count
     sections = []
     for frequency in frequencies:
         iq = rng.integers(-23000, 23001, (cells, actuators, 2))
@@ -68,7 +69,7 @@ def random_table(
         crossings = rng.integers(0, 3, (labels, 2)).astype(np.uint8)
         sections.append(Section(frequency, "ssim", FULL_GAIN, marks.astype(np.uint8), crossings,
                                 iq.astype(np.int16)))  # fmt: skip
-    return Table("t", 1, grid, LIMITS, tuple(sections), folding, bits)
+    return Table("t", 1, grid, LIMITS, tuple(sections), symmetry, bits)
 
 
 def reversal(count: int) -> tuple[int, ...]:

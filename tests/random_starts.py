@@ -15,7 +15,7 @@ def best_of_random_starts(problem: Problem, rng: np.random.Generator) -> float:
 
     Every start climbs a quarter of the image each way to its top, the best distinct ones the whole.
     """
-    space = problem.scene.space
+    space = problem.solved.space
     size = 2 * space.rank
     coarse = space.objective(space.levels[1], problem.image)
     tops = []

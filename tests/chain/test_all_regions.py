@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.host.emulation.demodulate import Play, drive_phasors
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.sim.board.board import Board
@@ -23,7 +23,7 @@ def test_the_pins_field_is_the_solvers_in_every_region(prototype: Board) -> None
     """SSIM against each target within 0.001 of what the table's own drive has."""
     table, _ = build_table(prototype)
     section = table.section()
-    scene = scene_of(prototype)
+    solved = solved_board(prototype)
     emulator = Emulator(prototype, table)
     differences = []
     for region in range(table.grid.count):
@@ -36,9 +36,9 @@ def test_the_pins_field_is_the_solvers_in_every_region(prototype: Board) -> None
         play = Play(int(SETTLE_MS * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
         played = drive_phasors(recording, play, section.frequency_hz, level=0.8)
         promised = table.drives(section)[region]
-        wanted = np.abs(target_field(prototype, place, model=scene.model).values[0])
+        wanted = np.abs(target_field(prototype, place, model=solved.model).values[0])
         own, table_s = (
-            metrics.ssim(np.abs(compose(scene.fields.values, drive)), wanted)
+            metrics.ssim(np.abs(compose(solved.fields.values, drive)), wanted)
             for drive in (played, promised)
         )
         differences.append(abs(own - table_s))

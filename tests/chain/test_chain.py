@@ -14,8 +14,8 @@ from chladni.host.emulation.loop import run_loop
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.board.board import Board
 from chladni.tables import layout
-from chladni.tables.build import TableReport
 from chladni.tables.format import pack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT, CommandLine
 

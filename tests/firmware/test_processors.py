@@ -9,10 +9,10 @@ import pytest
 from instruction_counts import PROCESSORS, Processor, count, missing
 from stack_depth import depths
 
-from chladni.tables.build import TableReport
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
-from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.mirror_symmetry import MirrorSymmetry
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from made_up import random_table, reversal
 
@@ -66,7 +66,7 @@ def test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more(
     for channels in (5, 16):
         order = reversal(channels)
         table = random_table(
-            14, 29, channels, 0, labels=4, bits=bits, folding=Folding(order, order)
+            14, 29, channels, 0, labels=4, bits=bits, symmetry=MirrorSymmetry(order, order)
         )
         path.write_bytes(pack(table))
         most = MOST_PER_LOOKUP + (channels - 5) * MOST_PER_CHANNEL

@@ -15,7 +15,7 @@ from chladni.drives.problem.places import region_grid
 from chladni.sim.board.board import Board
 from chladni.tables import layout
 from chladni.tables.format import pack
-from chladni.tables.mirror_symmetry import UNFOLDED
+from chladni.tables.mirror_symmetry import NO_MIRRORS
 from chladni.tables.table import Table
 from conftest import ROOT, CommandLine
 from made_up import LIMITS, make_section, with_crc
@@ -65,7 +65,7 @@ def table(prototype: Board) -> Table:
     rng = np.random.default_rng(1)
     drives = rng.uniform(-5, 5, (grid.count, 5)) + 1j * rng.uniform(-5, 5, (grid.count, 5))
     return Table(
-        "prototype", prototype.fingerprint(), grid, LIMITS, (make_section(drives),), UNFOLDED
+        "prototype", prototype.fingerprint(), grid, LIMITS, (make_section(drives),), NO_MIRRORS
     )
 
 

@@ -26,8 +26,8 @@ from chladni.host.device.link import encode
 from chladni.host.device.wire import SerialWire
 from chladni.host.protocol.link import BY_NAME, RESPONSE
 from chladni.sim.board.board import Board
-from chladni.tables.build import TableReport
 from chladni.tables.format import pack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import CommandLine
 

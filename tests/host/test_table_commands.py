@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from chladni.sim.board.board import Board
-from chladni.tables.build import TableReport
 from chladni.tables.format import pack
-from chladni.tables.mirror_symmetry import UNFOLDED
+from chladni.tables.mirror_symmetry import NO_MIRRORS
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import CommandLine
 
@@ -44,9 +44,9 @@ def test_mirrors_that_the_board_has_not_are_refused(
     table = dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
     section = table.section()
     silent = dataclasses.replace(section, iq=np.zeros_like(section.iq))
-    wrong = dataclasses.replace(table.folding, x=(1, 0, 2, 3, 4))
+    wrong = dataclasses.replace(table.symmetry, x=(1, 0, 2, 3, 4))
     file = tmp_path / "w.chl"
-    file.write_bytes(pack(dataclasses.replace(table, sections=(silent,), folding=wrong)))
+    file.write_bytes(pack(dataclasses.replace(table, sections=(silent,), symmetry=wrong)))
     answer = chladni("table", "verify", file)
     assert answer.code == 2
     assert "mirror_x" in answer.err
@@ -59,16 +59,16 @@ def test_diff_names_fields_and_counts_regions(
     assert same["header"] == {}
     assert same["regions_that_differ"] == 0
     table = coarse_table[0]
-    # Another common phase is the same drive, and what is stored unfolded holds the same.
+    # Another common phase is the same drive, and what is stored unmirrored holds the same.
     iq = table.region_iq(table.section()).copy()
     iq[3] = -iq[3]
     iq[7, 2] = (1232, -96)
-    unfolded = dataclasses.replace(
+    unmirrored = dataclasses.replace(
         table.section(), iq=iq, labels=np.zeros(len(iq), np.uint8),
         crossings=np.zeros((1, 2), np.uint8),
     )  # fmt: skip
     other = path.with_name("o.chl")
-    other.write_bytes(pack(dataclasses.replace(table, sections=(unfolded,), folding=UNFOLDED)))
+    other.write_bytes(pack(dataclasses.replace(table, sections=(unmirrored,), symmetry=NO_MIRRORS)))
     answer = chladni("table", "diff", path, other, "--json").json
     assert answer["regions_that_differ"] == 1
     assert answer["largest_at_region"] == 7

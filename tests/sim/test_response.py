@@ -385,9 +385,9 @@ def random_plates(draw: st.DrawFn) -> tuple[PlateGeometry, Load, float]:
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )  # fmt: skip
 @given(random_plates())
-def test_error_estimates_hold_on_random_boards(scene: tuple[PlateGeometry, Load, float]) -> None:
+def test_error_estimates_hold_on_random_boards(solved: tuple[PlateGeometry, Load, float]) -> None:
     """Never below the error against a far finer solution, nor above a hundred times it."""
-    geometry, load, frequency = scene
+    geometry, load, frequency = solved
     x = np.linspace(-0.48, 0.48, 17) * geometry.width
     y = np.linspace(-0.48, 0.48, 23) * geometry.length
     waves = wave_number(geometry, 2.0 * np.pi * frequency)

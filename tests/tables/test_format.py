@@ -16,14 +16,21 @@ from chladni.tables import layout
 from chladni.tables._firmware import FirmwareTable
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import TableRefusedError, pack, unpack
-from chladni.tables.mirror_symmetry import UNFOLDED, Folding
+from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.table import Section, Table, dequantise, quantise
 from conftest import ROOT
 from made_up import forge, make_table, random_table, reversal, with_crc
 
 SMALL = random_table(3, 4, 5, 0)
 FOLDED = random_table(
-    5, 4, 5, 1, labels=3, folding=Folding((0, 2, 1, 4, 3)), frequencies=(120.0, 160.0), bits=12
+    5,
+    4,
+    5,
+    1,
+    labels=3,
+    symmetry=MirrorSymmetry((0, 2, 1, 4, 3)),
+    frequencies=(120.0, 160.0),
+    bits=12,
 )
 NARROW = random_table(2, 3, 5, 2, labels=2, bits=8)
 
@@ -49,14 +56,14 @@ def test_a_table_survives_its_bytes(
     y: bool, frequencies: tuple[float, ...],
 ) -> None:  # fmt: skip
     order = reversal(actuators)
-    folding = Folding(order if x else None, order if y else None)
+    symmetry = MirrorSymmetry(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, folding=folding,
+        columns, rows, actuators, seed, labels=labels, symmetry=symmetry,
         frequencies=frequencies, bits=bits,
     )  # fmt: skip
     data = pack(table)
     assert same(unpack(data), table)
-    cells = folding.stored(table.grid).size
+    cells = table.regions.count
     record = 1 + actuators * bits // 4
     assert len(data) == 80 + len(frequencies) * (12 + labels + cells * record) + 4
 
@@ -80,8 +87,8 @@ def test_a_record_is_what_the_document_says_byte_by_byte() -> None:
 def test_a_mirrored_region_holds_the_other_actuators_drive() -> None:
     """Against the definition, cell by cell: odd counts keep their middle line."""
     order_x, order_y = (0, 2, 1, 4, 3), (0, 3, 4, 1, 2)
-    table = random_table(5, 4, 5, 0, folding=Folding(order_x, order_y))
-    assert table.folding.stored(table.grid).tolist() == [0, 1, 2, 5, 6, 7]
+    table = random_table(5, 4, 5, 0, symmetry=MirrorSymmetry(order_x, order_y))
+    assert table.regions.numbers.tolist() == [0, 1, 2, 5, 6, 7]
     kinds: list[tuple[int, int]] = [(0, 0), (1, 1), (2, 0), (0, 2), (2, 2)]
     for crossings in kinds:
         section = replace(table.sections[0], crossings=np.array([crossings], dtype=np.uint8))
@@ -291,7 +298,7 @@ def test_what_the_format_cannot_hold_is_refused_when_packed() -> None:
     with pytest.raises(InputError, match="finer steps"):
         pack(replace(make_table(np.ones((1, 1))), bits=12))
     with pytest.raises(InputError, match="stored regions"):
-        pack(replace(SMALL, folding=Folding(reversal(5))))
+        pack(replace(SMALL, symmetry=MirrorSymmetry(reversal(5))))
 
 
 def test_the_table_of_a_frequency_is_found_or_those_there_are_named() -> None:
@@ -299,7 +306,7 @@ def test_the_table_of_a_frequency_is_found_or_those_there_are_named() -> None:
     assert FOLDED.section(160.0) is FOLDED.sections[1]
     with pytest.raises(InputError, match="120, 160 Hz"):
         FOLDED.section(161.0)
-    assert UNFOLDED.flags == 0
+    assert NO_MIRRORS.flags == 0
 
 
 def test_the_document_describes_every_field_where_it_is() -> None:

@@ -13,7 +13,7 @@ from chladni.tables._firmware import FirmwareTable
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.lookup import mixing
-from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.mirror_symmetry import MirrorSymmetry
 from chladni.tables.table import Table
 from made_up import make_table, random_table, reversal
 
@@ -35,9 +35,9 @@ def test_firmware_and_reference_give_the_same_integers_everywhere(
 ) -> None:  # fmt: skip
     """Places on the board, off it, and at the ends of 32 bits."""
     order = reversal(actuators)
-    folding = Folding(order if x else None, order if y else None)
+    symmetry = MirrorSymmetry(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, folding=folding, bits=bits,
+        columns, rows, actuators, seed, labels=labels, symmetry=symmetry, bits=bits,
         span_um=(width, length),
     )  # fmt: skip
     firmware = FirmwareTable(pack(table), actuators)
@@ -52,11 +52,11 @@ def test_firmware_and_reference_give_the_same_integers_everywhere(
 def test_unrounded_drives_are_mixed_as_integers_are() -> None:
     """The reference of what is lost between regions: the same but for rounding down."""
     order = reversal(4)
-    table = random_table(6, 9, 4, 5, labels=3, folding=Folding(order, order))
+    table = random_table(6, 9, 4, 5, labels=3, symmetry=MirrorSymmetry(order, order))
     section = table.section()
     rng = np.random.default_rng(1)
     x_um, y_um = rng.integers(-36000, 36001, 3000), rng.integers(-73500, 73501, 3000)
-    mixed = mixing(table.grid, table.folding, section, 4, x_um, y_um)
+    mixed = mixing(table.regions, section, 4, x_um, y_um)
     exact = mixed.of_drives(section.iq[..., 0] + 1j * section.iq[..., 1])
     got = table.lookup(section, x_um, y_um).astype(np.float64)
     error = np.stack((exact.real, exact.imag), axis=-1) - got
@@ -126,7 +126,7 @@ def test_three_of_a_branch_leave_out_the_fourth(stranger: int) -> None:
 def test_a_mirror_is_crossed_as_its_label_says(crossing: int, middle: float) -> None:
     """Two coils that change places: cut, joined with the image, or joined with its negative."""
     table = make_table(
-        np.array([[8.0, 4.0]]), 2, 1, folding=Folding((1, 0)), crossings=[(crossing, 0)]
+        np.array([[8.0, 4.0]]), 2, 1, symmetry=MirrorSymmetry((1, 0)), crossings=[(crossing, 0)]
     )
     sign = -1.0 if crossing == 2 else 1.0
     assert at(table, -17875, 0)[0] == pytest.approx(8.0, abs=0.02)

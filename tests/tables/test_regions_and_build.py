@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chladni.drives.problem.places import RegionGrid, region_grid
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Regions
 from chladni.sim.fields.board_mirrors import board_mirrors
-from chladni.tables.build import TableReport, build_table
+from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
 GRIDS = st.builds(
@@ -84,9 +85,9 @@ def test_a_table_holds_what_the_solver_finds(
     region = 5
     direct = solve(coarse_board, table.grid.centre_mm(region))
     # The same field up to the common phase: 0.25 dB is 3 % of the largest amplitude.
-    scene = scene_of(coarse_board)
+    solved = solved_board(coarse_board)
     stored = np.abs(
-        np.tensordot(table.drives(table.section())[region], scene.fields.values, axes=1)
+        np.tensordot(table.drives(table.section())[region], solved.fields.values, axes=1)
     )
     exact = np.abs(direct.field)
     assert np.abs(stored - exact).max() < 0.03 * exact.max()

@@ -16,9 +16,10 @@ from chladni.sim.board.parts import Actuator, Regions
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables import build
-from chladni.tables.build import TableReport, build_table
+from chladni.tables.build import build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT
 
@@ -57,7 +58,7 @@ def test_a_board_without_mirrors_stores_every_region(prototype: Board) -> None:
         prototype, actuators=(*prototype.actuators[:4], moved), regions=Regions(pitch=24e-3)
     )
     table, report = checked(board)
-    assert table.folding.flags == 0
+    assert table.symmetry.flags == 0
     assert report.stored_regions == report.regions == table.grid.count
 
 
@@ -72,7 +73,7 @@ def test_a_mirror_in_one_direction_only_is_used(paper: Board, axis: int) -> None
     mirrors = board_mirrors(board)
     assert (mirrors.x is None, mirrors.y is None) == (bool(axis), not axis)
     table, report = checked(board)
-    assert table.folding.flags == 1 << axis
+    assert table.symmetry.flags == 1 << axis
     assert report.stored_regions == report.regions // 2
 
 
@@ -109,7 +110,7 @@ def test_a_board_that_no_slot_holds_is_refused_before_it_is_solved(
     def solve(_: Board) -> None:
         raise SolvedError
 
-    monkeypatch.setattr(build, "scene_of", solve)
+    monkeypatch.setattr(build, "solved_board", solve)
     places = [(x * 1e-3, y * 1e-3) for x, y in np.linspace((-30, -65), (28, 69), actuators)]
     board = with_actuators(paper, [(x, y + 1e-3 * (x > 0)) for x, y in places], 1e-3)
     with pytest.raises(SolvedError if actuators == 5 else InputError) as caught:

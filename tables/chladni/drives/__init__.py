@@ -2,7 +2,7 @@
 
 from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score, score_field
 from chladni.drives.solve import Solution, solve
 
@@ -11,8 +11,8 @@ __all__ = [
     "OBJECTIVES",
     "Scorecard",
     "Solution",
-    "scene_of",
     "score",
     "score_field",
     "solve",
+    "solved_board",
 ]

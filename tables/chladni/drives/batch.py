@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from chladni.drives.checkpoint import Checkpoint, Result
-from chladni.drives.problem.problem import TOGETHER, Problem, Scene
+from chladni.drives.problem.problem import TOGETHER, Problem, SolvedBoard
 from chladni.drives.problem.threads import in_threads
 
 Target = tuple[float, float]
@@ -15,7 +15,7 @@ AHEAD = 3 * TOGETHER
 
 
 def over_targets(
-    scene: Scene,
+    solved: SolvedBoard,
     targets_mm: Sequence[Target],
     work: Callable[[Problem], Result],
     *,
@@ -35,7 +35,7 @@ def over_targets(
         Problems to be worked on after these, of which no results are wanted.
     """
     kept = checkpoint or Checkpoint(None, {})
-    _ = scene.space, scene.mirrors  # found once, before there are threads
+    _ = solved.space, solved.mirrors  # found once, before there are threads
 
     def finish(case: tuple[Problem | None, Result | None]) -> Result:
         problem, saved = case
@@ -44,7 +44,7 @@ def over_targets(
         assert problem is not None
         return work(problem)
 
-    problems = chain(_problems(scene, targets_mm, kept), ((problem, None) for problem in besides))
+    problems = chain(_problems(solved, targets_mm, kept), ((problem, None) for problem in besides))
     finished = in_threads(finish, problems, jobs=jobs, ahead=AHEAD)
     for target in targets_mm:
         result, name = next(finished), _name(target)
@@ -54,14 +54,14 @@ def over_targets(
 
 
 def _problems(
-    scene: Scene, targets_mm: Sequence[Target], kept: Checkpoint
+    solved: SolvedBoard, targets_mm: Sequence[Target], kept: Checkpoint
 ) -> Iterator[tuple[Problem | None, Result | None]]:
     """Problems of targets still to do. Groups are the same after a resume, and so are the bits."""
-    for group in scene.groups(targets_mm):
+    for group in solved.groups(targets_mm):
         if all(kept.get(_name(target)) for target in group):
             yield from ((None, kept.get(_name(target))) for target in group)
             continue
-        for problem in scene.problems(group):
+        for problem in solved.problems(group):
             yield problem, kept.get(_name(problem.target_mm))
 
 

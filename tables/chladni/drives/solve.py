@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.image import metrics
@@ -103,7 +103,7 @@ def solve(
     """
     check_request(method, objective, seed, steps, trace)
     options = Options(objective, seed, steps, trace=trace, progress=progress)
-    return solve_problem(scene_of(board).problem(target_mm), method, options)
+    return solve_problem(solved_board(board).problem(target_mm), method, options)
 
 
 def check_request(
@@ -172,7 +172,7 @@ def tie_break(problem: Problem, drive: ComplexArray) -> ComplexArray:
     The one that drives the earliest actuator in the board's list harder than its partner.
     """
     x, y = problem.place
-    for mirror, distance in zip(problem.scene.mirrors, (abs(x), abs(y)), strict=True):
+    for mirror, distance in zip(problem.solved.mirrors, (abs(x), abs(y)), strict=True):
         if mirror is None or distance > ON_MIRROR:
             continue
         twin = drive[list(mirror)]

@@ -34,8 +34,13 @@ from chladni.tables.layout import (
     record_bytes,
     stored_regions,
 )
-from chladni.tables.lookup import CUT, JOINED, NEGATED
-from chladni.tables.mirror_symmetry import Folding, Order
+from chladni.tables.mirror_symmetry import (
+    MirrorSymmetry,
+    Order,
+    crossing_codes,
+    crossings_of,
+    order_of,
+)
 from chladni.tables.table import Limits, Section, Table
 
 ByteArray = NDArray[np.uint8]
@@ -73,26 +78,11 @@ def pack(table: Table) -> bytes:
         _check_section(table, section)
         values = _section_values(section)
         body += SECTION_STRUCT.pack(*(values[field.name] for field in SECTION_FIELDS))
-        body += _crossing_codes(section.crossings).tobytes()
+        body += crossing_codes(section.crossings).tobytes()
         gains = _as_bytes(section.iq.astype(np.int64) >> (16 - table.bits), table.bits)
         records = np.concatenate((section.labels[:, None], gains), axis=1)
         body += records.astype(np.uint8).tobytes()
     return body + struct.pack("<I", zlib.crc32(body))
-
-
-def _crossing_codes(crossings: ByteArray) -> ByteArray:
-    """Bit 0 (1): the label is cut at the mirror in x (y); bit 2 (3): negated there."""
-    cut, negated = crossings == CUT, crossings == NEGATED
-    return np.packbits(np.hstack((cut, negated)), axis=1, bitorder="little").ravel()
-
-
-def _crossings(codes: ByteArray) -> ByteArray:
-    """The way back; `ValueError` if a label is both at once, or something else."""
-    bits = np.unpackbits(codes[:, None], axis=1, bitorder="little").astype(bool)
-    cut, negated = bits[:, :2], bits[:, 2:4]
-    if np.any(cut & negated) or np.any(bits[:, 4:]):
-        raise ValueError("crossings")
-    return np.where(cut, CUT, np.where(negated, NEGATED, JOINED)).astype(np.uint8)
 
 
 def _as_bytes(pairs: IntArray, bits: int) -> ByteArray:
@@ -146,13 +136,13 @@ def check_fits(table: Table) -> None:
 
 def table_bytes(table: Table) -> int:
     """Bytes of a table, by its numbers of labels, regions and actuators alone."""
-    records = table.folding.stored(table.grid).size * record_bytes(table.actuators, table.bits)
+    records = table.regions.count * record_bytes(table.actuators, table.bits)
     sections = sum(SECTION_BYTES + len(section.crossings) + records for section in table.sections)
     return HEADER_BYTES + sections + CRC_BYTES
 
 
 def _check_section(table: Table, section: Section) -> None:
-    cells = table.folding.stored(table.grid).size
+    cells = table.regions.count
     shapes = (section.labels.shape, section.iq.shape)
     if shapes != ((cells,), (cells, table.actuators, 2)):
         raise InputError("table.iq", shapes, f"labels and drives of {cells} stored regions")
@@ -176,14 +166,14 @@ def _header_values(table: Table) -> dict[str, Any]:
         "actuators": table.actuators,
         "total_bytes": table_bytes(table),
         "bits": table.bits,
-        "mirrors": table.folding.flags,
+        "mirrors": table.symmetry.flags,
         "reserved": 0,
         "board_fingerprint": table.board_fingerprint,
         "board_name": table.board_name.encode("ascii"),
         **vars(table.grid),
         **vars(table.limits),
-        "mirror_x": table.folding.nibbles(0),
-        "mirror_y": table.folding.nibbles(1),
+        "mirror_x": table.symmetry.nibbles(0),
+        "mirror_y": table.symmetry.nibbles(1),
     }
 
 
@@ -206,7 +196,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
         Truncated, wrong magic, version or CRC, or fields that contradict each other.
     """
     head = _read_header(data, file)
-    folding = _folding(head, _refusing("kBadField", file))
+    symmetry = _symmetry(head, _refusing("kBadField", file))
     at, sections = HEADER_BYTES, []
     for number in range(head["sections"]):
         section, at = _read_section(data, at, head, number, file)
@@ -221,7 +211,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
         limits=Limits(head["ramp_us"], head["touch_timeout_us"], head["max_on_us"]),
         sections=tuple(sections),
         bits=head["bits"],
-        folding=folding,
+        symmetry=symmetry,
     )
 
 
@@ -289,7 +279,7 @@ def _read_section(
         raise _refusing("kBadSize", file)(name, f"{left} bytes", f"{after - at}: {cells} regions")
     refuse = _refusing("kBadDrives", file)
     try:
-        crossings = _crossings(np.frombuffer(data[first:begin], np.uint8))
+        crossings = crossings_of(np.frombuffer(data[first:begin], np.uint8))
     except ValueError:
         raise refuse(
             f"{name} crossings", data[first:begin].hex(), "cut, joined or negated"
@@ -311,23 +301,23 @@ def _read_section(
     return section, after
 
 
-def _folding(head: dict[str, Any], refuse: Refuse) -> Folding:
+def _symmetry(head: dict[str, Any], refuse: Refuse) -> MirrorSymmetry:
     """The mirrors of a header, each an order of the actuators that undoes itself."""
     count = head["actuators"]
     orders: list[Order | None] = []
     for bit, name in enumerate(("mirror_x", "mirror_y")):
-        nibbles = tuple((head[name] >> (4 * k)) & 15 for k in range(count))
         is_stored = bool(head["mirrors"] >> bit & 1)
-        if is_stored and (
-            sorted(nibbles) != list(range(count))
-            or any(nibbles[nibbles[k]] != k for k in range(count))
-            or head[name] >> (4 * count)
-        ):
-            raise refuse(name, hex(head[name]), "an order of the actuators that undoes itself")
-        if not is_stored and head[name]:
+        if is_stored:
+            try:
+                orders.append(order_of(head[name], count))
+            except ValueError as error:
+                expected = "an order of the actuators that undoes itself"
+                raise refuse(name, str(error), expected) from None
+            continue
+        if head[name]:
             raise refuse(name, hex(head[name]), "0 without that mirror")
-        orders.append(nibbles if is_stored else None)
-    return Folding(orders[0], orders[1])
+        orders.append(None)
+    return MirrorSymmetry(orders[0], orders[1])
 
 
 def read_table(path: str | Path) -> Table:

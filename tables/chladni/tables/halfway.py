@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.places import RegionGrid
 from chladni.sim.board.board import Board
-from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.stored_regions import HalfPlace, StoredRegions
 
 SHARES = ((-1, -1 / 16), (0, 9 / 16), (1, 9 / 16), (2, -1 / 16))
 """Cubic interpolation half-way: what the four nearest regions along a line count."""
@@ -35,8 +35,6 @@ MOST_POINTS = 1000
 """Regions, and points between them, at which losses are measured; drawn at random of more."""
 SEED = 2
 
-Place = tuple[int, int]
-"""Along x and y in half regions from the first region's centre."""
 Target = tuple[float, float]
 Field = NDArray[np.complex64]
 Lines = tuple[list[int], list[int]]
@@ -50,34 +48,25 @@ def drawn(count: int) -> NDArray[np.intp]:
     return np.sort(chosen).astype(np.intp)
 
 
-def centre_places(grid: RegionGrid, folding: Folding) -> list[Place]:
-    """Centres of the stored regions, in their order."""
-    return [(2 * (k % grid.columns), 2 * (k // grid.columns))
-            for k in folding.stored(grid).tolist()]  # fmt: skip
-
-
-def halfway_places(grid: RegionGrid, folding: Folding) -> list[Place]:
+def halfway_places(regions: StoredRegions) -> list[HalfPlace]:
     """Points half-way from stored regions to the next in x, in y and in both."""
     every = [
-        (i + right, j + up)
-        for right, up in ((1, 0), (0, 1), (1, 1))
-        for i, j in centre_places(grid, folding)
+        (i + right, j + up) for right, up in ((1, 0), (0, 1), (1, 1)) for i, j in regions.centres
     ]
     return [every[k] for k in drawn(len(every)).tolist()]
 
 
-def own_places(
-    board: Board, grid: RegionGrid, folding: Folding, places: list[Place]
-) -> list[Place]:
+def own_places(board: Board, regions: StoredRegions, places: list[HalfPlace]) -> list[HalfPlace]:
     """Places whose fields are solved: from these and the regions' own, those of all are known."""
-    if 3 * folding.stored(grid).size > len(places):
+    grid, mirrors = regions.grid, regions.symmetry.has
+    if 3 * regions.count > len(places):
         return places
-    lines_x, lines_y = _lines(grid.columns, folding.x), _lines(grid.rows, folding.y)
+    lines_x, lines_y = _lines(grid.columns, mirrors[0]), _lines(grid.rows, mirrors[1])
     few = _on_edge(lines_x, lines_y) + _not_interpolated(board, grid, lines_x[0], lines_y[0])
     return few if len(few) < len(places) else places
 
 
-def target_of(grid: RegionGrid, place: Place) -> Target:
+def target_of(grid: RegionGrid, place: HalfPlace) -> Target:
     """Where a place is, mm; on the edge, whatever rounding says."""
     half = np.array([grid.width_um, grid.length_um]) / 2000.0
     x_mm, y_mm = np.clip(grid.halfway_mm(*place), -half, half).tolist()
@@ -93,12 +82,12 @@ class HalfwayFields:
         Solved fields by place, on some image points.
     """
 
-    def __init__(self, known: Mapping[Place, Field], grid: RegionGrid, folding: Folding) -> None:
+    def __init__(self, known: Mapping[HalfPlace, Field], regions: StoredRegions) -> None:
         self._known = known
-        self._mirrored = folding.x is not None, folding.y is not None
-        self._counts = grid.columns, grid.rows
+        self._mirrored = regions.symmetry.has
+        self._counts = regions.grid.columns, regions.grid.rows
 
-    def at(self, place: Place) -> Field:
+    def at(self, place: HalfPlace) -> Field:
         """The field of a place: known, a mirror image, or interpolated."""
         known = self._find(place)
         if known is not None:
@@ -112,7 +101,7 @@ class HalfwayFields:
                 parts.append(own * np.float32(share * other))
         return np.asarray(sum(parts[1:], parts[0]))
 
-    def _find(self, place: Place) -> Field | None:
+    def _find(self, place: HalfPlace) -> Field | None:
         """What is known of a place, or of its mirror image, turned over."""
         images = [
             2 * (count - 1) - at if mirrored and at > count - 1 else at
@@ -129,13 +118,13 @@ class HalfwayFields:
         return field[x, y]
 
 
-def _lines(count: int, mirror: object) -> Lines:
+def _lines(count: int, is_mirrored: bool) -> Lines:
     """Where along an axis the stored part has its points, and which of them are on the edge."""
-    last = count - 1 if mirror is not None else 2 * count - 1
+    last = count - 1 if is_mirrored else 2 * count - 1
     return list(range(-1, last + 1)), [at for at in (-1, 2 * count - 1) if at <= last]
 
 
-def _on_edge(lines_x: Lines, lines_y: Lines) -> list[Place]:
+def _on_edge(lines_x: Lines, lines_y: Lines) -> list[HalfPlace]:
     """Points of the stored part's edge, beside every region and at the corners."""
     (along_x, edges_x), (along_y, edges_y) = lines_x, lines_y
     return [
@@ -149,7 +138,7 @@ def _on_edge(lines_x: Lines, lines_y: Lines) -> list[Place]:
 
 def _not_interpolated(
     board: Board, grid: RegionGrid, along_x: list[int], along_y: list[int]
-) -> list[Place]:
+) -> list[HalfPlace]:
     """Points of the stored part that are near supports, or all of them if regions are wide."""
     reach = NEAR if max(grid.pitch_mm) <= WIDEST_MM else np.inf
     supports = np.array(

@@ -14,21 +14,19 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import FRACTION_BITS, RegionGrid, position
-from chladni.tables.mirror_symmetry import Cells, Folding
+from chladni.drives.problem.places import FRACTION_BITS, position
+from chladni.tables.mirror_symmetry import MirrorSymmetry, is_cut_off, signs
+from chladni.tables.stored_regions import Cells, StoredRegions
 
 IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 
-CUT, JOINED, NEGATED = 0, 1, 2
-"""What becomes of a label across a mirror: no interpolation; interpolation; the same with the image
-turned by half a wave, as the drive of an odd field continues."""
 NO_LABEL = 255
 ONE = 1 << FRACTION_BITS
 
 
-class Branches(Protocol):
-    """What tells branches apart: a table's section, or drives that are to become one."""
+class Labelled(Protocol):
+    """What belongs together: a table's section, or drives that are to become one."""
 
     @property
     def labels(self) -> NDArray[np.uint8]:
@@ -70,9 +68,8 @@ class Mixing:
 
 
 def mixing(
-    grid: RegionGrid, folding: Folding, branches: Branches, actuators: int, x_um: IntArray,
-    y_um: IntArray,
-) -> Mixing:  # fmt: skip
+    regions: StoredRegions, labelled: Labelled, actuators: int, x_um: IntArray, y_um: IntArray
+) -> Mixing:
     """How the drives of places are mixed.
 
     Parameters
@@ -81,17 +78,18 @@ def mixing(
         Micrometres from the board's centre, shape (places,). Places off the board get the drive of
         the nearest place on it.
     """
+    grid, symmetry = regions.grid, regions.symmetry
     x, y = (
-        _between(offset, span, cells, nodes, order is not None)
-        for offset, span, cells, nodes, order in zip(
+        _between(*along)
+        for along in zip(
             grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
-            folding.nodes(grid), (folding.x, folding.y), strict=True,
+            regions.nodes, symmetry.has, strict=True,
         )
     )  # fmt: skip
     # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-    corners = [folding.cells(grid, *at) for at in (
+    corners = [regions.cells(*at) for at in (
         (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
-    labels = np.stack([_labels_of(branches, at) for at in corners])
+    labels = np.stack([_labels_of(labelled, at) for at in corners])
     nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
     label = labels[nearest, np.arange(labels.shape[1])]
     top = ONE * y.fraction
@@ -100,16 +98,15 @@ def mixing(
     weights = np.stack((bottom - right[0], right[0], top - right[1], right[1]))
     weights = _given_way(weights, labels == label)
     turned = np.stack((x.is_flipped, y.is_flipped), axis=-1)
-    orders = folding.orders(actuators)
-    of_place = orders[turned[:, 0] * 1, turned[:, 1] * 1]
+    of_place = symmetry.channels(actuators, turned)
     channels = [
-        np.take_along_axis(orders[at.flips[:, 0] * 1, at.flips[:, 1] * 1], of_place, axis=1)
+        np.take_along_axis(symmetry.channels(actuators, at.flips), of_place, axis=1)
         for at in corners
     ]
-    signs = [_signs_of(branches, label, turned) * _signs_of(branches, label, at.flips)
-             for at in corners]  # fmt: skip
+    own = signs(labelled.crossings, label, turned)
+    turns = [own * signs(labelled.crossings, label, at.flips) for at in corners]
     stored = np.stack([at.stored for at in corners])
-    return Mixing(stored, np.stack(channels), weights * np.stack(signs))
+    return Mixing(stored, np.stack(channels), weights * np.stack(turns))
 
 
 class _Between(NamedTuple):
@@ -132,27 +129,20 @@ def _between(
     return _Between(low, np.minimum(low + 1, nodes - 1), inner & (ONE - 1), flipped)
 
 
-def _labels_of(branches: Branches, cells: Cells) -> IntArray:
+def _labels_of(labelled: Labelled, cells: Cells) -> IntArray:
     """Labels of cells; none for an image across a cut."""
-    label = branches.labels[cells.stored].astype(np.int64)
-    is_cut = np.any(cells.flips & (branches.crossings[label] == CUT), axis=-1)
-    return np.where(is_cut, NO_LABEL, label)
-
-
-def _signs_of(branches: Branches, label: IntArray, flips: NDArray[np.bool_]) -> IntArray:
-    """−1 where the image of a label's drive is its negative."""
-    odd = np.logical_xor.reduce((branches.crossings[label] == NEGATED) & flips, axis=-1)
-    return np.where(odd, -1, 1)
+    label = labelled.labels[cells.stored].astype(np.int64)
+    return np.where(is_cut_off(labelled.crossings, label, cells.flips), NO_LABEL, label)
 
 
 def images(
-    folding: Folding, branches: Branches, cells: Cells, iq: NDArray[np.int16]
+    symmetry: MirrorSymmetry, labelled: Labelled, cells: Cells, iq: NDArray[np.int16]
 ) -> NDArray[np.int16]:
     """Drives of cells, (cells, actuators, 2): stored ones with their mirrors applied."""
-    flips = cells.flips
-    orders = folding.orders(iq.shape[1])[flips[:, 0] * 1, flips[:, 1] * 1]
-    signs = _signs_of(branches, branches.labels[cells.stored].astype(np.int64), flips)
-    return np.asarray((iq[cells.stored[:, None], orders] * signs[:, None, None]).astype(np.int16))
+    channels = symmetry.channels(iq.shape[1], cells.flips)
+    label = labelled.labels[cells.stored].astype(np.int64)
+    sign = signs(labelled.crossings, label, cells.flips)
+    return np.asarray((iq[cells.stored[:, None], channels] * sign[:, None, None]).astype(np.int16))
 
 
 def _given_way(weights: IntArray, member: NDArray[np.bool_]) -> IntArray:

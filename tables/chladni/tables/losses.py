@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.field_space import Level
-from chladni.drives.problem.problem import Scene
+from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import in_threads
 
 ComplexArray = NDArray[np.complex128]
@@ -64,7 +64,7 @@ class Losses:
 
 
 def losses(
-    scene: Scene, points: Sequence[Point], exact: ComplexArray, got: ComplexArray, *,
+    solved: SolvedBoard, points: Sequence[Point], exact: ComplexArray, got: ComplexArray, *,
     until_beyond: bool = False, jobs: int | None = None,
 ) -> Losses:  # fmt: skip
     """What drives (points, actuators) lose against the exact ones.
@@ -74,7 +74,7 @@ def losses(
     until_beyond
         Stop at the first point that loses more than the limits: what is beyond them will be.
     """
-    fields, space = scene.fields.values, scene.space
+    fields, space = solved.fields.values, solved.space
 
     def one(case: tuple[Point, ComplexArray, ComplexArray]) -> tuple[float, float, float]:
         point, *drives = case

@@ -16,8 +16,7 @@ from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
 from chladni.drives.problem.field_space import Level
-from chladni.drives.problem.places import RegionGrid
-from chladni.drives.problem.problem import Problem, Scene
+from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.solve import tie_break
 from chladni.sim.image.metrics import image_of
 from chladni.tables.firmware_reader import FirmwareReader
@@ -25,7 +24,6 @@ from chladni.tables.halfway import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
-    centre_places,
     drawn,
     halfway_places,
     own_places,
@@ -33,8 +31,8 @@ from chladni.tables.halfway import (
 )  # fmt: skip
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import Losses, Point, losses
-from chladni.tables.mirror_symmetry import Folding
-from chladni.tables.phase_synchronisation import Arranged, arrange
+from chladni.tables.phase_synchronisation import Synchronised, synchronise
+from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Section, quantise
 
 ComplexArray = NDArray[np.complex128]
@@ -52,51 +50,51 @@ class OneFrequency:
 
     Attributes
     ----------
-    regions
+    measured
         Which of the stored regions are measured, ascending.
     at_regions, halfway
         Those points, and points between regions.
     """
 
-    scene: Scene
-    grid: RegionGrid
-    folding: Folding
+    solved: SolvedBoard
+    regions: StoredRegions
     objective: str
-    arranged: Arranged
-    regions: NDArray[np.intp]
+    synchronised: Synchronised
+    measured: NDArray[np.intp]
     at_regions: list[Point]
     halfway: list[Point]
     jobs: int | None
 
     @classmethod
     def solve(
-        cls, scene: Scene, grid: RegionGrid, folding: Folding, options: Options,
+        cls, solved: SolvedBoard, regions: StoredRegions, options: Options,
         partial: Path | None, jobs: int | None,
     ) -> OneFrequency:  # fmt: skip
         """Find every region's drive, and phases and labels over the whole board."""
-        targets = [grid.centre_mm(int(region)) for region in folding.stored(grid)]
-        centres = dict(zip(centre_places(grid, folding), targets, strict=True))
+        grid = regions.grid
+        targets = [grid.centre_mm(int(region)) for region in regions.numbers]
+        centres = dict(zip(regions.centres, targets, strict=True))
         measured = drawn(len(targets))
-        places = halfway_places(grid, folding)
+        places = halfway_places(regions)
         own = {place: target_of(grid, place)
-               for place in own_places(scene.board, grid, folding, places)}  # fmt: skip
+               for place in own_places(solved.board, regions, places)}  # fmt: skip
         # Of which the fields between regions are found.
-        solved = own if len(own) == len(places) else centres | own
-        wanted = _Wanted(scene, {targets[k] for k in measured.tolist()}, set(solved.values()))
+        sources = own if len(own) == len(places) else centres | own
+        wanted = _Wanted(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
         key = {
-            "board": f"{scene.board.fingerprint():#018x}", "objective": options.objective,
+            "board": f"{solved.board.fingerprint():#018x}", "objective": options.objective,
             "seed": options.seed, "version": version("chladni"),
         }  # fmt: skip
         with Checkpoint(partial, key) as checkpoint:
-            drives = _solve(scene, targets, list(own.values()), wanted, options, checkpoint, jobs)
-        level = scene.space.nearest_level(HALFWAY_STEP)
-        known = {place: wanted.fields[target] for place, target in solved.items()}
-        fields = HalfwayFields(known, grid, folding)
+            drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs)
+        level = solved.space.nearest_level(HALFWAY_STEP)
+        known = {place: wanted.fields[target] for place, target in sources.items()}
+        fields = HalfwayFields(known, regions)
         return cls(
-            scene, grid, folding, options.objective,
-            arrange(scene.space, grid, folding, np.array(drives)),
+            solved, regions, options.objective,
+            synchronise(solved.space, regions, np.array(drives)),
             measured,
-            [Point(_um(targets[k]), scene.space.levels[-1], wanted.images[targets[k]])
+            [Point(_um(targets[k]), solved.space.levels[-1], wanted.images[targets[k]])
              for k in measured.tolist()],
             [Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
              for place in places],
@@ -106,12 +104,12 @@ class OneFrequency:
     def section(self, bits: int) -> Section:
         """A section of these drives as integers of so many bits."""
         return Section(
-            frequency_hz=self.scene.board.drive.frequency_hz,
+            frequency_hz=self.solved.board.drive.frequency_hz,
             objective=self.objective,
-            full_scale_gain=self.scene.board.drive.max_gain,
-            labels=self.arranged.labels,
-            crossings=self.arranged.crossings,
-            iq=quantise(self.arranged.drives, 1.0, bits),
+            full_scale_gain=self.solved.board.drive.max_gain,
+            labels=self.synchronised.labels,
+            crossings=self.synchronised.crossings,
+            iq=quantise(self.synchronised.drives, 1.0, bits),
         )
 
     def losses(self, reader: FirmwareReader, *, until_beyond: bool = False) -> LossesOfTable:
@@ -132,25 +130,24 @@ class OneFrequency:
     @cached_property
     def weights(self) -> NDArray[np.intp]:
         """How many of the board's regions each measured one stands for."""
-        stored = self.folding.regions(self.grid).stored
-        return np.bincount(stored)[self.regions]
+        return np.bincount(self.regions.everywhere.stored)[self.measured]
 
     def _losses(
         self, points: Sequence[Point], reader: FirmwareReader, until_beyond: bool
     ) -> Losses:
         x_um, y_um = np.array([point.place_um for point in points], np.int64).reshape(-1, 2).T
-        actuators = self.arranged.drives.shape[1]
-        mixed = mixing(self.grid, self.folding, self.arranged, actuators, x_um, y_um)
-        got = reader.drives(self.scene.board.drive.frequency_hz, x_um, y_um)
-        exact = mixed.of_drives(self.arranged.drives)
-        return losses(self.scene, points, exact, got, until_beyond=until_beyond, jobs=self.jobs)
+        actuators = self.synchronised.drives.shape[1]
+        mixed = mixing(self.regions, self.synchronised, actuators, x_um, y_um)
+        got = reader.drives(self.solved.board.drive.frequency_hz, x_um, y_um)
+        exact = mixed.of_drives(self.synchronised.drives)
+        return losses(self.solved, points, exact, got, until_beyond=until_beyond, jobs=self.jobs)
 
 
 class _Wanted:
     """What is kept of problems once they are solved: images of some, fields half-way of others."""
 
-    def __init__(self, scene: Scene, images_of: set[Target], fields_of: set[Target]) -> None:
-        self._level: Level = scene.space.nearest_level(HALFWAY_STEP)
+    def __init__(self, solved: SolvedBoard, images_of: set[Target], fields_of: set[Target]) -> None:
+        self._level: Level = solved.space.nearest_level(HALFWAY_STEP)
         self._images_of, self._fields_of = images_of, fields_of
         self.images: dict[Target, Image] = {}
         self.fields: dict[Target, Field] = {}
@@ -179,7 +176,7 @@ def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
 
 
 def _solve(
-    scene: Scene, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
+    solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
     options: Options, checkpoint: Checkpoint, jobs: int | None,
 ) -> list[ComplexArray]:  # fmt: skip
     """Every target's drive in units of the largest gain, and what is wanted there and elsewhere."""
@@ -190,17 +187,19 @@ def _solve(
         return _best_drive(problem, options) if problem.target_mm in searched else {}
 
     # Making the others' fields takes the time in which the last drives are searched.
-    besides = scene.problems(others, tolerance=OWN_TOLERANCE)
-    finished = over_targets(scene, targets, work, jobs=jobs, checkpoint=checkpoint, besides=besides)
+    besides = solved.problems(others, tolerance=OWN_TOLERANCE)
+    finished = over_targets(
+        solved, targets, work, jobs=jobs, checkpoint=checkpoint, besides=besides
+    )
     drives = []
     for result in finished:
         drives.append(np.array([complex(*parts) for parts in result["drive"]]))
         if options.progress:
             options.progress(len(drives), len(targets))
     # What an earlier run had finished came without its field. By whole groups again, for the bits.
-    for group in scene.groups(targets):
+    for group in solved.groups(targets):
         if any(wanted.lacks(target) for target in group):
-            for problem in scene.problems(group):
+            for problem in solved.problems(group):
                 wanted.keep(problem)
     return drives
 

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from chladni.drives.problem.field_space import SearchSpace, in_phase, turn_in_phase
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.field_space import FieldSpace, in_phase, turn_in_phase
 from chladni.tables.layout import MAX_LABELS
-from chladni.tables.lookup import CUT, JOINED, NEGATED
-from chladni.tables.mirror_symmetry import Folding
+from chladni.tables.mirror_symmetry import CUT, JOINED, NEGATED
+from chladni.tables.stored_regions import StoredRegions
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -53,7 +52,7 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Arranged:
+class Synchronised:
     """Drives turned to change smoothly, shape (stored, actuators), and what belongs together.
 
     Attributes
@@ -61,7 +60,7 @@ class Arranged:
     labels
         uint8, shape (stored,).
     crossings
-        uint8, shape (labels, 2): what becomes of a label across the mirrors (tables/lookup.py).
+        uint8, shape (labels, 2): what becomes of a label across the mirrors (mirror_symmetry.py).
     before, after
         Steps between neighbours with every drive turned by itself, and as they are now; `within`
         counts only neighbours of one label.
@@ -84,11 +83,9 @@ def neighbours(columns: int, rows: int, *, diagonal: bool = False) -> IndexArray
     return np.concatenate([np.stack((a.ravel(), b.ravel()), axis=1) for a, b in pairs])
 
 
-def arrange(
-    space: SearchSpace, grid: RegionGrid, folding: Folding, drives: ComplexArray
-) -> Arranged:
+def synchronise(space: FieldSpace, regions: StoredRegions, drives: ComplexArray) -> Synchronised:
     """Turn drives so that neighbours agree, and label what may be interpolated."""
-    columns, rows = folding.shape(grid)
+    columns, rows = regions.shape
     units = np.array([space.coordinates(drive) for drive in drives])
     turned = np.array([in_phase(drive) for drive in drives])
     pairs = neighbours(columns, rows)
@@ -109,10 +106,10 @@ def arrange(
     placed = units * phases[:, None]
     after = _steps(placed, pairs)
     same = labels[pairs[:, 0]] == labels[pairs[:, 1]]
-    arranged = drives * phases[:, None]
-    labels, crossings = _few(labels, _crossings(space, grid, folding, arranged, labels), near)
-    return Arranged(
-        drives=arranged,
+    synchronised = drives * phases[:, None]
+    labels, crossings = _few(labels, _crossings(space, regions, synchronised, labels), near)
+    return Synchronised(
+        drives=synchronised,
         labels=labels.astype(np.uint8),
         crossings=crossings.astype(np.uint8),
         before=Steps.of(before),
@@ -232,19 +229,20 @@ def _label_phases(drives: ComplexArray, labels: IndexArray) -> ComplexArray:
 
 
 def _crossings(
-    space: SearchSpace, grid: RegionGrid, folding: Folding, drives: ComplexArray, labels: IndexArray
+    space: FieldSpace, regions: StoredRegions, drives: ComplexArray, labels: IndexArray
 ) -> IndexArray:
     """What becomes of every label across the mirrors: joined only where all its regions are."""
-    columns, rows = folding.shape(grid)
+    columns, rows = regions.shape
     numbers = np.arange(columns * rows).reshape(rows, columns)
     # The regions next to each mirror, or on it.
-    lines = ((folding.x, numbers[:, -1]), (folding.y, numbers[-1]))
+    lines = (numbers[:, -1], numbers[-1])
     result = np.full((int(labels.max()) + 1, 2), CUT)
-    for axis, (order, last) in enumerate(lines):
-        if order is None:
+    for axis, last in enumerate(lines):
+        if not regions.symmetry.has[axis]:
             continue
+        exchanged = regions.symmetry.channels(drives.shape[1], np.arange(2) == axis)
         here = np.array([space.coordinates(drive) for drive in drives[last]])
-        beyond = np.array([space.coordinates(drive[list(order)]) for drive in drives[last]])
+        beyond = np.array([space.coordinates(drive[exchanged]) for drive in drives[last]])
         joined = np.linalg.norm(here - beyond, axis=1) <= JOIN
         negated = np.linalg.norm(here + beyond, axis=1) <= JOIN
         for label in np.unique(labels[last]):

@@ -1,8 +1,9 @@
-"""A drive table in memory, as the device has it: integers, regions, mirrors and branches."""
+"""A drive table in memory, as the device has it: integers, regions and mirrors."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from chladni.drives.problem.places import RegionGrid
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BITS, FULL_SCALE
 from chladni.tables.lookup import images, mixing
-from chladni.tables.mirror_symmetry import UNFOLDED, Folding
+from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
+from chladni.tables.stored_regions import StoredRegions
 
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
@@ -33,7 +35,7 @@ class Section:
     Attributes
     ----------
     labels
-        uint8, shape (stored regions,): regions of one label lie on one branch of optima, and the
+        uint8, shape (stored regions,): regions of one label belong to one branch of optima, and the
         device interpolates between them.
     crossings
         uint8, shape (labels, 2): what becomes of a label across the mirrors in x and y
@@ -64,8 +66,13 @@ class Table:
     grid: RegionGrid
     limits: Limits
     sections: tuple[Section, ...]
-    folding: Folding = UNFOLDED
+    symmetry: MirrorSymmetry = NO_MIRRORS
     bits: int = BITS[-1]
+
+    @cached_property
+    def regions(self) -> StoredRegions:
+        """Its regions, and where their drives are found."""
+        return StoredRegions(self.grid, self.symmetry)
 
     @property
     def actuators(self) -> int:
@@ -90,7 +97,7 @@ class Table:
 
     def region_iq(self, section: Section) -> NDArray[np.int16]:
         """Drives of all regions, int16 of shape (regions, actuators, 2), mirrors applied."""
-        return images(self.folding, section, self.folding.regions(self.grid), section.iq)
+        return images(self.symmetry, section, self.regions.everywhere, section.iq)
 
     def drives(self, section: Section) -> ComplexArray:
         """Drives of all regions as the table holds them, shape (regions, actuators)."""
@@ -98,7 +105,7 @@ class Table:
 
     def lookup(self, section: Section, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
         """What the device plays at places, interpolated, int16 of shape (places, actuators, 2)."""
-        mixed = mixing(self.grid, self.folding, section, self.actuators, x_um, y_um)
+        mixed = mixing(self.regions, section, self.actuators, x_um, y_um)
         return mixed.of_integers(section.iq)
 
     def drive_at(self, section: Section, x_um: int, y_um: int) -> ComplexArray:

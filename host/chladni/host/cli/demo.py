@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table as RichTable
 
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
 from chladni.host.cli.app import drive_entries
 from chladni.host.cli.output import progress_bar
@@ -21,8 +21,9 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError
 from chladni.sim.files import write_whole
-from chladni.tables.build import TableReport, build_table
+from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
 TOUCH_MM = (10.0, 25.0)
@@ -38,7 +39,7 @@ def run(folder: Path) -> None:
     console.print(
         f"[bold]1[/] board {board.name}: plate and {len(board.actuators)} transfer fields"
     )
-    fields = scene_of(board).fields
+    fields = solved_board(board).fields
     console.print(f"  {fields.modes_used} functions, estimated error {fields.error_estimate:.1e}")
     console.print(f"[bold]2[/] drive table, one region per {board.regions.pitch / MM:g} mm")
     with progress_bar("solving") as progress:
@@ -50,7 +51,7 @@ def run(folder: Path) -> None:
     )
     console.print(f"[bold]3[/] the firmware plays a touch at {TOUCH_MM[0]:g}, {TOUCH_MM[1]:g} mm")
     recording, report = run_loop(table, board, [TouchEvent(TOUCH_AT_MS, TOUCH_MM)], LENGTH_MS)
-    card = score_field(scene_of(board), report.field, report.target_field, report.target_mm)
+    card = score_field(solved_board(board), report.field, report.target_field, report.target_mm)
     console.print(_scorecard(board, table, built, report, card))
     figure = chain_figure(
         board,

@@ -104,7 +104,7 @@ def show(
         "regions": grid.count,
         "size_mm": [grid.width_um / 1000.0, grid.length_um / 1000.0],
         "full_scale_gain": section.full_scale_gain,
-        "stored_regions": int(loaded.folding.stored(grid).size),
+        "stored_regions": loaded.regions.count,
         "labels": len(section.crossings),
         "bits": loaded.bits,
         "bytes": table.stat().st_size,
@@ -137,7 +137,7 @@ def verify(
     owner = board_of(loaded, board, file=str(table))
     mirrors = board_mirrors(owner)
     for name, own, found in (
-        ("mirror_x", loaded.folding.x, mirrors.x), ("mirror_y", loaded.folding.y, mirrors.y),
+        ("mirror_x", loaded.symmetry.x, mirrors.x), ("mirror_y", loaded.symmetry.y, mirrors.y),
     ):  # fmt: skip
         if own is not None and own != found:
             raise InputError(name, own, f"{found}, the board's own", file=str(table))
@@ -215,8 +215,8 @@ def _header(table: Table) -> dict[str, Any]:
         "actuators": table.actuators,
         **asdict(table.grid),
         **asdict(table.limits),
-        "mirror_x": table.folding.x and list(table.folding.x),
-        "mirror_y": table.folding.y and list(table.folding.y),
+        "mirror_x": table.symmetry.x and list(table.symmetry.x),
+        "mirror_y": table.symmetry.y and list(table.symmetry.y),
         "frequencies_hz": [section.frequency_hz for section in table.sections],
         "objectives": [section.objective for section in table.sections],
         "full_scale_gains": [section.full_scale_gain for section in table.sections],

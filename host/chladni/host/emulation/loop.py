@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.host.emulation.demodulate import (
     Play,
     drive_phasors,
@@ -137,9 +137,9 @@ def run_loop(
     promised = table.drive_at(section, x_um, y_um)
     phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
     played = section.full_scale_gain * phasors
-    scene = scene_of(board).at_frequency(section.frequency_hz)
-    fields = scene.fields.values
-    wanted = target_field(scene.board, last, model=scene.model).values[0]
+    solved = solved_board(board).at_frequency(section.frequency_hz)
+    fields = solved.fields.values
+    wanted = target_field(solved.board, last, model=solved.model).values[0]
     field = compose(fields, played)
     purity = [measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)]
     return recording, LoopReport(

@@ -111,7 +111,7 @@ def run(
         "target_mm": list(problem.target_mm),
         "seed": options.seed,
     }
-    space = problem.scene.space
+    space = problem.solved.space
     objective = space.objective(space.levels[-1], problem.image)
 
     def ssim(drive: ComplexArray) -> float:

@@ -20,7 +20,7 @@ EVALUATIONS = 3000
 
 def dual_annealing(problem: Problem, options: Options) -> Found:
     """Minimise 1 − SSIM in a box that holds every drive up to its scale."""
-    space = problem.scene.space
+    space = problem.solved.space
     objective = space.objective(space.levels[-1], problem.image)
     gradient = np.empty(2 * space.rank)
 

@@ -52,7 +52,7 @@ def phasor(problem: Problem, options: Options) -> Found:
         return contrast(problem, options)
     if options.objective == "peak":
         return peak(problem, options)
-    space, weights = problem.scene.space, OBJECTIVES[options.objective]
+    space, weights = problem.solved.space, OBJECTIVES[options.objective]
     size = 2 * space.rank
     rng = np.random.default_rng(options.seed)
     climbs = [_Climb(as_reals(start), np.zeros((size, size))) for start in _starts(problem, rng)]
@@ -81,7 +81,7 @@ def phasor(problem: Problem, options: Options) -> Found:
 
 def _starts(problem: Problem, rng: np.random.Generator) -> list[ComplexArray]:
     """Where climbs begin: drives in closed form, every coil alone, and random ones."""
-    space = problem.scene.space
+    space = problem.solved.space
     coils = np.eye(len(problem.board.actuators), dtype=np.complex128)[: space.rank]
     known = [
         space.nearest_field(problem.wanted),

@@ -43,7 +43,7 @@ class Level:
         return np.ascontiguousarray(image[np.ix_(self.index_x, self.index_y)], dtype=np.float64)
 
 
-class SearchSpace:
+class FieldSpace:
     """Orthonormal fields of a board and the way between them and drives.
 
     Parameters

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.field_space import SearchSpace
+from chladni.drives.problem.field_space import FieldSpace
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -35,18 +36,47 @@ TOGETHER = 16
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A board with its plate solved and its actuators' fields: shared by all targets."""
+class SolvedPlate:
+    """A board's plate and its actuators' fields, without the board: kept as long as that is."""
 
-    board: Board
     model: PlateModel
     fields: TransferFields
 
     @cached_property
-    def space(self) -> SearchSpace:
+    def space(self) -> FieldSpace:
         """The fields as the search wants them, made once."""
         with one_blas_thread():
-            return SearchSpace(self.fields.values)
+            return FieldSpace(self.fields.values)
+
+
+@dataclass(frozen=True)
+class SolvedBoard:
+    """A board with its plate solved and its actuators' fields: shared by all targets."""
+
+    board: Board
+    plate: SolvedPlate
+
+    @property
+    def model(self) -> PlateModel:
+        """The plate, to be asked for more fields."""
+        return self.plate.model
+
+    @property
+    def fields(self) -> TransferFields:
+        """The actuators' fields."""
+        return self.plate.fields
+
+    @property
+    def space(self) -> FieldSpace:
+        """The fields as the search wants them."""
+        return self.plate.space
+
+    @classmethod
+    def of(cls, board: Board) -> SolvedBoard:
+        """Solve a board's plate."""
+        with one_blas_thread():
+            model = plate_model(board)
+            return cls(board, SolvedPlate(model, transfer_fields(board, model=model)))
 
     @cached_property
     def mirrors(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
@@ -54,14 +84,15 @@ class Scene:
         found = board_mirrors(self.board)
         return found.x, found.y
 
-    def at_frequency(self, frequency_hz: float) -> Scene:
+    def at_frequency(self, frequency_hz: float) -> SolvedBoard:
         """The same board driven at another frequency; its plate is kept."""
         if frequency_hz == self.board.drive.frequency_hz:
             return self
         drive = replace(self.board.drive, frequency_hz=frequency_hz)
         board = replace(self.board, drive=drive)
         with one_blas_thread():
-            return Scene(board, self.model, transfer_fields(board, model=self.model))
+            fields = transfer_fields(board, model=self.model)
+        return SolvedBoard(board, SolvedPlate(self.model, fields))
 
     def problems(
         self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE
@@ -116,7 +147,7 @@ class Problem:
         Field of a unit load there, complex128, shape (nx, ny), m/N.
     """
 
-    scene: Scene
+    solved: SolvedBoard
     target_mm: tuple[float, float]
     wanted: ComplexArray
 
@@ -130,7 +161,7 @@ class Problem:
     @property
     def board(self) -> Board:
         """The board the target is on."""
-        return self.scene.board
+        return self.solved.board
 
     @property
     def place(self) -> tuple[float, float]:
@@ -140,7 +171,7 @@ class Problem:
     @property
     def transfer(self) -> ComplexArray:
         """The actuators' fields, shape (actuators, nx, ny), m/N."""
-        return self.scene.fields.values
+        return self.solved.fields.values
 
     @cached_property
     def disc(self) -> BoolArray:
@@ -161,14 +192,18 @@ class Problem:
     @cached_property
     def at_target(self) -> ComplexArray:
         """What each actuator does at the image point nearest to the target, m/N."""
-        i = int(np.argmin(np.abs(self.scene.fields.x - self.place[0])))
-        j = int(np.argmin(np.abs(self.scene.fields.y - self.place[1])))
+        i = int(np.argmin(np.abs(self.solved.fields.x - self.place[0])))
+        j = int(np.argmin(np.abs(self.solved.fields.y - self.place[1])))
         return np.asarray(self.transfer[:, i, j])
 
 
-@lru_cache(maxsize=4)
-def scene_of(board: Board) -> Scene:
-    """Solve a board's plate once."""
-    with one_blas_thread():
-        model = plate_model(board)
-        return Scene(board, model, transfer_fields(board, model=model))
+_PLATES: WeakKeyDictionary[Board, SolvedPlate] = WeakKeyDictionary()
+"""Plates of the boards in use. A plate does not hold its board, and goes when that goes."""
+
+
+def solved_board(board: Board) -> SolvedBoard:
+    """A board with its plate solved, once as long as the board is in use."""
+    plate = _PLATES.get(board)
+    if plate is None:
+        plate = _PLATES[board] = SolvedBoard.of(board).plate
+    return SolvedBoard(board, plate)

@@ -17,7 +17,7 @@ from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.places import RegionGrid, region_grid
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
 from chladni.sim.board.board import Board
@@ -92,7 +92,7 @@ def compare(
     rows: list[Row] = []
     with Checkpoint(kept, key) as checkpoint:
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
-        results = over_targets(scene_of(board), targets, work, jobs=jobs, checkpoint=checkpoint)
+        results = over_targets(solved_board(board), targets, work, jobs=jobs, checkpoint=checkpoint)
         for number, (target, result) in enumerate(zip(targets, results, strict=True), 1):
             rows += [Row(*target, **entry) for entry in result["rows"]]
             if progress:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.nearest import nearest
-from chladni.drives.problem.problem import Problem, Scene, scene_of
+from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.solve import Solution
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -59,11 +59,13 @@ class Scorecard:
 
 def score(solution: Solution, board: Board) -> Scorecard:
     """Score a solution on the full image, null models included."""
-    return score_field(scene_of(board), solution.field, solution.target_field, solution.target_mm)
+    return score_field(
+        solved_board(board), solution.field, solution.target_field, solution.target_mm
+    )
 
 
 def score_field(
-    scene: Scene, field: ComplexArray, wanted: ComplexArray, target_mm: tuple[float, float]
+    solved: SolvedBoard, field: ComplexArray, wanted: ComplexArray, target_mm: tuple[float, float]
 ) -> Scorecard:
     """Score any field of a board against the field of a unit load at the target.
 
@@ -72,16 +74,16 @@ def score_field(
     field, wanted
         complex128, shape (nx, ny), any scale.
     """
-    problem = Problem(scene, target_mm, wanted)
+    problem = Problem(solved, target_mm, wanted)
     return score_on(problem, field, null_models(problem))
 
 
 def null_models(problem: Problem) -> NullModels:
     """The null models of one target."""
-    scene, wanted = problem.scene, np.abs(problem.wanted)
+    solved, wanted = problem.solved, np.abs(problem.wanted)
     alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
     place = misplaced_target(problem.board, problem.target_mm)
-    wrong = target_field(problem.board, place, model=scene.model).values[0]
+    wrong = target_field(problem.board, place, model=solved.model).values[0]
     return NullModels(
         silent=metrics.ssim(np.zeros_like(wanted), wanted),
         nearest_actuator=metrics.ssim(np.abs(alone), wanted),
@@ -94,7 +96,7 @@ def score_on(problem: Problem, field: ComplexArray, nulls: NullModels) -> Scorec
     board, place, disc = problem.board, problem.place, problem.disc
     x, y = board.x, board.y
     reach = np.abs(problem.at_target).max()
-    wavelength = board.plate.wavelength(problem.scene.fields.frequency_hz)
+    wavelength = board.plate.wavelength(problem.solved.fields.frequency_hz)
     return Scorecard(
         ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
         focal_error_mm=metrics.focal_error(field, x, y, place) / MM,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
 from chladni.drives.problem import _kernel
-from chladni.drives.problem.field_space import NO_FORM, SearchSpace, as_complex, as_reals
+from chladni.drives.problem.field_space import NO_FORM, FieldSpace, as_complex, as_reals
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import normalised
 
@@ -88,7 +88,7 @@ def test_contrast_and_its_gradient() -> None:
     fields = smooth_fields(3, (20, 30))
     x, y = np.arange(20.0), np.arange(30.0)
     disc = metrics.disc_mask(x, y, (6.0, 21.0), 4.0)
-    space = SearchSpace(fields)
+    space = FieldSpace(fields)
     level = space.levels[-1]
     target = normalised(np.abs(fields[0]))
     objective = space.objective(level, target, ssim=0.0, contrast=1.0, disc=disc)
@@ -183,7 +183,7 @@ def test_shapes_are_checked(planes: tuple[int, ...], target: tuple[int, ...], me
 
 def test_search_coordinates_make_the_same_field_as_the_drive() -> None:
     fields = 1e-5 * smooth_fields(5, (20, 30))
-    space = SearchSpace(fields)
+    space = FieldSpace(fields)
     assert space.rank == 5
     drive = random_drive(5)
     z = space.coordinates(drive)

@@ -8,21 +8,18 @@ import numpy as np
 import pytest
 
 from chladni.drives.methods import Options
-from chladni.drives.problem.places import region_grid
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
-from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.fields.transfer import target_fields
 from chladni.sim.image import metrics
-from chladni.tables.build import TableReport, build_table
+from chladni.tables.build import build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.halfway import (
     MOST_POINTS,
     HalfwayFields,
-    centre_places,
     drawn,
     halfway_places,
     own_places,
@@ -30,8 +27,9 @@ from chladni.tables.halfway import (
 )
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import LIMITS, Point, losses
-from chladni.tables.mirror_symmetry import Folding
 from chladni.tables.one_frequency import HALFWAY_STEP, OneFrequency
+from chladni.tables.report import TableReport
+from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
 
 PLACES = 256
@@ -46,32 +44,31 @@ def test_what_is_interpolated_stands_for_the_points_own(prototype: Board, pitch_
     is within 0.01, so that a loss, the difference of two such values, is far better.
     """
     board = replace(prototype, regions=Regions(pitch=pitch_mm * 1e-3))
-    grid, mirrors = region_grid(board), board_mirrors(board)
-    folding = Folding(mirrors.x, mirrors.y)
-    scene = scene_of(board)
-    level = scene.space.nearest_level(HALFWAY_STEP)
-    centres = centre_places(grid, folding)
-    places = halfway_places(grid, folding)
-    own = own_places(board, grid, folding, places)
+    solved, regions = solved_board(board), stored_regions(board)
+    grid = regions.grid
+    level = solved.space.nearest_level(HALFWAY_STEP)
+    centres = regions.centres
+    places = halfway_places(regions)
+    own = own_places(board, regions, places)
     assert len(own) < len(places) == 3 * len(centres)
-    solved = [*centres, *own]
-    problems = scene.problems([target_of(grid, place) for place in solved])
+    sources = [*centres, *own]
+    problems = solved.problems([target_of(grid, place) for place in sources])
     known = {
         place: problem.wanted[np.ix_(level.index_x, level.index_y)].astype(np.complex64)
-        for place, problem in zip(solved, problems, strict=True)
+        for place, problem in zip(sources, problems, strict=True)
     }
-    fields = HalfwayFields(known, grid, folding)
+    fields = HalfwayFields(known, regions)
     some = [place for place in places if place not in known][::4]
     drive = np.array([1.0, 0.4j, -0.3, 0.2, 0.5 - 0.1j])
     of_field, of_ssim = [], []
     for place, problem in zip(
-        some, scene.problems([target_of(grid, p) for p in some]), strict=True
+        some, solved.problems([target_of(grid, p) for p in some]), strict=True
     ):
         wanted = problem.wanted[np.ix_(level.index_x, level.index_y)]
         used = fields.at(place).astype(np.complex128)
         of_field.append(np.linalg.norm(used - wanted) / np.linalg.norm(wanted))
         right, other = (
-            scene.space.value(scene.space.objective_of(level, metrics.image_of(field)), drive)
+            solved.space.value(solved.space.objective_of(level, metrics.image_of(field)), drive)
             for field in (wanted, used)
         )
         of_ssim.append(abs(right - other))
@@ -91,24 +88,24 @@ def test_all_points_are_measured_or_a_thousand_of_them() -> None:
 
 def test_losses_are_of_ssim_and_of_the_field(coarse_board: Board) -> None:
     """Against skimage's SSIM and the definition; a drive twice as loud has the same image."""
-    scene = scene_of(coarse_board)
-    problem = scene.problem((10.0, 25.0))
-    point = Point((10_000, 25_000), scene.space.levels[-1], problem.image.astype(np.float32))
+    solved = solved_board(coarse_board)
+    problem = solved.problem((10.0, 25.0))
+    point = Point((10_000, 25_000), solved.space.levels[-1], problem.image.astype(np.float32))
     best = np.array([1.0, 0.4j, -0.3, 0.2, 0.5 - 0.1j])
     other = best + np.array([0.0, 0.02, 0.0, -0.01j, 0.0])
     drives = np.array([best, best]), np.array([2.0 * best, other])
-    found = losses(scene, [point, point], *drives)
+    found = losses(solved, [point, point], *drives)
     assert found.ssim[0] == pytest.approx(0.0, abs=1e-9)
     assert found.field_db[0] == pytest.approx(20.0 * np.log10(2.0))
-    fields = [np.abs(np.tensordot(c, scene.fields.values, axes=1)) for c in (best, other)]
+    fields = [np.abs(np.tensordot(c, solved.fields.values, axes=1)) for c in (best, other)]
     kept = [metrics.ssim(field, np.abs(problem.wanted)) for field in fields]
     assert found.kept[1] == pytest.approx(kept[1], abs=1e-6)
     assert found.ssim[1] == pytest.approx(kept[0] - kept[1], abs=1e-6)
     largest = np.abs(fields[1] - fields[0]).max() / fields[0].max()
     assert found.field_db[1] == pytest.approx(20.0 * np.log10(1.0 + largest))
     assert not found.are_within
-    assert len(losses(scene, [point, point], *drives, until_beyond=True).ssim) == 1
-    assert losses(scene, [point], drives[0][:1], drives[0][:1]).are_within
+    assert len(losses(solved, [point, point], *drives, until_beyond=True).ssim) == 1
+    assert losses(solved, [point], drives[0][:1], drives[0][:1]).are_within
 
 
 def test_the_narrowest_width_that_keeps_to_the_limits_is_taken(
@@ -140,21 +137,21 @@ def test_at_places_drawn_at_random_the_limits_are_kept_too(name: str, objective:
     board = load_board(name)
     table, report = build_table(board, objective=objective)
     assert report.bytes <= 1800
-    scene, grid, folding = scene_of(board), table.grid, table.folding
-    one = OneFrequency.solve(scene, grid, folding, Options(objective), None, None)
+    solved, grid = solved_board(board), table.grid
+    one = OneFrequency.solve(solved, table.regions, Options(objective), None, None)
     rng = np.random.default_rng(17)
     half = np.array([grid.width_um, grid.length_um]) // 2
     x_um, y_um = rng.integers(-half, half + 1, (PLACES, 2)).T
-    exact = mixing(grid, folding, one.arranged, table.actuators, x_um, y_um).of_drives(
-        one.arranged.drives
+    exact = mixing(table.regions, one.synchronised, table.actuators, x_um, y_um).of_drives(
+        one.synchronised.drives
     )
     got = FirmwareReader(pack(table), table.actuators).drives(160.0, x_um, y_um)
     targets = [(x / 1000.0, y / 1000.0) for x, y in zip(x_um, y_um, strict=True)]
     for first in range(0, PLACES, 16):
-        wanted = target_fields(board, targets[first : first + 16], model=scene.model).values
+        wanted = target_fields(board, targets[first : first + 16], model=solved.model).values
         for k, own in enumerate(wanted, first):
             right, played = (
-                np.abs(np.tensordot(drive, scene.fields.values, axes=1))
+                np.abs(np.tensordot(drive, solved.fields.values, axes=1))
                 for drive in (exact[k], got[k])
             )
             lost = metrics.ssim(right, np.abs(own)) - metrics.ssim(played, np.abs(own))

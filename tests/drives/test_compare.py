@@ -17,7 +17,7 @@ from chladni.drives.batch import over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.compare import NUMBERS, Row, as_csv, compare, contenders, summary
 from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
@@ -119,18 +119,20 @@ def number_of(problem: Problem) -> Result:
 
 
 def test_finished_targets_are_not_done_again(prototype: Board, tmp_path: Path) -> None:
-    scene, kept = scene_of(prototype), tmp_path / "out.partial"
+    solved, kept = solved_board(prototype), tmp_path / "out.partial"
     targets = [(float(x), 3.0) for x in range(-9, 10)]
-    straight = list(over_targets(scene, targets, number_of, jobs=1))
+    straight = list(over_targets(solved, targets, number_of, jobs=1))
     with pytest.raises(KilledError), Checkpoint(kept, {"of": "this"}) as checkpoint:
-        list(over_targets(scene, targets, interrupted(number_of, 7), jobs=1, checkpoint=checkpoint))
+        list(
+            over_targets(solved, targets, interrupted(number_of, 7), jobs=1, checkpoint=checkpoint)
+        )
     done = len(kept.read_text(encoding="utf-8").splitlines()) - 1
     assert 0 < done <= 7
     # A line torn by the kill is dropped.
     kept.write_bytes(kept.read_bytes() + b'{"name": "3.0,')
     left = interrupted(number_of, len(targets) - done)
     with Checkpoint(kept, {"of": "this"}) as checkpoint:
-        assert list(over_targets(scene, targets, left, jobs=1, checkpoint=checkpoint)) == straight
+        assert list(over_targets(solved, targets, left, jobs=1, checkpoint=checkpoint)) == straight
     assert not kept.exists()
 
 
@@ -185,6 +187,6 @@ def test_a_table_of_each_objective(coarse_board: Board, objective: str) -> None:
     assert report.regions == table.grid.count == 8
     assert report.ssim_loss_max < 5e-3
     exact = np.abs(solve(few, table.grid.centre_mm(0), objective=objective).field)
-    fields = scene_of(few).fields.values
+    fields = solved_board(few).fields.values
     stored = np.abs(np.tensordot(table.drives(table.section())[0], fields, axes=1))
     assert np.abs(stored - exact).max() < 0.03 * exact.max()  # 0.25 dB

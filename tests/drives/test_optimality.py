@@ -8,7 +8,7 @@ import pytest
 
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from random_starts import best_of_random_starts
@@ -22,18 +22,18 @@ PAPER_TARGETS = [(10.0, 25.0), (20.0, -25.0), (-25.0, -10.0), (10.0, 0.0)]
 def test_random_starts_find_nothing_better(request: pytest.FixtureRequest, name: str) -> None:
     """40 targets: nothing better by more than 1e-4 SSIM, a hundredth of what a quantiser costs."""
     board: Board = request.getfixturevalue(name)
-    scene = scene_of(board)
+    solved = solved_board(board)
     rng = np.random.default_rng(2026)
     half = np.array(board.plate.size) / 2.0 / MM - 1.0
     places = rng.uniform(-half, half, size=(TARGETS - len(PAPER_TARGETS), 2))
-    problems = list(scene.problems([*PAPER_TARGETS, *((float(x), float(y)) for x, y in places)]))
-    _ = scene.space
-    full = scene.space.levels[-1]
+    problems = list(solved.problems([*PAPER_TARGETS, *((float(x), float(y)) for x, y in places)]))
+    _ = solved.space
+    full = solved.space.levels[-1]
     searched = joblib.Parallel(n_jobs=-1, prefer="threads")(
         joblib.delayed(best_of_random_starts)(problem, np.random.default_rng([7, k]))
         for k, problem in enumerate(problems)
     )
     for problem, best in zip(problems, searched, strict=True):
-        objective = scene.space.objective(full, problem.image)
-        found = scene.space.value(objective, phasor(problem, Options()).drive)
+        objective = solved.space.objective(full, problem.image)
+        found = solved.space.value(objective, phasor(problem, Options()).drive)
         assert found > best - 1e-4, f"{problem.target_mm}: {found:.5f}, random {best:.5f}"

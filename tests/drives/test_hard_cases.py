@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from chladni.drives.methods import METHODS, Options
-from chladni.drives.problem.field_space import SearchSpace
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.field_space import FieldSpace
+from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score, score_on
 from chladni.drives.solve import solve, solve_problem
 from chladni.sim.board.board import Board
@@ -43,7 +43,7 @@ def test_a_target_that_nothing_moves_is_said_to_be_one(
 ) -> None:
     """A screw's centre, and a supported edge, where even the target's own field is nothing."""
     board: Board = request.getfixturevalue(name)
-    problem = scene_of(board).problem(target)
+    problem = solved_board(board).problem(target)
     solution = solve_problem(problem, method, Options(steps=50))
     card = score_on(problem, solution.field, null_models(problem))
     assert not card.movable
@@ -67,7 +67,7 @@ def test_nearly_coincident_actuators_ask_for_no_more_than_one(
         assert np.abs(two.drive).max() == pytest.approx(paper.drive.max_gain)
         assert np.abs(two.field).max() > 0.01 * np.abs(one.field).max()
         assert all_finite(score(two, double))
-    space = scene_of(double).space
+    space = solved_board(double).space
     assert space.condition > 1e3
     assert space.rank <= 6
 
@@ -76,8 +76,8 @@ def test_the_search_leaves_weak_directions_out() -> None:
     rng = np.random.default_rng(0)
     fields = rng.normal(size=(3, 20, 30)) + 0j
     twin = np.concatenate((fields, fields[:1] * (1 + 1e-9)))
-    assert SearchSpace(twin).rank == 3
-    assert SearchSpace(np.zeros((2, 20, 30), dtype=complex)).rank == 1
+    assert FieldSpace(twin).rank == 3
+    assert FieldSpace(np.zeros((2, 20, 30), dtype=complex)).rank == 1
 
 
 def with_loss(board: Board, loss_factor: float) -> Board:
@@ -88,7 +88,7 @@ def with_loss(board: Board, loss_factor: float) -> Board:
 
 def test_real_fields_have_a_solution_as_good(paper: Board) -> None:
     """Without loss every transfer field is real; 1e-4 of loss must not change what is reached."""
-    assert not scene_of(paper).fields.values.imag.any()
+    assert not solved_board(paper).fields.values.imag.any()
     target = (10.0, 25.0)
     assert solve(paper, target).ssim == pytest.approx(
         solve(with_loss(paper, 1e-4), target).ssim, abs=1e-3
@@ -96,15 +96,15 @@ def test_real_fields_have_a_solution_as_good(paper: Board) -> None:
 
 
 def test_a_silent_field_is_scored(prototype: Board) -> None:
-    problem = scene_of(prototype).problem((10.0, 25.0))
+    problem = solved_board(prototype).problem((10.0, 25.0))
     card = score_on(problem, np.zeros_like(problem.wanted), null_models(problem))
     assert all_finite(card)
     assert card.ssim == card.nulls.silent
 
 
 def test_a_constant_target_image_is_solved(prototype: Board) -> None:
-    scene = scene_of(prototype)
-    problem = Problem(scene, (10.0, 25.0), np.ones_like(scene.fields.values[0]))
+    solved = solved_board(prototype)
+    problem = Problem(solved, (10.0, 25.0), np.ones_like(solved.fields.values[0]))
     assert not problem.image.any()
     for objective in ("ssim", "balanced", "peak", "contrast"):
         solution = solve_problem(problem, "phasor", Options(objective))
@@ -114,13 +114,13 @@ def test_a_constant_target_image_is_solved(prototype: Board) -> None:
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_a_target_field_that_is_no_number_is_refused(prototype: Board, bad: float) -> None:
-    scene = scene_of(prototype)
-    wanted = np.ones_like(scene.fields.values[0])
+    solved = solved_board(prototype)
+    wanted = np.ones_like(solved.fields.values[0])
     wanted[3, 4] = bad
     with pytest.raises(InputError, match="finite numbers"):
-        Problem(scene, (0.0, 0.0), wanted)
+        Problem(solved, (0.0, 0.0), wanted)
     with pytest.raises(InputError, match="an image of"):
-        Problem(scene, (0.0, 0.0), wanted[:-1])
+        Problem(solved, (0.0, 0.0), wanted[:-1])
 
 
 def test_one_actuator(prototype: Board) -> None:
@@ -129,7 +129,7 @@ def test_one_actuator(prototype: Board) -> None:
     for method in METHODS:
         solution = solve(single, (10.0, 25.0), method=method, steps=20)
         assert solution.drive == pytest.approx([single.drive.max_gain * np.exp(
-            -1j * np.angle(scene_of(single).problem((10.0, 25.0)).at_target[0]))])  # fmt: skip
+            -1j * np.angle(solved_board(single).problem((10.0, 25.0)).at_target[0]))])  # fmt: skip
         assert all_finite(score(solution, single))
 
 
@@ -163,7 +163,7 @@ def test_a_drive_limit_of_zero_is_refused() -> None:
 
 
 def test_metrics_of_the_found_field_are_those_reported(prototype: Board) -> None:
-    problem = scene_of(prototype).problem((-12.0, 40.0))
+    problem = solved_board(prototype).problem((-12.0, 40.0))
     solution = solve_problem(problem, "phasor", Options())
     image = np.abs(np.tensordot(solution.drive, problem.transfer, axes=1))
     assert metrics.ssim(image, np.abs(problem.wanted)) == solution.ssim

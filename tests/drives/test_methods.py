@@ -15,7 +15,7 @@ from chladni.drives.methods import METHODS, Found, Options
 from chladni.drives.methods.anneal import anneal, phasors, read_trace
 from chladni.drives.methods.least_squares import damped
 from chladni.drives.methods.peak import FLOOR_DB
-from chladni.drives.problem.problem import Problem, scene_of
+from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.scorecard import null_models, score_on
 from chladni.drives.solve import solve, solve_problem
 from chladni.sim.board.board import Board
@@ -29,7 +29,7 @@ QUICK = Options(steps=200)
 
 @pytest.fixture(scope="module")
 def problem(prototype: Board) -> Problem:
-    return scene_of(prototype).problem(TARGET)
+    return solved_board(prototype).problem(TARGET)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -102,10 +102,10 @@ def test_gerchberg_saxton_lowers_the_error_of_amplitudes(problem: Problem) -> No
 
 
 def test_peak_brings_the_maximum_nearer_above_its_floor(prototype: Board) -> None:
-    scene = scene_of(prototype)
+    solved = solved_board(prototype)
     nearer = 0
     for target in [(10.0, 25.0), (0.0, 20.0), (-8.0, 5.0), (15.0, -30.0), (25.75, 0.0)]:
-        own = scene.problem(target)
+        own = solved.problem(target)
         nulls = null_models(own)
         peak, contrast = (
             score_on(own, solve_problem(own, "phasor", Options(name)).field, nulls)
@@ -119,9 +119,9 @@ def test_peak_brings_the_maximum_nearer_above_its_floor(prototype: Board) -> Non
 
 
 def test_balanced_trades_ssim_for_contrast(prototype: Board) -> None:
-    scene = scene_of(prototype)
+    solved = solved_board(prototype)
     for target in [(10.0, 0.0), (5.0, 35.0), (-20.0, 10.0)]:
-        own = scene.problem(target)
+        own = solved.problem(target)
         nulls = null_models(own)
         ssim, balanced = (
             score_on(own, solve_problem(own, "phasor", Options(name)).field, nulls)

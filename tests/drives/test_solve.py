@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.drives.problem.problem import scene_of
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, misplaced_target, score
 from chladni.drives.solve import solve, tie_break
 from chladni.sim.board.board import Board
@@ -49,7 +49,7 @@ def test_paper_targets_reach_the_independent_optima(
 
 def test_reported_ssim_is_that_of_the_reported_drive(prototype: Board) -> None:
     solution = solve(prototype, (10.0, 25.0))
-    field = np.tensordot(solution.drive, scene_of(prototype).fields.values, axes=1)
+    field = np.tensordot(solution.drive, solved_board(prototype).fields.values, axes=1)
     assert metrics.ssim(np.abs(field), np.abs(solution.target_field)) == solution.ssim
 
 
@@ -86,7 +86,7 @@ def test_mirrored_targets_have_mirrored_drives(prototype: Board) -> None:
 def test_of_two_mirrored_optima_the_stated_one_is_taken(prototype: Board) -> None:
     """On a mirror line a drive and its image serve alike; the earlier actuator is the louder."""
     solution = solve(prototype, (0.0, 30.0))
-    problem = scene_of(prototype).problem((0.0, 30.0))
+    problem = solved_board(prototype).problem((0.0, 30.0))
     twin = solution.drive[[0, 2, 1, 4, 3]]
     image = np.abs(np.tensordot(twin, problem.transfer, axes=1))
     assert metrics.ssim(image, np.abs(problem.wanted)) == pytest.approx(solution.ssim, abs=1e-9)
@@ -95,7 +95,7 @@ def test_of_two_mirrored_optima_the_stated_one_is_taken(prototype: Board) -> Non
         assert np.abs(kept[1]) >= np.abs(kept[2]) - 1e-2
         assert kept == pytest.approx(solution.drive)
     # Off the line there is no tie.
-    off = scene_of(prototype).problem((5.0, 30.0))
+    off = solved_board(prototype).problem((5.0, 30.0))
     assert tie_break(off, twin) is twin
 
 

@@ -1,0 +1,152 @@
+"""What a table came to: SSIM over its regions, what integers lose, how smooth its drives are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+
+from chladni.tables.losses import LIMITS, Losses
+from chladni.tables.one_frequency import LossesOfTable, OneFrequency
+from chladni.tables.phase_synchronisation import Steps
+from chladni.tables.table import Table
+
+
+@dataclass(frozen=True)
+class Quality:
+    """SSIM of drives as the firmware plays them, and what their integers lose.
+
+    Attributes
+    ----------
+    ssim_mean, ssim_min
+        Over the regions that were measured.
+    ssim_loss_p99, ssim_loss_max
+        SSIM lost there against the unrounded drives: the 99th percentile, and the worst.
+    field_error_db_max
+        20·log₁₀(1 + max‖Ŵ|−|W‖ / max|W|) of the worst region: what a finger could feel of it.
+    between_ssim_loss_p99, between_ssim_loss_max, between_field_error_db_max
+        The same half-way between regions, against the unrounded drives interpolated alike.
+    """
+
+    ssim_mean: float
+    ssim_min: float
+    ssim_loss_p99: float
+    ssim_loss_max: float
+    field_error_db_max: float
+    between_ssim_loss_p99: float
+    between_ssim_loss_max: float
+    between_field_error_db_max: float
+
+
+@dataclass(frozen=True)
+class SectionReport(Quality):
+    """What one frequency's section came to.
+
+    Attributes
+    ----------
+    steps_before, steps_after, steps_within
+        Steps between neighbours before and after phases were chosen, and within labels.
+    """
+
+    frequency_hz: float
+    objective: str
+    labels: int
+    steps_before: Steps
+    steps_after: Steps
+    steps_within: Steps
+
+
+@dataclass(frozen=True)
+class TableReport(Quality):
+    """What a table came to: of several sections the mean SSIM and the worst of all else.
+
+    Attributes
+    ----------
+    bits
+        Width of the integers.
+    is_within_limits
+        Whether no measured point loses more than `LIMITS`.
+    measured_regions, measured_between
+        Points of every section at which losses were measured.
+    sections
+        The same per frequency, and more.
+    """
+
+    regions: int
+    stored_regions: int
+    bytes: int
+    bits: int
+    seconds: float
+    is_within_limits: bool
+    measured_regions: int
+    measured_between: int
+    sections: list[SectionReport]
+
+    @property
+    def lost(self) -> str:
+        """What was lost at most, beside the limits, in words."""
+        ssim = max(self.ssim_loss_max, self.between_ssim_loss_max)
+        field_db = max(self.field_error_db_max, self.between_field_error_db_max)
+        return (f"{ssim:.4f} of SSIM (limit {LIMITS.ssim:g}) and {field_db:.3f} dB of field "
+                f"(limit {LIMITS.field_db:g})")  # fmt: skip
+
+
+def report(
+    table: Table, drives: Sequence[OneFrequency], losses: Sequence[LossesOfTable], size: int,
+    seconds: float,
+) -> TableReport:  # fmt: skip
+    """What a table of `size` bytes came to."""
+    sections = [_of_section(one, *lost) for one, lost in zip(drives, losses, strict=True)]
+    return TableReport(
+        **asdict(_worst(sections)),
+        regions=table.grid.count,
+        stored_regions=table.regions.count,
+        bytes=size,
+        bits=table.bits,
+        seconds=seconds,
+        is_within_limits=are_within(losses),
+        measured_regions=len(drives[0].at_regions),
+        measured_between=len(drives[0].halfway),
+        sections=sections,
+    )
+
+
+def are_within(losses: Sequence[LossesOfTable]) -> bool:
+    """Whether the limits are kept everywhere."""
+    return all(lost.are_within for pair in losses for lost in pair)
+
+
+def _worst(sections: Sequence[Quality]) -> Quality:
+    """Of the mean SSIM the mean, of the smallest the smallest, of every loss the largest."""
+    by_name = {
+        field.name: [getattr(section, field.name) for section in sections]
+        for field in fields(Quality)
+    }
+    worst = {name: max(values) for name, values in by_name.items()}
+    worst |= {
+        "ssim_mean": float(np.mean(by_name["ssim_mean"])),
+        "ssim_min": min(by_name["ssim_min"]),
+    }
+    return Quality(**worst)
+
+
+def _of_section(one: OneFrequency, regions: Losses, between: Losses) -> SectionReport:
+    # A stored region counts as often as the board has it.
+    often = one.weights
+    return SectionReport(
+        frequency_hz=one.solved.board.drive.frequency_hz,
+        objective=one.objective,
+        labels=len(one.synchronised.crossings),
+        ssim_mean=float(np.average(regions.kept, weights=often)),
+        ssim_min=float(regions.kept.min()),
+        ssim_loss_p99=float(np.percentile(np.repeat(regions.ssim, often), 99)),
+        ssim_loss_max=float(regions.ssim.max()),
+        field_error_db_max=float(regions.field_db.max()),
+        between_ssim_loss_p99=float(np.percentile(between.ssim, 99)),
+        between_ssim_loss_max=float(between.ssim.max()),
+        between_field_error_db_max=float(between.field_db.max()),
+        steps_before=one.synchronised.before,
+        steps_after=one.synchronised.after,
+        steps_within=one.synchronised.within,
+    )
