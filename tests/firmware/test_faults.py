@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
 from chladni.host.protocol.config import pack_config
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
-from conftest import ROOT
 from made_up import device_of, make_table
 
 RAMP_MS, TIMEOUT_MS, REPORT_MS = 4.0, 60.0, 10.0
@@ -242,21 +240,3 @@ def test_more_faults_than_are_kept_leave_the_newest(table: Table) -> None:
     emulator.core.command("faults")
     assert emulator.core.printed[-1].endswith(f"touch timeout ({kept[-1][1]})")
     assert emulator.core.printed[-1].startswith(f"{kept[-1][2] / 1e3:.3f} s")
-
-
-def test_the_states_are_those_of_the_documentation() -> None:
-    """docs/device.md shows the very table the firmware is compiled with."""
-    text = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
-    rows = [
-        tuple(cell.strip() for cell in line.strip("| \n").split("|"))
-        for line in text.split("## States")[1].split("\n## ")[0].splitlines()
-        if line.startswith("|")
-    ]
-    header, body = rows[0], rows[2:]
-    documented = {
-        (row[0], event, cell)
-        for row in body
-        for event, cell in zip(header[1:], row[1:], strict=True)
-        if cell != "–"
-    }
-    assert documented == set(_emulator.transitions())

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.demodulate import PURITY_PERIODS, Play, sfdr_db, sndr_db
 from chladni.host.emulation.emulator import Recording, TouchEvent, emulate
-from chladni.host.protocol.config import WAVEFORMS
+from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.table import Limits
 from made_up import device_of, make_table, powered
 

@@ -96,7 +96,7 @@ void Device::poll() {
   awake_ms_ += passed_ms < kLongTurnMs ? passed_ms : kLongTurnMs;
   watch_outputs();
   watch_coils(passed_ms);
-  const TouchEvent event = next_touch(now_us);
+  const TouchEvent event = input_.poll(hal_, now_us);
   watch_panel();
   // The panel's bytes took their time.
   handle(event, hal_.now_us(hal_.context));
@@ -110,13 +110,13 @@ void Device::poll() {
 
 // What the interrupt ended by itself.
 void Device::watch_outputs() {
-  if (is_start_pending_) return;
+  if (post_ == Post::kStart) return;
   const FadeCause cause = synthesis_.fade_cause();
   if (cause == seen_fade_) return;
   seen_fade_ = cause;
   switch (cause) {
     case FadeCause::kTouchTimeout:
-      if (state_ == DeviceState::kPlaying) {
+      if (is_of_a_finger()) {
         note(FaultCause::kTouchTimeout, 0);
         end_touch();
       } else if (state_ == DeviceState::kStreaming) {
@@ -129,7 +129,7 @@ void Device::watch_outputs() {
     case FadeCause::kUnderrun:
       note(FaultCause::kUnderrun, 0);
       // It begins again when enough has come.
-      is_stream_pending_ = state_ == DeviceState::kStreaming;
+      if (host_drive_ == HostDrive::kRunning) host_drive_ = HostDrive::kFilling;
       break;
     case FadeCause::kNone:
     case FadeCause::kReleased: break;
@@ -171,7 +171,7 @@ void Device::watch_panel() {
 }
 
 void Device::clear_faults() {
-  if (!is_finger_there() && synthesis_.is_quiet()) {
+  if (!input_.is_touched() && synthesis_.is_quiet()) {
     if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
     faults_.clear(FaultCause::kTouchTooLong);
     faults_.clear(FaultCause::kInterruptLate);
@@ -181,22 +181,12 @@ void Device::clear_faults() {
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
 
-TouchEvent Device::next_touch(uint32_t now_us) {
-  const TouchEvent event = input_.poll(hal_, now_us);
-  if (event.kind != TouchKind::kNothing) {
-    is_console_touch_ = false;
-    return event;
-  }
-  if (is_console_touch_) return {TouchKind::kMoved, console_place_};
-  return event;
-}
-
 void Device::handle(const TouchEvent& event, uint32_t now_us) {
   switch (event.kind) {
     case TouchKind::kNothing: return;
     case TouchKind::kUp: touch_up(now_us); return;
     case TouchKind::kTimeout:
-      if (state_ != DeviceState::kPlaying) return;
+      if (!is_of_a_finger()) return;
       note(FaultCause::kTouchTimeout, 0);
       end_touch();
       return;
@@ -204,8 +194,8 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
     case TouchKind::kHeld:
     case TouchKind::kMoved: break;
   }
-  const bool is_new =
-      state_ == DeviceState::kIdle || is_after_lift_ || event.kind == TouchKind::kDown;
+  const bool is_new = state_ == DeviceState::kIdle || state_ == DeviceState::kLifted ||
+                      event.kind == TouchKind::kDown;
   if (is_new) {
     touch_down(event.place, now_us);
     return;
@@ -215,8 +205,13 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
   const bool has_moved = event.place.x_um != place_.x_um || event.place.y_um != place_.y_um;
   if (!has_moved || config_.on_move != 0) return;
   place_ = event.place;
-  if (!is_start_pending_) line_ = envelope_.current(now_us);
-  is_drive_pending_ = true;
+  if (post_ != Post::kStart) line_ = envelope_.current(now_us);
+  ask_for(Post::kChange);
+}
+
+// A start that has not been posted stays one.
+void Device::ask_for(Post post) {
+  if (post != Post::kChange || post_ != Post::kStart) post_ = post;
 }
 
 void Device::touch_down(Place place, uint32_t now_us) {
@@ -225,62 +220,57 @@ void Device::touch_down(Place place, uint32_t now_us) {
   if (!go(DeviceEvent::kTouchBegins)) return;
   place_ = place;
   line_ = envelope_.begin(now_us);
-  is_drive_pending_ = is_start_pending_ = true;
-  is_release_pending_ = is_after_lift_ = false;
+  ask_for(Post::kStart);
   synthesis_.keep_alive();
 }
 
 void Device::touch_up(uint32_t now_us) {
-  if (state_ != DeviceState::kPlaying || is_after_lift_) return;
+  if (state_ != DeviceState::kPlaying) return;
   if (envelope_.lift_pulse_us() == 0) {
     end_touch();
     return;
   }
-  is_after_lift_ = true;
+  go(DeviceEvent::kFingerLifts);
   lift_us_ = now_us;
   line_ = envelope_.lift_line();
-  is_drive_pending_ = true;
+  ask_for(Post::kChange);
 }
 
-// Whoever plays: nobody does from now on, and outputs fade out.
+// Whoever plays stops, and outputs fade out.
 void Device::silence() {
-  forget_touch();
   forget_host();
-  is_release_pending_ = !synthesis_.is_quiet();
+  ask_for(synthesis_.is_quiet() ? Post::kNothing : Post::kRelease);
 }
-
-void Device::forget_touch() { is_drive_pending_ = is_start_pending_ = is_after_lift_ = false; }
 
 void Device::end_touch() {
-  forget_touch();
-  is_release_pending_ = true;
+  ask_for(Post::kRelease);
   go(DeviceEvent::kTouchEnds);
   settle();
 }
 
 void Device::advance_effects(uint32_t now_us) {
-  if (state_ != DeviceState::kPlaying) return;
-  if (is_after_lift_) {
+  if (state_ == DeviceState::kLifted) {
     synthesis_.keep_alive();
     if (now_us - lift_us_ >= envelope_.lift_pulse_us()) end_touch();
     return;
   }
-  if (!is_start_pending_ && envelope_.decays(now_us)) {
+  if (state_ == DeviceState::kPlaying && post_ != Post::kStart && envelope_.decays(now_us)) {
     line_ = envelope_.current(now_us);
-    is_drive_pending_ = true;
+    ask_for(Post::kChange);
   }
 }
 
 void Device::post_drive() {
-  if (state_ == DeviceState::kPlaying && is_drive_pending_) {
-    Drive drive{};
-    table_.drive_at(place_, drive);
-    if (synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start_pending_})) {
-      if (is_start_pending_) seen_fade_ = FadeCause::kNone;
-      is_drive_pending_ = is_start_pending_ = false;
-    }
+  if (post_ == Post::kRelease && synthesis_.release(envelope_.release_us())) {
+    post_ = Post::kNothing;
   }
-  if (is_release_pending_) is_release_pending_ = !synthesis_.release(envelope_.release_us());
+  if (post_ != Post::kStart && post_ != Post::kChange) return;
+  const bool is_start = post_ == Post::kStart;
+  Drive drive{};
+  table_.drive_at(place_, drive);
+  if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
+  if (is_start) seen_fade_ = FadeCause::kNone;
+  post_ = Post::kNothing;
 }
 
 bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -297,7 +287,7 @@ bool Device::update_begin() {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
     silence();
   }
-  return !is_release_pending_ && synthesis_.is_quiet();
+  return post_ != Post::kRelease && synthesis_.is_quiet();
 }
 
 void Device::update_end() {

@@ -24,7 +24,7 @@ constexpr uint32_t kDefaultRampUs = 4000;
 constexpr uint32_t kDefaultTimeoutUs = 100000;
 constexpr uint32_t kDefaultMaxOnUs = 10000000;
 
-// Of the network, for whoever asks; kept by datagrams.cpp and, for the address, by the chip.
+// Of the network, for whoever asks; kept by udp.cpp and, for the address, by the chip.
 struct NetworkState {
   bool is_on = false;
   uint16_t port = 0;
@@ -32,6 +32,23 @@ struct NetworkState {
   uint32_t accepted = 0;
   uint32_t rejected = 0;
   std::array<char, network_format::kSsidBytes + 1> ssid{};
+};
+
+// What the main loop asks of the outputs; one at a time, the last one counts.
+enum class Post : uint8_t {
+  kNothing,
+  kChange,   // to another drive of the same touch
+  kStart,    // of a touch
+  kRelease,  // fade out
+};
+
+// How a host drives the outputs.
+enum class HostDrive : uint8_t {
+  kNone,
+  kClearing,  // frames are to come; the ring is emptied once the interrupt reads it no more
+  kFilling,   // until there are enough to begin, or to begin again
+  kRunning,
+  kWaves,  // a drive, with a frequency and a wave of the host's
 };
 
 class Device {
@@ -47,7 +64,7 @@ class Device {
   // Here, so that the interrupt's own function takes it in: that lies in IRAM on the chip.
   void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
 
-  // A host drives the outputs, with frames of duties, half as many as samples (stream.hpp) …
+  // A host drives the outputs, with frames of duties, half as many as samples (duty_ring.hpp) …
   bool stream_begin();
   bool stream_push(const uint16_t* duties_q16);
   // … or with a drive that it must repeat within the touch timeout.
@@ -55,7 +72,7 @@ class Device {
   void stream_end();
 
   // Flash may be written once outputs are off; false until then, so ask again. Touches and streams
-  // are refused until `update_end`, which loads the table anew.
+  // are refused until `update_end`, which loads the table again.
   bool update_begin();
   void update_end();
   // An update of the table: begin is busy until outputs are off; a commit ends it, whatever comes
@@ -114,12 +131,10 @@ class Device {
   void watch_coils(uint32_t passed_ms);
   void watch_panel();
   void clear_faults();
-  TouchEvent next_touch(uint32_t now_us);
   void handle(const TouchEvent& event, uint32_t now_us);
   void touch_down(Place place, uint32_t now_us);
   void touch_up(uint32_t now_us);
   void end_touch();
-  void forget_touch();
   void silence();
   void advance_effects(uint32_t now_us);
   void host_is_heard();
@@ -128,7 +143,10 @@ class Device {
   void watch_update();
   void watch_restart();
   void post_drive();
-  bool is_finger_there() const { return input_.is_touched() || is_console_touch_; }
+  bool is_of_a_finger() const {
+    return state_ == DeviceState::kPlaying || state_ == DeviceState::kLifted;
+  }
+  void ask_for(Post post);
 
   bool run_command(const char* line);
   void print_info();
@@ -147,30 +165,19 @@ class Device {
   uint32_t seen_out_of_range_ = 0;
   FadeCause seen_fade_ = FadeCause::kNone;
 
-  // The drive to be played next, and how.
+  // What the outputs are to do next, until the interrupt has room for it.
+  Post post_ = Post::kNothing;
   Place place_{};
   Line line_{};
-  bool is_drive_pending_ = false;
-  bool is_start_pending_ = false;
-  bool is_release_pending_ = false;
-  bool is_after_lift_ = false;  // the touch has ended, its last pulse plays
   uint32_t lift_us_ = 0;
-  // A host that drives the outputs.
-  bool is_stream_pending_ = false;
-  bool is_raw_ = false;
-  bool is_host_wave_ = false;      // frequency and wave are the host's
-  uint32_t host_us_ = 0;           // when it was last heard
-  bool is_clear_pending_ = false;  // of the ring, which the interrupt may still read
-  // A touch from the console lasts until "lift", so it is kept alive here.
-  bool is_console_touch_ = false;
-  Place console_place_{};
+  // A host that drives the outputs, and when it was last heard.
+  HostDrive host_drive_ = HostDrive::kNone;
+  uint32_t host_us_ = 0;
   uint32_t uptime_ms_ = 0;
   uint32_t awake_ms_ = 0;
   uint32_t ticked_us_ = 0;
-  uint32_t update_ms_ = 0;        // when an update was last heard of
-  bool is_update_heard_ = false;  // since the last turn, which may have taken seconds of erasing
-  bool is_restart_due_ = false;
-  uint32_t restart_ms_ = 0;
+  uint32_t update_ms_ = 0;   // when an update was last heard of, awake
+  uint32_t restart_ms_ = 0;  // when a restart was asked for
   NetworkState network_;
   TableStore store_;
   Table table_;

@@ -10,36 +10,33 @@ constexpr const char* kHelp =
     "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
 // From a restart's request: an answer's time on a wire or a network; and the longest ramp.
 constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
-constexpr std::array<const char*, kWaveforms> kWaveformNames = {"sine", "triangle", "square",
-                                                                "ramp"};
 
 }  // namespace
 
 void Device::restart_soon() {
+  if (state_ != DeviceState::kRestarting) restart_ms_ = uptime_ms_;
   silence();
-  if (!is_restart_due_) restart_ms_ = uptime_ms_;
-  is_restart_due_ = true;
+  go(DeviceEvent::kRestartAsked);
 }
 
 // Outputs may take their ramp, but nothing keeps a restart off for long.
 void Device::watch_restart() {
   const uint32_t passed_ms = uptime_ms_ - restart_ms_;
-  if (!is_restart_due_ || passed_ms < kRestartMs) return;
+  if (state_ != DeviceState::kRestarting || passed_ms < kRestartMs) return;
   if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
 }
 
 bool Device::stream_begin() {
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
-  forget_touch();
-  is_release_pending_ = true;
-  is_raw_ = is_clear_pending_ = is_stream_pending_ = true;
+  ask_for(Post::kRelease);
+  host_drive_ = HostDrive::kClearing;
   host_is_heard();
   return true;
 }
 
 bool Device::stream_push(const uint16_t* duties_q16) {
-  if (state_ != DeviceState::kStreaming || !is_raw_ || is_clear_pending_) return false;
+  if (host_drive_ != HostDrive::kFilling && host_drive_ != HostDrive::kRunning) return false;
   host_is_heard();
   return synthesis_.stream().push(duties_q16);
 }
@@ -47,11 +44,10 @@ bool Device::stream_push(const uint16_t* duties_q16) {
 bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform) {
   if (state_ != DeviceState::kStreaming) {
     if (!stream_begin()) return false;
-    is_raw_ = is_clear_pending_ = is_stream_pending_ = false;
+    host_drive_ = HostDrive::kWaves;
   }
-  if (is_raw_ || is_release_pending_) return false;
+  if (host_drive_ != HostDrive::kWaves || post_ == Post::kRelease) return false;
   if (!synthesis_.set_frequency(frequency_mhz) || !synthesis_.set_waveform(waveform)) return false;
-  is_host_wave_ = true;
   watch_outputs();
   if (state_ != DeviceState::kStreaming) {
     forget_host();
@@ -67,15 +63,15 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform wave
 void Device::stream_end() {
   if (!go(DeviceEvent::kStreamEnds)) return;
   forget_host();
-  is_release_pending_ = true;
+  ask_for(Post::kRelease);
   settle();
 }
 
 // Fingers get the table's frequency and the configured wave again.
 void Device::forget_host() {
-  is_stream_pending_ = is_clear_pending_ = is_raw_ = false;
-  if (!is_host_wave_) return;
-  is_host_wave_ = false;
+  const bool has_waves = host_drive_ == HostDrive::kWaves;
+  host_drive_ = HostDrive::kNone;
+  if (!has_waves) return;
   synthesis_.set_frequency(synthesis_settings().frequency_mhz);
   synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
 }
@@ -92,16 +88,17 @@ void Device::advance_stream() {
     stream_end();
     return;
   }
-  if (!is_raw_) return;
-  if (is_clear_pending_) {
-    if (is_release_pending_ || !synthesis_.is_quiet()) return;
+  if (host_drive_ == HostDrive::kWaves) return;
+  if (host_drive_ == HostDrive::kClearing) {
+    if (post_ == Post::kRelease || !synthesis_.is_quiet()) return;
     synthesis_.stream().clear();
-    is_clear_pending_ = false;
+    host_drive_ = HostDrive::kFilling;
   }
   synthesis_.stream().steer();
-  if (is_stream_pending_ && synthesis_.stream().is_ready() && synthesis_.play_stream()) {
+  if (host_drive_ == HostDrive::kFilling && synthesis_.stream().is_ready() &&
+      synthesis_.play_stream()) {
     seen_fade_ = FadeCause::kNone;
-    is_stream_pending_ = false;
+    host_drive_ = HostDrive::kRunning;
   }
 }
 
@@ -126,7 +123,7 @@ link_format::Status to_link(StoreStatus status) {
 link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
   using Status = link_format::Status;
   if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
-  is_update_heard_ = true;
+  update_ms_ = awake_ms_;
   if (!update_begin()) return Status::kBusy;
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
   if (status != Status::kOk) update_end();
@@ -135,7 +132,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
 
 link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
   if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
-  is_update_heard_ = true;
+  update_ms_ = awake_ms_;
   // Sent twice, because the answer was lost: they are there.
   const uint32_t next = store_.next_offset();
   if (store_.is_updating() && offset <= next && count <= next - offset) {
@@ -152,7 +149,7 @@ link_format::Status Device::table_commit() {
 }
 
 link_format::Status Device::table_previous() {
-  is_update_heard_ = true;
+  update_ms_ = awake_ms_;
   if (!update_begin()) return link_format::Status::kBusy;
   const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
   update_end();
@@ -160,21 +157,15 @@ link_format::Status Device::table_previous() {
 }
 
 void Device::watch_update() {
-  // The clock went on while sectors were erased; silence counts from now.
-  if (is_update_heard_) update_ms_ = uptime_ms_;
-  is_update_heard_ = false;
-  const bool is_silent = uptime_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
+  // The time that erasing took is no silence.
+  const bool is_silent = awake_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
   if (state_ == DeviceState::kUpdating && is_silent) update_end();
 }
 
-void Device::touch(Place place) {
-  is_console_touch_ = true;
-  console_place_ = place;
-}
+void Device::touch(Place place) { input_.hold(place); }
 
 void Device::lift() {
-  if (is_console_touch_) touch_up(hal_.now_us(hal_.context));
-  is_console_touch_ = false;
+  if (input_.let_go()) touch_up(hal_.now_us(hal_.context));
 }
 
 ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes) {
@@ -217,7 +208,7 @@ bool Device::run_command(const char* line) {
   }
   if (reader.word("waveform")) {
     for (uint32_t k = 0; k < kWaveforms; ++k) {
-      if (!reader.word(kWaveformNames[k]) || !reader.at_end()) continue;
+      if (!reader.word(to_text(static_cast<Waveform>(k))) || !reader.at_end()) continue;
       set_waveform(static_cast<Waveform>(k));
       hal_.print(hal_.context, "ok");
       return true;

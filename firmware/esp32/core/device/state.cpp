@@ -12,6 +12,8 @@ const char* to_text(DeviceEvent event) {
     case DeviceEvent::kUpdateEnds: return "update ends";
     case DeviceEvent::kFaultArises: return "fault arises";
     case DeviceEvent::kFaultClears: return "fault clears";
+    case DeviceEvent::kFingerLifts: return "finger lifts";
+    case DeviceEvent::kRestartAsked: return "restart asked";
   }
   return "unknown";
 }

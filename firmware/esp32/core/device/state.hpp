@@ -17,8 +17,10 @@ enum class DeviceEvent : uint8_t {
   kUpdateEnds,
   kFaultArises,
   kFaultClears,
+  kFingerLifts,  // and a lift pulse follows
+  kRestartAsked,
 };
-constexpr uint32_t kDeviceEvents = 8;
+constexpr uint32_t kDeviceEvents = 10;
 
 struct Transition {
   bool is_allowed;
@@ -32,18 +34,27 @@ constexpr Transition to(DeviceState next) { return {true, next}; }
 constexpr std::array<std::array<Transition, kDeviceEvents>, kDeviceStates> kTransitions = {{
     // idle
     {{to(DeviceState::kPlaying), kNo, to(DeviceState::kStreaming), kNo, to(DeviceState::kUpdating),
-      kNo, to(DeviceState::kFault), kNo}},
+      kNo, to(DeviceState::kFault), kNo, kNo, to(DeviceState::kRestarting)}},
     // playing
     {{to(DeviceState::kPlaying), to(DeviceState::kIdle), to(DeviceState::kStreaming), kNo,
-      to(DeviceState::kUpdating), kNo, to(DeviceState::kFault), kNo}},
+      to(DeviceState::kUpdating), kNo, to(DeviceState::kFault), kNo, to(DeviceState::kLifted),
+      to(DeviceState::kRestarting)}},
     // streaming
     {{kNo, kNo, kNo, to(DeviceState::kIdle), to(DeviceState::kUpdating), kNo,
-      to(DeviceState::kFault), kNo}},
+      to(DeviceState::kFault), kNo, kNo, to(DeviceState::kRestarting)}},
     // updating
-    {{kNo, kNo, kNo, kNo, kNo, to(DeviceState::kIdle), to(DeviceState::kUpdating), kNo}},
+    {{kNo, kNo, kNo, kNo, kNo, to(DeviceState::kIdle), to(DeviceState::kUpdating), kNo, kNo,
+      to(DeviceState::kRestarting)}},
     // fault; a host may stream if nothing but the table is missing
     {{kNo, kNo, to(DeviceState::kStreaming), kNo, to(DeviceState::kUpdating), kNo,
-      to(DeviceState::kFault), to(DeviceState::kIdle)}},
+      to(DeviceState::kFault), to(DeviceState::kIdle), kNo, to(DeviceState::kRestarting)}},
+    // lifted
+    {{to(DeviceState::kPlaying), to(DeviceState::kIdle), to(DeviceState::kStreaming), kNo,
+      to(DeviceState::kUpdating), kNo, to(DeviceState::kFault), kNo, kNo,
+      to(DeviceState::kRestarting)}},
+    // restarting: nothing leads out of it
+    {{kNo, kNo, kNo, kNo, kNo, kNo, to(DeviceState::kRestarting), kNo, kNo,
+      to(DeviceState::kRestarting)}},
 }};
 
 constexpr Transition transition(DeviceState state, DeviceEvent event) {

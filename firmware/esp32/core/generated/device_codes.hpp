@@ -11,12 +11,14 @@ namespace chladni {
 // What a device is doing.
 enum class DeviceState : uint8_t {
   kIdle,  // waiting for a touch; outputs off
-  kPlaying,  // a finger is on the board, or what follows its lift-up plays
+  kPlaying,  // a finger is on the board
   kStreaming,  // a host drives the outputs
   kUpdating,  // flash is being written; outputs off
   kFault,  // something stands in the way; outputs off until it clears
+  kLifted,  // the finger has left, and its lift pulse plays
+  kRestarting,  // outputs fade out, then everything starts again
 };
-constexpr uint32_t kDeviceStates = 5U;
+constexpr uint32_t kDeviceStates = 7U;
 
 constexpr const char* to_text(DeviceState value) {
   switch (value) {
@@ -25,6 +27,8 @@ constexpr const char* to_text(DeviceState value) {
     case DeviceState::kStreaming: return "streaming";
     case DeviceState::kUpdating: return "updating";
     case DeviceState::kFault: return "fault";
+    case DeviceState::kLifted: return "lifted";
+    case DeviceState::kRestarting: return "restarting";
   }
   return "unknown";
 }
@@ -160,6 +164,25 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kHostSilent: return "host silent";
     case FaultCause::kCoilHot: return "coil hot";
     case FaultCause::kSupplyCurrent: return "supply current";
+  }
+  return "unknown";
+}
+
+// What a touch is played with.
+enum class Waveform : uint8_t {
+  kSine,
+  kTriangle,
+  kSquare,
+  kRamp,
+};
+constexpr uint32_t kWaveforms = 4U;
+
+constexpr const char* to_text(Waveform value) {
+  switch (value) {
+    case Waveform::kSine: return "sine";
+    case Waveform::kTriangle: return "triangle";
+    case Waveform::kSquare: return "square";
+    case Waveform::kRamp: return "ramp";
   }
   return "unknown";
 }

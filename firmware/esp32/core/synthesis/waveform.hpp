@@ -9,10 +9,9 @@
 
 #include <cstdint>
 
-namespace chladni {
+#include "core/generated/device_codes.hpp"
 
-enum class Waveform : uint8_t { kSine = 0, kTriangle = 1, kSquare = 2, kRamp = 3 };
-constexpr uint32_t kWaveforms = 4;
+namespace chladni {
 
 constexpr int32_t kOneQ15 = 32767;
 

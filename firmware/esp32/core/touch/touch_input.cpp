@@ -7,7 +7,7 @@ namespace {
 constexpr uint32_t kSearchUs = 250000;
 // A panel that does not call is asked all the same, once in so many reports.
 constexpr uint32_t kIdleReports = 20;
-// A panel that fails so often in a row is lost, and looked for anew.
+// A panel that fails so often in a row is lost, and looked for again.
 constexpr uint32_t kMostErrors = 3;
 // Values of `panel` in the configuration.
 constexpr uint8_t kNoPanel = 0, kFind = 1, kWantFt6x36 = 2, kWantGt911 = 3;
@@ -45,6 +45,23 @@ void TouchInput::start(const Config& config, uint32_t timeout_us) {
 }
 
 TouchEvent TouchInput::poll(const Hal& hal, uint32_t now_us) {
+  const TouchEvent event = poll_panel(hal, now_us);
+  if (event.kind != TouchKind::kNothing) is_held_ = false;
+  return is_held_ ? TouchEvent{TouchKind::kMoved, held_place_} : event;
+}
+
+void TouchInput::hold(Place place) {
+  is_held_ = true;
+  held_place_ = place;
+}
+
+bool TouchInput::let_go() {
+  const bool was_held = is_held_;
+  is_held_ = false;
+  return was_held;
+}
+
+TouchEvent TouchInput::poll_panel(const Hal& hal, uint32_t now_us) {
   if (health_ == PanelHealth::kNone) return {};
   if (model_ == Model::kUnknown) {
     const bool is_time = !has_searched_ || now_us - searched_us_ >= kSearchUs;

@@ -63,8 +63,12 @@ class TouchInput {
   void set_timeout(uint32_t timeout_us) { timeout_us_ = timeout_us; }
   // What happened since the last call; asks the panel if it is time to.
   TouchEvent poll(const Hal& hal, uint32_t now_us);
+  // A finger that the host or the console holds until it lets go, or a real one comes.
+  void hold(Place place);
+  // Whether there was one.
+  bool let_go();
 
-  bool is_touched() const { return is_touched_; }
+  bool is_touched() const { return is_touched_ || is_held_; }
   PanelHealth health() const { return health_; }
   // Since start.
   uint32_t bus_errors() const { return bus_errors_; }
@@ -73,6 +77,7 @@ class TouchInput {
  private:
   enum class Model : uint8_t { kUnknown, kFt6x36, kGt911 };
 
+  TouchEvent poll_panel(const Hal& hal, uint32_t now_us);
   void find(const Hal& hal);
   bool is_due(const Hal& hal, uint32_t now_us);
   TouchEvent take(const PanelReport& report, bool is_news, uint32_t now_us);
@@ -107,6 +112,8 @@ class TouchInput {
   uint32_t pressed_ = 0;     // reports in a row with a finger, before it counts
   bool is_lifting_ = false;  // gone, but perhaps for a moment only
   uint32_t lifting_us_ = 0;
+  bool is_held_ = false;  // by the host or the console
+  Place held_place_{};
 };
 
 }  // namespace chladni

@@ -24,7 +24,8 @@ from chladni.host.device.stream_sources import (
     scripted_duties,
 )
 from chladni.host.device.wire import SerialWire
-from chladni.host.protocol.config import SETTINGS, WAVEFORMS, DeviceConfig
+from chladni.host.protocol.config import SETTINGS, DeviceConfig
+from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack, read_table
 

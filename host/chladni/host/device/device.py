@@ -22,13 +22,14 @@ from chladni.host.protocol.codes import (
     PANEL_HEALTH,
     TABLE_STATUS,
 )
-from chladni.host.protocol.config import WAVEFORMS, DeviceConfig, pack_config, unpack_config
+from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.link import (
     MAX_PAYLOAD,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
 

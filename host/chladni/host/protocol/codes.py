@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from chladni.sim.coil.waveforms import WAVEFORMS
+
 
 @dataclass(frozen=True)
 class Code:
@@ -33,10 +35,12 @@ class Codes:
 
 DEVICE_STATE = Codes("DeviceState", "What a device is doing.", (
     Code("kIdle", "idle", "waiting for a touch; outputs off"),
-    Code("kPlaying", "playing", "a finger is on the board, or what follows its lift-up plays"),
+    Code("kPlaying", "playing", "a finger is on the board"),
     Code("kStreaming", "streaming", "a host drives the outputs"),
     Code("kUpdating", "updating", "flash is being written; outputs off"),
     Code("kFault", "fault", "something stands in the way; outputs off until it clears"),
+    Code("kLifted", "lifted", "the finger has left, and its lift pulse plays"),
+    Code("kRestarting", "restarting", "outputs fade out, then everything starts again"),
 ))  # fmt: skip
 TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
     Code("kOk", "ok"),
@@ -88,4 +92,15 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kCoilHot", "coil hot", "detail: channel"),
     Code("kSupplyCurrent", "supply current", "detail: mA"),
 ))  # fmt: skip
-ALL_CODES = (DEVICE_STATE, TABLE_STATUS, CONFIG_STATUS, PANEL_HEALTH, RESET_CAUSE, FAULT_CAUSE)
+WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
+    Code(f"k{name.capitalize()}", name) for name in WAVEFORMS
+))  # fmt: skip
+ALL_CODES = (
+    DEVICE_STATE,
+    TABLE_STATUS,
+    CONFIG_STATUS,
+    PANEL_HEALTH,
+    RESET_CAUSE,
+    FAULT_CAUSE,
+    WAVEFORM,
+)

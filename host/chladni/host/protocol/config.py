@@ -16,13 +16,13 @@ from typing import Any
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS, Field, offsets
 
 MAGIC = b"CHLC"
 VERSION_MAJOR, VERSION_MINOR = 1, 0
 PANELS = ("none", "find", "ft6x36", "gt911")
-WAVEFORMS = ("sine", "triangle", "square", "ramp")
 MOVES = ("follow", "stay")
 
 TIMER_HZ = 80_000_000
