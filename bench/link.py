@@ -21,8 +21,8 @@ import numpy as np
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.device.udp import DatagramWire, UdpPort
-from chladni.host.device.virtual_port import Terminal
+from chladni.host.device.udp import UdpPort, UdpWire
+from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware
 from chladni.host.protocol.flash import TRAILER_OFFSET
@@ -105,7 +105,7 @@ def serve(port: int, stop: Event) -> None:
     """The emulated device on UDP, in a process of its own."""
     network = NetworkSettings("bench", "", KEY, port)
     emulator = Emulator(device_of(), pack(make_table(np.ones((1, 5)))), network=network)
-    Terminal(emulator).serve(stop.is_set)
+    VirtualPort(emulator).serve(stop.is_set)
 
 
 def bench_stream() -> None:
@@ -115,7 +115,7 @@ def bench_stream() -> None:
     process = context.Process(target=serve, args=(UDP_PORT, stop))
     process.start()
     try:
-        device = Device(DatagramWire(UdpPort(f"127.0.0.1:{UDP_PORT}"), KEY))
+        device = Device(UdpWire(UdpPort(f"127.0.0.1:{UDP_PORT}"), KEY))
         rate_hz = device.config().frame_rate_hz
         t = np.arange(round(STREAM_S * rate_hz)) / rate_hz
         duties = 0.4 + 0.3 * np.sin(2.0 * np.pi * 160.0 * t[:, None] + np.arange(5))

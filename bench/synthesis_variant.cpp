@@ -90,7 +90,7 @@ int main() {
   for (uint32_t k = 0; k < 500; ++k) {
     const uint32_t begin = counter();
     sample();
-    __asm__ volatile("" ::: "memory");  // the duties count, though nobody here reads them
+    __asm__ volatile("" ::: "memory");  // the duties count, though they are not read here
     const uint32_t count = counter() - begin - overhead;
     if (count > most) most = count;
   }

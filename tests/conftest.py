@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.tables.build import build_table
+from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
@@ -91,3 +93,26 @@ def coarse_board(prototype: Board) -> Board:
 def coarse_table(coarse_board: Board) -> tuple[Table, TableReport]:
     """A table of `coarse_board`, built on all cores."""
     return build_table(coarse_board)
+
+
+@pytest.fixture
+def table_file(coarse_table: tuple[Table, TableReport], prototype: Board, tmp_path: Path) -> Path:
+    """A small table that says it is the shipped prototype's, so that no board need be named."""
+    path = tmp_path / "t.chl"
+    named = replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
+    path.write_bytes(pack(named))
+    return path
+
+
+@pytest.fixture
+def port(table_file: Path) -> Iterator[str]:
+    """An emulated device on a pseudo-terminal, in a process of its own."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(table_file), "--serial",
+         "--ms", "60000"],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    yield process.stdout.readline().strip()
+    process.terminate()
+    process.wait()

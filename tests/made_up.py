@@ -13,13 +13,36 @@ from numpy.typing import NDArray
 from chladni.drives.problem.places import RegionGrid
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
-from chladni.host.emulation.emulator import Emulator, Recording, covering_panel
+from chladni.host.emulation.emulator import (
+    Emulator,
+    Recording,
+    TouchEvent,
+    covering_panel,
+)
+from chladni.host.emulation.emulator import emulate as emulate_board
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables import layout
 from chladni.tables.format import pack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Limits, Section, Table, quantise
+
+
+def emulate(
+    table: Table, touches: list[TouchEvent], milliseconds: float, **options: Any
+) -> Recording:
+    return emulate_board(device_of(table), table, touches, milliseconds, **options)
+
+
+def periods(recording: Recording, milliseconds: float) -> int:
+    return int(milliseconds * 1e-3 * recording.carrier_hz)
+
+
+SCRIPT = """
+import numpy as np
+def duties(t):
+    return 0.2 + 0.1 * np.sin(2.0 * np.pi * 160.0 * t[:, None] + np.zeros({channels})) {more}
+"""
 
 RAMP_MS, TIMEOUT_MS, MAX_ON_MS = 4.0, 60.0, 400.0
 LIMITS = Limits(int(RAMP_MS * 1e3), int(TIMEOUT_MS * 1e3), int(MAX_ON_MS * 1e3))

@@ -30,6 +30,18 @@ SINE_QUARTER_POINTS = 256
 full scale, under the half step of Q15 (1.5e-5)."""
 
 
+CPP_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t"}
+TABLE_NOTES = {
+    "kMagic": '"CHLD" read as a little-endian word',
+    "kSectionBytes": "of a section header",
+    "kFullScale": "stands for the largest gain",
+    "kFractionBits": "of a place between two cells",
+    "kSmallestFile": "one section of no regions",
+    "kLargestFile": "what a slot holds",
+    "kMinFrequencyMhz": "millihertz",
+}
+
+
 def table_header() -> str:
     """`table_format.hpp`: where each field of the header stands, and the format's limits."""
     magic = int.from_bytes(layout.MAGIC, "little")
@@ -60,20 +72,11 @@ def table_header() -> str:
         "kMinOnUs": layout.MIN_ON_US,
         "kMaxOnUs": layout.MAX_ON_US,
     }
-    notes = {
-        "kMagic": '"CHLD" read as a little-endian word',
-        "kSectionBytes": "of a section header",
-        "kFullScale": "stands for the largest gain",
-        "kFractionBits": "of a place between two cells",
-        "kSmallestFile": "one section of no regions",
-        "kLargestFile": "what a slot holds",
-        "kMinFrequencyMhz": "millihertz",
-    }
     return cpp_text.header(
         "Bytes of a drive table (docs/table-format.md), little-endian.",
         "chladni::table_format",
         [
-            *cpp_text.constants(values, notes),
+            *cpp_text.constants(values, TABLE_NOTES),
             "",
             "// Byte offsets of the header's fields.",
             *cpp_text.field_offsets("kAt", layout.HEADER_FIELDS),
@@ -112,9 +115,7 @@ def config_header() -> str:
     members, takes, puts = [], [], []
     for setting in device_config.SETTINGS:
         field, default = setting.field, setting.default
-        base = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t"}[
-            field.kind.partition("x")[0]
-        ]
+        base = CPP_TYPES[field.kind.partition("x")[0]]
         kind = base if field.count == 1 else f"std::array<{base}, {field.count}>"
         values = (default,) if isinstance(default, int) else default
         text = ", ".join(map(str, values))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ import pytest
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.demodulate import PURITY_PERIODS, Play, drive_phasors, sfdr_db
 from chladni.host.emulation.emulator import Emulator, EmulatorError, Recording, TouchEvent
-from chladni.host.emulation.emulator import emulate as emulate_board
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
@@ -19,21 +17,15 @@ from made_up import (
     MAX_ON_MS,
     RAMP_MS,
     TIMEOUT_MS,
-    device_of,
+    emulate,
     forge,
-    make_section,
     make_table,
+    periods,
     powered,
 )
 
 # One report of the panel, one turn of the main loop, one ramp.
 STOP_MS = 10.0 + 1.0 + RAMP_MS + 1.0
-
-
-def emulate(
-    table: Table, touches: list[TouchEvent], milliseconds: float, **options: Any
-) -> Recording:
-    return emulate_board(device_of(table), table, touches, milliseconds, **options)
 
 
 @pytest.fixture
@@ -49,10 +41,6 @@ def random_table() -> Table:
     labels = rng.integers(0, 5, 406).astype(np.uint8)
     scaled = 10.0 * drives / np.abs(drives).max(axis=1, keepdims=True)
     return make_table(scaled, 14, 29, labels=labels, crossings=[(0, 0)] * 5)
-
-
-def periods(recording: Recording, milliseconds: float) -> int:
-    return int(milliseconds * 1e-3 * recording.carrier_hz)
 
 
 @pytest.mark.parametrize(
@@ -287,37 +275,6 @@ def test_the_same_scenario_is_the_same_to_the_bit(random_table: Table) -> None:
     events = [TouchEvent(3.0, (5.0, 5.0)), TouchEvent(40.0, (-20.0, 60.0))]
     first, second = (emulate(random_table, events, 120.0).duty_steps for _ in range(2))
     assert np.array_equal(first, second)
-
-
-def test_the_device_plays_the_frequency_it_is_asked_for(table: Table) -> None:
-    """Another section's drives at another rate, from the next touch on."""
-    other = make_section(np.array([[2.0, 3.0j, 10.0, -4.0, 1.0]]), frequency_hz=210.0)
-    both = replace(table, sections=(table.section(), other))
-    for frequency, section in ((None, both.sections[0]), (210.0, other), (160.0, both.sections[0])):
-        recording = emulate(both, [TouchEvent(5.0, (0.0, 0.0))], 300.0, frequency_hz=frequency)
-        play = Play(periods(recording, 30.0), recording.duty_steps.shape[0])
-        played = 10.0 * drive_phasors(recording, play, section.frequency_hz, level=0.8)
-        entry = both.drives(section)[0]
-        played *= np.exp(-1j * np.angle(np.vdot(entry, played)))
-        assert np.abs(played - entry).max() < 0.01 * 10.0
-    with pytest.raises(EmulatorError, match="no drives for that frequency"):
-        powered(both, frequency_hz=100.0)
-
-
-def test_a_frequency_is_only_changed_between_touches(table: Table) -> None:
-    other = make_section(np.array([[2.0, 3.0j, 10.0, -4.0, 1.0]]), frequency_hz=210.0)
-    emulator = powered(replace(table, sections=(table.section(), other)))
-    emulator.touch(TouchEvent(5.0, (0.0, 0.0)))
-    emulator.run(30.0)
-    emulator.core.command("frequency 210000")
-    assert emulator.core.printed[-1] == "lift the finger first"
-    for line in ("frequency", "frequency x", "frequency 210000 1", "frequency -5"):
-        emulator.core.command(line)
-        assert emulator.core.printed[-1].startswith("expected:")
-    emulator.touch(TouchEvent(31.0, None))
-    emulator.run(30.0)
-    emulator.core.command("frequency 210000")
-    assert emulator.core.printed[-1] == "ok"
 
 
 def test_a_moving_finger_gets_what_lies_between_the_regions() -> None:

@@ -111,7 +111,7 @@ def test_nobody_there_is_said_on_entering() -> None:
             """Nothing gets through."""
 
     async def main() -> None:
-        with pytest.raises(LinkError, match="nobody answers"):
+        with pytest.raises(LinkError, match="no device answers"):
             async with AsyncDevice(lambda: Silent(powered(OLD))):
                 pass
         with pytest.raises(RuntimeError, match="async with"):

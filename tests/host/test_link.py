@@ -218,7 +218,7 @@ def test_another_version_is_refused_with_a_reason() -> None:
 
 def test_a_wrong_baud_rate_or_nobody_there_is_said_so() -> None:
     wire = bad_wire(EmulatorWire(powered(OLD)), 1.0, 0.0, 0.0, 1)
-    with pytest.raises(LinkError, match="nobody answers"):
+    with pytest.raises(LinkError, match="no device answers"):
         Device(wire)
 
 

@@ -11,8 +11,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil
 from chladni.sim.coil.actuator import (
     acceleration_per_volt,
+    correlation,
     force_per_volt,
-    likeness,
     motion,
     wave_response,
 )  # fmt: skip
@@ -75,12 +75,12 @@ def test_sine_is_strongest_in_the_fundamental(coil: Coil) -> None:
 
 
 def test_far_above_resonance_the_acceleration_follows_the_drive(coil: Coil) -> None:
-    """Statement 4: likeness rises above resonance; acceleration over force tends to 1/m."""
+    """Statement 4: correlation rises above resonance; acceleration over force tends to 1/m."""
     for waveform in ("triangle", "square", "ramp"):
         response = wave_response(coil, waveform, SWEEP)
         at = int(np.argmin(np.abs(SWEEP - 160.0)))
-        assert response.likeness[-1] > 0.97
-        assert response.likeness[-1] > response.likeness[at]
+        assert response.correlation[-1] > 0.97
+        assert response.correlation[-1] > response.correlation[at]
     high = np.array([5000.0])
     ratio = acceleration_per_volt(coil, high) / force_per_volt(coil, high)
     assert ratio[0] == pytest.approx(1.0 / coil.moving_mass, rel=5e-3)
@@ -106,11 +106,11 @@ def test_motion_is_what_the_harmonics_say(coil: Coil) -> None:
     assert np.sqrt(np.mean(series**2)) == pytest.approx(response.rms[0], rel=1e-9)
 
 
-def test_likeness_knows_shapes_and_forgets_delays() -> None:
+def test_correlation_knows_shapes_and_forgets_delays() -> None:
     square, ramp = harmonics("square", 99), harmonics("ramp", 99)
     late = square * np.exp(-1j * 0.7 * np.arange(1, 100))
-    assert likeness(square, late) == pytest.approx(1.0, abs=1e-3)
-    assert likeness(square, ramp) < 0.9
+    assert correlation(square, late) == pytest.approx(1.0, abs=1e-3)
+    assert correlation(square, ramp) < 0.9
 
 
 def test_coil_and_plate_combine(prototype: Board, coil: Coil) -> None:

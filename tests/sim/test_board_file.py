@@ -140,7 +140,7 @@ def test_a_fault_is_named_by_its_key(path: str, value: Any, field: str) -> None:
     with pytest.raises(InputError) as caught:
         board_from_document(set_key(path, value))
     assert caught.value.field == field
-    assert "expected" in str(caught.value)
+    assert "expected" in str(caught.value) or "is required" in str(caught.value)
 
 
 def test_a_misspelt_key_suggests_the_right_one() -> None:
@@ -151,7 +151,7 @@ def test_a_misspelt_key_suggests_the_right_one() -> None:
 def test_errors_of_a_file_name_the_file(tmp_path: Path) -> None:
     path = tmp_path / "bad.toml"
     path.write_text("name = [", encoding="utf-8")
-    with pytest.raises(InputError, match=r"bad\.toml: syntax"):
+    with pytest.raises(InputError, match=r"bad\.toml, syntax"):
         load_board(path)
     with pytest.raises(InputError, match="paper, prototype"):
         load_board(tmp_path / "missing.toml")

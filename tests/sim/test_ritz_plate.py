@@ -13,10 +13,10 @@ from at_points import respond_at
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Magnet
 from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.ritz.circle_functions import SplitPoints
-from chladni.sim.ritz.disc_load import disc_load_deflection
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate

@@ -243,7 +243,7 @@ def test_a_right_crc_does_not_excuse_wrong_fields(fields: dict[str, Any], named:
     with pytest.raises(InputError) as caught:
         unpack(forged, file="x.chl")
     assert caught.value.field == named
-    assert str(caught.value).startswith("x.chl: ")
+    assert str(caught.value).startswith("x.chl, ")
     assert_both_refuse(forged)
 
 

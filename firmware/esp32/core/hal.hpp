@@ -19,7 +19,7 @@ struct Place {
 
 enum class BusStatus : uint8_t {
   kOk,
-  kNoAnswer,  // nobody acknowledged
+  kNoAnswer,  // no device acknowledged
   kStuck,     // a line is held low, or the transfer took too long
 };
 
@@ -72,10 +72,10 @@ struct Hal {
   // HMAC-SHA-256 under a key of 32 bytes, 32 bytes long; false if there is no way to make one.
   bool (*hmac_sha256)(void* context, const uint8_t* key, const uint8_t* bytes, uint32_t count,
                       uint8_t* mac);
-  // A number that nobody can foretell.
+  // A number that cannot be foretold.
   uint32_t (*random)(void* context);
 
-  // Start anew; outputs are off when it is called.
+  // Start again; outputs are off when it is called.
   void (*restart)(void* context);
 
   // One line for people, without the line's end.

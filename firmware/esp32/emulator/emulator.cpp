@@ -38,7 +38,7 @@ void Emulator::boot(ResetCause cause) {
   has_called_ = false;
   wake_at_us_ = UINT64_MAX;
   is_main_loop_hung_ = false;
-  // The device holds atomics and cannot be assigned; starting means made anew in place.
+  // The device holds atomics and cannot be assigned; starting means making it again in place.
   device_.~Device();
   new (&device_) Device();
   link_.~Link();

@@ -72,7 +72,7 @@ bool Panel::scan(const std::vector<PanelFinger>& fingers) {
   }
   const bool has_lifted = shown_ > 0 && seen.empty();
   if (has_lifted && faults_.loses_next_lift) {
-    // What was last seen stays in the registers, and nobody is told.
+    // What was last seen stays in the registers, and the firmware is not called.
     faults_.loses_next_lift = false;
     shown_ = 0;
     return false;

@@ -23,7 +23,7 @@ struct PanelFinger {
 
 // What can go wrong with a panel.
 struct PanelFaults {
-  bool is_absent = false;     // nobody at the address
+  bool is_absent = false;     // no panel at the address
   bool is_wedged = false;     // acknowledges nothing any more
   bool is_silent = false;     // registers frozen, no calls
   bool is_off_range = false;  // reports places beyond its pixels

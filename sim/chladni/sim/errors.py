@@ -17,7 +17,7 @@ class InputError(ChladniError):
     value
         What was given.
     expected
-        What would have been right.
+        What would have been right; after a semicolon, a hint.
     file
         Where it stands, if it stands in a file.
     """
@@ -27,12 +27,75 @@ class InputError(ChladniError):
         self.value = value
         self.expected = expected
         self.file = file
-        place = f"{file}: " if file else ""
-        super().__init__(f"{place}{field}: got {value!r}, expected {expected}")
+        super().__init__(self._text())
 
     def in_file(self, file: str) -> InputError:
-        """The same error, naming the file it came from."""
-        return InputError(self.field, self.value, self.expected, file=file)
+        """The error, which from now on names the file it came from."""
+        self.file = file
+        self.args = (self._text(),)
+        return self
+
+    def _text(self) -> str:
+        what, semicolon, hint = self.expected.partition("; ")
+        return f"{self._place()}: expected {what}, got {self.value!r}{semicolon}{hint}"
+
+    def _place(self) -> str:
+        return f"{self.file}, {self.field}" if self.file else self.field
+
+
+class MissingError(InputError):
+    """Something is left out that there must be.
+
+    Parameters
+    ----------
+    field, file
+        As of `InputError`.
+    what
+        What it is for; may be empty.
+    """
+
+    def __init__(self, field: str, what: str = "", *, file: str | None = None):
+        super().__init__(field, None, what, file=file)
+
+    def _text(self) -> str:
+        return f"{self._place()} is required" + (f": {self.expected}" if self.expected else "")
+
+
+class ConflictError(InputError):
+    """Two things were given that do not go together.
+
+    Parameters
+    ----------
+    field
+        One of them.
+    other
+        The other one; after a semicolon, a hint.
+    """
+
+    def __init__(self, field: str, other: str, *, file: str | None = None):
+        super().__init__(field, None, other, file=file)
+
+    def _text(self) -> str:
+        return f"{self._place()} does not go with {self.expected}"
+
+
+def check_one_of(what: str = "", **given: bool) -> None:
+    """Refuse none or several of some options; `udp_port` stands for --udp-port, `TABLE` for TABLE.
+
+    Raises
+    ------
+    MissingError
+        None is given.
+    ConflictError
+        Several are.
+    """
+    names = {n: n if n.isupper() else "--" + n.replace("_", "-") for n in given}
+    taken = [names[name] for name, is_given in given.items() if is_given]
+    if not taken:
+        *others, last = names.values()
+        raise MissingError(f"one of {', '.join(others)} and {last}", what)
+    if len(taken) > 1:
+        raise ConflictError(taken[0], " or ".join(taken[1:]))
 
 
 RESONANCE_BAND = 1e-6

@@ -15,7 +15,7 @@ namespace chladni {
 
 class CoilHeat {
  public:
-  // `is_warm`: coils may have been driven a moment ago, and nobody knows how long.
+  // `is_warm`: coils may have been driven a moment ago, and how long is not known.
   void start(const Config& config, bool is_warm);
   // What the coils have got in the last milliseconds.
   void add(const Loads& loads, uint32_t milliseconds);

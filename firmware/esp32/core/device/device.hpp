@@ -95,7 +95,7 @@ class Device {
     return save_network(hal_, record, size);
   }
   NetworkState& network() { return network_; }
-  // Outputs fade out, the answer gets its time on the way, and then all starts anew.
+  // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   // Since start.

@@ -135,7 +135,7 @@ enum class FaultCause : uint8_t {
   kNoTable,  // the partition is blank
   kTableRefused,  // detail: TableStatus
   kConfigRefused,  // the defaults hold; detail: ConfigStatus
-  kPanelMissing,  // nobody answers at the panel's addresses
+  kPanelMissing,  // no panel answers at the panel's addresses
   kPanelFails,  // it answered, and fails now
   kPanelRange,  // it reported a place off its own pixels
   kTouchTimeout,  // it fell silent under a finger

@@ -40,7 +40,7 @@ struct SynthesisSettings {
   uint32_t pwm_bits;          // 10 to 12; the carrier is 80 MHz / 2^bits
   uint32_t frequency_mhz;     // of the wave, millihertz
   uint32_t ramp_us;           // a stream fades in and anything fades out in this time
-  uint32_t touch_timeout_us;  // outputs fade out when nobody says "still touched" for this long
+  uint32_t touch_timeout_us;  // outputs fade out when "still touched" is not said for this long
   uint32_t max_on_us;         // and after this in any case
   OutputLimits limits;
 };
@@ -49,7 +49,7 @@ struct SynthesisSettings {
 struct PlayOptions {
   uint32_t level_q15;  // loudness, 0 to 32767
   uint32_t ramp_us;    // time to get there
-  bool starts_touch;   // starts the on-time anew; else a move within a touch, void once that ended
+  bool starts_touch;   // starts the on-time again; else a move within a touch, void once that ended
 };
 
 // Largest amplitude in duty steps. Two steps above and below are the shaper's own.

@@ -98,7 +98,7 @@ void Synthesis::sample(const Hal& hal, uint32_t missed) {
 }
 
 void Synthesis::sample_with_news(const Hal& hal, uint32_t missed) {
-  // Before what it announces is looked at: what comes later announces itself anew.
+  // Before what it announces is looked at: what comes later announces itself again.
   seen_news_ = news_.load(std::memory_order_acquire);
   ++samples_;
   if (missed != 0) catch_up(missed);

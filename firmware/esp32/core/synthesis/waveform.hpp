@@ -15,7 +15,7 @@ namespace chladni {
 
 constexpr int32_t kOneQ15 = 32767;
 
-// Turns a phase into a share of the step between two samples; made anew when the step changes.
+// Turns a phase into a share of the step between two samples; made again when the step changes.
 struct EdgeScale {
   uint32_t step_u32 = 1;
   uint32_t shift = 0;

@@ -27,7 +27,7 @@ struct PanelReport {
 enum class PanelStatus : uint8_t {
   kReport,      // fingers, or none, as they are now
   kNothingNew,  // the panel has not measured since the last read
-  kNoAnswer,    // nobody at the address
+  kNoAnswer,    // no panel at the address
   kStuck,       // the bus is held
 };
 

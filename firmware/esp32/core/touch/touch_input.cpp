@@ -85,7 +85,7 @@ TouchEvent TouchInput::poll_panel(const Hal& hal, uint32_t now_us) {
   errors_in_row_ = 0;
   health_ = PanelHealth::kFine;
   // A GT911 marks its news. An FT6x36 calls for them; unasked, it may repeat what is long past, and
-  // only that nobody touches it can be believed. Without its line there is no telling.
+  // only that no finger touches it can be believed. Without its line there is no telling.
   const bool is_news = model_ == Model::kGt911 || !has_line_ || was_called_;
   const TouchEvent event = take(report, is_news, now_us);
   return event.kind == TouchKind::kNothing ? overdue(now_us) : event;
@@ -133,7 +133,7 @@ void TouchInput::fail(const Hal& hal, PanelStatus status) {
   ++bus_errors_;
   if (status == PanelStatus::kStuck) hal.recover_bus(hal.context);
   if (++errors_in_row_ < kMostErrors) return;
-  // Perhaps it was reset and has forgotten its settings: it is started anew when found.
+  // Perhaps it was reset and has forgotten its settings: it is started again when found.
   health_ = PanelHealth::kWedged;
   model_ = Model::kUnknown;
 }

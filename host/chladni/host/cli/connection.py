@@ -11,25 +11,31 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from chladni.host.device.device import Device
-from chladni.host.device.udp import DatagramWire, UdpPort
+from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
-from chladni.sim.errors import InputError
+from chladni.sim.errors import MissingError, check_one_of
 from chladni.tables.format import pack, read_table
 
 
 @dataclass(frozen=True)
-class Reach:
+class Connection:
     """The options; exactly one of `port`, `udp` and `emulator` is to be given."""
 
-    port: Annotated[str | None, typer.Option(help="Serial port of the device.")] = None
+    port: Annotated[
+        str | None,
+        typer.Option(
+            help="Serial port of the device. One of --port, --udp and --emulator is required."
+        ),
+    ] = None
     udp: Annotated[
         str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
     ] = None
     key: Annotated[
-        Path | None, typer.Option(envvar="CHLADNI_KEY", help="File with its key, for --udp.")
+        Path | None,
+        typer.Option(envvar="CHLADNI_KEY", help="File with its key. Required with --udp."),
     ] = None
     emulator: Annotated[bool, typer.Option("--emulator", help="An emulated device instead.")] = (
         False
@@ -48,19 +54,18 @@ class Reach:
         InputError
             None or several of --port, --udp and --emulator, or no key.
         WireError
-            It cannot be opened, or nobody answers.
+            It cannot be opened, or no device answers.
         """
-        given = [str(way) for way in (self.port, self.udp) if way is not None]
-        given += ["--emulator"] if self.emulator else []
-        if len(given) != 1:
-            expected = "one of the three"
-            raise InputError("--port, --udp, --emulator", " and ".join(given) or "none", expected)
+        check_one_of(
+            "the way to the device",
+            port=self.port is not None, udp=self.udp is not None, emulator=self.emulator,
+        )  # fmt: skip
         if self.port is not None:
             return SerialWire(self.port, baud=self.baud)
         if self.udp is not None:
             if self.key is None:
-                raise InputError("--key", "nothing", "the file with the device's key, for --udp")
-            return DatagramWire(UdpPort(self.udp), read_key(self.key))
+                raise MissingError("--key", "the file with the device's key, for --udp")
+            return UdpWire(UdpPort(self.udp), read_key(self.key))
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
         board = load_board(self.board)
         return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))
@@ -70,23 +75,23 @@ class Reach:
         return Device(self.wire())
 
 
-def reaching(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose first parameter is a `Reach`, with the options of one in its place."""
+def connecting(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose first parameter is a `Connection`, with the options of one in its place."""
     hints = get_type_hints(command, include_extras=True)
-    shared = get_type_hints(Reach, include_extras=True)
+    shared = get_type_hints(Connection, include_extras=True)
     own = list(inspect.signature(command).parameters.values())[1:]
-    names = [field.name for field in fields(Reach)]
+    names = [field.name for field in fields(Connection)]
 
     def run(**values: Any) -> None:
-        reach = Reach(**{name: values.pop(name) for name in names})
-        command(reach, **values)
+        connection = Connection(**{name: values.pop(name) for name in names})
+        command(connection, **values)
 
     options = [
         inspect.Parameter(
             field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default,
             annotation=shared[field.name],
         )
-        for field in fields(Reach)
+        for field in fields(Connection)
     ]  # fmt: skip
     kept = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[p.name]) for p in own]
     run.__name__, run.__doc__ = command.__name__, command.__doc__

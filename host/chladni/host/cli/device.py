@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import sys
-import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from serial.tools import list_ports
 
-from chladni.host.cli.connection import Reach, reaching
+from chladni.host.cli.connection import Connection, connecting
+from chladni.host.cli.flash import flash
 from chladni.host.cli.network import network
 from chladni.host.cli.options import JsonOption
-from chladni.host.cli.output import answer, parse_place, progress_bar
+from chladni.host.cli.output import answer, parse_place
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.stream_sources import (
@@ -26,8 +25,7 @@ from chladni.host.device.stream_sources import (
 from chladni.host.device.wire import SerialWire
 from chladni.host.protocol.config import SETTINGS, DeviceConfig
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import ChladniError, InputError
-from chladni.tables.format import pack, read_table
+from chladni.sim.errors import ChladniError, ConflictError, InputError, check_one_of
 
 REPEAT_S = 0.05
 SELF_TEST_S = 0.6
@@ -49,71 +47,14 @@ def register(app: typer.Typer) -> None:
     app.add_typer(device_app, name="device")
 
 
-@reaching
-def flash(
-    reach: Reach,
-    table: Annotated[
-        Path | None, typer.Argument(metavar="TABLE", help="Table file (.chl).")
-    ] = None,
-    previous: Annotated[
-        bool, typer.Option("--previous", help="Go back to the table before this one.")
-    ] = False,
-    rom: Annotated[
-        bool, typer.Option("--rom", help="Through the ROM's loader: the device need not run.")
-    ] = False,
-    firmware: Annotated[
-        Path | None, typer.Option("--firmware", help="The firmware itself, through the loader.")
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Write a table to a device; until it is whole the old one stays."""
-    if sum((previous, table is not None, firmware is not None)) != 1:
-        raise InputError("TABLE, --previous, --firmware", str(table), "one of the three")
-    if rom or firmware is not None:
-        _flash_by_rom(reach, table, firmware, as_json=as_json)
-        return
-    loaded = None if table is None else read_table(table)
-    with reach.device() as device:
-        if loaded is None:
-            slot = device.previous()
-            result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
-            answer(result, as_json=as_json, title="The previous table plays")
-            return
-        with progress_bar("flash") as progress:
-            done = device.flash(loaded, progress)
-        if not done.verified:
-            raise LinkError("the device does not say that it plays this table")
-    answer(asdict(done), as_json=as_json, title=f"{table} plays")
-
-
-def _flash_by_rom(
-    reach: Reach, table: Path | None, firmware: Path | None, *, as_json: bool
-) -> None:
-    from chladni.host.flashing import rom_loader as rom  # noqa: PLC0415  (esptool takes a second to load)
-
-    if reach.port is None:
-        raise InputError("--port", "nothing", "the port of the device")
-    begun = time.monotonic()
-    if firmware is not None:
-        if not firmware.is_file():
-            raise InputError("--firmware", str(firmware), "a readable file")
-        result = rom.flash_firmware(reach.port, reach.baud, firmware)
-    else:
-        if table is None:
-            raise InputError("--rom", "no table", "a table: going back needs a running device")
-        result = rom.flash_table(reach.port, reach.baud, pack(read_table(table)))
-    result["seconds"] = time.monotonic() - begun
-    answer(result, as_json=as_json, title=f"{firmware or table} is written")
-
-
 @device_app.command("info")
-@reaching
+@connecting
 def info(
-    reach: Reach,
+    connection: Connection,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """State, table, heat and faults."""
-    with reach.device() as device:
+    with connection.device() as device:
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
@@ -121,9 +62,9 @@ def info(
 
 
 @device_app.command("touch", context_settings={"ignore_unknown_options": True})
-@reaching
+@connecting
 def touch(
-    reach: Reach,
+    connection: Connection,
     place: Annotated[str, typer.Argument(metavar="X,Y", help="Place in mm.")],
     seconds: Annotated[float, typer.Option(help="How long the finger stays.")] = 1.0,
     as_json: JsonOption = False,
@@ -134,14 +75,14 @@ def touch(
         raise InputError("--seconds", seconds, "more than 0, at most 60")
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
-    with reach.device() as device:
+    with connection.device() as device:
         device.touch(x, y)
         try:
             device.link.wait(seconds)
             state = device.info()["state"]
             faults = device.faults()
         finally:
-            # Also when it is interrupted; a finger that nobody lifts stays until `max_on_s`.
+            # Also when it is interrupted; a finger that is not lifted stays until `max_on_s`.
             device.lift()
     if state != "playing":
         why = f", {faults[-1]['cause']}" if faults else ""
@@ -150,9 +91,9 @@ def touch(
 
 
 @device_app.command("stream")
-@reaching
+@connecting
 def stream(
-    reach: Reach,
+    connection: Connection,
     drive: Annotated[
         str | None, typer.Argument(help="Gain@degrees per channel: 1@0,0.5@90,…")
     ] = None,
@@ -169,8 +110,9 @@ def stream(
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Play a drive from here, as the paper's host did, or raw duties at carrier/8 a second."""
-    if sum(source is not None for source in (drive, csv, script)) != 1:
-        raise InputError("DRIVE, --csv, --script", drive, "one of the three")
+    check_one_of(
+        "what to play", DRIVE=drive is not None, csv=csv is not None, script=script is not None
+    )
     if not 1.0 <= frequency <= 1000.0:
         raise InputError("--frequency", frequency, "1 to 1000 Hz")
     if waveform not in WAVEFORMS:
@@ -180,7 +122,7 @@ def stream(
     gains = parse_drive(drive) if drive is not None else None
     duties = None if csv is None else read_duties(csv)
     function = None if script is None else load_script(script)
-    with reach.device() as device:
+    with connection.device() as device:
         info = device.info()
         channels, before = info["channels"], info["faults"]
         if function is not None:
@@ -203,13 +145,13 @@ def stream(
 
 
 @device_app.command("self-test")
-@reaching
+@connecting
 def self_test(
-    reach: Reach,
+    connection: Connection,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
-    with reach.device() as device:
+    with connection.device() as device:
         channels, config = device.info()["channels"], device.config()
         before = device.info()["faults"]
         rows = []
@@ -256,25 +198,25 @@ def _faults_since(device: Device, before: int) -> list[dict[str, Any]]:
 
 
 @device_app.command("log")
-@reaching
+@connecting
 def log(
-    reach: Reach,
+    connection: Connection,
     seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
 ) -> None:  # fmt: skip
     """Print what the device says between frames: boot, panics, the console."""
     if not 0.0 < seconds <= 3600.0:
         raise InputError("--seconds", seconds, "more than 0, at most 3600")
-    if reach.udp is not None:
-        raise InputError("--udp", reach.udp, "--port: text comes over the wire only")
-    with reach.device() as device:
+    if connection.udp is not None:
+        raise ConflictError("--udp", "the log; text comes over --port only")
+    with connection.device() as device:
         device.link.wait(seconds)
         sys.stdout.write(device.log)
 
 
 @device_app.command("config")
-@reaching
+@connecting
 def config(
-    reach: Reach,
+    connection: Connection,
     action: Annotated[str, typer.Argument(metavar="get|set", help="Show, or change.")] = "get",
     settings: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME=VALUE]…", help="Settings to change.")
@@ -288,8 +230,8 @@ def config(
     known = [setting.field.name for setting in SETTINGS]
     for name in (settings or []) if action == "get" else []:
         if name not in known:
-            raise InputError(name, "nothing", f"a setting: one of {', '.join(known)}")
-    with reach.device() as device:
+            raise InputError("NAME", name, f"one of: {', '.join(known)}")
+    with connection.device() as device:
         found = device.config()
         if changes:
             wanted = found.with_values(**changes)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli.connection import Reach, reaching
+from chladni.host.cli.connection import Connection, connecting
 from chladni.host.cli.options import JsonOption
 from chladni.host.cli.output import answer
 from chladni.host.protocol.network import (
@@ -17,16 +17,16 @@ from chladni.host.protocol.network import (
     make_key,
     read_key,
 )
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ConflictError, InputError, MissingError
 
 RESTART_S = 1.0
 
 
-@reaching
+@connecting
 def network(
-    reach: Reach,
+    connection: Connection,
     action: Annotated[str, typer.Argument(metavar="show|set|off")] = "show",
-    ssid: Annotated[str | None, typer.Option(help="The network's name.")] = None,
+    ssid: Annotated[str | None, typer.Option(help="The network's name. Required to set.")] = None,
     passphrase_file: Annotated[
         Path | None, typer.Option(help="Its passphrase; asked for by default.")
     ] = None,
@@ -40,11 +40,11 @@ def network(
     if action not in ("show", "set", "off"):
         raise InputError("show|set|off", action, "one of the three")
     settings = None
-    if action != "show" and reach.udp is not None:
-        raise InputError("--udp", reach.udp, "--port: keys are set over the wire only")
+    if action != "show" and connection.udp is not None:
+        raise ConflictError("--udp", "the network's settings; keys are set over --port only")
     if action == "set":
-        settings = _settings(reach, ssid, passphrase_file, udp_port)
-    with reach.device() as device:
+        settings = _settings(connection, ssid, passphrase_file, udp_port)
+    with connection.device() as device:
         if action != "show":
             device.set_network(settings)
             device.restart()
@@ -54,28 +54,28 @@ def network(
 
 
 def _settings(
-    reach: Reach, ssid: str | None, passphrase_file: Path | None, port: int
+    connection: Connection, ssid: str | None, passphrase_file: Path | None, port: int
 ) -> NetworkSettings:
     if ssid is None:
-        raise InputError("--ssid", "nothing", "the network's name")
-    if reach.key is None:
-        raise InputError("--key", "nothing", "a file with the key, or where to make one")
+        raise MissingError("--ssid", "the network's name")
+    if connection.key is None:
+        raise MissingError("--key", "a file with the key, or where to make one")
     # All but the key is checked before a file is made for it.
     probe = NetworkSettings(ssid, _passphrase(passphrase_file), b"\1" * 32, port)
     try:
-        is_there = reach.key.exists()
+        is_there = connection.key.exists()
     except OSError as error:
-        raise InputError("--key", str(error), "a readable file", file=str(reach.key)) from None
-    key = read_key(reach.key) if is_there else make_key(reach.key)
-    if is_there and reach.key.stat().st_mode & 0o077:
-        sys.stderr.write(f"chladni: {reach.key}: others may read this key; chmod 600 it\n")
+        raise InputError("--key", str(error), "a readable file", file=str(connection.key)) from None
+    key = read_key(connection.key) if is_there else make_key(connection.key)
+    if is_there and connection.key.stat().st_mode & 0o077:
+        sys.stderr.write(f"chladni: {connection.key}: others may read this key; chmod 600 it\n")
     return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
 
 
 def _passphrase(path: Path | None) -> str:
     if path is None:
         if not sys.stdin.isatty():
-            raise InputError("--passphrase-file", "nothing", "a file, where nobody can be asked")
+            raise MissingError("--passphrase-file", "there is no terminal to ask for it")
         return str(typer.prompt("Passphrase", hide_input=True, default="", show_default=False))
     try:
         return path.read_text(encoding="utf-8").rstrip("\r\n")

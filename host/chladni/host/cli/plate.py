@@ -19,7 +19,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError, check_one_of
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     actuator_loads,
@@ -53,8 +53,7 @@ def field(
     as_json: JsonOption = False,
 ) -> None:
     """Compute a displacement field and its energy image."""
-    if sum(option is not None for option in (target, actuator, drive)) != 1:
-        raise InputError("--target, --actuator, --drive", "none or several", "exactly one of them")
+    check_one_of(target=target is not None, actuator=actuator is not None, drive=drive is not None)
     if not 1e-9 <= tolerance <= 0.1:
         raise InputError("--tolerance", tolerance, "a relative error from 1e-9 to 0.1")
     _check_outputs(output, figure)
@@ -144,14 +143,14 @@ def sweep(
     _check_outputs(output, figure)
     loaded = load_board(board)
     if loaded.coil is None:
-        raise InputError("coil", "nothing", "a [coil] block in the board file", file=board)
+        raise MissingError("[coil]", "the block of the actuator's figures", file=board)
     frequencies = np.linspace(start_hz, stop_hz, 601)
     curves = {wave: wave_response(loaded.coil, wave, frequencies) for wave in WAVEFORMS}
     if output:
         arrays = {
             f"{wave}_{name}": getattr(curve, name)
             for wave, curve in curves.items()
-            for name in ("fundamental", "rms", "distortion", "likeness")
+            for name in ("fundamental", "rms", "distortion", "correlation")
         }
         write_arrays(output, frequencies_hz=frequencies, **arrays)
     if figure:
@@ -162,7 +161,7 @@ def sweep(
             "peak_hz": float(frequencies[curve.fundamental.argmax()]),
             "peak_m_s2": float(curve.fundamental.max()),
             "distortion_at_peak": float(curve.distortion[curve.fundamental.argmax()]),
-            "likeness_at_end": float(curve.likeness[-1]),
+            "correlation_at_end": float(curve.correlation[-1]),
         }
         for wave, curve in curves.items()
     ]

@@ -134,5 +134,5 @@ class AsyncDevice:
         await self.do(lambda device: device.set_config(config))
 
     async def restart(self) -> None:
-        """Start the device anew."""
+        """Restart the device."""
         await self.do(Device.restart)

@@ -83,7 +83,7 @@ class Device:
     Raises
     ------
     LinkError
-        Nobody answers, or it speaks another version of the link.
+        No device answers, or it speaks another version of the link.
     """
 
     def __init__(self, wire: Wire) -> None:
@@ -98,7 +98,7 @@ class Device:
             if error.status is not None:
                 raise
             raise LinkError(
-                "nobody answers there; is it a Chladni device, at this baud rate?"
+                "no device answers there; is it a Chladni device, at this baud rate?"
             ) from None
 
     def __enter__(self) -> Self:
@@ -173,7 +173,7 @@ class Device:
         self.link.request("network_set", b"" if settings is None else pack_network(settings))
 
     def restart(self) -> None:
-        """Start the device anew.
+        """Restart the device.
 
         A lost answer is not asked for again, since that would restart it twice: its clock tells.
         """

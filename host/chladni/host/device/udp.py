@@ -36,7 +36,7 @@ HELLO_TRIES = 4
 HELLO_WAIT_S = 0.25
 """For a welcome; doubled with every try."""
 UNANSWERED = 2
-"""Requests without an answer after which the device may have started anew: hello goes with them."""
+"""Requests without an answer after which the device may have restarted: hello goes with them."""
 STALE_S = SESSION_SILENCE_MS / 2e3
 """Without an answer for so long the session may be over: hello goes before the next request."""
 NO_SESSION = 0
@@ -145,7 +145,7 @@ class UdpPort:
         try:
             self.socket.send(data)
         except ConnectionRefusedError:
-            pass  # nobody listens there yet: as if it had been lost
+            pass  # no one listens there yet: as if it had been lost
         except OSError as error:
             raise WireError(f"{self.name}: {error.strerror or error}") from None
 
@@ -204,7 +204,7 @@ class EmulatedPort:
         """Nothing to let go of."""
 
 
-class DatagramWire:
+class UdpWire:
     """A `Wire` over a network.
 
     Raises
@@ -266,8 +266,8 @@ class DatagramWire:
                     return
             wait *= 2.0
         raise WireError(
-            f"{self.port.name}: nobody answers there; is the device on this network, and the key "
-            "its own?"
+            f"{self.port.name}: no device answers there; is it on this network, and the key its "
+            "own?"
         )
 
     def _greet(self) -> int:

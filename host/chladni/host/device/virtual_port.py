@@ -35,7 +35,7 @@ class LoopbackNetwork:
         self._peers: list[tuple[str, int]] = []
 
     def follow(self) -> None:
-        """Listen where the device does; it may have started anew."""
+        """Listen where the device does; it may have restarted."""
         port = self.emulator.core.network_port
         if port == self._port:
             return
@@ -76,7 +76,7 @@ class LoopbackNetwork:
         self.socket = None
 
 
-class Terminal:
+class VirtualPort:
     """A pseudo-terminal that an emulated device talks through, in real time.
 
     Once the device has a key for a network, it is also there, on 127.0.0.1.
@@ -113,8 +113,8 @@ class Terminal:
             if behind_us <= 0:
                 continue  # an erase took longer than a step: what came of it is not out yet
             if behind_us > LONGEST_STEP_US:
-                # This machine was busy elsewhere, and nobody could reach the device meanwhile: its
-                # clock is late from now on, rather than that it leaps past what was on its way.
+                # This machine was busy elsewhere, and no host could reach the device: its clock
+                # is late from now on, rather than that it leaps past what was on its way.
                 begun_s += (behind_us - LONGEST_STEP_US) / 1e6
                 behind_us = LONGEST_STEP_US
             core.run_us(behind_us)

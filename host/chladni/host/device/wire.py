@@ -83,7 +83,7 @@ class SerialWire:
     def __init__(self, port: str, *, baud: int = BAUD) -> None:
         self.baud: float = float(baud)
         try:
-            # Neither line may pull a board into its boot loader, and nobody else may listen in.
+            # Neither line may pull a board into its boot loader, and no one else may listen in.
             self.serial = serial.Serial(exclusive=True)
             self.serial.port, self.serial.baudrate, self.serial.timeout = port, baud, 0
             self.serial.dtr = self.serial.rts = False

@@ -26,7 +26,7 @@ from chladni.host.emulation.emulator import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError
 from chladni.sim.fields.transfer import check_target, target_field
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import compose
@@ -95,9 +95,7 @@ def board_of(table: Table, board: str | None, *, file: str) -> Board:
         No such board, or the table was made for another.
     """
     if board is None and table.board_name not in shipped_boards():
-        raise InputError(
-            "--board", "nothing", f"the board file of {table.board_name!r}, which is not shipped"
-        )
+        raise MissingError("--board", f"{table.board_name!r} is not a shipped board")
     found = load_board(board or table.board_name)
     if len(found.actuators) != table.actuators:
         expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
@@ -161,7 +159,7 @@ def _check_events(
     if not 0.0 < milliseconds <= 600_000.0:
         raise InputError("--ms", milliseconds, "a time from 0 to 600000 ms")
     if not places:
-        raise InputError("--touch", "nothing", "at least one touch X,Y@MS")
+        raise MissingError("--touch", "at least one touch X,Y@MS")
     for event in events:
         option = "--lift" if event.place_mm is None else "--touch"
         if not 0.0 <= event.at_ms < milliseconds:

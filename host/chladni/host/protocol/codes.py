@@ -81,7 +81,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kNoTable", "no table", "the partition is blank"),
     Code("kTableRefused", "table refused", "detail: TableStatus"),
     Code("kConfigRefused", "configuration refused", "the defaults hold; detail: ConfigStatus"),
-    Code("kPanelMissing", "panel missing", "nobody answers at the panel's addresses"),
+    Code("kPanelMissing", "panel missing", "no panel answers at the panel's addresses"),
     Code("kPanelFails", "panel fails", "it answered, and fails now"),
     Code("kPanelRange", "panel out of range", "it reported a place off its own pixels"),
     Code("kTouchTimeout", "touch timeout", "it fell silent under a finger"),

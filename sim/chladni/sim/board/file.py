@@ -26,7 +26,7 @@ from chladni.sim.board.parts import (
     Spring,
 )
 from chladni.sim.board.quantity import quantities
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError
 
 Part = TypeVar("Part")
 
@@ -163,4 +163,4 @@ def _check_keys(
             raise InputError(f"{where}{key}", value, f"a known key: {hint}")
     for key in required:
         if key not in table:
-            raise InputError(f"{where}{key}", "nothing", "this key")
+            raise MissingError(f"{where}{key}")

@@ -36,14 +36,14 @@ class WaveResponse:
         Of the whole wave, m/s².
     distortion
         RMS of the higher harmonics over that of the first.
-    likeness
+    correlation
         Correlation of the acceleration's shape with the drive's, best over all delays, 0 to 1.
     """
 
     fundamental: FloatArray
     rms: FloatArray
     distortion: FloatArray
-    likeness: FloatArray
+    correlation: FloatArray
 
 
 def force_per_volt(
@@ -80,11 +80,11 @@ def wave_response(coil: Coil, waveform: Waveform, frequencies_hz: FloatArray) ->
         fundamental=np.abs(answer[:, 0]),
         rms=np.sqrt(power.sum(axis=1)),
         distortion=higher / np.sqrt(power[:, 0]),
-        likeness=likeness(drive, answer),
+        correlation=correlation(drive, answer),
     )
 
 
-def likeness(first: ComplexArray, second: ComplexArray) -> FloatArray:
+def correlation(first: ComplexArray, second: ComplexArray) -> FloatArray:
     """Largest correlation of periodic waves over all delays, from harmonics (…, harmonics)."""
     cross = synthesise(first * second.conj(), PERIOD_POINTS)
     norm = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)

@@ -129,7 +129,7 @@ class Assembly:
         for k, support in enumerate(self.basis.geometry.rims):
             if k in self.sets.rims:
                 highest = self.basis.rims[k].own.rings
-                own = [m for m in range(highest + 1) for _ in range(2 if m else 1)]
+                own = [0, *(m for m in range(1, highest + 1) for _ in "cs")]
                 orders += own * (int(support.holds_deflection) + int(support.holds_slope))
         return np.array(orders + [0] * (conditions - len(orders)), dtype=np.intp)
 
@@ -316,10 +316,8 @@ def _shared(groups: list[Points], make: Callable[[Points], Table]) -> list[Table
     """Several sets of points as parts of one table."""
     whole = SharedTable(make(quadrature.join(groups)))
     ends = np.cumsum([group.x.size for group in groups]).tolist()
-    return [
-        TablePart(whole, slice(end - group.x.size, end))
-        for group, end in zip(groups, ends, strict=True)
-    ]
+    spans = zip(groups, ends, strict=True)
+    return [TablePart(whole, slice(end - group.x.size, end)) for group, end in spans]
 
 
 def _on_rim(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:

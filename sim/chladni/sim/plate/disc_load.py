@@ -7,12 +7,10 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.ritz.circle_functions import Derivative
-
 FloatArray = NDArray[np.float64]
 
 
-def disc_load_deflection(u: FloatArray, v: FloatArray, derivative: Derivative) -> FloatArray:
+def disc_load_deflection(u: FloatArray, v: FloatArray, derivative: tuple[int, int]) -> FloatArray:
     """Deflection of an endless plate under a uniform disc load, in units of R²/(8πD) per newton.
 
     Outside, the mean of the point solution r² ln r over the disc: ρ² ln ρ + ½ ln ρ. Inside,

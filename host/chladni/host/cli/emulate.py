@@ -1,0 +1,139 @@
+"""`chladni emulate`: the firmware on a virtual clock, or offered as a device to other programs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from chladni.host.cli.options import (
+    JsonOption,
+)  # fmt: skip
+from chladni.host.cli.output import (
+    answer,
+    check_output,
+    parse_place,
+)  # fmt: skip
+from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
+from chladni.host.emulation.loop import board_of, run_loop
+from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
+from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.files import write_arrays
+from chladni.tables.format import read_table
+
+ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
+"""Of a report, in this order."""
+UNLESS_SERIAL = "Required without --serial."
+TouchOption = Annotated[
+    list[str] | None,
+    typer.Option(help=f"Touch X,Y@MS: place in mm, time in ms. {UNLESS_SERIAL}"),
+]
+DurationOption = Annotated[
+    float | None, typer.Option("--ms", help=f"How long to run, ms. {UNLESS_SERIAL}")
+]
+RecordingOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help=f"Recording to write (.npz). {UNLESS_SERIAL}"),
+]
+
+
+def emulate(
+    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")],
+    touch: TouchOption = None,
+    ms: DurationOption = None,
+    output: RecordingOption = None,
+    serial: Annotated[
+        bool, typer.Option("--serial", help="Offer the device on a pseudo-terminal instead.")
+    ] = False,
+    key: Annotated[
+        Path | None, typer.Option(help="With --serial: on UDP too, at 127.0.0.1, under this key.")
+    ] = None,
+    udp_port: Annotated[int, typer.Option(help="Where, with --key.")] = DEFAULT_PORT,
+    lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
+    board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
+    level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
+    frequency: Annotated[
+        float | None, typer.Option(help="Play the table's drives of this frequency, Hz.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the firmware on touches, record its pins, and score the field they make."""
+    if not 0.0 < level <= 1.0:
+        raise InputError("--level", level, "a share of full amplitude from 0 to 1")
+    if key is not None and not serial:
+        raise MissingError("--serial", "--key is of the device that it serves")
+    if serial:
+        for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
+            if given:
+                raise ConflictError(option, "--serial; that serves a device until it is stopped")
+        network = None
+        if key is not None:
+            network = NetworkSettings("emulated", "", read_key(key), udp_port)
+        _serve(table, board, ms, level, network, as_json=as_json)
+        return
+    loaded = read_table(table)
+    for option, value, expected in (
+        ("--touch", touch, "X,Y@MS: a place in mm and a time in ms"),
+        ("--ms", ms, "how long to run, ms"), ("-o", output, "a file to write (.npz)"),
+    ):  # fmt: skip
+        if value is None:
+            raise MissingError(option, expected)
+    assert touch is not None
+    assert ms is not None
+    assert output is not None
+    check_output(output, "-o")
+    events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
+    owner = board_of(loaded, board, file=str(table))
+    recording, report = run_loop(loaded, owner, events, ms, level=level, frequency_hz=frequency)
+    write_arrays(output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
+    result: dict[str, Any] = {name: getattr(report, name) for name in ANSWERED}
+    result["channels"] = [
+        {"actuator": actuator.name, **asdict(channel)}
+        for actuator, channel in zip(owner.actuators, report.channels, strict=True)
+    ]
+    result["path"] = str(output)
+    answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _serve(
+    table: Path, board: str | None, ms: float | None, level: float,
+    network: NetworkSettings | None, *, as_json: bool,
+) -> None:  # fmt: skip
+    """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
+    if ms is not None and not 0.0 < ms < np.inf:
+        raise InputError("--ms", ms, "more than 0")
+    loaded = read_table(table)
+    owner = board_of(loaded, board, file=str(table))
+    emulator = Emulator(owner, loaded, level=level, network=network)
+    port = VirtualPort(emulator)
+    # A port that is announced is there.
+    port.network.follow()
+    if as_json:
+        answer({"port": port.port, "udp_port": emulator.core.network_port}, as_json=True)
+    else:
+        sys.stdout.write(port.port + "\n")
+    sys.stdout.flush()
+    end = None if ms is None else time.monotonic() + ms / 1e3
+    try:
+        port.serve(lambda: end is not None and time.monotonic() > end)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        port.close()
+
+
+def _parse_touch(text: str) -> TouchEvent:
+    place, mark, at = text.partition("@")
+    try:
+        at_ms = float(at)
+    except ValueError:
+        at_ms = float("nan")
+    if not mark or not np.isfinite(at_ms):
+        raise InputError("--touch", text, "X,Y@MS: a place in mm and a time in ms")
+    return TouchEvent(at_ms, parse_place(place, "--touch"))

@@ -1,0 +1,75 @@
+"""`chladni flash`: a table, or the firmware itself, onto a device."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from chladni.host.cli.connection import Connection, connecting
+from chladni.host.cli.options import JsonOption
+from chladni.host.cli.output import answer, progress_bar
+from chladni.host.device.link import LinkError
+from chladni.sim.errors import ConflictError, InputError, MissingError, check_one_of
+from chladni.tables.format import pack, read_table
+
+
+@connecting
+def flash(
+    connection: Connection,
+    table: Annotated[
+        Path | None, typer.Argument(metavar="TABLE", help="Table file (.chl).")
+    ] = None,
+    previous: Annotated[
+        bool, typer.Option("--previous", help="Go back to the table before this one.")
+    ] = False,
+    rom: Annotated[
+        bool, typer.Option("--rom", help="Through the ROM's loader: the device need not run.")
+    ] = False,
+    firmware: Annotated[
+        Path | None, typer.Option("--firmware", help="The firmware itself, through the loader.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a table to a device; until it is whole the old one stays."""
+    check_one_of(
+        "what to write", TABLE=table is not None, previous=previous, firmware=firmware is not None
+    )
+    if rom or firmware is not None:
+        _flash_by_rom(connection, table, firmware, as_json=as_json)
+        return
+    loaded = None if table is None else read_table(table)
+    with connection.device() as device:
+        if loaded is None:
+            slot = device.previous()
+            result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
+            answer(result, as_json=as_json, title="The previous table plays")
+            return
+        with progress_bar("flash") as progress:
+            done = device.flash(loaded, progress)
+        if not done.verified:
+            raise LinkError("the device does not say that it plays this table")
+    answer(asdict(done), as_json=as_json, title=f"{table} plays")
+
+
+def _flash_by_rom(
+    connection: Connection, table: Path | None, firmware: Path | None, *, as_json: bool
+) -> None:
+    from chladni.host.flashing import rom_loader as rom  # noqa: PLC0415  (esptool takes a second to load)
+
+    if connection.port is None:
+        raise MissingError("--port", "the ROM's loader answers on a serial port only")
+    begun = time.monotonic()
+    if firmware is not None:
+        if not firmware.is_file():
+            raise InputError("--firmware", str(firmware), "a readable file")
+        result = rom.flash_firmware(connection.port, connection.baud, firmware)
+    else:
+        if table is None:
+            raise ConflictError("--rom", "--previous; going back needs a running device")
+        result = rom.flash_table(connection.port, connection.baud, pack(read_table(table)))
+    result["seconds"] = time.monotonic() - begun
+    answer(result, as_json=as_json, title=f"{firmware or table} is written")

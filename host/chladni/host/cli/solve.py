@@ -1,0 +1,104 @@
+"""`chladni solve`: one place, one drive, one scorecard."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.scorecard import score
+from chladni.drives.solve import Solution, check_request, solve
+from chladni.host.cli.options import (
+    BoardArgument,
+    FigureOption,
+    JsonOption,
+    MethodOption,
+    ObjectiveOption,
+    SeedOption,
+    check_figure,
+)  # fmt: skip
+from chladni.host.cli.output import (
+    answer,
+    check_output,
+    parse_place,
+    progress_bar,
+)  # fmt: skip
+from chladni.host.figures.fields import save
+from chladni.host.figures.solvers import trace_figure
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import MissingError
+
+
+def solve_command(
+    board: BoardArgument,
+    target: Annotated[str, typer.Option(help="Where the vibration is to be: X,Y (mm).")],
+    method: MethodOption = "phasor",
+    objective: ObjectiveOption = "ssim",
+    seed: SeedOption = SEED,
+    steps: Annotated[int | None, typer.Option(help="Steps, in place of the method's own.")] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option(help="Keep an annealing's trace here (.npz), and go on from it."),
+    ] = None,
+    figure: FigureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find the drive that best focuses the vibration at one place, and score it."""
+    place = parse_place(target, "--target")
+    check_request(method, objective, seed, steps, trace)
+    if trace is not None:
+        check_output(trace, "--trace")
+    check_figure(figure)
+    if figure is not None and trace is None:
+        raise MissingError("--trace", "--figure draws it")
+    loaded = load_board(board)
+    with progress_bar(method) as progress:
+        solution = solve(
+            loaded, place, method=method, objective=objective, seed=seed, steps=steps,
+            trace=trace, progress=progress,
+        )  # fmt: skip
+    if figure is not None and trace is not None:
+        save(trace_figure(trace, solution), figure)
+    report = solution_report(loaded, solution)
+    if not report["movable"]:
+        sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
+    answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
+
+
+def solution_report(board: Board, solution: Solution) -> dict[str, Any]:
+    """A solution and its scorecard as `chladni solve --json` answers."""
+    card = asdict(score(solution, board))
+    baselines = card.pop("nulls")
+    return {
+        "target_mm": list(solution.target_mm),
+        "method": solution.method,
+        "objective": solution.objective,
+        "drive": drive_entries(board, solution.drive),
+        **card,
+        "seconds": solution.seconds,
+        "evaluations": solution.evaluations,
+        "details": {
+            name: value if np.isfinite(value) else None for name, value in solution.details.items()
+        },
+        "baselines": baselines,
+    }
+
+
+def drive_entries(
+    board: Board, drive: np.ndarray[Any, np.dtype[np.complex128]]
+) -> list[dict[str, Any]]:
+    """A drive for people: name, gain and phase of every actuator."""
+    return [
+        {
+            "actuator": actuator.name,
+            "gain": float(abs(value)),
+            "phase_deg": float(np.degrees(np.angle(value))),
+        }
+        for actuator, value in zip(board.actuators, drive, strict=True)
+    ]

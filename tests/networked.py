@@ -1,0 +1,84 @@
+"""A device on an emulated network, and what speaks to it datagram by datagram."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from chladni.host.device.udp import (
+    EmulatedPort,
+    seal,
+    unseal,
+)
+from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.network import (
+    KEY_BYTES,
+    SESSION,
+    Kind,
+    NetworkSettings,
+)
+from chladni.tables.format import pack
+from made_up import make_table, powered, random_table
+
+KEY = bytes(range(1, KEY_BYTES + 1))
+OTHER_KEY = bytes(KEY_BYTES - 1) + b"\1"
+LAB = NetworkSettings("lab", "a passphrase", KEY)
+OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
+BIG = pack(random_table(30, 20, 5, 3))
+
+
+def networked() -> Emulator:
+    """An emulated device on the network."""
+    return powered(OLD, network=LAB)
+
+
+def exchange(emulator: Emulator, *datagrams: bytes) -> list[bytes]:
+    """What the device answers within 5 ms."""
+    for data in datagrams:
+        emulator.core.udp_write(data)
+    emulator.run(5.0)
+    return [data for _, data in emulator.core.udp_read()]
+
+
+def session_of(emulator: Emulator, known: int = 0) -> int:
+    """The session that the device opens, or goes on with."""
+    (welcome,) = exchange(emulator, seal(KEY, Kind.HELLO, 0, 99, SESSION.pack(known)))
+    opened = unseal(KEY, welcome)
+    assert opened is not None
+    assert (opened.kind, opened.session) == (Kind.WELCOME, 99)
+    return int(SESSION.unpack(opened.body)[0])
+
+
+@dataclass
+class Recorder:
+    """A port that keeps what went either way, and may spoil it first."""
+
+    inner: EmulatedPort
+    spoil: Callable[[bytes], list[bytes]] = lambda data: [data]
+    sent: list[bytes] = field(default_factory=list)
+    got: list[bytes] = field(default_factory=list)
+    name: str = "recorded"
+
+    def send(self, data: bytes) -> None:
+        """To the device."""
+        self.sent.append(data)
+        for part in self.spoil(data):
+            self.inner.send(part)
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """From it."""
+        data = self.inner.receive(timeout_s)
+        if data is None:
+            return None
+        self.got.append(data)
+        parts = self.spoil(data)
+        return parts[0] if parts else None
+
+    def now_s(self) -> float:
+        """Virtual seconds."""
+        return self.inner.now_s()
+
+    def close(self) -> None:
+        """Nothing."""
