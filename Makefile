@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 CHECKED_SOURCES := $(filter-out %/bindings.cpp %/bindings_hardware.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
-.PHONY: help venv demo test lint sanitize fuzz bench headers native clean
+.PHONY: help venv demo test lint sanitize soak dist fuzz bench headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -32,10 +32,16 @@ $(STAMP): pyproject.toml $(NATIVE_SOURCES)
 demo: venv  ## run the whole chain on the prototype board; writes out/demo.png
 	$(BIN)/python -m chladni.host.cli.demo --out out
 
+# What each part of a test run takes, in words and seconds.
+PART = f() { printf '\n== %s\n' "$$1"; shift; begun=$$(date +%s); "$$@" || exit 1; \
+	printf '== done in %s s\n' $$(($$(date +%s) - begun)); }; f
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+
 test: venv  ## lint, type-check and run every test
-	$(MAKE) --no-print-directory lint
-	$(BIN)/python -m pytest -p pytest_embedded tests/device
-	$(BIN)/python -m pytest
+	@$(PART) "1 of 3: style, types, imports, C++ analysers" $(MAKE) --no-print-directory --silent lint
+	@$(PART) "2 of 3: the device suite, against the emulator" $(BIN)/python -m pytest -q -p pytest_embedded tests/device
+	@$(PART) "3 of 3: tests, on $(JOBS) cores" true
+	$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers
 	$(BIN)/ruff check .
@@ -56,8 +62,16 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
 		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/host/test_link.py \
-		tests/host/test_network.py tests/tables/test_format.py tests/tables/test_lookup.py \
+		tests/host/test_network.py tests/host/test_network_sessions.py tests/host/test_network_settings.py tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py
+
+SECONDS ?= 600
+soak: venv  ## fuzz every parser and sweep over new boards and places, so long in all (SECONDS=600)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'atheris>=2.3'
+	$(BIN)/python tools/soak.py --seconds $(SECONDS)
+
+dist: venv  ## build sdist and wheel, and run every command from them in an empty environment
+	$(BIN)/python tools/try_distribution.py
 
 FUZZ_SECONDS ?= 60
 fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs clang

@@ -91,8 +91,29 @@ def missing() -> list[str]:
     return [name for name in needed if shutil.which(name) is None]
 
 
-def count(processor: Processor, path: Path) -> Counts:
+def compile_core(processor: Processor, folder: Path) -> list[Path]:
+    """The core's objects in a folder, to be linked around any number of tables."""
+    command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
+    include = ["-isystem", str(HERE / "include"), "-I", str(FIRMWARE)]
+    subprocess.run([*command, *FLAGS, *include, "-c", *map(str, CORE)], check=True, cwd=folder)
+    return sorted(folder.glob("*.o"))
+
+
+def count(
+    processor: Processor,
+    path: Path,
+    *,
+    core: Sequence[Path] = CORE,
+    lookups_only: bool = False,
+) -> Counts:
     """Compile, run, compare with the reference, and count.
+
+    Parameters
+    ----------
+    core
+        Sources, or what `compile_core` made of them.
+    lookups_only
+        Leave out the scenario that plays, and its comparison with this machine.
 
     Raises
     ------
@@ -101,10 +122,12 @@ def count(processor: Processor, path: Path) -> Counts:
     """
     table = read_table(path)
     command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
+    if lookups_only:
+        command.append("-DLOOKUPS_ONLY")
     said = run(
         path,
-        command,
-        ["-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
+        [*command, *FLAGS],
+        [*core, "-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
          "-Wl,--no-warn-rwx-segments", HERE / f"{processor.prefix}_start.S", "-lgcc"],
         [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
     )  # fmt: skip
@@ -113,9 +136,11 @@ def count(processor: Processor, path: Path) -> Counts:
     expected = reference_crc(table)
     if said["drives_crc"] != expected:
         raise ChladniError(f"{processor.name}: drives {said['drives_crc']:#x}, not {expected:#x}")
-    here = run(path, ["g++", "-DON_THIS_MACHINE"], [HERE / "this_machine.cpp"], [])
-    if said.get("duties_crc") != here.get("duties_crc"):
-        raise ChladniError(f"{processor.name}: other duties than on this machine")
+    if not lookups_only:
+        own = ["g++", "-DON_THIS_MACHINE", *FLAGS]
+        here = run(path, own, [*CORE, HERE / "this_machine.cpp"], [])
+        if said.get("duties_crc") != here.get("duties_crc"):
+            raise ChladniError(f"{processor.name}: other duties than on this machine")
 
     def of_sample(name: str) -> int | None:
         return round(said[name] / processor.per_instruction) if name in said else None
@@ -138,9 +163,8 @@ def run(
         shutil.copy(path, Path(folder) / "table.chl")
         program = Path(folder) / "program.elf"
         subprocess.run(
-            [*compiler, *FLAGS, f"-DCHANNELS={read_table(path).actuators}U", "-I", FIRMWARE,
-             f"-Wa,-I{folder}", "-o", program, HERE / "main.cpp", HERE / "table_data.S", *CORE,
-             *extra],
+            [*compiler, f"-DCHANNELS={read_table(path).actuators}U", "-I", FIRMWARE,
+             f"-Wa,-I{folder}", "-o", program, HERE / "main.cpp", HERE / "table_data.S", *extra],
             check=True,
         )  # fmt: skip
         answer = subprocess.run(

@@ -30,6 +30,7 @@ from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from levy import levy_displacement
 from plates import X, Y, changed, free_plate
+from soaking import IS_SOAKING, tries
 
 
 @settings(max_examples=25, deadline=None)
@@ -263,9 +264,9 @@ def random_plates(draw: st.DrawFn) -> tuple[PlateGeometry, Load, float]:
     return geometry, Load(*at_load, 4e-3), draw(st.floats(60.0, 800.0))
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 @settings(
-    max_examples=25, deadline=None, derandomize=True,
+    max_examples=tries(8, 40), deadline=None, derandomize=not IS_SOAKING,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )  # fmt: skip
 @given(random_plates())

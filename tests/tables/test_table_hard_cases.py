@@ -16,11 +16,12 @@ from chladni.sim.board.parts import Actuator, Regions
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables import build
-from chladni.tables.build import build_table
+from chladni.tables.build import build_table, table_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
 from chladni.tables.report import TableReport
-from chladni.tables.table import Table
+from chladni.tables.stored_regions import stored_regions
+from chladni.tables.table import Section, Table
 from conftest import ROOT
 
 
@@ -119,9 +120,22 @@ def test_a_board_that_no_slot_holds_is_refused_before_it_is_solved(
         assert "slot: a larger regions.pitch_mm" in str(caught.value)
 
 
-@pytest.mark.slow
 def test_tables_of_2_and_1_mm_are_as_large_as_their_regions(prototype: Board, paper: Board) -> None:
-    """666 and 2,664 stored regions of 16 bytes; of the fine one a thousand are measured."""
+    """666 and 2,664 stored regions of 16 bytes, a header of 80 and one of 12 bytes, and a CRC."""
+    for board, pitch, count in ((prototype, 2e-3, 666), (paper, 1e-3, 2664)):
+        regions = stored_regions(replace(board, regions=Regions(pitch=pitch)))
+        assert regions.count == count
+        section = Section(
+            160.0, "ssim", 10.0, np.zeros(count, np.uint8), np.zeros((3, 2), np.uint8),
+            np.zeros((count, 5, 2), np.int16),
+        )  # fmt: skip
+        blank = table_of(board, regions, [section], 12)
+        assert len(pack(blank)) == 80 + 12 + 3 + 16 * count + 4
+
+
+@pytest.mark.soak
+def test_tables_of_2_and_1_mm_keep_their_limits(prototype: Board, paper: Board) -> None:
+    """Of the fine one a thousand regions are measured."""
     table, coarse = checked(replace(prototype, regions=Regions(pitch=2e-3)), objective="contrast")
     assert coarse.stored_regions == coarse.measured_regions == 666
     assert table.bits == 12

@@ -67,6 +67,12 @@ void say(const char* name, uint32_t value) {
   write_host(line, at);
 }
 
+#ifdef LOOKUPS_ONLY
+constexpr bool kPlays = false;
+#else
+constexpr bool kPlays = CHANNELS == 5U;
+#endif
+
 chladni::Table table;
 chladni::Device device;
 
@@ -202,7 +208,7 @@ int main() {
   say_ram();
   say("drives_crc", crc ^ 0xFFFFFFFFU);
   // The authors' board has five channels; for other tables there is nothing to play.
-  if (CHANNELS != 5U) return 0;
+  if (!kPlays) return 0;
   scenario.run(overhead);
   say("sine_steady", scenario.sine_steady.most);
   say("sine_ramping", scenario.sine_ramping.most);

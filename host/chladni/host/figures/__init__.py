@@ -1,1 +1,24 @@
-"""Everything drawn."""
+"""Everything drawn: boards and fields, and how searches for drives went."""
+
+from chladni.host.figures.fields import (
+    chain_figure,
+    draw_board,
+    draw_image,
+    field_figure,
+    modes_figure,
+    save,
+    sweep_figure,
+)
+from chladni.host.figures.solvers import compare_figure, trace_figure
+
+__all__ = [
+    "chain_figure",
+    "compare_figure",
+    "draw_board",
+    "draw_image",
+    "field_figure",
+    "modes_figure",
+    "save",
+    "sweep_figure",
+    "trace_figure",
+]

@@ -1,0 +1,70 @@
+"""Long checks by hand: every parser fuzzed, and sweeps over ever new boards, targets and regions.
+
+    python tools/soak.py --seconds 3600
+
+A third of the time goes to fuzzing, the rest to rounds of the tests marked `sweep` and `soak`. Each
+round has a seed of its own, which is printed: with CHLADNI_SOAK_SEED set to it the round comes
+again. A round that the time cuts short is no failure; one that finds something is.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PARSERS_AT_ONCE, PARSERS = 2, 5
+TESTS = ("tests/chain", "tests/drives", "tests/sim", "tests/tables")
+
+
+def fuzz(seconds: float) -> bool:
+    """Fuzz all parsers; whether nothing was found."""
+    if shutil.which("clang++") is None:
+        print("not fuzzed: clang++ is not installed", flush=True)
+        return True
+    each = max(1, int(seconds * PARSERS_AT_ONCE / PARSERS))
+    command = [sys.executable, str(ROOT / "tools" / "fuzz.py"), "--seconds", str(each)]
+    return subprocess.run(command, check=False).returncode == 0
+
+
+def sweep(seed: int, seconds: float) -> bool | None:
+    """One round of the sweeps; None if the time was up before it ended."""
+    print(f"round {seed}: CHLADNI_SOAK_SEED={seed}", flush=True)
+    command = [
+        sys.executable, "-m", "pytest", "-q", "-n", str(os.cpu_count() or 1), "--dist", "worksteal",
+        "-m", "sweep or soak", f"--hypothesis-seed={seed}", "--durations=0", *TESTS,
+    ]  # fmt: skip
+    environment = os.environ | {"CHLADNI_SOAK_SEED": str(seed)}
+    process = subprocess.Popen(command, cwd=ROOT, env=environment)
+    try:
+        return process.wait(seconds) == 0
+    except subprocess.TimeoutExpired:
+        process.terminate()
+        process.wait()
+        return None
+
+
+def main() -> int:
+    """Soak for so long; 1 if anything was found."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=600.0)
+    seconds = parser.parse_args().seconds
+    end = time.monotonic() + seconds
+    is_clean, rounds = fuzz(seconds / 3.0), 0
+    while (left := end - time.monotonic()) > 1.0:
+        ended = sweep(random.randrange(1_000_000), left)
+        if ended is None:
+            break
+        is_clean, rounds = is_clean and ended, rounds + 1
+    print(f"{rounds} whole rounds, {'nothing found' if is_clean else 'FAILED'}")
+    return 0 if is_clean else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

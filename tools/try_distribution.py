@@ -1,0 +1,102 @@
+"""Build the distribution and use it elsewhere: every command, without the checkout.
+
+    python tools/try_distribution.py
+
+Makes an sdist, a wheel of that sdist, and an empty environment in a temporary folder with nothing
+but the wheel and what it asks for. There every command of `chladni` runs and must end with 0. A
+command that is not in `COMMANDS` is a failure too.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+LIST_COMMANDS = """
+import json, typer
+from chladni.host.cli.app import app
+def walk(command, path=()):
+    for name, own in getattr(command, "commands", {}).items():
+        yield from walk(own, (*path, name))
+    if not hasattr(command, "commands"):
+        yield " ".join(path)
+print(json.dumps(list(walk(typer.main.get_command(app)))))
+"""
+IN_PYTHON = """
+import chladni.host
+from chladni.drives import solve
+from chladni.host import Device, EmulatorWire, config_of
+from chladni.host.figures import chain_figure
+from chladni.sim import load_board
+from chladni.tables import build_table
+print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0)).drive))
+"""
+# In this order: later ones read what earlier ones wrote.
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "board show": ("prototype",),
+    "modes": ("prototype", "--count", "4", "--figure", "modes.png"),
+    "field": ("prototype", "--target", "10,25", "-o", "f.npz"),
+    "solve": ("prototype", "--target", "10,25"),
+    "sweep": ("prototype", "--figure", "sweep.png"),
+    "compare": ("prototype", "--pitch", "60", "--methods", "phasor,nearest", "-o", "c.csv"),
+    "table build": ("prototype", "-o", "t.chl"),
+    "table show": ("t.chl", "--at", "10,25"),
+    "table verify": ("t.chl",),
+    "table diff": ("t.chl", "t.chl"),
+    "table export": ("t.chl", "--csv", "t.csv"),
+    "emulate": ("t.chl", "--touch", "10,25@20", "--ms", "300", "-o", "r.npz"),
+    "flash": ("t.chl", "--emulator"),
+    "device info": ("--emulator", "--table", "t.chl"),
+    "device touch": ("10,25", "--seconds", "0.2", "--emulator", "--table", "t.chl"),
+    "device stream": ("1@0,0.5@90,0.2@0,0@0,0@0", "--seconds", "0.2", "--emulator"),
+    "device self-test": ("--emulator",),
+    "device log": ("--seconds", "0.2", "--emulator"),
+    "device config": ("get", "--emulator"),
+    "device network": ("show", "--emulator"),
+    "device list": (),
+}
+
+
+def run(*command: str | Path, cwd: Path, quiet: bool = True) -> str:
+    """A program's standard output; what it said besides is shown if it fails."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL"))}
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True,
+                          check=False)  # fmt: skip
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def main() -> None:
+    """Build, install, run."""
+    with tempfile.TemporaryDirectory(prefix="chladni-") as name:
+        folder = Path(name)
+        pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+        run(sys.executable, "-m", "build", "--sdist", "--outdir", folder, ROOT, cwd=folder)
+        (sdist,) = folder.glob("chladni-*.tar.gz")
+        run(*pip, "wheel", "--no-deps", "--wheel-dir", folder, sdist, cwd=folder)
+        (wheel,) = folder.glob("chladni-*.whl")
+        print(f"{sdist.name}: {sdist.stat().st_size} bytes; {wheel.name}: {wheel.stat().st_size}")
+        venv.create(folder / "env", with_pip=True)
+        python = folder / "env" / "bin" / "python"
+        run(python, "-m", "pip", "--quiet", "install", wheel, cwd=folder)
+        chladni = folder / "env" / "bin" / "chladni"
+        known = json.loads(run(python, "-c", LIST_COMMANDS, cwd=folder))
+        if missing := sorted(set(known) ^ set(COMMANDS)):
+            sys.exit(f"not tried, or there no more: {', '.join(missing)}")
+        print(run(chladni, "--version", cwd=folder).strip())
+        print("from Python: version", run(python, "-c", IN_PYTHON, cwd=folder).strip())
+        for command, arguments in COMMANDS.items():
+            answer = run(chladni, *command.split(), *arguments, "--json", cwd=folder)
+            json.loads(answer)
+            print(f"chladni {command}: ok", flush=True)
+
+
+if __name__ == "__main__":
+    main()
