@@ -54,6 +54,7 @@ lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if
 	if command -v cppcheck >/dev/null; then cppcheck --enable=warning,performance,portability \
 		--std=c++17 --error-exitcode=1 --quiet -Ifirmware/esp32 $(CHECKED_SOURCES); fi
 	$(BIN)/python tools/generate_headers.py --check
+	$(BIN)/python tools/draw_house.py --check
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
@@ -88,8 +89,9 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 	$(BIN)/python bench/link.py >> docs/performance.md.part
 	mv docs/performance.md.part docs/performance.md
 
-headers: venv  ## write the C++ headers that Python declares
+headers: venv  ## write the C++ headers that Python declares, and the drawing of the house
 	$(BIN)/python tools/generate_headers.py
+	$(BIN)/python tools/draw_house.py
 
 native: venv  ## build the firmware core with PlatformIO, without its registry
 	$(BIN)/python tools/platformio_offline.py .pio-core -- run -e native

@@ -162,8 +162,8 @@ Scenario scenario;
 // What the core keeps in RAM: it has no other variables.
 void say_ram() {
   using namespace chladni;
-  say("ram_stream_ring", sizeof(SampleStream));
-  say("ram_synthesis", sizeof(Synthesis) - sizeof(SampleStream));
+  say("ram_stream_ring", sizeof(DutyRing));
+  say("ram_synthesis", sizeof(Synthesis) - sizeof(DutyRing));
   say("ram_table", sizeof(Table));
   say("ram_rest_of_device", sizeof(Device) - sizeof(Synthesis) - sizeof(Table));
   say("ram_link", sizeof(Link));

@@ -113,7 +113,7 @@ class Device {
   TableStatus table_status() const { return table_status_; }
   const Table& table() const { return table_; }
   const Synthesis& synthesis() const { return synthesis_; }
-  const SampleStream& stream() const { return synthesis_.stream(); }
+  const DutyRing& stream() const { return synthesis_.stream(); }
   const TouchInput& input() const { return input_; }
   const FaultLog& faults() const { return faults_; }
   const CoilHeat& heat() const { return heat_; }

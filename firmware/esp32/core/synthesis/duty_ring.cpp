@@ -24,12 +24,12 @@ int32_t clamp_to(int32_t value, int32_t most) {
 
 }  // namespace
 
-void SampleStream::start(uint32_t channels) {
+void DutyRing::start(uint32_t channels) {
   channels_ = channels;
   clear();
 }
 
-void SampleStream::clear() {
+void DutyRing::clear() {
   head_.store(0, std::memory_order_relaxed);
   tail_.store(0, std::memory_order_relaxed);
   rate_.store(kHalf, std::memory_order_relaxed);
@@ -40,7 +40,7 @@ void SampleStream::clear() {
   square_q24_.fill(0);
 }
 
-bool SampleStream::push(const uint16_t* duties_q16) {
+bool DutyRing::push(const uint16_t* duties_q16) {
   const uint32_t head = head_.load(std::memory_order_relaxed);
   if (head - tail() >= kStreamFrames) return false;
   Frame& frame = frames_[head % kStreamFrames];
@@ -55,14 +55,14 @@ bool SampleStream::push(const uint16_t* duties_q16) {
   return true;
 }
 
-void SampleStream::loads(Loads& loads) const {
+void DutyRing::loads(Loads& loads) const {
   for (uint32_t k = 0; k < channels_; ++k) {
     loads[k] = {static_cast<uint32_t>(mean_q24_[k] >> 8),
                 static_cast<uint32_t>(square_q24_[k] >> 8)};
   }
 }
 
-void SampleStream::steer() {
+void DutyRing::steer() {
   const auto fill_q8 = static_cast<int32_t>(filled() << 8);
   mean_fill_q8_ += (fill_q8 - mean_fill_q8_) >> kMeanShift;
   const int32_t error_q8 = mean_fill_q8_ - static_cast<int32_t>(kStreamTarget << 8);
@@ -73,7 +73,7 @@ void SampleStream::steer() {
   rate_.store(kHalf + static_cast<uint32_t>(drift), std::memory_order_relaxed);
 }
 
-bool SampleStream::next(uint32_t* duties_q16) {
+bool DutyRing::next(uint32_t* duties_q16) {
   const uint32_t tail = tail_.load(std::memory_order_relaxed);
   const uint32_t held = head_.load(std::memory_order_acquire) - tail;
   const Frame& low = frames_[tail % kStreamFrames];

@@ -19,7 +19,7 @@ constexpr uint32_t kStreamTarget = 96;
 
 struct Load;
 
-class SampleStream {
+class DutyRing {
  public:
   void start(uint32_t channels);
 

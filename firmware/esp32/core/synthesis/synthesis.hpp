@@ -122,8 +122,8 @@ class Synthesis {
   // Of what plays, over the milliseconds since the last call: of the drive that was posted last, or
   // the larger of two while one goes over into the other; of a stream, its recent mean.
   void take_loads(Loads& loads, uint32_t passed_ms);
-  SampleStream& stream() { return stream_; }
-  const SampleStream& stream() const { return stream_; }
+  DutyRing& stream() { return stream_; }
+  const DutyRing& stream() const { return stream_; }
 
  private:
   enum class Kind : uint8_t { kDrive, kStream, kRelease };
@@ -281,7 +281,7 @@ class Synthesis {
   std::atomic<Output> output_{Output::kOff};
   std::atomic<FadeCause> fade_cause_{FadeCause::kNone};
   std::atomic<uint32_t> missed_{0};
-  SampleStream stream_{};
+  DutyRing stream_{};
 };
 
 }  // namespace chladni
