@@ -25,8 +25,8 @@ from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware
-from chladni.host.protocol.flash import TRAILER_OFFSET
 from chladni.host.protocol.network import NetworkSettings
+from chladni.host.protocol.table_store import TRAILER_OFFSET
 from chladni.tables.format import pack
 
 ROOT = Path(__file__).resolve().parents[1]

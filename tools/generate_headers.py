@@ -21,7 +21,7 @@ from link_texts import link_header, link_page, network_header
 from chladni.drives.problem import places as regions
 from chladni.host.protocol import codes as device_codes
 from chladni.host.protocol import config as device_config
-from chladni.host.protocol import flash as flash_layout
+from chladni.host.protocol import table_store as flash_layout
 from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"

@@ -16,7 +16,7 @@ from chladni.tables.build import build_table
 from soaking import IS_SOAKING, seed
 
 WAVES = 16
-EVERY = 1 if IS_SOAKING else 7
+EVERY = 5 if IS_SOAKING else 7
 SETTLE_MS, PLAY_MS = 30.0, 30.0 + WAVES / 160.0 * 1e3
 
 

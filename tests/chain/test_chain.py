@@ -9,8 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.emulation.loop import run_loop
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.board.board import Board
 from chladni.tables import layout

@@ -11,14 +11,14 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.protocol.flash import (
+from chladni.host.protocol.link import Status
+from chladni.host.protocol.table_store import (
     ENTRY_BYTES,
     PARTITION_BYTES,
     SECTOR_BYTES,
     SLOT_BYTES,
     TRAILER_OFFSET,
 )
-from chladni.host.protocol.link import Status
 from chladni.tables.format import pack
 from made_up import device_of, entry_bytes, forge, make_table, powered, random_table
 

@@ -12,7 +12,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.rom_loader import TABLE_OFFSET
-from chladni.host.protocol.flash import PARTITION_BYTES, SECTOR_BYTES
+from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.tables.format import pack
 from conftest import CommandLine
 from host.rom_chip import FLASH_BYTES, RomChip

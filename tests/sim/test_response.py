@@ -266,7 +266,7 @@ def random_plates(draw: st.DrawFn) -> tuple[PlateGeometry, Load, float]:
 
 @pytest.mark.sweep
 @settings(
-    max_examples=tries(8, 40), deadline=None, derandomize=not IS_SOAKING,
+    max_examples=tries(8, 12), deadline=None, derandomize=not IS_SOAKING,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )  # fmt: skip
 @given(random_plates())

@@ -17,10 +17,10 @@ from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.ritz.circle_functions import SplitPoints
+from chladni.sim.ritz.circle_terms import RadialFunction, Term
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.radial_functions import RadialFunction, Term
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
 from plate_fem.plate import Inclusion as FemInclusion

@@ -108,7 +108,7 @@ class Emulator {
     return begun_ns_ + ((period_ - begun_period_) << pwm_.bits()) * 25U / 2U;
   }
   uint64_t in_periods(double microseconds) const;
-  // The core's edges (edges.cpp).
+  // The core's edges (hal.cpp).
   Hal hal();
   static void add_bus(Hal& hal);
   static void add_flash(Hal& hal);

@@ -7,8 +7,8 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import EmulatorWire, SerialWire, Wire, WireError
+from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
 from chladni.host.emulation.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
-from chladni.host.emulation.loop import LoopReport, board_of, run_loop
 from chladni.host.protocol.config import DeviceConfig, config_of
 from chladni.host.protocol.network import NetworkSettings, read_key
 

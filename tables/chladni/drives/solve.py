@@ -92,7 +92,7 @@ def solve(
     steps
         In place of the method's own number of steps.
     trace
-        File for the course of an annealing; if it is there, the annealing goes on from it.
+        File for the trace of an annealing; if it is there, the annealing goes on from it.
     progress
         Called with (done, all) by methods that take seconds.
 

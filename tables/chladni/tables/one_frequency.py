@@ -19,8 +19,7 @@ from chladni.drives.problem.field_space import Level
 from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.solve import tie_break
 from chladni.sim.image.metrics import image_of
-from chladni.tables.firmware_reader import FirmwareReader
-from chladni.tables.halfway import (
+from chladni.tables.between_regions import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
@@ -29,6 +28,7 @@ from chladni.tables.halfway import (
     own_places,
     target_of,
 )  # fmt: skip
+from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import Losses, Point, losses
 from chladni.tables.phase_synchronisation import Synchronised, synchronise

@@ -9,7 +9,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/synthesis/limits.hpp"
+#include "core/synthesis/output_limits.hpp"
 
 namespace chladni {
 

@@ -19,7 +19,7 @@
 
 #include "core/hal.hpp"
 #include "core/synthesis/duty_ring.hpp"
-#include "core/synthesis/limits.hpp"
+#include "core/synthesis/output_limits.hpp"
 #include "core/synthesis/sine.hpp"
 #include "core/synthesis/waveform.hpp"
 

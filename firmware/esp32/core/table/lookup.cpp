@@ -1,6 +1,6 @@
 // The drive of a place: four cells around it, mixed where they lie in flash.
-#include "core/table/gains.hpp"
 #include "core/table/mirrors.hpp"
+#include "core/table/stored_gains.hpp"
 #include "core/table/table.hpp"
 
 namespace chladni {

@@ -2,7 +2,7 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/crc32.hpp"
-#include "core/table/gains.hpp"
+#include "core/table/stored_gains.hpp"
 
 namespace chladni {
 

@@ -25,7 +25,7 @@ from chladni.host.cli.options import (
 )  # fmt: skip
 from chladni.host.cli.output import answer, check_output, progress_bar
 from chladni.host.figures.fields import save
-from chladni.host.figures.solvers import compare_figure
+from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError

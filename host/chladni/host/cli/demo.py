@@ -13,8 +13,8 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
 from chladni.host.cli.output import progress_bar
 from chladni.host.cli.solve import drive_entries
+from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.emulation.loop import LoopReport, run_loop
 from chladni.host.figures.fields import chain_figure, save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -1,4 +1,4 @@
-"""`chladni flash` and `chladni device`: a device at a port, or an emulated one."""
+"""`chladni device`: ask a device, and tell it what to do."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from chladni.host.cli.output import (
     parse_place,
 )  # fmt: skip
 from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.emulation.closed_loop import board_of, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
-from chladni.host.emulation.loop import board_of, run_loop
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays

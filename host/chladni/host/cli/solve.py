@@ -29,7 +29,7 @@ from chladni.host.cli.output import (
     progress_bar,
 )  # fmt: skip
 from chladni.host.figures.fields import save
-from chladni.host.figures.solvers import trace_figure
+from chladni.host.figures.searches import trace_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import MissingError

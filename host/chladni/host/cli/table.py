@@ -24,7 +24,7 @@ from chladni.host.cli.options import (
     check_jobs,
 )  # fmt: skip
 from chladni.host.cli.output import answer, check_output, parse_place, progress_bar
-from chladni.host.emulation.loop import board_of
+from chladni.host.emulation.closed_loop import board_of
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors

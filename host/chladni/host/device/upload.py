@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from chladni.host.device.link import FIRST_WAIT_S, Answer, Link, LinkError
-from chladni.host.protocol.flash import SECTOR_BYTES
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, WINDOW, Status
+from chladni.host.protocol.table_store import SECTOR_BYTES
 
 Progress = Callable[[int, int], None]
 

@@ -15,8 +15,8 @@ from chladni.host.emulation._emulator import Emulator as Core
 from chladni.host.emulation._emulator import Hardware as CoreHardware
 from chladni.host.emulation._emulator import panel_place
 from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, config_of, pack_config
-from chladni.host.protocol.flash import PARTITION_BYTES, SLOT_BYTES
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack

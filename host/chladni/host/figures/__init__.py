@@ -9,7 +9,7 @@ from chladni.host.figures.fields import (
     save,
     sweep_figure,
 )
-from chladni.host.figures.solvers import compare_figure, trace_figure
+from chladni.host.figures.searches import compare_figure, trace_figure
 
 __all__ = [
     "chain_figure",

@@ -1,12 +1,12 @@
 """The tables partition as an image: which table counts, and what an update writes where.
 
 By the firmware's own store, for a device that does not run: the ROM's loader reads and writes its
-flash (`rom.py`).
+flash (`rom_loader.py`).
 """
 
 from __future__ import annotations
 
-from chladni.host.protocol.flash import PARTITION_BYTES
+from chladni.host.protocol.table_store import PARTITION_BYTES
 from chladni.sim.errors import InputError
 from chladni.tables._firmware import FirmwareStore
 

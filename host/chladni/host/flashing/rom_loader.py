@@ -19,7 +19,7 @@ from esptool import cmds
 
 from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
-from chladni.host.protocol.flash import PARTITION_BYTES
+from chladni.host.protocol.table_store import PARTITION_BYTES
 from chladni.sim.errors import ChladniError, InputError
 
 TABLE_OFFSET = 0x8000

@@ -32,9 +32,9 @@ from chladni.sim.ritz.basis_values import (
     point_sets,
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
+from chladni.sim.ritz.circle_terms import radial_derivative
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.radial_functions import radial_derivative
 
 FloatArray = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.ritz.circle_functions import Circle, Derivative, evaluate_circles
+from chladni.sim.ritz.circle_terms import RIM_KINDS, FunctionSet
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.legendre import IntervalBasis
-from chladni.sim.ritz.radial_functions import RIM_KINDS, FunctionSet
 
 FloatArray = NDArray[np.float64]
 

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.ritz.radial_functions import FunctionSet, RadialFunction, Term, falling
+from chladni.sim.ritz.circle_terms import FunctionSet, RadialFunction, Term, falling
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

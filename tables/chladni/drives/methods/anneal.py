@@ -38,7 +38,7 @@ KEEP_EVERY = 1000
 
 @dataclass
 class Chain:
-    """The state of an annealing, and its course.
+    """The state of an annealing, and its trace.
 
     Attributes
     ----------

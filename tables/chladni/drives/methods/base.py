@@ -33,7 +33,7 @@ class Options:
     finest
         `phasor` ends on the image of every `finest`-th point each way; 1 is the whole image.
     trace
-        File in which annealing keeps its course, and from which it goes on.
+        File in which annealing keeps its trace, and from which it goes on.
     progress
         Called now and then by methods that take seconds.
     """

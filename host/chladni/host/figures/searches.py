@@ -1,4 +1,4 @@
-"""Figures about the search for drives: an annealing's course, and maps of methods over a board."""
+"""Figures about the search for drives: an annealing's trace, and maps of methods over a board."""
 
 from __future__ import annotations
 

@@ -14,10 +14,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.sim.fields.transfer import target_fields
 from chladni.sim.image import metrics
-from chladni.tables.build import build_table
-from chladni.tables.firmware_reader import FirmwareReader
-from chladni.tables.format import pack
-from chladni.tables.halfway import (
+from chladni.tables.between_regions import (
     MOST_POINTS,
     HalfwayFields,
     drawn,
@@ -25,6 +22,9 @@ from chladni.tables.halfway import (
     own_places,
     target_of,
 )
+from chladni.tables.build import build_table
+from chladni.tables.firmware_reader import FirmwareReader
+from chladni.tables.format import pack
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import LIMITS, Point, losses
 from chladni.tables.one_frequency import HALFWAY_STEP, OneFrequency
@@ -33,7 +33,7 @@ from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
 from soaking import seed, tries
 
-PLACES = tries(64, 256)
+PLACES = tries(64, 96)
 
 
 @pytest.mark.parametrize("pitch_mm", [5.0, 7.5])
