@@ -15,7 +15,7 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
-from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     TransferFields,
@@ -41,6 +41,7 @@ class SolvedPlate:
 
     model: PlateModel
     fields: TransferFields
+    mirrors: BoardMirrors
 
     @cached_property
     def space(self) -> FieldSpace:
@@ -76,13 +77,13 @@ class SolvedBoard:
         """Solve a board's plate."""
         with one_blas_thread():
             model = plate_model(board)
-            return cls(board, SolvedPlate(model, transfer_fields(board, model=model)))
+            fields = transfer_fields(board, model=model)
+            return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 
-    @cached_property
+    @property
     def mirrors(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
         """Permutations of the actuators under x → −x and y → −y, where the board has them."""
-        found = board_mirrors(self.board)
-        return found.x, found.y
+        return self.plate.mirrors.x, self.plate.mirrors.y
 
     def at_frequency(self, frequency_hz: float) -> SolvedBoard:
         """The same board driven at another frequency; its plate is kept."""
@@ -92,7 +93,7 @@ class SolvedBoard:
         board = replace(self.board, drive=drive)
         with one_blas_thread():
             fields = transfer_fields(board, model=self.model)
-        return SolvedBoard(board, SolvedPlate(self.model, fields))
+        return SolvedBoard(board, replace(self.plate, fields=fields))
 
     def problems(
         self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE
