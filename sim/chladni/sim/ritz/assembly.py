@@ -20,15 +20,7 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.basis_values import (
-    BasisTable,
-    Edge,
-    Family,
-    FamilyTable,
-    PointSets,
-    Rim,
-    SharedTable,
-    Table,
-    TablePart,
+    BasisTable, Edge, Family, FamilyTable, PointSets, Rim, SharedTable, Table, TablePart,
     point_sets,
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
@@ -132,6 +124,13 @@ class Assembly:
                 own = [0, *(m for m in range(1, highest + 1) for _ in "cs")]
                 orders += own * (int(support.holds_deflection) + int(support.holds_slope))
         return np.array(orders + [0] * (conditions - len(orders)), dtype=np.intp)
+
+    def edge_conditions(self, parity: ParityBasis) -> int:
+        """How many rows of `supports` are an edge's: the last ones."""
+        degrees = (parity.degrees_y.size, parity.degrees_x.size)
+        kinds = {"free": 0, "simply supported": 1, "clamped": 2}
+        edges = self.basis.geometry.edges
+        return sum(kinds[edges.of(e.axis, e.normal)] * degrees[e.axis] for e in self.sets.edges)
 
     def _edge_moments(self, parity: ParityBasis, edge: Edge) -> FloatArray:
         """Weighted Legendre polynomials of the class along an edge; shape (degrees, points)."""

@@ -19,6 +19,9 @@ REDUNDANT = 1e-13
 counted twice (rim functions look like polynomials from afar); they are left out."""
 CONDITION_FLOOR = 1e-9
 """A support condition this much smaller than the largest holds by parity alone."""
+CORNER_FLOOR = 1e-10
+"""Between the smallest condition that edges make (1e-4 of the largest, of 36 × 56 polynomials) and
+what corners make superfluous (1e-15, by rounding)."""
 SOLVED_BEFORE_MODES = 3
 """Modes cost as much as about five solutions without them."""
 
@@ -34,12 +37,17 @@ class ClassModes:
         Shape (conditions, size).
     subset, rows
         Indices of the functions and of the support conditions that take part.
+    polynomials
+        How many of all functions are polynomials; they come first.
+    edges
+        How many of all conditions are an edge's; they come last.
     """
 
     def __init__(
         self, stiffness: FloatArray, mass: FloatArray, supports: FloatArray,
         subset: NDArray[np.intp],
         rows: NDArray[np.intp],
+        *, polynomials: int, edges: int,
     ) -> None:  # fmt: skip
         self._subset = subset
         self._solved = 0
@@ -52,11 +60,19 @@ class ClassModes:
         self._shift = float(np.median(np.diag(self._stiffness) / np.diag(self._mass))) * 1e-6
         self._scale = 1.0 / np.sqrt(np.diag(self._stiffness) + self._shift * np.diag(self._mass))
         self._rows = rows
-        self._supports = supports[np.ix_(rows, subset)] * self._scale
+        own = supports[np.ix_(rows, subset)] * self._scale
+        self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
+        self._met = _met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
+        self._supports = self._independent(own)
         norms = np.linalg.norm(self._supports, axis=1)
         self._kept = norms > CONDITION_FLOOR * norms.max(initial=0.0)
         self._row_scale = 1.0 / norms[self._kept]
         self._conditions = self._supports[self._kept] * self._row_scale[:, None]
+
+    def _independent(self, moments: FloatArray) -> FloatArray:
+        """Conditions or moments by row, those of the edges as combinations that can be met."""
+        count = moments.shape[0] - self._edges
+        return np.concatenate((moments[:count], self._met @ moments[count:]))
 
     @cached_property
     def _split(self) -> tuple[FloatArray, FloatArray]:
@@ -150,8 +166,23 @@ class ClassModes:
 
     def _inverse_supports(self, moments: FloatArray) -> FloatArray:
         """Least coefficients with the given support moments (conditions, loads)."""
-        scaled = moments[self._rows][self._kept] * self._row_scale[:, None]
+        independent = self._independent(moments[self._rows])
+        scaled = independent[self._kept] * self._row_scale[:, None]
         return np.asarray(self._scale[:, None] * (self._split[1] @ scaled))
+
+
+def _met_by_polynomials(edges: FloatArray) -> FloatArray:
+    """Combinations of edge conditions that polynomials can meet; shape (combinations, conditions).
+
+    Two edges meet in a corner, and both say there what w, its slopes and its twist are: for
+    polynomials 16 combinations on a plate clamped all round, and 4 on a supported one, come to
+    nothing. Rim functions are no polynomials. Their moments, cut off at the basis's degree, do not
+    agree in the corners, and if they had to, by however little, they could not be used at all.
+    """
+    if not edges.size:
+        return np.zeros((0, edges.shape[0]))
+    left, singular, _ = np.linalg.svd(edges, full_matrices=False)
+    return np.asarray(left[:, singular > CORNER_FLOOR * singular[0]].T)
 
 
 def _product(matrix: FloatArray, columns: ComplexArray) -> ComplexArray:

@@ -103,6 +103,7 @@ class Solver:
             stiffness = self.assembly.stiffness(basis)
             mass = self.assembly.mass(basis)
             supports = self.assembly.supports(basis)
+            edges = self.assembly.edge_conditions(basis)
             rings = self.basis.resolution.rim_rings
             row_orders = self.assembly.support_orders(supports.shape[0])
             coarser = [
@@ -116,11 +117,15 @@ class Solver:
                         fewer_on_rims=fewer_on_rims,
                     ),
                     np.flatnonzero(row_orders <= rings - fewer_on_rims),
+                    polynomials=basis.polynomials,
+                    edges=edges,
                 )
                 for (fewer, fewer_orders, fewer_on_rims), _ in self._steps
             ]
             every, rows = np.arange(basis.size), np.arange(supports.shape[0])
-            modes = ClassModes(stiffness, mass, supports, every, rows)
+            modes = ClassModes(
+                stiffness, mass, supports, every, rows, polynomials=basis.polynomials, edges=edges
+            )
             result.append(_Class(basis, modes, coarser))
         return result
 
