@@ -3,8 +3,8 @@
     .venv/bin/python bench/stability.py --boards 200 --jobs 2
 
 A board is a pure function of its seed, which is printed. Its fields at the default tolerance are
-compared with those of the largest basis there is. Prints a table by kind and every seed whose estimate is below its error or far
-above it, and draws docs/images/stability.png.
+compared with those of the largest basis there is. Prints a table by kind and every seed whose
+estimate is below its error or far above it, and draws docs/images/stability.png.
 """
 
 from __future__ import annotations

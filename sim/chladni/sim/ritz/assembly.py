@@ -20,7 +20,15 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.basis_values import (
-    BasisTable, Edge, Family, FamilyTable, PointSets, Rim, SharedTable, Table, TablePart,
+    BasisTable,
+    Edge,
+    Family,
+    FamilyTable,
+    PointSets,
+    Rim,
+    SharedTable,
+    Table,
+    TablePart,
     point_sets,
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
@@ -144,7 +152,7 @@ class Assembly:
         nu = self.basis.geometry.poisson
         total: FloatArray | float = 0.0
         for edge, own, basis in zip(self.sets.edges, tables.edges, self._tables.edges, strict=True):
-            nn, ss, nnn, nss = _edge_derivatives(edge.axis)
+            nn, ss, nnn, nss = edge.derivatives
             slope: Derivative = (1, 0) if edge.axis == 0 else (0, 1)
             moment = own.values(parity, nn) + nu * own.values(parity, ss)
             shear = own.values(parity, nnn) + (2.0 - nu) * own.values(parity, nss)
@@ -339,10 +347,3 @@ def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArra
     waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, rim.angle.size)
     projector = np.concatenate((np.ones((1, rim.angle.size)), 2.0 * waves)) * rim.points.weights
     return projector @ value, projector @ slope
-
-
-def _edge_derivatives(axis: int) -> tuple[Derivative, Derivative, Derivative, Derivative]:
-    """nn, ss, nnn and nss on an edge whose normal lies along `axis`."""
-    if axis == 0:
-        return (2, 0), (0, 2), (3, 0), (1, 2)
-    return (0, 2), (2, 0), (0, 3), (2, 1)

@@ -140,6 +140,13 @@ class Edge:
     axis: int
     normal: float
 
+    @property
+    def derivatives(self) -> tuple[Derivative, Derivative, Derivative, Derivative]:
+        """nn, ss, nnn and nss: across the edge and along it."""
+        if self.axis == 0:
+            return (2, 0), (0, 2), (3, 0), (1, 2)
+        return (0, 2), (2, 0), (0, 3), (2, 1)
+
 
 @dataclass(frozen=True)
 class Rim:
