@@ -103,6 +103,42 @@ RESONANCE_BAND = 1e-6
 of 1/(ω²ₘₙ − ω²) and means nothing on a real plate."""
 
 
+WORST_ESTIMATE = 0.05
+"""A field whose estimated error is above this share of it is not handed out."""
+
+
+class ToleranceError(ChladniError):
+    """A field does not meet the tolerance asked for, or is no field at all.
+
+    Attributes
+    ----------
+    estimate, tolerance
+        Relative L² errors.
+    """
+
+    def __init__(self, estimate: float, tolerance: float):
+        self.estimate = estimate
+        self.tolerance = tolerance
+        limit = WORST_ESTIMATE if estimate > WORST_ESTIMATE else tolerance
+        super().__init__(
+            f"the field's estimated error is {estimate:.2g}, above {limit:g}: move features that "
+            "nearly touch apart or merge them, give the plate a loss_factor, or ask for another "
+            "tolerance"
+        )
+
+
+def check_estimate(estimate: float, tolerance: float, *, allow_unmet: bool = False) -> None:
+    """Refuse an estimate above the tolerance, unless allowed; and any above `WORST_ESTIMATE`.
+
+    Raises
+    ------
+    ToleranceError
+        Says what would help.
+    """
+    if estimate > max(WORST_ESTIMATE, tolerance) or (estimate > tolerance and not allow_unmet):
+        raise ToleranceError(estimate, tolerance)
+
+
 class ResonanceError(ChladniError):
     """An undamped plate is driven at one of its modes, where its response has no bound.
 

@@ -14,7 +14,8 @@ from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
 
 ComplexArray = NDArray[np.complex128]
@@ -44,6 +45,9 @@ class Solution:
         The field of a unit load at the target, same shape, m/N.
     ssim
         Of the two energy images at full size.
+    error_estimate
+        Largest relative L² error of the fields it was found with; `tolerance_met` says whether it
+        is as small as fields should be.
     evaluations
         Objective evaluations on any image size.
     seconds
@@ -59,9 +63,15 @@ class Solution:
     field: ComplexArray
     target_field: ComplexArray
     ssim: float
+    error_estimate: float
     evaluations: int
     seconds: float
     details: dict[str, float] = dataclasses.field(default_factory=dict)
+
+    @property
+    def tolerance_met(self) -> bool:
+        """Whether the fields are as exact as they should be."""
+        return self.error_estimate <= TOLERANCE
 
 
 def solve(
@@ -74,6 +84,7 @@ def solve(
     steps: int | None = None,
     trace: Path | None = None,
     progress: Progress | None = None,
+    allow_unmet: bool = False,
 ) -> Solution:
     """Find the drive that best focuses the board's vibration at a target.
 
@@ -95,15 +106,21 @@ def solve(
         File for the trace of an annealing; if it is there, the annealing goes on from it.
     progress
         Called with (done, all) by methods that take seconds.
+    allow_unmet
+        Go on with fields that do not meet their tolerance.
 
     Raises
     ------
+    ToleranceError
+        The estimated error of a field is above 5 %, or above its tolerance unless that is allowed.
     InputError
         Target off the board, unknown method or objective, a trace of something else.
     """
     check_request(method, objective, seed, steps, trace)
     options = Options(objective, seed, steps, trace=trace, progress=progress)
-    return solve_problem(solved_board(board).problem(target_mm), method, options)
+    problem = solved_board(board).problem(target_mm)
+    check_estimate(problem.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
+    return solve_problem(problem, method, options)
 
 
 def check_request(
@@ -145,6 +162,7 @@ def solve_problem(problem: Problem, method: str, options: Options) -> Solution:
         field=driven,
         target_field=problem.wanted,
         ssim=metrics.ssim(np.abs(driven), np.abs(problem.wanted)),
+        error_estimate=problem.error_estimate,
         evaluations=max(found.evaluations, 1),
         seconds=seconds,
         details=found.details,

@@ -15,7 +15,8 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
@@ -38,6 +39,7 @@ def build_table(
     jobs: int | None = None,
     progress: Progress | None = None,
     partial: Path | None = None,
+    allow_unmet: bool = False,
 ) -> tuple[Table, TableReport]:
     """Solve every region of a board and pack the drives.
 
@@ -54,24 +56,29 @@ def build_table(
         Called as progress(done regions, all regions).
     partial
         File for what is finished; with it, work that was interrupted goes on.
+    allow_unmet
+        Go on with fields that do not meet their tolerance.
 
     Raises
     ------
+    ToleranceError
+        The estimated error of a field is above 5 %, or above its tolerance unless that is allowed.
     InputError
         There are no such bits, or a device holds fewer regions, actuators or millimetres.
     """
     started = time.perf_counter()
     if bits is not None and bits not in BITS:
         raise InputError("bits", bits, one_of_bits())
-    frequencies = frequencies_hz or (board.drive.frequency_hz,)
+    # Each once: the device would never come to a second section of the same frequency.
+    frequencies = tuple(dict.fromkeys(frequencies_hz)) or (board.drive.frequency_hz,)
     check_request("phasor", objective, seed, None, None)
     regions = stored_regions(board)
     widths = _widths_that_fit(board, regions, frequencies, objective, [bits] if bits else BITS)
     with one_blas_thread():
         options = Options(objective, seed, progress=progress)
-        drives = board_drives(
-            solved_board(board), regions, frequencies, options, partial=partial, jobs=jobs
-        )
+        solved = solved_board(board)
+        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
+        drives = board_drives(solved, regions, frequencies, options, partial=partial, jobs=jobs)
         for width in widths:
             table = table_of(board, regions, [one.section(width) for one in drives], width)
             losses = losses_of(table, drives, until_beyond=width != widths[-1])

@@ -52,6 +52,8 @@ class OneFrequency:
     ----------
     measured
         Which of the stored regions are measured, ascending.
+    error_estimate
+        Largest relative error of the fields that drives were found with.
     at_regions, halfway
         Those points, and points between regions.
     """
@@ -61,6 +63,7 @@ class OneFrequency:
     objective: str
     synchronised: Synchronised
     measured: NDArray[np.intp]
+    error_estimate: float
     at_regions: list[Point]
     halfway: list[Point]
     jobs: int | None
@@ -94,6 +97,7 @@ class OneFrequency:
             solved, regions, options.objective,
             synchronise(solved.space, regions, np.array(drives)),
             measured,
+            wanted.error_estimate,
             [Point(_um(targets[k]), solved.space.levels[-1], wanted.images[targets[k]])
              for k in measured.tolist()],
             [Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
@@ -151,10 +155,12 @@ class _Wanted:
         self._images_of, self._fields_of = images_of, fields_of
         self.images: dict[Target, Image] = {}
         self.fields: dict[Target, Field] = {}
+        self.error_estimate = solved.fields.error_estimate
 
     def keep(self, problem: Problem) -> None:
         """What is needed of a problem."""
         target, level = problem.target_mm, self._level
+        self.error_estimate = max(self.error_estimate, problem.wanted_error)
         if target in self._fields_of:
             field = problem.wanted[np.ix_(level.index_x, level.index_y)]
             self.fields[target] = field.astype(np.complex64)

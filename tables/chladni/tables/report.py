@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
+from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.losses import LIMITS, Losses
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.phase_synchronisation import Steps
@@ -67,6 +68,9 @@ class TableReport(Quality):
         Width of the integers.
     is_within_limits
         Whether no measured point loses more than `LIMITS`.
+    error_estimate, tolerance_met
+        Largest relative error of the fields that drives were found with, and whether it is as
+        small as it should be.
     measured_regions, measured_between
         Points of every section at which losses were measured.
     sections
@@ -81,6 +85,8 @@ class TableReport(Quality):
     is_within_limits: bool
     measured_regions: int
     measured_between: int
+    error_estimate: float
+    tolerance_met: bool
     sections: list[SectionReport]
 
     @property
@@ -97,6 +103,7 @@ def report(
     seconds: float,
 ) -> TableReport:  # fmt: skip
     """What a table of `size` bytes came to."""
+    error = max(one.error_estimate for one in drives)
     sections = [_of_section(one, *lost) for one, lost in zip(drives, losses, strict=True)]
     return TableReport(
         **asdict(_worst(sections)),
@@ -108,6 +115,8 @@ def report(
         is_within_limits=are_within(losses),
         measured_regions=len(drives[0].at_regions),
         measured_between=len(drives[0].halfway),
+        error_estimate=error,
+        tolerance_met=error <= OWN_TOLERANCE,
         sections=sections,
     )
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table as RichTable
 
 from chladni.drives.methods import METHODS, SEED
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.compare import as_csv, compare, summary
 from chladni.drives.solve import check_request
 from chladni.host.cli.options import (
@@ -23,12 +24,13 @@ from chladni.host.cli.options import (
     check_figure,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import answer, check_output, progress_bar
+from chladni.host.cli.output import TEXT, answer, check_output, progress_bar, say_unmet
 from chladni.host.figures.fields import save
 from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
 
 PITCH_MM = 18.0
@@ -63,7 +65,7 @@ def compare_methods(
 ) -> None:
     """Score every method, and the null models, on targets all over a board."""
     if output is not None:
-        check_output(output, "-o")
+        check_output(output, "-o", TEXT)
     check_figure(figure)
     check_jobs(jobs)
     check_request("phasor", "ssim", seed, steps, None)
@@ -77,18 +79,21 @@ def compare_methods(
     with progress_bar("targets") as progress:
         grid, rows = compare(
             loaded, pitch=pitch * MM, methods=chosen, seed=seed, steps=steps, jobs=jobs,
-            progress=progress, kept=kept,
+            progress=progress, kept=kept, allow_unmet=True,
         )  # fmt: skip
     if output is not None:
         write_whole(output, as_csv(rows))
     if figure is not None:
         save(compare_figure(loaded, grid, rows), figure)
     table = summary(rows)
+    error = solved_board(loaded).fields.error_estimate
+    say_unmet(error, TOLERANCE)
     if as_json:
-        answer(
-            {"board": loaded.name, "targets": grid.count, "grid": asdict(grid), "methods": table},
-            as_json=True,
-        )
+        result = {
+            "board": loaded.name, "targets": grid.count, "grid": asdict(grid),
+            "error_estimate": error, "tolerance_met": error <= TOLERANCE, "methods": table,
+        }  # fmt: skip
+        answer(result, as_json=True)
     else:
         _print(table, f"{loaded.name}: medians over {grid.count} targets")
 

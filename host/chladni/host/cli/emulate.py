@@ -15,6 +15,7 @@ from chladni.host.cli.options import (
     JsonOption,
 )  # fmt: skip
 from chladni.host.cli.output import (
+    ARRAYS,
     answer,
     check_output,
     parse_place,
@@ -87,7 +88,7 @@ def emulate(
     assert touch is not None
     assert ms is not None
     assert output is not None
-    check_output(output, "-o")
+    check_output(output, "-o", ARRAYS)
     events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
     owner = board_of(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, ms, level=level, frequency_hz=frequency)

@@ -67,8 +67,30 @@ def _text(value: Any) -> str:
     return "–" if value is None else str(value)
 
 
-def check_output(path: Path, option: str) -> Path:
-    """A path that can be written, found out before any work is done."""
+def say_unmet(estimate: float, tolerance: float) -> None:
+    """One line on stderr if fields are less exact than was asked for."""
+    if estimate > tolerance:
+        sys.stderr.write(
+            f"chladni: the fields' estimated error is {estimate:.2g}, above the tolerance of "
+            f"{tolerance:g}\n"
+        )
+
+
+ARRAYS = ("", ".npz")
+"""Endings of what NumPy reads."""
+TEXT = ("", ".csv")
+
+
+def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path:
+    """A path that can be written, found out before any work is done.
+
+    Parameters
+    ----------
+    endings
+        That the name may have; another one would promise another format.
+    """
+    if endings and path.suffix not in endings:
+        raise InputError(option, str(path), f"a name that ends in {endings[-1]}")
     if path.exists() and not path.is_file():
         raise InputError(option, str(path), "a file name, not a folder or a device")
     if not path.parent.is_dir():

@@ -12,7 +12,7 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.host.cli.options import BoardArgument, FigureOption, JsonOption, check_figure
-from chladni.host.cli.output import answer, check_output, parse_place
+from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place, say_unmet
 from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -63,12 +63,12 @@ def field(
     amplitudes = _read_drive(drive, loaded) if drive is not None else None
     started = time.perf_counter()
     if place is not None:
-        response = target_field(loaded, place, tolerance=tolerance)
+        response = target_field(loaded, place, tolerance=tolerance, allow_unmet=True)
         values, modes_used, error = (
             response.values[0], response.modes_used, response.error_estimate,
         )  # fmt: skip
     else:
-        fields = transfer_fields(loaded, tolerance=tolerance)
+        fields = transfer_fields(loaded, tolerance=tolerance, allow_unmet=True)
         modes_used, error = fields.modes_used, fields.error_estimate
         if index is not None:
             values = fields.values[index]
@@ -76,6 +76,7 @@ def field(
             assert amplitudes is not None
             values = compose(fields.values, amplitudes)
     seconds = time.perf_counter() - started
+    say_unmet(error, tolerance)
     write_arrays(
         output,
         x_mm=loaded.x / MM,
@@ -89,6 +90,7 @@ def field(
         "path": str(output),
         "modes_used": modes_used,
         "error_estimate": error,
+        "tolerance_met": error <= tolerance,
         "seconds": seconds,
     }
     answer(result, as_json=as_json, title=f"Field on {loaded.name}")
@@ -170,7 +172,7 @@ def sweep(
 
 def _check_outputs(output: Path | None, figure: Path | None) -> None:
     if output:
-        check_output(output, "-o")
+        check_output(output, "-o", ARRAYS)
     check_figure(figure)
 
 

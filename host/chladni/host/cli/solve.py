@@ -27,12 +27,14 @@ from chladni.host.cli.output import (
     check_output,
     parse_place,
     progress_bar,
+    say_unmet,
 )  # fmt: skip
 from chladni.host.figures.fields import save
 from chladni.host.figures.searches import trace_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import MissingError
+from chladni.sim.fields.transfer import TOLERANCE
 
 
 def solve_command(
@@ -61,11 +63,12 @@ def solve_command(
     with progress_bar(method) as progress:
         solution = solve(
             loaded, place, method=method, objective=objective, seed=seed, steps=steps,
-            trace=trace, progress=progress,
+            trace=trace, progress=progress, allow_unmet=True,
         )  # fmt: skip
     if figure is not None and trace is not None:
         save(trace_figure(trace, solution), figure)
     report = solution_report(loaded, solution)
+    say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:
         sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
     answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
@@ -81,6 +84,8 @@ def solution_report(board: Board, solution: Solution) -> dict[str, Any]:
         "objective": solution.objective,
         "drive": drive_entries(board, solution.drive),
         **card,
+        "error_estimate": solution.error_estimate,
+        "tolerance_met": solution.tolerance_met,
         "seconds": solution.seconds,
         "evaluations": solution.evaluations,
         "details": {

@@ -23,12 +23,13 @@ from chladni.host.cli.options import (
     SeedOption,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import answer, check_output, parse_place, progress_bar
+from chladni.host.cli.output import answer, check_output, parse_place, progress_bar, say_unmet
 from chladni.host.emulation.closed_loop import board_of
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.files import write_whole
+from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.build import OBJECTIVE, build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, read_table
@@ -72,8 +73,10 @@ def build(
         table, report = build_table(
             loaded, objective=objective, frequencies_hz=frequency or (), bits=bits, seed=seed,
             jobs=jobs, progress=progress, partial=partial,
+            allow_unmet=True,
         )  # fmt: skip
     write_whole(output, pack(table))
+    say_unmet(report.error_estimate, OWN_TOLERANCE)
     if not report.is_within_limits:
         typer.echo(f"warning: integers of {report.bits} bits lose {report.lost}", err=True)
     answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")

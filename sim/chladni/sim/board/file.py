@@ -81,7 +81,7 @@ def load_board(board: str | Path) -> Board:
             raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
         path = shipped[str(board)]
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError("syntax", str(error), "a TOML document", file=str(path)) from None
     except OSError as error:

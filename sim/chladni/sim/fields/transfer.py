@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel, Response
@@ -39,7 +39,7 @@ class TransferFields:
         complex128, shape (actuators, nx, ny), m/N.
     frequency_hz
         Drive frequency.
-    modes_used, error_estimate
+    modes_used, error_estimate, tolerance, tolerance_met
         As in `Response`.
     """
 
@@ -49,6 +49,12 @@ class TransferFields:
     frequency_hz: float
     modes_used: int
     error_estimate: float
+    tolerance: float
+
+    @property
+    def tolerance_met(self) -> bool:
+        """Whether the estimated error is as small as was asked for."""
+        return self.error_estimate <= self.tolerance
 
 
 def plate_model(board: Board) -> PlateModel:
@@ -114,6 +120,7 @@ def transfer_fields(
     model: PlateModel | None = None,
     mode_loss_factors: Sequence[float] = (),
     dtype: type[np.complex128 | np.complex64] = np.complex128,
+    allow_unmet: bool = False,
 ) -> TransferFields:
     """Displacement per newton from each actuator to every image point.
 
@@ -129,9 +136,13 @@ def transfer_fields(
         Loss factors of the lowest modes in place of the plate's, if they were measured.
     dtype
         complex64 halves the memory; computed in double precision all the same.
+    allow_unmet
+        Hand fields out whose estimated error is above the tolerance, up to `WORST_ESTIMATE`.
 
     Raises
     ------
+    ToleranceError
+        The estimated error is above the tolerance.
     ResonanceError
         The plate is undamped and the frequency lies on a mode; names the mode.
 
@@ -145,6 +156,7 @@ def transfer_fields(
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
+    check_estimate(response.error_estimate, tolerance, allow_unmet=allow_unmet)
     values = response.values
     if len(mode_loss_factors):
         losses = np.asarray(mode_loss_factors, dtype=np.float64)
@@ -158,6 +170,7 @@ def transfer_fields(
         frequency,
         response.modes_used,
         response.error_estimate,
+        tolerance,
     )
 
 
@@ -168,6 +181,7 @@ def target_field(
     frequency_hz: float | None = None,
     tolerance: float = TOLERANCE,
     model: PlateModel | None = None,
+    allow_unmet: bool = False,
 ) -> Response:
     """Field of one unit load of the actuators' kind at a place, with nothing added there.
 
@@ -175,10 +189,13 @@ def target_field(
     ------
     InputError
         The place is not on the board.
+    ToleranceError
+        The estimated error is above the tolerance; `allow_unmet` lets some pass.
     """
     return target_fields(
-        board, [target_mm], frequency_hz=frequency_hz, tolerance=tolerance, model=model
-    )
+        board, [target_mm], frequency_hz=frequency_hz, tolerance=tolerance, model=model,
+        allow_unmet=allow_unmet,
+    )  # fmt: skip
 
 
 def target_fields(
@@ -188,6 +205,7 @@ def target_fields(
     frequency_hz: float | None = None,
     tolerance: float = TOLERANCE,
     model: PlateModel | None = None,
+    allow_unmet: bool = False,
 ) -> Response:
     """The same for several places at once, shape (places, nx, ny).
 
@@ -199,7 +217,11 @@ def target_fields(
     loads = [_load(board, *check_target(board, target)) for target in targets_mm]
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
-    return model.respond(loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance)
+    response = model.respond(
+        loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
+    )
+    check_estimate(response.error_estimate, tolerance, allow_unmet=allow_unmet)
+    return response
 
 
 def actuator_loads(board: Board) -> list[Load]:

@@ -30,12 +30,20 @@ class Response:
         Relative L² error over the board, the largest of the loads.
     frequency_hz
         Of the drive.
+    tolerance
+        What `error_estimate` was asked to be below.
     """
 
     values: ComplexArray
     modes_used: int
     error_estimate: float
     frequency_hz: float
+    tolerance: float
+
+    @property
+    def tolerance_met(self) -> bool:
+        """Whether the estimated error is as small as was asked for."""
+        return self.error_estimate <= self.tolerance
 
     @property
     def velocity(self) -> ComplexArray:

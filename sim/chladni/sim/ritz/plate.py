@@ -93,7 +93,9 @@ class RitzPlate(PlateModel):
         """With a basis that grows until its error estimate is small enough, or is the largest."""
         orbits = orbits_of(excitation.loads, self.mirrors.shared_with(excitation.x, excitation.y))
         size, image, error = self._image(replace(excitation, loads=orbits.distinct))
-        return Response(image.unfold(orbits), size, error, excitation.frequency_hz)
+        return Response(
+            image.unfold(orbits), size, error, excitation.frequency_hz, excitation.tolerance
+        )
 
     @in_turn
     def _image(self, asked: Excitation) -> tuple[int, Image, float]:

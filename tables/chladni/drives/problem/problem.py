@@ -77,7 +77,7 @@ class SolvedBoard:
         """Solve a board's plate."""
         with one_blas_thread():
             model = plate_model(board)
-            fields = transfer_fields(board, model=model)
+            fields = transfer_fields(board, model=model, allow_unmet=True)
             return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 
     @property
@@ -92,7 +92,7 @@ class SolvedBoard:
         drive = replace(self.board.drive, frequency_hz=frequency_hz)
         board = replace(self.board, drive=drive)
         with one_blas_thread():
-            fields = transfer_fields(board, model=self.model)
+            fields = transfer_fields(board, model=self.model, allow_unmet=True)
         return SolvedBoard(board, replace(self.plate, fields=fields))
 
     def problems(
@@ -112,11 +112,11 @@ class SolvedBoard:
         """
         for group in self.groups(targets_mm):
             with one_blas_thread():
-                fields = target_fields(
-                    self.board, group, tolerance=tolerance, model=self.model
-                ).values
-            for target, wanted in zip(group, fields, strict=True):
-                yield Problem(self, target, wanted)
+                found = target_fields(
+                    self.board, group, tolerance=tolerance, model=self.model, allow_unmet=True
+                )
+            for target, wanted in zip(group, found.values, strict=True):
+                yield Problem(self, target, wanted, found.error_estimate)
 
     def groups(
         self, targets_mm: Sequence[tuple[float, float]]
@@ -146,11 +146,14 @@ class Problem:
         Millimetres from the board's centre.
     wanted
         Field of a unit load there, complex128, shape (nx, ny), m/N.
+    wanted_error
+        Its estimated relative error.
     """
 
     solved: SolvedBoard
     target_mm: tuple[float, float]
     wanted: ComplexArray
+    wanted_error: float = 0.0
 
     def __post_init__(self) -> None:
         if self.wanted.shape != self.transfer.shape[1:]:
@@ -163,6 +166,11 @@ class Problem:
     def board(self) -> Board:
         """The board the target is on."""
         return self.solved.board
+
+    @property
+    def error_estimate(self) -> float:
+        """Of all the fields a drive is found with, the largest relative error."""
+        return max(self.wanted_error, self.solved.fields.error_estimate)
 
     @property
     def place(self) -> tuple[float, float]:

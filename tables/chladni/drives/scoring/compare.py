@@ -22,6 +22,8 @@ from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Regions
+from chladni.sim.errors import check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
 
 NUMBERS = (
     "ssim", "focal_error_mm", "centroid_error_mm", "contrast_db", "contrast_limit_db",
@@ -63,6 +65,7 @@ def compare(
     jobs: int | None = None,
     progress: Progress | None = None,
     kept: Path | None = None,
+    allow_unmet: bool = False,
 ) -> tuple[RegionGrid, list[Row]]:
     """Score methods on targets all over a board.
 
@@ -76,6 +79,8 @@ def compare(
         Of the annealings, in place of their own 10 000.
     kept
         File that keeps finished targets until all are.
+    allow_unmet
+        Go on with fields that do not meet their tolerance.
 
     Returns
     -------
@@ -92,7 +97,9 @@ def compare(
     rows: list[Row] = []
     with Checkpoint(kept, key) as checkpoint:
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
-        results = over_targets(solved_board(board), targets, work, jobs=jobs, checkpoint=checkpoint)
+        solved = solved_board(board)
+        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
+        results = over_targets(solved, targets, work, jobs=jobs, checkpoint=checkpoint)
         for number, (target, result) in enumerate(zip(targets, results, strict=True), 1):
             rows += [Row(*target, **entry) for entry in result["rows"]]
             if progress:

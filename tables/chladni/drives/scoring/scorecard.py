@@ -83,7 +83,7 @@ def null_models(problem: Problem) -> NullModels:
     solved, wanted = problem.solved, np.abs(problem.wanted)
     alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
     place = misplaced_target(problem.board, problem.target_mm)
-    wrong = target_field(problem.board, place, model=solved.model).values[0]
+    wrong = target_field(problem.board, place, model=solved.model, allow_unmet=True).values[0]
     return NullModels(
         silent=metrics.ssim(np.zeros_like(wanted), wanted),
         nearest_actuator=metrics.ssim(np.abs(alone), wanted),
