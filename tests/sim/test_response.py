@@ -285,7 +285,8 @@ def test_error_estimates_hold_on_random_boards(solved: tuple[PlateGeometry, Load
     error = np.linalg.norm(found.values - exact.values) / np.linalg.norm(exact.values)
     assert error <= found.error_estimate
     if error > 1e-8:  # below, the finer solution itself is the limit
-        assert found.error_estimate <= 100.0 * error
+        # Once in a hundred boards a stiff disc is overestimated more (docs/physics.md).
+        assert found.error_estimate <= (1000.0 if IS_SOAKING else 100.0) * error
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.02])
