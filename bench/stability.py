@@ -15,6 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
+import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -33,7 +34,9 @@ from chladni.sim.ritz.resolution import LEVELS, resolution_for, wave_number
 
 ROOT = Path(__file__).resolve().parents[1]
 FINEST = LEVELS - 3
-"""Of the basis that stands for the truth; one more would take 4 GB on the largest boards."""
+"""Of the basis that stands for the truth."""
+MOST_BYTES = 3 << 30
+"""Of memory that a board may take; one that takes more is counted as refused."""
 KINDS = ("free", "held edges", "held edges and features", "near features")
 POINTS = (25, 41)
 NEAR_MM = (0.01, 0.6)
@@ -111,7 +114,9 @@ class Draw:
         }  # fmt: skip
         few = self.kind == "held edges"
         magnets = bool(rng.random() < 0.6) and not few
-        coils = self.places(15, 5.0 if magnets else 0.1) or [[0.0, 0.0]]
+        radius = 5.0 if magnets else 0.1
+        self.taken.append((0.0, 0.0, radius))
+        coils = [[0.0, 0.0], *self.places(15, radius)]
         document: dict[str, Any] = {
             "name": "random", "plate": plate,
             "actuators": [{"name": f"a{k}", "at_mm": at} for k, at in enumerate(coils)],
@@ -149,6 +154,7 @@ def board_of(seed: int) -> Board:
 def tried(seed: int) -> Case:
     """One board: its estimate, and its error against the largest basis."""
     kind = KINDS[seed % len(KINDS)]
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
     begun = time.perf_counter()
     try:
         board = board_of(seed)
@@ -165,6 +171,9 @@ def tried(seed: int) -> Case:
         return Case(seed, kind, error, found.error_estimate, seconds)
     except ChladniError as refusal:
         return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, str(refusal))
+    except MemoryError:
+        why = f"more than {MOST_BYTES >> 30} GB"
+        return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, why)
 
 
 def is_low(case: Case) -> bool:
@@ -212,7 +221,7 @@ def main() -> None:
         refused = sum(bool(case.refused) for case in cases if case.kind == kind)
         print(f"| {kind} | {len(own)} | {refused} | {sum(map(is_low, own))} "
               f"| {sum(map(is_high, own))} | {sum(c.estimate > TOLERANCE for c in own)} "
-              f"| {np.median([c.seconds for c in own]):.1f} |")  # fmt: skip
+              f"| {np.median([c.seconds for c in own] or [np.nan]):.1f} |")  # fmt: skip
     print()
     for case in cases:
         if case.refused or is_low(case) or is_high(case) or case.estimate > TOLERANCE:
