@@ -16,7 +16,7 @@ from pathlib import Path
 
 import cpp_text
 import numpy as np
-from link_texts import link_header, link_page, network_header
+from link_header import link_header, link_page, network_header
 
 from chladni.drives.problem import places as regions
 from chladni.host.protocol import codes as device_codes

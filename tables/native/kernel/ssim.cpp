@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rows.hpp"
+#include "ssim_rows.hpp"
 
 namespace chladni::kernel {
 namespace {

@@ -1,4 +1,4 @@
-#include "rows.hpp"
+#include "ssim_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
