@@ -174,7 +174,7 @@ def test_the_watchdog_ends_a_main_loop_that_hangs(table: Table) -> None:
     emulator = playing(table, hardware=Hardware(watchdog_us=1e6))
     emulator.core.hang_main_loop(True)
     assert silent_after_ms(emulator, 500.0) <= TIMEOUT_MS + RAMP_MS + 1.0
-    assert causes(emulator) == []  # nobody there to take note
+    assert causes(emulator) == []  # no main loop runs to take note
     emulator.run(1_000.0)
     assert causes(emulator) == ["reset"]
     check_next_touch(emulator)

@@ -105,7 +105,7 @@ def test_a_wire_that_is_opened_too_late_is_closed() -> None:
     assert closed.wait(5.0)
 
 
-def test_nobody_there_is_said_on_entering() -> None:
+def test_a_silent_port_is_said_on_entering() -> None:
     class Silent(EmulatorWire):
         def write(self, data: bytes) -> None:
             """Nothing gets through."""

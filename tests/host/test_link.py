@@ -216,7 +216,7 @@ def test_another_version_is_refused_with_a_reason() -> None:
         device.link.request("hello", major=2, minor=0)
 
 
-def test_a_wrong_baud_rate_or_nobody_there_is_said_so() -> None:
+def test_a_wrong_baud_rate_or_a_silent_port_is_said_so() -> None:
     wire = bad_wire(EmulatorWire(powered(OLD)), 1.0, 0.0, 0.0, 1)
     with pytest.raises(LinkError, match="no device answers"):
         Device(wire)

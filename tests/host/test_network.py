@@ -117,7 +117,7 @@ def test_nothing_that_was_recorded_counts_again() -> None:
     assert exchange(emulator, *requests, *recorder.got) == []
     assert wire.info()["table_crc"] == f"{int.from_bytes(OLD[-4:], 'little'):#010x}"
     assert not emulator.run(50.0).duty_steps.any()
-    # A hello that is replayed is answered with what helps nobody.
+    # A hello that is replayed is answered with what helps no one.
     hellos = [data for data in recorder.sent if data[3] == Kind.HELLO]
     for data in exchange(emulator, *hellos):
         opened = unseal(KEY, data)

@@ -60,7 +60,7 @@ def test_a_program_that_speaks_something_else_is_not_taken_for_a_device(
 
 @pytest.fixture
 def udp_port() -> int:
-    """A UDP port that nobody has just now."""
+    """A UDP port that is free just now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         return int(free.getsockname()[1])

@@ -12,7 +12,7 @@ import numpy as np
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file beside its place and rename it, so that nobody ever sees half of it."""
+    """Write a file beside its place and rename it, so that no one ever sees half of it."""
     path = path.resolve()  # through a link: the file it names is replaced, not the link
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
     try:

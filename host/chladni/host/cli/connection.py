@@ -10,13 +10,14 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from chladni.host.cli.options import required
 from chladni.host.device.device import Device
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
-from chladni.sim.errors import MissingError, check_one_of
+from chladni.sim.errors import check_one_of
 from chladni.tables.format import pack, read_table
 
 
@@ -63,9 +64,8 @@ class Connection:
         if self.port is not None:
             return SerialWire(self.port, baud=self.baud)
         if self.udp is not None:
-            if self.key is None:
-                raise MissingError("--key", "the file with the device's key, for --udp")
-            return UdpWire(UdpPort(self.udp), read_key(self.key))
+            key = required("--key", self.key, "the file with the device's key, for --udp")
+            return UdpWire(UdpPort(self.udp), read_key(key))
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
         board = load_board(self.board)
         return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))

@@ -11,15 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.host.cli.options import (
-    JsonOption,
-)  # fmt: skip
-from chladni.host.cli.output import (
-    ARRAYS,
-    answer,
-    check_output,
-    parse_place,
-)  # fmt: skip
+from chladni.host.cli.options import JsonOption, required
+from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import board_of, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
@@ -79,26 +72,19 @@ def emulate(
         _serve(table, board, ms, level, network, as_json=as_json)
         return
     loaded = read_table(table)
-    for option, value, expected in (
-        ("--touch", touch, "X,Y@MS: a place in mm and a time in ms"),
-        ("--ms", ms, "how long to run, ms"), ("-o", output, "a file to write (.npz)"),
-    ):  # fmt: skip
-        if value is None:
-            raise MissingError(option, expected)
-    assert touch is not None
-    assert ms is not None
-    assert output is not None
-    check_output(output, "-o", ARRAYS)
-    events = [_parse_touch(text) for text in touch] + [TouchEvent(at, None) for at in lift or []]
+    touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
+    run_ms = required("--ms", ms, "how long to run, ms")
+    file = check_output(required("-o", output, "a file to write (.npz)"), "-o", ARRAYS)
+    events = [_parse_touch(text) for text in touches] + [TouchEvent(at, None) for at in lift or []]
     owner = board_of(loaded, board, file=str(table))
-    recording, report = run_loop(loaded, owner, events, ms, level=level, frequency_hz=frequency)
-    write_arrays(output, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
+    recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
+    write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     result: dict[str, Any] = {name: getattr(report, name) for name in ANSWERED}
     result["channels"] = [
         {"actuator": actuator.name, **asdict(channel)}
         for actuator, channel in zip(owner.actuators, report.channels, strict=True)
     ]
-    result["path"] = str(output)
+    result["path"] = str(file)
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from chladni.host.cli.connection import Connection, connecting
-from chladni.host.cli.options import JsonOption
+from chladni.host.cli.options import JsonOption, required
 from chladni.host.cli.output import answer, progress_bar
 from chladni.host.device.link import LinkError
-from chladni.sim.errors import ConflictError, InputError, MissingError, check_one_of
+from chladni.sim.errors import ConflictError, InputError, check_one_of
 from chladni.tables.format import pack, read_table
 
 
@@ -60,16 +60,15 @@ def _flash_by_rom(
 ) -> None:
     from chladni.host.flashing import rom_loader as rom  # noqa: PLC0415  (esptool takes a second to load)
 
-    if connection.port is None:
-        raise MissingError("--port", "the ROM's loader answers on a serial port only")
+    port = required("--port", connection.port, "the ROM's loader answers on a serial port only")
     begun = time.monotonic()
     if firmware is not None:
         if not firmware.is_file():
             raise InputError("--firmware", str(firmware), "a readable file")
-        result = rom.flash_firmware(connection.port, connection.baud, firmware)
+        result = rom.flash_firmware(port, connection.baud, firmware)
     else:
         if table is None:
             raise ConflictError("--rom", "--previous; going back needs a running device")
-        result = rom.flash_table(connection.port, connection.baud, pack(read_table(table)))
+        result = rom.flash_table(port, connection.baud, pack(read_table(table)))
     result["seconds"] = time.monotonic() - begun
     answer(result, as_json=as_json, title=f"{firmware or table} is written")

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from chladni.host.cli.connection import Connection, connecting
-from chladni.host.cli.options import JsonOption
+from chladni.host.cli.options import JsonOption, required
 from chladni.host.cli.output import answer
 from chladni.host.protocol.network import (
     DEFAULT_PORT,
@@ -56,19 +56,17 @@ def network(
 def _settings(
     connection: Connection, ssid: str | None, passphrase_file: Path | None, port: int
 ) -> NetworkSettings:
-    if ssid is None:
-        raise MissingError("--ssid", "the network's name")
-    if connection.key is None:
-        raise MissingError("--key", "a file with the key, or where to make one")
+    name = required("--ssid", ssid, "the network's name")
+    file = required("--key", connection.key, "a file with the key, or where to make one")
     # All but the key is checked before a file is made for it.
-    probe = NetworkSettings(ssid, _passphrase(passphrase_file), b"\1" * 32, port)
+    probe = NetworkSettings(name, _passphrase(passphrase_file), b"\1" * 32, port)
     try:
-        is_there = connection.key.exists()
+        is_there = file.exists()
     except OSError as error:
-        raise InputError("--key", str(error), "a readable file", file=str(connection.key)) from None
-    key = read_key(connection.key) if is_there else make_key(connection.key)
-    if is_there and connection.key.stat().st_mode & 0o077:
-        sys.stderr.write(f"chladni: {connection.key}: others may read this key; chmod 600 it\n")
+        raise InputError("--key", str(error), "a readable file", file=str(file)) from None
+    key = read_key(file) if is_there else make_key(file)
+    if is_there and file.stat().st_mode & 0o077:
+        sys.stderr.write(f"chladni: {file}: others may read this key; chmod 600 it\n")
     return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
 
 

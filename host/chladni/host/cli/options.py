@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
@@ -11,7 +11,7 @@ from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.cli.output import check_output
 from chladni.host.figures.fields import FORMATS
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError
 
 BoardArgument = Annotated[
     str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
@@ -28,6 +28,22 @@ FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figu
 
 PARTIAL = ".partial"
 """Ending of the file in which long work keeps what it has done, beside its output."""
+
+
+Given = TypeVar("Given")
+
+
+def required(option: str, value: Given | None, what: str) -> Given:
+    """An option's value, where a command cannot do without.
+
+    Raises
+    ------
+    MissingError
+        It is left out; says what it is for.
+    """
+    if value is None:
+        raise MissingError(option, what)
+    return value
 
 
 def check_jobs(jobs: int | None) -> None:

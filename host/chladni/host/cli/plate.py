@@ -22,6 +22,7 @@ from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError, MissingError, check_one_of
 from chladni.sim.fields.transfer import (
     TOLERANCE,
+    TransferFields,
     actuator_loads,
     plate_model,
     target_field,
@@ -29,6 +30,7 @@ from chladni.sim.fields.transfer import (
 )
 from chladni.sim.files import write_arrays
 from chladni.sim.image.energy import compose, energy_image
+from chladni.sim.plate.response import Response
 
 LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
@@ -62,21 +64,16 @@ def field(
     index = _index_of(loaded, actuator) if actuator is not None else None
     amplitudes = _read_drive(drive, loaded) if drive is not None else None
     started = time.perf_counter()
+    found: Response | TransferFields
     if place is not None:
-        response = target_field(loaded, place, tolerance=tolerance, allow_unmet=True)
-        values, modes_used, error = (
-            response.values[0], response.modes_used, response.error_estimate,
-        )  # fmt: skip
+        found = target_field(loaded, place, tolerance=tolerance, allow_unmet=True)
     else:
-        fields = transfer_fields(loaded, tolerance=tolerance, allow_unmet=True)
-        modes_used, error = fields.modes_used, fields.error_estimate
-        if index is not None:
-            values = fields.values[index]
-        else:
-            assert amplitudes is not None
-            values = compose(fields.values, amplitudes)
+        found = transfer_fields(loaded, tolerance=tolerance, allow_unmet=True)
+    values = found.values[index or 0]
+    if amplitudes is not None:
+        values = compose(found.values, amplitudes)
     seconds = time.perf_counter() - started
-    say_unmet(error, tolerance)
+    say_unmet(found.error_estimate, tolerance)
     write_arrays(
         output,
         x_mm=loaded.x / MM,
@@ -88,9 +85,9 @@ def field(
         figures.save(figures.field_figure(loaded, values, target_mm=place), figure)
     result = {
         "path": str(output),
-        "modes_used": modes_used,
-        "error_estimate": error,
-        "tolerance_met": error <= tolerance,
+        "modes_used": found.modes_used,
+        "error_estimate": found.error_estimate,
+        "tolerance_met": found.tolerance_met,
         "seconds": seconds,
     }
     answer(result, as_json=as_json, title=f"Field on {loaded.name}")

@@ -62,7 +62,7 @@ HEAD = struct.Struct("<" + "".join(field.code for field in DATAGRAM_FIELDS))
 SESSION = struct.Struct("<Q")
 """A hello's body, the session the host has had or 0, and a welcome's, the one that counts."""
 HELLO_BYTES = HEAD.size + SESSION.size + MAC_BYTES
-"""A hello is as long as its answer, so that nobody can use a device to multiply traffic."""
+"""A hello is as long as its answer, so that no one can use a device to multiply traffic."""
 SESSION_SILENCE_MS = 10_000
 """Without a request for so long a session is over, and with it all that was held back."""
 MAX_DATAGRAM = HEAD.size + MAX_FRAME - CRC_BYTES + MAC_BYTES
