@@ -123,15 +123,15 @@ class Assembly:
                 rows.append(self.basis.geometry.width * moments @ table.values(parity, slope_of))
         return np.concatenate(rows)
 
-    def support_orders(self, conditions: int) -> NDArray[np.intp]:
-        """Angular order of every row of `supports` that belongs to a rim, 0 for the others."""
-        orders: list[int] = []
+    def finest_conditions(self, conditions: int) -> NDArray[np.bool_]:
+        """Whether a row of `supports` is of the highest angular order of its rim."""
+        finest: list[bool] = []
         for k, support in enumerate(self.basis.geometry.rims):
             if k in self.sets.rims:
-                highest = self.basis.rims[k].own.rings
-                own = [0, *(m for m in range(1, highest + 1) for _ in "cs")]
-                orders += own * (int(support.holds_deflection) + int(support.holds_slope))
-        return np.array(orders + [0] * (conditions - len(orders)), dtype=np.intp)
+                rings = self.basis.rims[k].own.rings
+                own = [*([False] * (2 * rings - 1)), True, True]
+                finest += own * (int(support.holds_deflection) + int(support.holds_slope))
+        return np.array(finest + [False] * (conditions - len(finest)), dtype=bool)
 
     def edge_conditions(self, parity: ParityBasis) -> int:
         """How many rows of `supports` are an edge's: the last ones."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.resolution import crowding, order_beside
 from chladni.sim.ritz.circle_functions import Circle, Derivative, evaluate_circles
 from chladni.sim.ritz.circle_terms import RIM_KINDS, FunctionSet
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
@@ -33,15 +34,20 @@ class Basis:
         self.resolution = resolution
         self.along_x = IntervalBasis(geometry.width, resolution.nx)
         self.along_y = IntervalBasis(geometry.length, resolution.ny)
-        on_rims = FunctionSet(resolution.rim_rings, -1, RIM_KINDS)
-        of_disc = FunctionSet(resolution.inclusion_rings, resolution.inclusion_bubbles, RIM_KINDS)
-        # Nothing bends inside a hole, so there is nothing to resolve.
-        of_hole = FunctionSet(resolution.inclusion_rings, -1, RIM_KINDS)
-        self.rims = [Circle(r.x, r.y, r.radius, on_rims) for r in geometry.rims]
-        self.inclusions = [
-            Circle(i.x, i.y, i.radius, of_hole if i.is_hole else of_disc)
-            for i in geometry.inclusions
+        sets = _FunctionSets(resolution, crowding(geometry))
+        self.rims = [
+            Circle(r.x, r.y, r.radius, sets.of(k, resolution.rim_rings, -1))
+            for k, r in enumerate(geometry.rims)
         ]
+        self.inclusions = [
+            # Nothing bends inside a hole, so there is nothing to resolve.
+            Circle(
+                i.x, i.y, i.radius,
+                sets.of(k, resolution.inclusion_rings,
+                        -1 if i.is_hole else resolution.inclusion_bubbles),
+            )
+            for k, i in enumerate(geometry.inclusions, start=len(geometry.rims))
+        ]  # fmt: skip
         # Discs have a quadrature of their own, which takes up what is kinked on their rims.
         self.smoothed = [
             circle
@@ -102,3 +108,19 @@ class Basis:
         """All functions (or a derivative) at scattered points, shape (points, size)."""
         polynomials = self.polynomial_values(x, y, derivative)
         return np.concatenate((polynomials, self.enrichment_values(x, y, derivative)), axis=1)
+
+
+class _FunctionSets:
+    """Sets of functions for circles, one for all that bring the same."""
+
+    def __init__(self, resolution: Resolution, crowded: FloatArray) -> None:
+        self._left = resolution.crowded
+        self._decay = crowded
+        self._made: dict[tuple[int, int], FunctionSet] = {}
+
+    def of(self, circle: int, rings: int, bubbles: int) -> FunctionSet:
+        """Those of a circle: `rings` orders at least, more where others are near."""
+        key = max(rings, order_beside(float(self._decay[circle]), self._left)), bubbles
+        if key not in self._made:
+            self._made[key] = FunctionSet(*key, RIM_KINDS)
+        return self._made[key]

@@ -20,9 +20,12 @@ from chladni.sim.ritz.quadrature import Points
 FloatArray = NDArray[np.float64]
 
 RIM_POINTS = 32
-"""Points on a rim; the error falls as (radius / distance to the next feature)^(32 − order)."""
-DISC_RULE = quadrature.DiscRule(radial=12, angular=36)
-"""Points on a glued disc: exact for polynomials of degree 22, well beyond what bends there."""
+"""Points on a rim, at least, and `BEYOND` twice its order where that is more: the error falls as
+(radius / distance to the next feature)^(points − order)."""
+BEYOND = 16
+DISC_POINTS = (12, 36)
+"""Points on a glued disc along and around, at least: exact for polynomials of degree 22, well
+beyond what bends there. More around, and half as many more along, for higher orders."""
 OFFCUT_POINTS = 16
 """Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
 EDGE_POINTS = 96
@@ -193,7 +196,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         if points.x.size:
             edges.append(Edge(points, axis, side))
     corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
-    discs = [DISC_RULE.on(i.x, i.y, i.radius) for i in geometry.inclusions]
+    discs = [disc_points(circle) for circle in basis.inclusions]
     # Offcuts of rounded corners count as one more disc, from which the plate is taken away.
     added = [(i.stiffness_ratio - 1.0, i.areal_mass, i.rotary) for i in geometry.inclusions]
     if geometry.corner_radius > 0.0:
@@ -253,8 +256,22 @@ def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArr
     return rule[0][keep], 2.0 * rule[1][keep]
 
 
+def points_around(circle: Circle) -> int:
+    """How many evenly spaced points see the functions of a circle; a multiple of four."""
+    return 4 * -(-(2 * circle.own.rings + BEYOND) // 4)
+
+
+def disc_points(circle: Circle) -> Points:
+    """Quadrature over a circle's disc, fine enough for its own functions."""
+    radial, angular = DISC_POINTS
+    around = max(angular, points_around(circle))
+    rule = quadrature.DiscRule(radial + (around - angular) // 4, around)
+    return rule.on(circle.x, circle.y, circle.radius)
+
+
 def _rim(circle: Circle) -> Rim:
-    angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+    count = max(RIM_POINTS, points_around(circle))
+    angle = 2.0 * np.pi * np.arange(count) / count
     x = circle.x + circle.radius * np.cos(angle)
     y = circle.y + circle.radius * np.sin(angle)
-    return Rim(circle, angle, Points(x, y, np.full(RIM_POINTS, 1.0 / RIM_POINTS)))
+    return Rim(circle, angle, Points(x, y, np.full(count, 1.0 / count)))

@@ -128,6 +128,9 @@ class Resolution:
         Polynomials along x and y.
     rim_rings, inclusion_rings, inclusion_bubbles
         Highest angular order of the functions on each circle (circle_functions.py).
+    crowded
+        What neighbours may leave of a circle's field: circles near others get higher orders for it
+        (resolution.py); 1 for none.
     """
 
     nx: int
@@ -135,3 +138,4 @@ class Resolution:
     rim_rings: int = 2
     inclusion_rings: int = 6
     inclusion_bubbles: int = 4
+    crowded: float = 1.0

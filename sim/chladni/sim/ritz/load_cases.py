@@ -20,8 +20,8 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
-from chladni.sim.ritz.basis import EDGE_ZONE
-from chladni.sim.ritz.basis_values import DISC_RULE, BasisTable
+from chladni.sim.ritz.basis import EDGE_ZONE, Basis
+from chladni.sim.ritz.basis_values import BasisTable, disc_points
 from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.parity import Parity, ParityBasis
@@ -65,7 +65,7 @@ class LoadCase:
         if not all(self._direct):
             self._tables = assembly.load_tables(self._family)
         spread = [
-            _disc_on_plate(geometry, load) if direct else NO_POINTS
+            _disc_on_plate(assembly.basis, load) if direct else NO_POINTS
             for load, direct in zip(loads, self._direct, strict=True)
         ]
         # One evaluation for all direct loads; row k of the shares sums over load k's points.
@@ -176,15 +176,15 @@ def _covered(geometry: PlateGeometry, load: Load) -> float:
     return float(np.mean(_on_plate(geometry, x, y)))
 
 
-def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
+def _disc_on_plate(basis: Basis, load: Load) -> Points:
     """Quadrature over the part of a load disc that lies on the plate."""
     if load.radius == 0.0:
         return Points(np.array([load.x]), np.array([load.y]), np.array([1.0]))
-    for disc in geometry.inclusions:
+    for disc, circle in zip(basis.geometry.inclusions, basis.inclusions, strict=True):
         if _is_same_disc(load, disc):
-            return DISC_RULE.on(disc.x, disc.y, disc.radius)
+            return disc_points(circle)
     points = DIRECT_RULE.on(load.x, load.y, load.radius)
-    keep = _on_plate(geometry, points.x, points.y)
+    keep = _on_plate(basis.geometry, points.x, points.y)
     return Points(points.x[keep], points.y[keep], points.weights[keep])
 
 

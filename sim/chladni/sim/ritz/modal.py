@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lu_factor, lu_solve, qr
 
 from chladni.sim.ritz.load_cases import ClassLoad
 
@@ -75,20 +75,18 @@ class ClassModes:
         return np.concatenate((moments[:count], self._met @ moments[count:]))
 
     @cached_property
-    def _split(self) -> tuple[FloatArray, FloatArray]:
-        """(null space, pseudo-inverse) of the support conditions, in scaled coefficients."""
-        size = self._subset.size
-        if not self._conditions.size:
-            return np.eye(size), np.zeros((size, 0))
-        left, singular, right = np.linalg.svd(self._conditions)
-        rank = int(np.sum(singular > CONDITION_FLOOR * singular[0]))
-        inverse = (right[:rank].T / singular[:rank]) @ left[:, :rank].T
-        return right[rank:].T, inverse
+    def _null_space(self) -> FloatArray:
+        """What obeys the support conditions, in scaled coefficients; (subset size, free size)."""
+        directions = self._directions[1]
+        if not directions.size:
+            return np.eye(self._subset.size)
+        whole, _ = qr(directions.T)
+        return np.asarray(whole[:, directions.shape[0] :])
 
     @cached_property
     def _free(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What obeys the supports, as columns of coefficients, and the two forms of it."""
-        null = self._split[0] * self._scale[:, None]
+        null = self._null_space * self._scale[:, None]
         return null, null.T @ self._stiffness @ null, null.T @ self._mass @ null
 
     @cached_property
@@ -131,7 +129,7 @@ class ClassModes:
         stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
         gain = 1.0 / (stiffness - omega**2 * ratio)
         modal = gain[:, None] * _product(vectors.T, own)
-        return self._spread(particular + _product(vectors, modal), load)
+        return self._spread(particular + _product(vectors, modal))
 
     def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """The same without modes: cheaper for a few frequencies, by modes once more are asked."""
@@ -139,13 +137,67 @@ class ClassModes:
             if self._solved >= SOLVED_BEFORE_MODES:
                 return self.respond(load, omega, loss_factor)
             self._solved += 1
-            null, stiffness, mass = self._free
-            dynamic = (1.0 + 1j * loss_factor) * stiffness - omega**2 * mass
-            self._factored = ((omega, loss_factor), lu_factor(dynamic, overwrite_a=True))
-        particular, own = self._prepare(load, omega, loss_factor)
-        null = self._free[0]
-        free = lu_solve(self._factored[1], _product(null.T, own), overwrite_b=True)
-        return self._spread(particular + _product(null, free), load)
+            self._factored = ((omega, loss_factor), self._factors(omega, loss_factor))
+        factor = 1.0 + 1j * loss_factor
+        force = (load.force + omega**2 / factor * load.inertia)[self._subset]
+        moments = None if load.supports is None else load.supports / factor
+        return self._spread(self._backward(force, moments))
+
+    def stiffened(
+        self, solution: ComplexArray, omega: float, loss_factor: float
+    ) -> ComplexArray:
+        """What a solution changes by, per relative change of all stiffness; after its `solve`."""
+        if self._factored is None:
+            return np.zeros_like(solution)
+        force = -(1.0 + 1j * loss_factor) * _product(self._stiffness, solution[self._subset])
+        return self._spread(self._backward(force, None))
+
+    def _factors(self, omega: float, loss_factor: float) -> Any:
+        """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
+        directions = self._directions[1]
+        size, count = self._subset.size, directions.shape[0]
+        factor = 1.0 + 1j * loss_factor if loss_factor else 1.0
+        bordered = np.zeros((size + count, size + count), dtype=type(factor))
+        bordered[:size, :size] = factor * self._stiffness
+        bordered[:size, :size] -= omega**2 * self._mass
+        bordered[:size, :size] *= self._scale
+        bordered[:size, :size] *= self._scale[:, None]
+        bordered[size:, :size] = directions
+        bordered[:size, size:] = directions.T
+        return lu_factor(bordered, overwrite_a=True, check_finite=False)
+
+    def _backward(self, force: ComplexArray, moments: ComplexArray | None) -> ComplexArray:
+        """Coefficients of the subset under forces, whose support moments cancel `moments`."""
+        assert self._factored is not None
+        size, count = self._subset.size, self._directions[1].shape[0]
+        right = np.zeros((size + count, force.shape[1]), dtype=np.complex128)
+        right[:size] = self._scale[:, None] * force
+        if moments is not None and count:
+            right[size:] = -self._directed(moments)
+        lu, pivots = self._factored[1]
+        if np.iscomplexobj(lu):
+            found = lu_solve((lu, pivots), right, overwrite_b=True, check_finite=False)
+        else:
+            both = np.concatenate((right.real, right.imag), axis=1)
+            both = lu_solve((lu, pivots), both, overwrite_b=True, check_finite=False)
+            found = both[:, : force.shape[1]] + 1j * both[:, force.shape[1] :]
+        return np.asarray(self._scale[:, None] * found[:size])
+
+    @cached_property
+    def _directions(self) -> tuple[FloatArray, FloatArray]:
+        """(U/s)ᵀ and V of the conditions' singular values s: orthonormal constraints as rows."""
+        if not self._conditions.size:
+            return np.zeros((0, 0)), np.zeros((0, self._subset.size))
+        left, singular, right = np.linalg.svd(self._conditions, full_matrices=False)
+        rank = int(np.sum(singular > CONDITION_FLOOR * singular[0]))
+        return (left[:, :rank] / singular[:rank]).T, right[:rank]
+
+    def _directed(self, moments: ComplexArray) -> ComplexArray:
+        """Support moments (conditions, loads) along the rows of `_directions`."""
+        independent = self._independent(moments[self._rows])
+        return np.asarray(
+            self._directions[0] @ (independent[self._kept] * self._row_scale[:, None])
+        )
 
     def _prepare(
         self, load: ClassLoad, omega: float, loss_factor: float
@@ -155,20 +207,15 @@ class ClassModes:
         own = (load.force + omega**2 / factor * load.inertia)[self._subset]
         particular: ComplexArray = np.zeros(own.shape, dtype=np.complex128)
         if load.supports is not None and load.supports.any():
-            particular = np.asarray(-self._inverse_supports(load.supports) / factor)
+            directed = self._directed(load.supports) / factor
+            particular = np.asarray(-self._scale[:, None] * (self._directions[1].T @ directed))
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
         return particular, np.asarray(own, dtype=np.complex128)
 
-    def _spread(self, solution: ComplexArray, load: ClassLoad) -> ComplexArray:
-        result = np.zeros((load.force.shape[0], solution.shape[1]), dtype=np.complex128)
+    def _spread(self, solution: ComplexArray) -> ComplexArray:
+        result = np.zeros((self._size, solution.shape[1]), dtype=np.complex128)
         result[self._subset] = solution
         return result
-
-    def _inverse_supports(self, moments: FloatArray) -> FloatArray:
-        """Least coefficients with the given support moments (conditions, loads)."""
-        independent = self._independent(moments[self._rows])
-        scaled = independent[self._kept] * self._row_scale[:, None]
-        return np.asarray(self._scale[:, None] * (self._split[1] @ scaled))
 
 
 def _met_by_polynomials(edges: FloatArray) -> FloatArray:

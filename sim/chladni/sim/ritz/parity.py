@@ -143,6 +143,8 @@ class ParityBasis:
 
     def combine(self, circles: FloatArray) -> FloatArray:
         """Values of all circle functions, shape (points, all), as those of the class."""
+        if len(self.parity.mirrors.images) == 1:
+            return circles
         return np.asarray((self._combine @ circles.T).T)
 
     def subset(self, *, fewer_polynomials: int, fewer_orders: int, fewer_on_rims: int) -> IntArray:

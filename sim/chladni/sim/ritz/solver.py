@@ -104,8 +104,7 @@ class Solver:
             mass = self.assembly.mass(basis)
             supports = self.assembly.supports(basis)
             edges = self.assembly.edge_conditions(basis)
-            rings = self.basis.resolution.rim_rings
-            row_orders = self.assembly.support_orders(supports.shape[0])
+            is_finest = self.assembly.finest_conditions(supports.shape[0])
             coarser = [
                 ClassModes(
                     stiffness,
@@ -116,7 +115,7 @@ class Solver:
                         fewer_orders=fewer_orders,
                         fewer_on_rims=fewer_on_rims,
                     ),
-                    np.flatnonzero(row_orders <= rings - fewer_on_rims),
+                    np.flatnonzero(~(is_finest & (fewer_on_rims > 0))),
                     polynomials=basis.polynomials,
                     edges=edges,
                 )
@@ -144,7 +143,7 @@ class Solver:
 
     def coefficients(self, case: LoadCase, omega: float, loss_factor: float) -> list[ComplexArray]:
         """The response per class, each of shape (class size, loads)."""
-        return [c.modes.respond(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
+        return [c.modes.solve(case.in_class(c.basis), omega, loss_factor) for c in self.classes]
 
     def image(
         self, case: LoadCase, solution: list[ComplexArray], loss_factor: float, x: FloatArray,
