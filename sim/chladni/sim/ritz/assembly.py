@@ -33,6 +33,7 @@ from chladni.sim.ritz.basis_values import (
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.circle_terms import radial_derivative
+from chladni.sim.ritz.discs import Discs, OnDisc
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 
@@ -46,6 +47,7 @@ class Tables:
     edges: list[Table]
     corners: Table
     discs: Table
+    offcuts: Table
     points: Table
     area: Table
     rims: dict[int, Table]
@@ -59,14 +61,32 @@ class Assembly:
         self.mirrors = mirrors
         self.sets = point_sets(basis, mirrors, area_points)
         self._area = BasisTable(basis, self.sets.area, smooth=True)
-        self._kinks = basis.kinks(self.sets.discs.x, self.sets.discs.y, self.sets.disc_index)
-        self._bent: dict[Parity, FloatArray] = {}
-        self._tables = _tables(self.sets, lambda points: BasisTable(basis, points), self._area)
+        self.discs = Discs(basis, mirrors)
+        self._kinks = basis.kinks(self.discs.points.x, self.discs.points.y, self.discs.inclusion)
+        self._on_discs: dict[Parity, list[OnDisc]] = {}
+        self._tables = self._make_tables(lambda points: BasisTable(basis, points), self._area)
+
+    def _make_tables(self, make: Callable[[Points], Table], area: Table) -> Tables:
+        """Functions on all sets of points, those together that want the same derivatives."""
+        sets = self.sets
+        edges = _shared([edge.points for edge in sets.edges], make)
+        rims = _shared([rim.points for rim in sets.rims.values()], make)
+        corners, offcuts, points = _shared([sets.corners, sets.offcuts, sets.points], make)
+        (discs,) = _shared([self.discs.points], make)
+        return Tables(
+            edges=list(edges),
+            corners=corners,
+            discs=discs,
+            offcuts=offcuts,
+            points=points,
+            area=area,
+            rims=dict(zip(sets.rims, rims, strict=True)),
+        )
 
     def load_tables(self, family: Family) -> Tables:
         """Functions outside the basis, such as the deflection under a load disc."""
         area = FamilyTable(family, self.sets.area, self.mirrors)
-        return _tables(self.sets, lambda p: FamilyTable(family, p, self.mirrors), area)
+        return self._make_tables(lambda p: FamilyTable(family, p, self.mirrors), area)
 
     def stiffness(self, parity: ParityBasis) -> FloatArray:
         """Strain energy form, shape (size, size), real symmetric."""
@@ -89,7 +109,7 @@ class Assembly:
         form = np.zeros((parity.size, parity.size))
         form[:p, :p] = np.eye(p)
         if parity.members:
-            rows = self._project(parity, self._area.circle_values(parity, (0, 0)))
+            rows = self._project(parity)
             rows += self._kinked_mass(parity)
             form[p:] = rows
             form[:p, p:] = rows[:, :p].T
@@ -165,9 +185,12 @@ class Assembly:
 
     def added_stiffness(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Strain energy with the basis of glued discs, holes and springs; (functions, size)."""
-        stiffness = self.basis.geometry.bending_stiffness * self.sets.disc_stiffness
-        own = self._bending(parity, tables)
-        total = (own.T * np.tile(stiffness, 3)) @ self._bending(parity, self._tables)
+        own, basis = self._project_on_discs(parity, tables), self._project_on_discs(parity)
+        total = self.discs.added_stiffness(own, basis)
+        if self.sets.offcuts.x.size:
+            bent = self._bend(parity, self._tables)
+            total -= (bent if tables is self._tables else self._bend(parity, tables)).T @ bent
+        total = self.basis.geometry.bending_stiffness * np.asarray(total)
         features = [self.basis.geometry.points[k].stiffness for k in self.sets.point_index]
         total += self._at_points(parity, tables, np.array(features))
         for k, support in enumerate(self.basis.geometry.rims):
@@ -192,7 +215,7 @@ class Assembly:
     def inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Kinetic energy form of functions with the basis; shape (functions, size)."""
         plate = self._project(parity, tables.area.values(parity, (0, 0)))
-        on_discs = tables.discs.values(parity, (0, 0)).T * self.sets.discs.weights
+        on_discs = tables.discs.values(parity, (0, 0)).T * self.discs.points.weights
         plate[:, parity.polynomials :] += on_discs @ parity.combine(self._kinks)
         return self.basis.geometry.areal_mass * plate + self._added_inertia(parity, tables)
 
@@ -204,10 +227,16 @@ class Assembly:
         """
         values = self._tables.discs.values(parity, (0, 0))
         kinks = parity.combine(self._kinks)
-        weighted = kinks.T * self.sets.discs.weights
-        rows = weighted @ values
-        rows[:, parity.polynomials :] += (weighted @ (values[:, parity.polynomials :] - kinks)).T
-        return np.asarray(rows)
+        rows = np.zeros((kinks.shape[1], values.shape[1]))
+        for circle, points in self.discs.spans():
+            # Only the disc's own functions have a kink there.
+            own = parity.members_of(circle)
+            kinked = kinks[points, own]
+            weighted = kinked.T * self.discs.points.weights[points]
+            rows[own] += weighted @ values[points]
+            others = values[points, parity.polynomials :] - kinks[points]
+            rows[:, parity.polynomials :][:, own] += (weighted @ others).T
+        return rows
 
     def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
         nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
@@ -243,30 +272,32 @@ class Assembly:
 
     def _set_bubbles(self, parity: ParityBasis, form: FloatArray) -> None:
         """Bubbles end at their rim, so their energy by D is the integral over the disc."""
-        own = [
-            parity.polynomials + k
-            for k, member in enumerate(parity.members)
-            if not self.basis.circles[member.circle].members[member.column][0].outside
-        ]
-        if own:
-            bending = self._bending(parity, self._tables)
-            rows = bending[:, own].T @ bending
+        for circle, _ in self.discs.spans():
+            members = parity.members[parity.members_of(circle)]
+            first = parity.polynomials + parity.members_of(circle).start
+            own = first + np.flatnonzero(
+                [not self.basis.circles[circle].members[m.column][0].outside for m in members]
+            )
+            rows = self.discs.bending_of(circle, own, self._project_on_discs(parity))
             form[own] = rows
             form[:, own] = rows.T
 
-    def _bending(self, parity: ParityBasis, tables: Tables) -> FloatArray:
-        """`_bend`; the basis's own is kept, since every load asks for it."""
-        if tables is not self._tables:
-            return self._bend(parity, tables)
-        if parity.parity not in self._bent:
-            self._bent[parity.parity] = self._bend(parity, tables)
-        return self._bent[parity.parity]
+    def _project_on_discs(
+        self, parity: ParityBasis, tables: Tables | None = None
+    ) -> list[OnDisc]:
+        """Functions as polynomials of each disc; the basis's are kept, every load asks for them."""
+        if tables is not None and tables is not self._tables:
+            return self.discs.project(tables.discs.values(parity, (0, 0)))
+        if parity.parity not in self._on_discs:
+            values = self._tables.discs.values(parity, (0, 0))
+            self._on_discs[parity.parity] = self.discs.project(values)
+        return self._on_discs[parity.parity]
 
     def _bend(self, parity: ParityBasis, tables: Tables) -> FloatArray:
-        """B with BᵀB the energy form by D over the glued discs; shape (3 · points, functions)."""
+        """B with BᵀB the energy form by D over the offcuts; shape (3 · points, functions)."""
         nu = self.basis.geometry.poisson
-        xx, xy, yy = (tables.discs.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))
-        root = np.sqrt(self.sets.discs.weights)[:, None]
+        xx, xy, yy = (tables.offcuts.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))
+        root = np.sqrt(self.sets.offcuts.weights)[:, None]
         # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
         return np.concatenate(
             (
@@ -278,45 +309,31 @@ class Assembly:
 
     def _added_inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Kinetic energy with the basis of glued discs, holes and point masses."""
-        own = tables.discs.values(parity, (0, 0))
-        weights = self.sets.discs.weights * self.sets.disc_mass
-        total = (own.T * weights) @ self._tables.discs.values(parity, (0, 0))
-        if self.sets.disc_rotary.any():
-            weights = self.sets.discs.weights * self.sets.disc_rotary
-            for slope in ((1, 0), (0, 1)):
-                own = tables.discs.values(parity, slope)
-                total += (own.T * weights) @ self._tables.discs.values(parity, slope)
+        own, basis = self._project_on_discs(parity, tables), self._project_on_discs(parity)
+        total = self.discs.added_inertia(own, basis)
+        if self.sets.offcuts.x.size:
+            weights = self.basis.geometry.areal_mass * self.sets.offcuts.weights
+            cut = tables.offcuts.values(parity, (0, 0)).T * weights
+            total -= cut @ self._tables.offcuts.values(parity, (0, 0))
         features = [self.basis.geometry.points[k].mass for k in self.sets.point_index]
         return np.asarray(total + self._at_points(parity, tables, np.array(features)))
 
-    def _project(self, parity: ParityBasis, values: FloatArray) -> FloatArray:
-        """∫ of functions, given at the area points, times the basis; shape (functions, size)."""
+    def _project(self, parity: ParityBasis, values: FloatArray | None = None) -> FloatArray:
+        """∫ of functions, given at the area points, times the basis; shape (functions, size).
+
+        Without `values` the functions are the circles' own.
+        """
         (x, _), (y, _) = self.sets.gauss_x, self.sets.gauss_y
-        weighted = values.T * self.sets.area.weights
+        root = np.sqrt(self.sets.area.weights)[:, None]
+        circles = root * self._area.circle_values(parity, (0, 0))
+        # A matrix by its own transpose takes half the time.
+        rooted = circles if values is None else root * values
         along_x = self.basis.along_x.evaluate(x)[:, parity.degrees_x]
         along_y = self.basis.along_y.evaluate(y)[:, parity.degrees_y]
-        count = values.shape[1]
-        polynomials = along_x.T @ weighted.reshape(count, x.size, y.size) @ along_y
-        circles = weighted @ self._area.circle_values(parity, (0, 0))
-        return np.concatenate((polynomials.reshape(count, parity.polynomials), circles), axis=1)
-
-
-def _tables(sets: PointSets, make: Callable[[Points], Table], area: Table) -> Tables:
-    """Sets of points in two evaluations, for the calls cost more than the points.
-
-    The edges stand apart: third derivatives are wanted nowhere else.
-    """
-    edges = _shared([edge.points for edge in sets.edges], make)
-    rims = [rim.points for rim in sets.rims.values()]
-    corners, discs, points, *on_rims = _shared([sets.corners, sets.discs, sets.points, *rims], make)
-    return Tables(
-        edges=list(edges),
-        corners=corners,
-        discs=discs,
-        points=points,
-        area=area,
-        rims=dict(zip(sets.rims, on_rims, strict=True)),
-    )
+        count = rooted.shape[1]
+        weighted = np.reshape((root * rooted).T, (count, x.size, y.size))
+        polynomials = (along_x.T @ weighted @ along_y).reshape(count, parity.polynomials)
+        return np.concatenate((polynomials, rooted.T @ circles), axis=1)
 
 
 def _shared(groups: list[Points], make: Callable[[Points], Table]) -> list[TablePart]:

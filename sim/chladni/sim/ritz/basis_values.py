@@ -23,9 +23,6 @@ RIM_POINTS = 32
 """Points on a rim, at least, and `BEYOND` twice its order where that is more: the error falls as
 (radius / distance to the next feature)^(points − order)."""
 BEYOND = 16
-DISC_POINTS = (12, 36)
-"""Points on a glued disc along and around, at least: exact for polynomials of degree 22, well
-beyond what bends there. More around, and half as many more along, for higher orders."""
 OFFCUT_POINTS = 16
 """Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
 EDGE_POINTS = 96
@@ -164,19 +161,13 @@ class Rim:
 class PointSets:
     """All quadrature points in the fundamental part of the plate; weights count the images.
 
-    `disc_index` says, per disc point, which inclusion it belongs to, `disc_stiffness`, `disc_mass`
-    and `disc_rotary` what that adds there: bending stiffness by D, mass and rotary inertia per
-    area. `corners.weights` holds the sign of
-    u_xy, `points.weights` the number of images of each point feature in `point_index`.
+    `offcuts` is what rounded corners take away. `corners.weights` holds the sign of u_xy,
+    `points.weights` the number of images of each point feature in `point_index`.
     """
 
     edges: list[Edge]
     corners: Points
-    discs: Points
-    disc_index: NDArray[np.intp]
-    disc_stiffness: FloatArray
-    disc_mass: FloatArray
-    disc_rotary: FloatArray
+    offcuts: Points
     point_index: NDArray[np.intp]
     area: Points
     gauss_x: tuple[FloatArray, FloatArray]
@@ -196,17 +187,11 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         if points.x.size:
             edges.append(Edge(points, axis, side))
     corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
-    discs = [disc_points(circle) for circle in basis.inclusions]
-    # Offcuts of rounded corners count as one more disc, from which the plate is taken away.
-    added = [(i.stiffness_ratio - 1.0, i.areal_mass, i.rotary) for i in geometry.inclusions]
-    if geometry.corner_radius > 0.0:
-        sides = (geometry.width, geometry.length)
-        discs.append(quadrature.corner_offcuts(*sides, geometry.corner_radius, OFFCUT_POINTS))
-        added.append((-1.0, -geometry.areal_mass, 0.0))
-    index = np.repeat(np.arange(len(discs)), [d.x.size for d in discs])
-    merged = quadrature.join(discs)
-    index = index[mirrors.holds(merged.x, merged.y)]
-    table = np.array(added).reshape(len(added), 3)
+    offcuts = quadrature.join(
+        [quadrature.corner_offcuts(geometry.width, geometry.length, geometry.corner_radius,
+                                   OFFCUT_POINTS)]
+        if geometry.corner_radius > 0.0 else []
+    )  # fmt: skip
     point_index, features = _point_features(basis, mirrors)
     gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
     gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
@@ -220,11 +205,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     return PointSets(
         edges=edges,
         corners=corners,
-        discs=_fundamental(merged, mirrors, images),
-        disc_index=index,
-        disc_stiffness=table[index, 0],
-        disc_mass=table[index, 1],
-        disc_rotary=table[index, 2],
+        offcuts=_fundamental(offcuts, mirrors, images),
         point_index=point_index,
         points=features,
         area=area,
@@ -259,14 +240,6 @@ def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArr
 def points_around(circle: Circle) -> int:
     """How many evenly spaced points see the functions of a circle; a multiple of four."""
     return 4 * -(-(2 * circle.own.rings + BEYOND) // 4)
-
-
-def disc_points(circle: Circle) -> Points:
-    """Quadrature over a circle's disc, fine enough for its own functions."""
-    radial, angular = DISC_POINTS
-    around = max(angular, points_around(circle))
-    rule = quadrature.DiscRule(radial + (around - angular) // 4, around)
-    return rule.on(circle.x, circle.y, circle.radius)
 
 
 def _rim(circle: Circle) -> Rim:

@@ -99,16 +99,18 @@ def evaluate_circles(
         functions = own.continued if is_smooth else own.functions
         for first in range(0, len(members), together):
             some = members[first : first + together]
-            split = SplitPoints.at(np.array([circles[k].local(x, y) for k in some]))
             radii = np.array([[circles[k].radius] for k in some])
-            rows = ends[some]
-            for function in functions:
-                values = split.evaluate(function, derivative) / radii ** sum(derivative)
-                result[rows] = values.real
-                rows = rows + 1
-                if function.order > 0:
-                    result[rows] = -values.imag
+            for start in range(0, x.size, AT_ONCE):
+                at = slice(start, start + AT_ONCE)
+                split = SplitPoints.at(np.array([circles[k].local(x[at], y[at]) for k in some]))
+                rows = ends[some]
+                for function in functions:
+                    values = split.evaluate(function, derivative) / radii ** sum(derivative)
+                    result[rows, at] = values.real
                     rows = rows + 1
+                    if function.order > 0:
+                        result[rows, at] = -values.imag
+                        rows = rows + 1
     return result.T
 
 

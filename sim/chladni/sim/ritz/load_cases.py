@@ -20,8 +20,8 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
-from chladni.sim.ritz.basis import EDGE_ZONE, Basis
-from chladni.sim.ritz.basis_values import BasisTable, disc_points
+from chladni.sim.ritz.basis import EDGE_ZONE
+from chladni.sim.ritz.basis_values import BasisTable
 from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.parity import Parity, ParityBasis
@@ -32,6 +32,8 @@ FloatArray = NDArray[np.float64]
 POINT_RADIUS = 1e-5
 """A point force is a disc of this radius, m; its field differs by R² ln R, below 1e-8."""
 NO_POINTS = Points(np.zeros(0), np.zeros(0), np.zeros(0))
+DISC_RULE = quadrature.DiscRule(radial=8, angular=36)
+"""Over a whole disc. A uniform load asks for the mean of functions only."""
 DIRECT_RULE = quadrature.DiscRule(radial=16, angular=64)
 AT_ONCE = 1 << 14
 """Values of load deflections worked out in one go, so that they stay in the cache."""
@@ -65,7 +67,7 @@ class LoadCase:
         if not all(self._direct):
             self._tables = assembly.load_tables(self._family)
         spread = [
-            _disc_on_plate(assembly.basis, load) if direct else NO_POINTS
+            _disc_on_plate(geometry, load) if direct else NO_POINTS
             for load, direct in zip(loads, self._direct, strict=True)
         ]
         # One evaluation for all direct loads; row k of the shares sums over load k's points.
@@ -176,15 +178,14 @@ def _covered(geometry: PlateGeometry, load: Load) -> float:
     return float(np.mean(_on_plate(geometry, x, y)))
 
 
-def _disc_on_plate(basis: Basis, load: Load) -> Points:
+def _disc_on_plate(geometry: PlateGeometry, load: Load) -> Points:
     """Quadrature over the part of a load disc that lies on the plate."""
     if load.radius == 0.0:
         return Points(np.array([load.x]), np.array([load.y]), np.array([1.0]))
-    for disc, circle in zip(basis.geometry.inclusions, basis.inclusions, strict=True):
-        if _is_same_disc(load, disc):
-            return disc_points(circle)
+    if any(_is_same_disc(load, disc) for disc in geometry.inclusions):
+        return DISC_RULE.on(load.x, load.y, load.radius)
     points = DIRECT_RULE.on(load.x, load.y, load.radius)
-    keep = _on_plate(basis.geometry, points.x, points.y)
+    keep = _on_plate(geometry, points.x, points.y)
     return Points(points.x[keep], points.y[keep], points.weights[keep])
 
 

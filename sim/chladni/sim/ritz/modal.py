@@ -54,11 +54,11 @@ class ClassModes:
         # Many loads come at one frequency: its factors are kept.
         self._factored: tuple[tuple[float, float], Any] | None = None
         self._size = stiffness.shape[0]
-        square = np.ix_(subset, subset)
-        self._stiffness, self._mass = stiffness[square], mass[square]
+        self._forms = stiffness, mass
         # Energy at a typical frequency makes the scale: every function counts as one.
-        self._shift = float(np.median(np.diag(self._stiffness) / np.diag(self._mass))) * 1e-6
-        self._scale = 1.0 / np.sqrt(np.diag(self._stiffness) + self._shift * np.diag(self._mass))
+        stiff, heavy = np.diag(stiffness)[subset], np.diag(mass)[subset]
+        self._shift = float(np.median(stiff / heavy)) * 1e-6
+        self._scale = 1.0 / np.sqrt(stiff + self._shift * heavy)
         self._rows = rows
         own = supports[np.ix_(rows, subset)] * self._scale
         self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
@@ -73,6 +73,20 @@ class ClassModes:
         """Conditions or moments by row, those of the edges as combinations that can be met."""
         count = moments.shape[0] - self._edges
         return np.concatenate((moments[:count], self._met @ moments[count:]))
+
+    @property
+    def _stiffness(self) -> FloatArray:
+        return self._own_part(self._forms[0])
+
+    @property
+    def _mass(self) -> FloatArray:
+        return self._own_part(self._forms[1])
+
+    def _own_part(self, form: FloatArray) -> FloatArray:
+        """A form over the subset; cut out anew each time, since several subsets share the whole."""
+        if self._subset.size == self._size:
+            return form
+        return form[np.ix_(self._subset, self._subset)]
 
     @cached_property
     def _null_space(self) -> FloatArray:
@@ -143,45 +157,88 @@ class ClassModes:
         moments = None if load.supports is None else load.supports / factor
         return self._spread(self._backward(force, moments))
 
-    def stiffened(
-        self, solution: ComplexArray, omega: float, loss_factor: float
-    ) -> ComplexArray:
-        """What a solution changes by, per relative change of all stiffness; after its `solve`."""
-        if self._factored is None:
-            return np.zeros_like(solution)
+    def stiffened(self, solution: ComplexArray, omega: float, loss_factor: float) -> ComplexArray:
+        """What a solution changes by, per relative change of all stiffness."""
         force = -(1.0 + 1j * loss_factor) * _product(self._stiffness, solution[self._subset])
-        return self._spread(self._backward(force, None))
+        if self._factored is not None and self._factored[0] == (omega, loss_factor):
+            return self._spread(self._backward(force, None))
+        whole = self._spread(force)
+        return self.respond(ClassLoad(whole, np.zeros(whole.shape), None), omega, loss_factor)
 
     def _factors(self, omega: float, loss_factor: float) -> Any:
         """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
-        directions = self._directions[1]
-        size, count = self._subset.size, directions.shape[0]
+        constraints = self._constraints
+        size, count = self._subset.size, constraints.shape[0]
         factor = 1.0 + 1j * loss_factor if loss_factor else 1.0
         bordered = np.zeros((size + count, size + count), dtype=type(factor))
         bordered[:size, :size] = factor * self._stiffness
         bordered[:size, :size] -= omega**2 * self._mass
         bordered[:size, :size] *= self._scale
         bordered[:size, :size] *= self._scale[:, None]
-        bordered[size:, :size] = directions
-        bordered[:size, size:] = directions.T
+        bordered[size:, :size] = constraints
+        bordered[:size, size:] = constraints.T
         return lu_factor(bordered, overwrite_a=True, check_finite=False)
+
+    def solve_in(
+        self, coarser: ClassModes, load: ClassLoad, omega: float, loss_factor: float
+    ) -> ComplexArray:
+        """The solution in a part of this basis; after `solve` it takes no factors of its own.
+
+        Unknowns that are left out, multipliers of conditions among them, are forced to be zero: a
+        block of the inverse as large as their number does that.
+        """
+        is_factored = self._factored is not None and self._factored[0] == (omega, loss_factor)
+        if not is_factored or self._edges or not self._has_plain_rows:
+            return coarser.solve(load, omega, loss_factor)
+        size = self._subset.size
+        functions = np.setdiff1d(self._subset, coarser._subset)
+        rows = np.flatnonzero(~np.isin(self._rows[self._kept], coarser._rows))
+        out = np.concatenate((np.searchsorted(self._subset, functions), size + rows))
+        factor = 1.0 + 1j * loss_factor
+        force = (load.force + omega**2 / factor * load.inertia)[self._subset]
+        moments = None if load.supports is None else load.supports / factor
+        right = self._right(force, moments)
+        units = np.zeros((right.shape[0], out.size), dtype=right.dtype)
+        units[out, np.arange(out.size)] = 1.0
+        found = self._back(np.concatenate((right, units), axis=1))
+        whole, columns = found[:, : right.shape[1]], found[:, right.shape[1] :]
+        kept = whole - columns @ np.linalg.solve(columns[out], whole[out])
+        return self._spread(self._scale[:, None] * kept[:size])
 
     def _backward(self, force: ComplexArray, moments: ComplexArray | None) -> ComplexArray:
         """Coefficients of the subset under forces, whose support moments cancel `moments`."""
-        assert self._factored is not None
-        size, count = self._subset.size, self._directions[1].shape[0]
+        found = self._back(self._right(force, moments))
+        return np.asarray(self._scale[:, None] * found[: self._subset.size])
+
+    def _right(self, force: ComplexArray, moments: ComplexArray | None) -> ComplexArray:
+        """Right-hand side for `_back`."""
+        size, count = self._subset.size, self._constraints.shape[0]
         right = np.zeros((size + count, force.shape[1]), dtype=np.complex128)
         right[:size] = self._scale[:, None] * force
         if moments is not None and count:
             right[size:] = -self._directed(moments)
+        return right
+
+    def _back(self, right: ComplexArray) -> ComplexArray:
+        """Scaled coefficients and multipliers, by the factors kept."""
+        assert self._factored is not None
         lu, pivots = self._factored[1]
         if np.iscomplexobj(lu):
-            found = lu_solve((lu, pivots), right, overwrite_b=True, check_finite=False)
-        else:
-            both = np.concatenate((right.real, right.imag), axis=1)
-            both = lu_solve((lu, pivots), both, overwrite_b=True, check_finite=False)
-            found = both[:, : force.shape[1]] + 1j * both[:, force.shape[1] :]
-        return np.asarray(self._scale[:, None] * found[:size])
+            return np.asarray(lu_solve((lu, pivots), right, check_finite=False))
+        count = right.shape[1]
+        both = np.concatenate((right.real, right.imag), axis=1)
+        both = lu_solve((lu, pivots), both, overwrite_b=True, check_finite=False)
+        return np.asarray(both[:, :count] + 1j * both[:, count:])
+
+    @cached_property
+    def _has_plain_rows(self) -> bool:
+        """Whether the conditions are independent, so that each can be a constraint as it is."""
+        return self._directions[1].shape[0] == self._conditions.shape[0]
+
+    @property
+    def _constraints(self) -> FloatArray:
+        """Rows that scaled coefficients meet: the conditions, or their independent directions."""
+        return self._conditions if self._has_plain_rows else self._directions[1]
 
     @cached_property
     def _directions(self) -> tuple[FloatArray, FloatArray]:
@@ -193,11 +250,10 @@ class ClassModes:
         return (left[:, :rank] / singular[:rank]).T, right[:rank]
 
     def _directed(self, moments: ComplexArray) -> ComplexArray:
-        """Support moments (conditions, loads) along the rows of `_directions`."""
+        """Support moments (conditions, loads) along the rows of `_constraints`."""
         independent = self._independent(moments[self._rows])
-        return np.asarray(
-            self._directions[0] @ (independent[self._kept] * self._row_scale[:, None])
-        )
+        own = independent[self._kept] * self._row_scale[:, None]
+        return np.asarray(own if self._has_plain_rows else self._directions[0] @ own)
 
     def _prepare(
         self, load: ClassLoad, omega: float, loss_factor: float
@@ -208,6 +264,8 @@ class ClassModes:
         particular: ComplexArray = np.zeros(own.shape, dtype=np.complex128)
         if load.supports is not None and load.supports.any():
             directed = self._directed(load.supports) / factor
+            if self._has_plain_rows:
+                directed = self._directions[0] @ directed
             particular = np.asarray(-self._scale[:, None] * (self._directions[1].T @ directed))
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
         return particular, np.asarray(own, dtype=np.complex128)

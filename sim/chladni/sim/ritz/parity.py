@@ -106,9 +106,12 @@ class ParityBasis:
         self.degrees_y = parity.degrees(basis.resolution.ny, axis=1)
         columns: list[FloatArray] = []
         self.members: list[Member] = []
+        self._spans: list[slice] = []
         for index, circle in enumerate(basis.circles):
+            first = len(self.members)
             if parity.mirrors.holds(np.array(circle.x), np.array(circle.y)):
                 self._add_circle(index, circle, columns)
+            self._spans.append(slice(first, len(self.members)))
         count = basis.size - basis.polynomials
         dense = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
         # At most one entry per image in a column, so a sparse product costs next to nothing.
@@ -132,6 +135,10 @@ class ParityBasis:
             if column[first + k] != 0.0:
                 columns.append(column / abs(column[first + k]))
                 self.members.append(Member(index, k, orbit))
+
+    def members_of(self, circle: int) -> slice:
+        """Where the members of a circle stand in `members`."""
+        return self._spans[circle]
 
     def _partner(self, circle: Circle, image: tuple[float, float]) -> int:
         distances = [

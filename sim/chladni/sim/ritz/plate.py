@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import wraps
 from threading import RLock
 from typing import Any, TypeVar, cast
@@ -17,6 +17,7 @@ from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
 from chladni.sim.plate.response import Excitation, PlateModel, Response
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
+from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.resolution import (
     LEVELS,
@@ -25,12 +26,15 @@ from chladni.sim.ritz.resolution import (
     wave_number,
     wave_number_of_mode,
 )  # fmt: skip
-from chladni.sim.ritz.solver import Image, Solver
+from chladni.sim.ritz.solver import Estimate, Image, Solver
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
+WORTHWHILE = 0.7
+"""A larger basis that leaves more of the estimated error than this is the last that is tried."""
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
@@ -43,6 +47,16 @@ def in_turn(method: Method) -> Method:
             return method(self, *args, **kwargs)
 
     return cast(Method, guarded)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A solution in one basis."""
+
+    solver: Solver
+    case: LoadCase
+    solution: list[ComplexArray]
+    estimate: Estimate
 
 
 class RitzPlate(PlateModel):
@@ -99,28 +113,44 @@ class RitzPlate(PlateModel):
 
     @in_turn
     def _image(self, asked: Excitation) -> tuple[int, Image, float]:
-        """The size of the basis that suffices, the image and its error."""
-        omega = asked.omega
-        waves = wave_number(self.geometry, omega)
-        level = first_level(self.geometry, asked.tolerance)
-        while True:
-            solver = self._solver(waves, level)
-            self._refuse_resonance(solver, asked.frequency_hz)
-            case = solver.case(asked.loads)
-            solution = solver.coefficients(case, omega, self.loss_factor)
-            error = solver.error_estimate(case, solution, omega, self.loss_factor)
-            if error <= asked.tolerance or level == LEVELS - 1 or self._resolution:
-                image = solver.image(case, solution, self.loss_factor, asked.x, asked.y)
-                return solver.basis.size, image, error
-            level += 1
+        """The size of the basis that suffices, the image and its error.
+
+        Polynomials and functions on circles grow apart, each while its share of the error is too
+        large. The best solution counts, should the largest be no better.
+        """
+        waves = wave_number(self.geometry, asked.omega)
+        level = orders = first_level(self.geometry, asked.tolerance)
+        best = found = self._find(asked, waves, level, orders)
+        while best.estimate.error > asked.tolerance and not self._resolution:
+            share = asked.tolerance / 3.0
+            grown = (min(level + int(found.estimate.polynomials > share), LEVELS - 1),
+                     min(orders + int(found.estimate.orders > share), LEVELS - 1))  # fmt: skip
+            if grown == (level, orders):
+                break
+            level, orders = grown
+            found = self._find(asked, waves, level, orders)
+            is_worthwhile = found.estimate.error < WORTHWHILE * best.estimate.error
+            best = min(best, found, key=lambda either: either.estimate.error)
+            if not is_worthwhile:
+                break
+        image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
+        return best.solver.basis.size, image, best.estimate.error
+
+    def _find(self, asked: Excitation, waves: float, level: int, orders: int) -> _Found:
+        solver = self._solver(waves, level, orders)
+        self._refuse_resonance(solver, asked.frequency_hz)
+        case = solver.case(asked.loads)
+        solution = solver.coefficients(case, asked.omega, self.loss_factor)
+        estimate = solver.error_estimate(case, solution, asked.omega, self.loss_factor)
+        return _Found(solver, case, solution, estimate)
 
     @in_turn
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         return self.mode_solver(count).mode_shapes(count, loads, x, y)
 
-    def _solver(self, waves: float, level: int) -> Solver:
-        resolution = self._resolution or resolution_for(self.geometry, waves, level)
+    def _solver(self, waves: float, level: int, orders: int | None = None) -> Solver:
+        resolution = self._resolution or resolution_for(self.geometry, waves, level, orders)
         if resolution not in self._solvers:
             self._solvers[resolution] = Solver(self.geometry, self.mirrors, resolution)
         return self._solvers[resolution]

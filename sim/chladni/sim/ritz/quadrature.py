@@ -69,18 +69,17 @@ def corner_offcuts(width: float, length: float, radius: float, count: int) -> Po
 
 
 class DiscRule:
-    """Gauss × trapezoid points on a disc: exact for degree min(2·radial − 2, angular − 1)."""
+    """Gauss × trapezoid points on a disc, exact up to degree min(4·radial − 2, angular − 1)."""
 
     def __init__(self, radial: int, angular: int) -> None:
-        self._nodes, self._weights = gauss_points(2.0, radial)
-        # Half a step off the axes, so that no point lies on a mirror line.
+        # In ρ², of which the mean around a circle is a polynomial.
+        nodes, weights = gauss_points(1.0, radial)
+        self._share, self._weights = np.sqrt(nodes + 0.5), weights / 2.0
         self._angle = 2.0 * np.pi * (np.arange(angular) + 0.5) / angular
 
     def on(self, x: float, y: float, radius: float) -> Points:
         """The points of one disc."""
-        distance = self._nodes * (radius / 2.0) + radius / 2.0
-        px = x + np.outer(distance, np.cos(self._angle))
-        py = y + np.outer(distance, np.sin(self._angle))
-        share = np.full(self._angle.size, 2.0 * np.pi / self._angle.size)
-        area = np.outer(self._weights * (radius / 2.0) * distance, share)
-        return Points(px.ravel(), py.ravel(), area.ravel())
+        px = x + radius * np.outer(self._share, np.cos(self._angle))
+        py = y + radius * np.outer(self._share, np.sin(self._angle))
+        around = np.full(self._angle.size, 2.0 * np.pi / self._angle.size)
+        return Points(px.ravel(), py.ravel(), radius**2 * np.outer(self._weights, around).ravel())

@@ -19,12 +19,25 @@ WAVES = 0.55
 """Polynomials per k·L: π per wavelength resolves a wave, and 0.55 · 2π = 3.5."""
 MOST_ORDER = 40
 """Highest angular order on a circle: 10 µm between a screw and a magnet take 37 for 1e-3."""
+MORE_CROWDED = 2.5
+"""Powers of ten of a crowded circle's field that are followed beyond its level."""
+CROWDED = 1.5
+"""Decay per order from which a circle needs no more orders than any other."""
+BACK_AND_FORTH = 1.4
+"""What an order does to the board decays that many times as fast as what neighbours do to it (twice
+were it only sent back to them); seen on crowded boards, 0.55 per order where decay is 0.37."""
 FEATURELESS = 2
 """A plate without circles converges so fast that two levels fewer do."""
 
 
-def resolution_for(geometry: PlateGeometry, wave_number: float, level: int) -> Resolution:
-    """A basis for waves of up to `wave_number` (rad/m), the larger the higher `level` is."""
+def resolution_for(
+    geometry: PlateGeometry, wave_number: float, level: int, orders: int | None = None
+) -> Resolution:
+    """A basis for waves of up to `wave_number` (rad/m).
+
+    The larger, the higher `level` is; functions on circles may have a level of their own.
+    """
+    orders = level if orders is None else orders
     sides = np.array([geometry.width, geometry.length])
     stretch = np.minimum((sides / sides.min()) ** ASPECT_POWER, LONGEST_FACTOR)
     counts = np.ceil(WAVES * wave_number * sides + stretch * (BASE + STEP * level))
@@ -32,10 +45,10 @@ def resolution_for(geometry: PlateGeometry, wave_number: float, level: int) -> R
     return Resolution(
         nx=nx,
         ny=ny,
-        rim_rings=3 if level < 4 else 4,
-        inclusion_rings=4 + level,
-        inclusion_bubbles=2 + level,
-        crowded=10.0 ** -(level + 1),
+        rim_rings=3 if orders < 4 else 4,
+        inclusion_rings=4 + orders,
+        inclusion_bubbles=2 + orders,
+        crowded=10.0 ** -(orders + MORE_CROWDED),
     )
 
 
@@ -64,11 +77,18 @@ def crowding(geometry: PlateGeometry) -> FloatArray:
     return result
 
 
+def left_beside(decay: float) -> float:
+    """What the orders beyond the last one do, as so many times what the last one does."""
+    ratio = np.exp(-BACK_AND_FORTH * decay)
+    return float(ratio / (1.0 - ratio)) if ratio < 1.0 else np.inf
+
+
 def order_beside(decay: float, left: float) -> int:
     """The order after which neighbours leave a share `left` of a circle's field, at most."""
-    # What an order sends out decays on its way to the neighbour as what comes in does.
-    orders = np.log(1.0 / left) / (2.0 * max(decay, 1e-9))
-    return int(min(np.ceil(orders + 1.0), MOST_ORDER)) if left < 1.0 else 0
+    if decay > CROWDED:
+        return 0
+    orders = np.log(1.0 / left) / (BACK_AND_FORTH * max(decay, 1e-9)) + 0.5
+    return int(min(np.ceil(orders), MOST_ORDER)) if left < 1.0 else 0
 
 
 def first_level(geometry: PlateGeometry, tolerance: float) -> int:

@@ -1,0 +1,192 @@
+"""Energy of glued discs and holes, from what functions do on each disc.
+
+On a disc every function of the basis is smooth, so its values at a few points tell a polynomial
+of the disc that it is, and the energies of those polynomials are known beforehand. A disc then
+costs as many rows as it has polynomials, not three second derivatives at every point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr, solve_triangular
+
+from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.circle_functions import Circle, Derivative, SplitPoints
+from chladni.sim.ritz.circle_terms import RadialFunction, Term
+from chladni.sim.ritz.geometry import Inclusion
+from chladni.sim.ritz.quadrature import DiscRule, Points, join
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+MORE_ORDERS, MORE_DEGREES = 4, 10
+"""Angular orders beyond those of a disc's own functions, and degrees beyond those that the plate's
+polynomials have on it: what neighbours and products of polynomials add."""
+LEAST_PER_ORDER = 3
+"""Powers of ρ² with each order: ρᵐ and ρᵐ⁺² of fields without load, one more for bubbles."""
+
+
+class DiscPolynomials:
+    """Orthonormal polynomials of the unit disc, up to an angular order and a degree.
+
+    Attributes
+    ----------
+    rule
+        Points at which functions are to be known.
+    projector
+        Of a function's values at those points onto the polynomials; (polynomials, points).
+    slope
+        ∫ of the products of the polynomials' gradients; (polynomials, polynomials).
+    """
+
+    def __init__(self, orders: int, degree: int) -> None:
+        self.rule = DiscRule(radial=degree // 2 + 3, angular=2 * orders + 4)
+        points = self.rule.on(0.0, 0.0, 1.0)
+        functions = [
+            RadialFunction(m, (), (Term(1.0, s, m + s),))
+            for m in range(orders + 1)
+            for s in range(max(LEAST_PER_ORDER, (degree - m) // 2 + 1))
+        ]
+        split = SplitPoints.at(points.x + 1j * points.y)
+        root = np.sqrt(points.weights)[:, None]
+
+        def sampled(derivative: Derivative) -> FloatArray:
+            values = [(f.order, split.evaluate(f, derivative)) for f in functions]
+            columns = [part for order, value in values
+                       for part in ((value.real, -value.imag) if order else (value.real,))]  # fmt: skip
+            return np.asarray(root * np.stack(columns, axis=1))
+
+        orthonormal, triangle = qr(sampled((0, 0)), mode="economic")
+        self.projector = np.asarray((orthonormal * root).T)
+
+        def derived(derivative: Derivative) -> FloatArray:
+            return np.asarray(solve_triangular(triangle, sampled(derivative).T, trans="T").T)
+
+        self._second = [derived(d) for d in ((2, 0), (1, 1), (0, 2))]
+        x, y = derived((1, 0)), derived((0, 1))
+        self.slope = np.asarray(x.T @ x + y.T @ y)
+
+    def bending(self, poisson: float) -> FloatArray:
+        """R with RᵀR the bending energy form by D, of shape (polynomials, polynomials)."""
+        xx, xy, yy = self._second
+        # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
+        squares = (
+            np.sqrt((1.0 + poisson) / 2.0) * (xx + yy),
+            np.sqrt((1.0 - poisson) / 2.0) * (xx - yy),
+            np.sqrt(2.0 * (1.0 - poisson)) * xy,
+        )
+        return np.asarray(qr(np.concatenate(squares), mode="r")[0][: xx.shape[1]])
+
+
+@dataclass(frozen=True)
+class _Disc:
+    """One disc of the plate's fundamental part, which stands for `orbit` images."""
+
+    circle: int
+    inclusion: Inclusion
+    polynomials: DiscPolynomials
+    bending: FloatArray
+    points: slice
+    orbit: float
+
+
+@dataclass(frozen=True)
+class OnDisc:
+    """Functions as polynomials of one disc, and their bending; each (polynomials, functions)."""
+
+    values: FloatArray
+    bending: FloatArray
+
+
+class Discs:
+    """All discs of a basis, the images of mirrored ones left out.
+
+    Attributes
+    ----------
+    points
+        Quadrature over them, one after the other; weights count the images.
+    inclusion
+        Which inclusion each point belongs to, shape (points,).
+    """
+
+    def __init__(self, basis: Basis, mirrors: Mirrors) -> None:
+        geometry = basis.geometry
+        made: dict[tuple[int, int], DiscPolynomials] = {}
+        bending: dict[tuple[int, int], FloatArray] = {}
+        self._own: list[_Disc] = []
+        points: list[Points] = []
+        inclusion: list[int] = []
+        count = 0
+        for k, (disc, circle) in enumerate(zip(geometry.inclusions, basis.inclusions, strict=True)):
+            if not mirrors.holds(np.array(disc.x), np.array(disc.y)):
+                continue
+            key = orders_and_degree(basis, circle)
+            if key not in made:
+                made[key] = DiscPolynomials(*key)
+                bending[key] = made[key].bending(geometry.poisson)
+            orbit = float(mirrors.orbit(disc.x, disc.y))
+            own = made[key].rule.on(disc.x, disc.y, disc.radius)
+            points.append(Points(own.x, own.y, orbit * own.weights))
+            span = slice(count, count + own.x.size)
+            self._own.append(
+                _Disc(len(basis.rims) + k, disc, made[key], bending[key], span, orbit)
+            )
+            inclusion += [k] * own.x.size
+            count = span.stop
+        self.points = join(points)
+        self.inclusion = np.array(inclusion, dtype=np.intp)
+
+    def spans(self) -> list[tuple[int, slice]]:
+        """(circle, its rows among the points) of every disc."""
+        return [(disc.circle, disc.points) for disc in self._own]
+
+    def project(self, values: FloatArray) -> list[OnDisc]:
+        """Functions, given at the points, as polynomials of each disc."""
+        result = []
+        for disc in self._own:
+            own = disc.polynomials.projector @ values[disc.points]
+            result.append(OnDisc(own, disc.bending @ own))
+        return result
+
+    def added_stiffness(self, left: list[OnDisc], right: list[OnDisc]) -> FloatArray | float:
+        """Strain energy by D that discs add to two sets of functions; (functions, functions)."""
+        total: FloatArray | float = 0.0
+        for disc, one, other in zip(self._own, left, right, strict=True):
+            factor = disc.orbit * (disc.inclusion.stiffness_ratio - 1.0) / disc.inclusion.radius**2
+            if factor:
+                # A matrix by its own transpose takes half the time.
+                total = total + factor * (one.bending.T @ other.bending)
+        return total
+
+    def added_inertia(self, left: list[OnDisc], right: list[OnDisc]) -> FloatArray | float:
+        """Kinetic energy that discs add to two sets of functions; (functions, functions)."""
+        total: FloatArray | float = 0.0
+        for disc, one, other in zip(self._own, left, right, strict=True):
+            inclusion = disc.inclusion
+            mass = disc.orbit * inclusion.areal_mass * inclusion.radius**2
+            total = total + mass * (one.values.T @ other.values)
+            if inclusion.rotary:
+                rotary = disc.orbit * inclusion.rotary
+                total = total + one.values.T @ (rotary * disc.polynomials.slope @ other.values)
+        return total
+
+    def bending_of(self, circle: int, own: IntArray, basis: list[OnDisc]) -> FloatArray:
+        """Strain energy by D on one circle's disc of columns `own` with all; (own, functions)."""
+        ((disc, on_it),) = (
+            pair for pair in zip(self._own, basis, strict=True) if pair[0].circle == circle
+        )
+        factor = disc.orbit / disc.inclusion.radius**2
+        return np.asarray(factor * (on_it.bending[:, own].T @ on_it.bending))
+
+
+def orders_and_degree(basis: Basis, circle: Circle) -> tuple[int, int]:
+    """Angular order and degree up to which a disc's polynomials have to go."""
+    resolution, geometry = basis.resolution, basis.geometry
+    waves = max(resolution.nx / geometry.width, resolution.ny / geometry.length)
+    degree = MORE_DEGREES + int(np.ceil(2.0 * circle.radius * waves))
+    rings = max(circle.own.rings, circle.own.bubbles)
+    return max(rings + MORE_ORDERS, degree - LEAST_PER_ORDER), degree
