@@ -40,16 +40,10 @@ def test_phase_turns_by_half_a_turn_through_resonance(paper: Board) -> None:
 
 def test_an_undamped_ritz_plate_names_the_mode() -> None:
     model = free_plate(0.0)
-    second = float(
-        model._solver(
-            wave_number(model.geometry, 2e3), first_level(model.geometry, 1e-3)
-        ).omega_squared[1]
-        ** 0.5
-        / (2.0 * np.pi)
-    )
-    solver_resolution = resolution_for(
-        model.geometry, wave_number(model.geometry, 2e3), first_level(model.geometry, 1e-3)
-    )
+    waves, level = wave_number(model.geometry, 2e3), first_level(model.geometry, 1e-3)
+    solver = model._solver(waves, (level, level))
+    second = float(solver.omega_squared[1] ** 0.5 / (2.0 * np.pi))
+    solver_resolution = resolution_for(model.geometry, waves, level)
     fixed = RitzPlate(model.geometry, 0.0, solver_resolution)
     with pytest.raises(ResonanceError, match="mode 2"):
         fixed.respond([Load(0.0, 0.0, 3e-3)], frequency_hz=second, x=X, y=Y, tolerance=1e-3)

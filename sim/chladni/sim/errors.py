@@ -79,6 +79,30 @@ class ConflictError(InputError):
         return f"{self._place()} does not go with {self.expected}"
 
 
+class TooLargeError(InputError):
+    """What is asked for takes more memory than it may.
+
+    Parameters
+    ----------
+    what
+        Would have been done.
+    needed, most
+        Bytes.
+    lower
+        What to lower for less.
+    """
+
+    def __init__(self, what: str, needed: float, most: float, lower: str):
+        self.needed, self.most = needed, most
+        super().__init__(what, needed, lower)
+
+    def _text(self) -> str:
+        return (
+            f"{self.field} takes about {self.needed / 1e9:.1f} GB, more than {self.most / 1e9:g}: "
+            f"lower {self.expected}, or go on with --large"
+        )
+
+
 def check_one_of(what: str = "", **given: bool) -> None:
     """Refuse none or several of some options; `udp_port` stands for --udp-port, `TABLE` for TABLE.
 
@@ -116,19 +140,27 @@ class ToleranceError(ChladniError):
         Relative L² errors.
     """
 
-    def __init__(self, estimate: float, tolerance: float):
+    def __init__(self, estimate: float, tolerance: float, closest: str = ""):
         self.estimate = estimate
         self.tolerance = tolerance
         limit = WORST_ESTIMATE if estimate > WORST_ESTIMATE else tolerance
+        where = f" ({closest})" if closest else ""
         super().__init__(
             f"the field's estimated error is {estimate:.2g}, above {limit:g}: move features that "
-            "nearly touch apart or merge them, give the plate a loss_factor, or ask for another "
-            "tolerance"
+            f"nearly touch apart or merge them{where}, give a plate driven at a mode a loss_factor "
+            "or another frequency, or ask for another tolerance"
         )
 
 
-def check_estimate(estimate: float, tolerance: float, *, allow_unmet: bool = False) -> None:
+def check_estimate(
+    estimate: float, tolerance: float, *, allow_unmet: bool = False, closest: str = ""
+) -> None:
     """Refuse an estimate above the tolerance, unless allowed; and any above `WORST_ESTIMATE`.
+
+    Parameters
+    ----------
+    closest
+        Which features are closest to each other, in words.
 
     Raises
     ------
@@ -136,7 +168,7 @@ def check_estimate(estimate: float, tolerance: float, *, allow_unmet: bool = Fal
         Says what would help.
     """
     if estimate > max(WORST_ESTIMATE, tolerance) or (estimate > tolerance and not allow_unmet):
-        raise ToleranceError(estimate, tolerance)
+        raise ToleranceError(estimate, tolerance, closest)
 
 
 class ResonanceError(ChladniError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from importlib.metadata import version
 from typing import Annotated
@@ -16,6 +17,7 @@ from chladni.host.cli.emulate import emulate
 from chladni.host.cli.options import (
     BoardArgument,
     JsonOption,
+    LargeOption,
 )  # fmt: skip
 from chladni.host.cli.output import (
     answer,
@@ -67,7 +69,9 @@ def versions(
 
 
 @board_app.command("show")
-def board_show(board: BoardArgument, as_json: JsonOption = False) -> None:
+def board_show(
+    board: BoardArgument, large: LargeOption = False, as_json: JsonOption = False
+) -> None:
     """Show a board and its first ten natural frequencies."""
     loaded = load_board(board)
     modes = plate_model(loaded).natural_frequencies(10)
@@ -87,6 +91,10 @@ def board_show(board: BoardArgument, as_json: JsonOption = False) -> None:
 
 def main() -> None:
     """Run the command line; 0 done, 1 the work failed, 2 the input is wrong."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("chladni: %(message)s"))
+    logging.getLogger("chladni").handlers = [handler]
+    logging.getLogger("chladni").setLevel(logging.INFO)
     try:
         app(prog_name="chladni")
     except InputError as error:

@@ -20,6 +20,7 @@ from chladni.host.cli.options import (
     FigureOption,
     JobsOption,
     JsonOption,
+    LargeOption,
     SeedOption,
     check_figure,
     check_jobs,
@@ -60,6 +61,7 @@ def compare_methods(
     steps: Annotated[int | None, typer.Option(help="Steps of the annealings.")] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Score every method, and the null models, on targets all over a board."""

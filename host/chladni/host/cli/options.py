@@ -12,6 +12,7 @@ from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.cli.output import check_output
 from chladni.host.figures.fields import FORMATS
 from chladni.sim.errors import InputError, MissingError
+from chladni.sim.work import allow_large_work
 
 BoardArgument = Annotated[
     str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
@@ -24,6 +25,18 @@ ObjectiveOption = Annotated[
 ]
 JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
 
+
+def _allow_large(large: bool) -> bool:
+    allow_large_work(large)
+    return large
+
+
+LargeOption = Annotated[
+    bool,
+    typer.Option("--large", callback=_allow_large,
+                 help="Go on with work that takes more than 2 GB of memory."),
+]  # fmt: skip
+"""Takes effect by itself; commands need not look at it."""
 FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]
 
 PARTIAL = ".partial"

@@ -11,7 +11,13 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from chladni.host.cli.options import BoardArgument, FigureOption, JsonOption, check_figure
+from chladni.host.cli.options import (
+    BoardArgument,
+    FigureOption,
+    JsonOption,
+    LargeOption,
+    check_figure,
+)
 from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place, say_unmet
 from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
@@ -52,6 +58,7 @@ def field(
     drive: Annotated[Path | None, typer.Option(help="Drive from `chladni solve --json`.")] = None,
     tolerance: Annotated[float, typer.Option(help="Relative error asked for.")] = TOLERANCE,
     figure: FigureOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Compute a displacement field and its energy image."""
@@ -98,6 +105,7 @@ def modes(
     count: Annotated[int, typer.Option(help="How many modes.")] = 10,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Shapes (.npz).")] = None,
     figure: FigureOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Natural frequencies, modal masses and nodal lines (Chladni figures)."""

@@ -17,6 +17,7 @@ from chladni.host.cli.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
+    LargeOption,
     MethodOption,
     ObjectiveOption,
     SeedOption,
@@ -49,6 +50,7 @@ def solve_command(
         typer.Option(help="Keep an annealing's trace here (.npz), and go on from it."),
     ] = None,
     figure: FigureOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Find the drive that best focuses the vibration at one place, and score it."""

@@ -19,6 +19,7 @@ from chladni.host.cli.options import (
     BoardArgument,
     JobsOption,
     JsonOption,
+    LargeOption,
     ObjectiveOption,
     SeedOption,
     check_jobs,
@@ -41,7 +42,8 @@ TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file
 
 def register(app: typer.Typer) -> None:
     """Add the commands."""
-    for command in (build, show, verify, diff, export):
+    app.command()(build)
+    for command in (show, verify, diff, export):
         app.command()(command)
 
 
@@ -59,6 +61,7 @@ def build(
     ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Solve every region of a board and pack the drives into a table."""

@@ -5,12 +5,17 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from chladni.sim.board.electronics import NOT_WIRED, PANEL_KINDS
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges
 from chladni.sim.errors import InputError
 
+FloatArray = NDArray[np.float64]
+NEIGHBOURS = 8
+"""Of a feature that are looked at for the closest one; a small one has no more that are close."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 SAME_PLACE = 1e-6
@@ -145,14 +150,11 @@ def _check_places(board: BoardParts) -> None:
                 _mm(actuator.at),
                 f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
             )
-    discs = [
-        (f"{section}[{i}]", feature.at, getattr(feature, "radius", 0.0))
-        for section in FEATURES
-        for i, feature in enumerate(getattr(board, section))
-    ]
-    if board.magnet:
-        magnet = board.magnet.radius
-        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
+    discs = _discs(board)
+    if not discs:
+        return
+    centres, radii = _centres_and_radii(discs)
+    tree, largest = cKDTree(centres), float(radii.max())
     for index, (name, at, radius) in enumerate(discs):
         inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
         beyond = np.maximum(np.abs(at) - (half - corner), 0.0)
@@ -162,10 +164,57 @@ def _check_places(board: BoardParts) -> None:
             raise InputError(
                 f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
             )
-        for other, place, other_radius in discs[:index]:
-            clear = np.hypot(*np.subtract(at, place)) > radius + other_radius
-            if not clear:
-                raise InputError(f"{name}.at_mm", _mm(at), f"a place clear of {other}")
+        near = np.sort(tree.query_ball_point(at, (radius + largest) * (1.0 + 1e-9)))
+        near = near[near < index]
+        apart = np.hypot(*(centres[near] - at).T)
+        touched = near[apart <= radius + radii[near]]
+        if touched.size:
+            raise InputError(
+                f"{name}.at_mm", _mm(at), f"a place clear of {discs[int(touched[0])][0]}"
+            )
+
+
+def closest(board: BoardParts) -> str:
+    """The two features, or the feature and the edge, with the smallest gap between them.
+
+    Empty where there is nothing on the plate. In words, for messages: where a field is hard to
+    follow it is mostly there.
+    """
+    discs = _discs(board)
+    if not discs:
+        return ""
+    centres, radii = _centres_and_radii(discs)
+    to_edge = (np.array(board.plate.size) / 2.0 - np.abs(centres)).min(axis=1) - radii
+    gaps = [(float(gap), discs[k][0], "the edge") for k, gap in enumerate(to_edge)]
+    count = min(NEIGHBOURS + 1, len(discs))
+    apart, which = cKDTree(centres).query(centres, k=count)
+    apart, which = np.reshape(apart, (-1, count)), np.reshape(which, (-1, count))
+    for k, (own, others) in enumerate(zip(apart, which, strict=True)):
+        gaps += [
+            (float(distance - radii[k] - radii[other]), discs[k][0], discs[other][0])
+            for distance, other in zip(own, others, strict=True) if other != k
+        ]  # fmt: skip
+    gap, one, other = min(gaps)
+    return f"{one} and {other} are {gap / MM:.3g} mm apart"
+
+
+def _discs(board: BoardParts) -> list[tuple[str, tuple[float, float], float]]:
+    """Everything that sits on the plate: (key in the file, place, radius), m."""
+    discs = [
+        (f"{section}[{i}]", feature.at, getattr(feature, "radius", 0.0))
+        for section in FEATURES
+        for i, feature in enumerate(getattr(board, section))
+    ]
+    if board.magnet:
+        magnet = board.magnet.radius
+        discs += [(f"actuators[{i}]", a.at, magnet) for i, a in enumerate(board.actuators)]
+    return discs
+
+
+def _centres_and_radii(
+    discs: list[tuple[str, tuple[float, float], float]],
+) -> tuple[FloatArray, FloatArray]:
+    return np.array([at for _, at, _ in discs]), np.array([radius for _, _, radius in discs])
 
 
 def _mm(place: tuple[float, float]) -> list[float]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.checks import closest
 from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, check_estimate
@@ -156,7 +157,7 @@ def transfer_fields(
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
-    check_estimate(response.error_estimate, tolerance, allow_unmet=allow_unmet)
+    _check(board, response, allow_unmet=allow_unmet)
     values = response.values
     if len(mode_loss_factors):
         losses = np.asarray(mode_loss_factors, dtype=np.float64)
@@ -220,7 +221,7 @@ def target_fields(
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
-    check_estimate(response.error_estimate, tolerance, allow_unmet=allow_unmet)
+    _check(board, response, allow_unmet=allow_unmet)
     return response
 
 
@@ -240,6 +241,15 @@ def check_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, f
             f"a place on the board in mm: |x| up to {half_x:g}, |y| up to {half_y:g}",
         )
     return x, y
+
+
+def _check(board: Board, response: Response, *, allow_unmet: bool) -> None:
+    """Refuse fields that are not exact enough, and say which features are likely to blame."""
+    if not response.tolerance_met:
+        check_estimate(
+            response.error_estimate, response.tolerance, allow_unmet=allow_unmet,
+            closest=closest(board),
+        )  # fmt: skip
 
 
 def _load(board: Board, x: float, y: float) -> Load:

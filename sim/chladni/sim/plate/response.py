@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.modes import ModeShapes
+from chladni.sim.work import Work, begin
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+FIELD_BYTES, FIELD_SECONDS = 48.0, 5e-8
+"""Per point of a field: what it takes with the copies that are made of it on its way."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,11 @@ class Excitation:
         """Angular frequency, rad/s."""
         return 2.0 * np.pi * self.frequency_hz
 
+    @property
+    def image_points(self) -> int:
+        """How many places fields are wanted at."""
+        return self.x.size * self.y.size
+
 
 class PlateModel(ABC):
     """A plate that can be asked for modes and fields."""
@@ -106,7 +115,12 @@ class PlateModel(ABC):
         ------
         ResonanceError
             The plate has no loss and `frequency_hz` lies on a mode.
+        TooLargeError
+            Fields or plate would take more memory than is allowed.
         """
+        count = len(loads) * x.size * y.size
+        begin(Work(f"{len(loads)} fields of {x.size} × {y.size} points", FIELD_BYTES * count,
+                   FIELD_SECONDS * count, "image.points"))  # fmt: skip
         return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
 
     @abstractmethod

@@ -24,8 +24,6 @@ from chladni.sim.ritz.basis_values import (
     Edge,
     Family,
     FamilyTable,
-    PointSets,
-    Rim,
     SharedTable,
     Table,
     TablePart,
@@ -126,7 +124,7 @@ class Assembly:
         rows = [np.zeros((0, tables.corners.values(parity, (0, 0)).shape[1]))]
         for k, support in enumerate(self.basis.geometry.rims):
             if k in self.sets.rims:
-                value, slope = _rim_moments(self.sets.rims[k], tables.rims[k], parity)
+                value, slope = self.sets.rims[k].moments(tables.rims[k], parity)
                 rows += [value] if support.holds_deflection else []
                 rows += [slope] if support.holds_slope else []
         pinned = [self.basis.geometry.points[k].is_pinned for k in self.sets.point_index]
@@ -197,9 +195,9 @@ class Assembly:
             if k in self.sets.rims and (support.stiffness > 0.0 or support.rotational > 0.0):
                 rim = self.sets.rims[k]
                 orbit = self.mirrors.orbit(support.x, support.y)
-                value, slope = _on_rim(rim, tables.rims[k], parity)
-                basis_value, basis_slope = _on_rim(rim, self._tables.rims[k], parity)
-                # `_on_rim` gives R ∂w/∂r, the spring resists ∂w/∂r.
+                value, slope = rim.values(tables.rims[k], parity)
+                basis_value, basis_slope = rim.values(self._tables.rims[k], parity)
+                # `values` gives R ∂w/∂r, the spring resists ∂w/∂r.
                 rotational = support.rotational / support.radius**2
                 mean = orbit * rim.points.weights
                 total += support.stiffness * (value.T * mean) @ basis_value
@@ -253,7 +251,7 @@ class Assembly:
     def _add_rim_work(self, parity: ParityBasis, rows: FloatArray) -> None:
         """Add the work of the jumps in moment and shear that rim functions have on their rim."""
         moments = {
-            k: _rim_moments(rim, self._tables.rims[k], parity) for k, rim in self.sets.rims.items()
+            k: rim.moments(self._tables.rims[k], parity) for k, rim in self.sets.rims.items()
         }
         for k, member in enumerate(parity.members):
             circle = self.basis.circles[member.circle]
@@ -282,9 +280,7 @@ class Assembly:
             form[own] = rows
             form[:, own] = rows.T
 
-    def _project_on_discs(
-        self, parity: ParityBasis, tables: Tables | None = None
-    ) -> list[OnDisc]:
+    def _project_on_discs(self, parity: ParityBasis, tables: Tables | None = None) -> list[OnDisc]:
         """Functions as polynomials of each disc; the basis's are kept, every load asks for them."""
         if tables is not None and tables is not self._tables:
             return self.discs.project(tables.discs.values(parity, (0, 0)))
@@ -342,25 +338,3 @@ def _shared(groups: list[Points], make: Callable[[Points], Table]) -> list[Table
     ends = np.cumsum([group.x.size for group in groups]).tolist()
     spans = zip(groups, ends, strict=True)
     return [TablePart(whole, slice(end - group.x.size, end)) for group, end in spans]
-
-
-def _on_rim(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
-    """W and R ∂w/∂r at the points of a rim; each of shape (points, functions)."""
-    value = table.values(parity, (0, 0))
-    radial_x, radial_y = np.cos(rim.angle)[:, None], np.sin(rim.angle)[:, None]
-    slope = rim.circle.radius * (
-        radial_x * table.values(parity, (1, 0)) + radial_y * table.values(parity, (0, 1))
-    )
-    return value, slope
-
-
-def _rim_moments(rim: Rim, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
-    """Fourier moments on a rim of w and of R ∂w/∂r; each of shape (2·orders + 1, functions).
-
-    The first axis runs over 1, cos θ, sin θ, cos 2θ, …
-    """
-    value, slope = _on_rim(rim, table, parity)
-    orders = np.arange(1, rim.circle.own.rings + 1)[:, None] * rim.angle
-    waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, rim.angle.size)
-    projector = np.concatenate((np.ones((1, rim.angle.size)), 2.0 * waves)) * rim.points.weights
-    return projector @ value, projector @ slope

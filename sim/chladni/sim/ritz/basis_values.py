@@ -13,9 +13,8 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circle_functions import Circle, Derivative
-from chladni.sim.ritz.legendre import gauss_points
 from chladni.sim.ritz.parity import ParityBasis
-from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.quadrature import Points, gauss_points
 
 FloatArray = NDArray[np.float64]
 
@@ -156,6 +155,27 @@ class Rim:
     angle: FloatArray
     points: Points
 
+    def values(self, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+        """W and R ∂w/∂r at the points; each of shape (points, functions)."""
+        value = table.values(parity, (0, 0))
+        radial_x, radial_y = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
+        slope = self.circle.radius * (
+            radial_x * table.values(parity, (1, 0)) + radial_y * table.values(parity, (0, 1))
+        )
+        return value, slope
+
+    def moments(self, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+        """Fourier moments of w and of R ∂w/∂r; each of shape (2·orders + 1, functions).
+
+        The first axis runs over 1, cos θ, sin θ, cos 2θ, …
+        """
+        value, slope = self.values(table, parity)
+        orders = np.arange(1, self.circle.own.rings + 1)[:, None] * self.angle
+        waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, self.angle.size)
+        projector = np.concatenate((np.ones((1, self.angle.size)), 2.0 * waves))
+        projector *= self.points.weights
+        return projector @ value, projector @ slope
+
 
 @dataclass(frozen=True)
 class PointSets:
@@ -182,7 +202,10 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     images = float(len(mirrors.images))
     edges = []
     edge_points = EDGE_POINTS + 2 * max(basis.resolution.nx, basis.resolution.ny)
-    for axis, side, whole in quadrature.edges(geometry.width, geometry.length, edge_points):
+    centres = np.array([(circle.x, circle.y) for circle in basis.circles]).reshape(-1, 2)
+    for axis, side, whole in quadrature.edges(
+        geometry.width, geometry.length, edge_points, centres
+    ):
         points = _fundamental(whole, mirrors, images)
         if points.x.size:
             edges.append(Edge(points, axis, side))

@@ -55,9 +55,10 @@ class DiscPolynomials:
         root = np.sqrt(points.weights)[:, None]
 
         def sampled(derivative: Derivative) -> FloatArray:
-            values = [(f.order, split.evaluate(f, derivative)) for f in functions]
-            columns = [part for order, value in values
-                       for part in ((value.real, -value.imag) if order else (value.real,))]  # fmt: skip
+            columns = []
+            for function in functions:
+                value = split.evaluate(function, derivative)
+                columns += [value.real, -value.imag] if function.order else [value.real]
             return np.asarray(root * np.stack(columns, axis=1))
 
         orthonormal, triangle = qr(sampled((0, 0)), mode="economic")
@@ -132,9 +133,7 @@ class Discs:
             own = made[key].rule.on(disc.x, disc.y, disc.radius)
             points.append(Points(own.x, own.y, orbit * own.weights))
             span = slice(count, count + own.x.size)
-            self._own.append(
-                _Disc(len(basis.rims) + k, disc, made[key], bending[key], span, orbit)
-            )
+            self._own.append(_Disc(len(basis.rims) + k, disc, made[key], bending[key], span, orbit))
             inclusion += [k] * own.x.size
             count = span.stop
         self.points = join(points)

@@ -12,6 +12,7 @@ from chladni.sim.plate.mirrored_grid import MirroredGrid, Oddness
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.parity import Parity, ParityBasis
+from chladni.sim.ritz.resolution import MOST_VALUES
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -27,9 +28,10 @@ class GridTable:
         part_x, part_y = self.grid.part_x, self.grid.part_y
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)
-        px, py = np.meshgrid(part_x, part_y, indexing="ij")
-        self._by_class: dict[Parity, tuple[FloatArray, FloatArray, FloatArray]] = {}
-        self._circles = basis.enrichment_values(px.ravel(), py.ravel(), (0, 0))
+        self._by_class: dict[Parity, FloatArray] = {}
+        rows = max(1, MOST_VALUES // max((basis.size - basis.polynomials) * part_y.size, 1))
+        self._blocks = [slice(k, k + rows) for k in range(0, part_x.size, rows)]
+        self._circles = self._circles_on(self._blocks[0]) if len(self._blocks) == 1 else None
 
     def fields(self, parities: list[ParityBasis], columns: list[FloatArray]) -> FloatArray:
         """Sum over classes of the fields of real coefficients (class size, fields).
@@ -75,29 +77,32 @@ class GridTable:
 
         Fields without a share in this class are left out.
         """
-        along_x, along_y, circles = self._class_tables(parity)
         used = np.flatnonzero(columns.any(axis=0))
         own = np.ascontiguousarray(columns[:, used].T)
         p = parity.polynomials
+        along_x = self._along_x[:, parity.degrees_x]
+        along_y = np.ascontiguousarray(self._along_y[:, parity.degrees_y].T)
         grid = own[:, :p].reshape(used.size, along_x.shape[1], along_y.shape[0])
-        part = (own[:, p:] @ circles).reshape(used.size, *self.grid.part_shape)
-        part += along_x @ (grid @ along_y)
+        part = along_x @ (grid @ along_y)
+        for block in self._blocks:
+            on_circles = own[:, p:] @ self._class_circles(parity, block)
+            part[:, block] += on_circles.reshape(part[:, block].shape)
         if used.size == columns.shape[1]:
             return np.asarray(part)
         values = np.zeros((columns.shape[1], *self.grid.part_shape))
         values[used] = part
         return values
 
-    def _class_tables(self, parity: ParityBasis) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """A class on the grid, kept for next time: along x, along y, and its circle functions.
+    def _circles_on(self, rows: slice) -> FloatArray:
+        """All circle functions on some lines of the fundamental part; (points, functions)."""
+        x, y = np.meshgrid(self.grid.part_x[rows], self.grid.part_y, indexing="ij")
+        return self._basis.enrichment_values(x.ravel(), y.ravel(), (0, 0))
 
-        Shapes (nx, degrees), (degrees, ny) and (members, points).
-        """
+    def _class_circles(self, parity: ParityBasis, rows: slice) -> FloatArray:
+        """Those of a class, (members, points): kept for next time where all fit at once."""
+        if self._circles is None:
+            return parity.combine(self._circles_on(rows)).T
         key = parity.parity
         if key not in self._by_class:
-            self._by_class[key] = (
-                np.ascontiguousarray(self._along_x[:, parity.degrees_x]),
-                np.ascontiguousarray(self._along_y[:, parity.degrees_y].T),
-                np.ascontiguousarray(parity.combine(self._circles).T),
-            )
+            self._by_class[key] = np.ascontiguousarray(parity.combine(self._circles).T)
         return self._by_class[key]

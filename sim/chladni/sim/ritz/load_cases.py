@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ class ClassLoad:
     moments must cancel `supports`/(1 + iη); None where the loads bring no deflection of their own.
     """
 
-    force: FloatArray
+    force: NDArray[Any]
     inertia: FloatArray
     supports: FloatArray | None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +14,8 @@ from chladni.sim.ritz.load_cases import ClassLoad
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+AnyArray = NDArray[Any]
+"""Real or complex."""
 
 REDUNDANT = 1e-13
 """Combinations of functions whose energy is below this share of the largest are one function
@@ -22,8 +25,22 @@ CONDITION_FLOOR = 1e-9
 CORNER_FLOOR = 1e-10
 """Between the smallest condition that edges make (1e-4 of the largest, of 36 × 56 polynomials) and
 what corners make superfluous (1e-15, by rounding)."""
+INVERSE_STEPS = 4
+"""Enough for a mode near the drive, which dwarfs all others."""
 SOLVED_BEFORE_MODES = 3
 """Modes cost as much as about five solutions without them."""
+
+
+@dataclass(frozen=True)
+class _LeftOut:
+    """Unknowns that a coarser basis has not, and what takes them out of a solution.
+
+    `at` is the (omega, loss factor) it holds for, `block` of shape (all unknowns, those left out).
+    """
+
+    at: tuple[float, float]
+    unknowns: NDArray[np.intp]
+    block: ComplexArray
 
 
 class ClassModes:
@@ -53,6 +70,7 @@ class ClassModes:
         self._solved = 0
         # Many loads come at one frequency: its factors are kept.
         self._factored: tuple[tuple[float, float], Any] | None = None
+        self._left_out: _LeftOut | None = None
         self._size = stiffness.shape[0]
         self._forms = stiffness, mass
         # Energy at a typical frequency makes the scale: every function counts as one.
@@ -69,7 +87,7 @@ class ClassModes:
         self._row_scale = 1.0 / norms[self._kept]
         self._conditions = self._supports[self._kept] * self._row_scale[:, None]
 
-    def _independent(self, moments: FloatArray) -> FloatArray:
+    def _independent(self, moments: AnyArray) -> AnyArray:
         """Conditions or moments by row, those of the edges as combinations that can be met."""
         count = moments.shape[0] - self._edges
         return np.concatenate((moments[:count], self._met @ moments[count:]))
@@ -165,6 +183,21 @@ class ClassModes:
         whole = self._spread(force)
         return self.respond(ClassLoad(whole, np.zeros(whole.shape), None), omega, loss_factor)
 
+    def resonance(self, omega: float) -> float:
+        """About ω²/|ω²ₙ − ω²| of the nearest mode without loss, by inverse iteration."""
+        if self._factored is None:
+            return np.inf  # modes are at hand, so that looking costs nothing
+        start = (
+            np.random.default_rng(0).standard_normal((self._subset.size, 1)) * self._scale[:, None]
+        )
+        vector, gain = start.astype(np.complex128), 0.0
+        for _ in range(INVERSE_STEPS):
+            force = self._mass @ vector
+            norm = np.sqrt(abs(np.vdot(vector, force)))
+            vector = self._backward(force / max(norm, 1e-300), None)
+            gain = float(np.sqrt(abs(np.vdot(vector, self._mass @ vector))))
+        return omega**2 * gain
+
     def _factors(self, omega: float, loss_factor: float) -> Any:
         """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
         constraints = self._constraints
@@ -190,27 +223,34 @@ class ClassModes:
         is_factored = self._factored is not None and self._factored[0] == (omega, loss_factor)
         if not is_factored or self._edges or not self._has_plain_rows:
             return coarser.solve(load, omega, loss_factor)
-        size = self._subset.size
-        functions = np.setdiff1d(self._subset, coarser._subset)
-        rows = np.flatnonzero(~np.isin(self._rows[self._kept], coarser._rows))
-        out = np.concatenate((np.searchsorted(self._subset, functions), size + rows))
         factor = 1.0 + 1j * loss_factor
         force = (load.force + omega**2 / factor * load.inertia)[self._subset]
         moments = None if load.supports is None else load.supports / factor
-        right = self._right(force, moments)
-        units = np.zeros((right.shape[0], out.size), dtype=right.dtype)
-        units[out, np.arange(out.size)] = 1.0
-        found = self._back(np.concatenate((right, units), axis=1))
-        whole, columns = found[:, : right.shape[1]], found[:, right.shape[1] :]
-        kept = whole - columns @ np.linalg.solve(columns[out], whole[out])
-        return self._spread(self._scale[:, None] * kept[:size])
+        whole = self._back(self._right(force, moments))
+        left_out = coarser._left_out_of(self, omega, loss_factor)
+        kept = whole - left_out.block @ whole[left_out.unknowns]
+        return self._spread(self._scale[:, None] * kept[: self._subset.size])
 
-    def _backward(self, force: ComplexArray, moments: ComplexArray | None) -> ComplexArray:
+    def _left_out_of(self, finer: ClassModes, omega: float, loss_factor: float) -> _LeftOut:
+        """Unknowns of a finer basis that this one has not."""
+        if self._left_out is None or self._left_out.at != (omega, loss_factor):
+            functions = np.setdiff1d(finer._subset, self._subset)
+            rows = np.flatnonzero(~np.isin(finer._rows[finer._kept], self._rows))
+            size = finer._subset.size
+            out = np.concatenate((np.searchsorted(finer._subset, functions), size + rows))
+            units = np.zeros((size + finer._constraints.shape[0], out.size), dtype=np.complex128)
+            units[out, np.arange(out.size)] = 1.0
+            columns = finer._back(units)
+            block = np.asarray(np.linalg.solve(columns[out].T, columns.T).T)
+            self._left_out = _LeftOut((omega, loss_factor), out, block)
+        return self._left_out
+
+    def _backward(self, force: AnyArray, moments: AnyArray | None) -> ComplexArray:
         """Coefficients of the subset under forces, whose support moments cancel `moments`."""
         found = self._back(self._right(force, moments))
         return np.asarray(self._scale[:, None] * found[: self._subset.size])
 
-    def _right(self, force: ComplexArray, moments: ComplexArray | None) -> ComplexArray:
+    def _right(self, force: AnyArray, moments: AnyArray | None) -> ComplexArray:
         """Right-hand side for `_back`."""
         size, count = self._subset.size, self._constraints.shape[0]
         right = np.zeros((size + count, force.shape[1]), dtype=np.complex128)
@@ -233,7 +273,7 @@ class ClassModes:
     @cached_property
     def _has_plain_rows(self) -> bool:
         """Whether the conditions are independent, so that each can be a constraint as it is."""
-        return self._directions[1].shape[0] == self._conditions.shape[0]
+        return bool(self._directions[1].shape[0] == self._conditions.shape[0])
 
     @property
     def _constraints(self) -> FloatArray:
@@ -249,7 +289,7 @@ class ClassModes:
         rank = int(np.sum(singular > CONDITION_FLOOR * singular[0]))
         return (left[:, :rank] / singular[:rank]).T, right[:rank]
 
-    def _directed(self, moments: ComplexArray) -> ComplexArray:
+    def _directed(self, moments: AnyArray) -> AnyArray:
         """Support moments (conditions, loads) along the rows of `_constraints`."""
         independent = self._independent(moments[self._rows])
         own = independent[self._kept] * self._row_scale[:, None]

@@ -7,10 +7,12 @@ of definite parity. A plate without a mirror is one problem; nothing is assumed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
 
 from chladni.sim.plate.mirrors import SAME_PLACE, Mirrors
 from chladni.sim.ritz.basis import Basis
@@ -69,14 +71,16 @@ def find_mirrors(geometry: PlateGeometry) -> Mirrors:
     ]
     items += [(p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass)) for p in geometry.points]
     edges = geometry.edges
+    places = np.array([(x, y) for x, y, _ in items]).reshape(-1, 2)
+    tree = cKDTree(places) if items else None
 
     def mapped(sx: float, sy: float) -> bool:
+        if tree is None:
+            return True
+        images: Any = tree.query_ball_point(places * (sx, sy), SAME_PLACE)
         return all(
-            any(
-                np.hypot(sx * x - u, sy * y - v) < SAME_PLACE and kind == other
-                for u, v, other in items
-            )
-            for x, y, kind in items
+            any(items[other][2] == kind for other in found)
+            for (_, _, kind), found in zip(items, images, strict=True)
         )
 
     return Mirrors(

@@ -16,25 +16,35 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
 from chladni.sim.plate.response import Excitation, PlateModel, Response
+from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.resolution import (
     LEVELS,
     first_level,
+    least_size,
     resolution_for,
     wave_number,
     wave_number_of_mode,
+    work_of,
 )  # fmt: skip
 from chladni.sim.ritz.solver import Estimate, Image, Solver
+from chladni.sim.work import Work, begin, is_too_large
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 MODE_TOLERANCE = 1e-3
 """Chooses the level for natural frequencies; on `prototype` they come out within 2e-5."""
+GROWN_SECONDS = 10.0
+"""A basis that takes longer is not tried because a smaller one did not suffice."""
+SUSPICIOUS = 0.1
+"""Share of the gain at `RESONANCE_BAND` from which modes are worked out to be sure."""
 WORTHWHILE = 0.7
 """A larger basis that leaves more of the estimated error than this is the last that is tried."""
+Levels = tuple[int, int]
+"""Of polynomials, and of functions on circles."""
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
@@ -53,10 +63,20 @@ def in_turn(method: Method) -> Method:
 class _Found:
     """A solution in one basis."""
 
+    levels: Levels
     solver: Solver
     case: LoadCase
     solution: list[ComplexArray]
     estimate: Estimate
+
+    def grown(self, tolerance: float) -> Levels:
+        """The levels with more of what leaves more than its share of the tolerance."""
+        parts = (self.estimate.polynomials, self.estimate.orders)
+        level, orders = (
+            min(own + int(part > tolerance / 3.0), LEVELS - 1)
+            for own, part in zip(self.levels, parts, strict=True)
+        )
+        return level, orders
 
 
 class RitzPlate(PlateModel):
@@ -89,6 +109,7 @@ class RitzPlate(PlateModel):
         self.mirrors = find_mirrors(geometry) if mirrors is None else mirrors
         self._resolution = resolution
         self._solvers: dict[Resolution, Solver] = {}
+        self._sufficed: dict[tuple[float, float], Levels] = {}
         self._turn = RLock()
 
     @in_turn
@@ -101,7 +122,8 @@ class RitzPlate(PlateModel):
     def mode_solver(self, count: int) -> Solver:
         """The solver whose lowest `count` modes are converged."""
         highest = wave_number_of_mode(self.geometry, count)
-        return self._solver(highest, first_level(self.geometry, MODE_TOLERANCE))
+        level = first_level(self.geometry, MODE_TOLERANCE)
+        return self._solver(highest, (level, level))
 
     def _respond(self, excitation: Excitation) -> Response:
         """With a basis that grows until its error estimate is small enough, or is the largest."""
@@ -119,46 +141,67 @@ class RitzPlate(PlateModel):
         large. The best solution counts, should the largest be no better.
         """
         waves = wave_number(self.geometry, asked.omega)
-        level = orders = first_level(self.geometry, asked.tolerance)
-        best = found = self._find(asked, waves, level, orders)
+        key = (waves, asked.tolerance)
+        first = first_level(self.geometry, asked.tolerance)
+        best = found = self._find(asked, waves, self._sufficed.get(key, (first, first)))
         while best.estimate.error > asked.tolerance and not self._resolution:
-            share = asked.tolerance / 3.0
-            grown = (min(level + int(found.estimate.polynomials > share), LEVELS - 1),
-                     min(orders + int(found.estimate.orders > share), LEVELS - 1))  # fmt: skip
-            if grown == (level, orders):
+            levels = found.grown(asked.tolerance)
+            if levels == found.levels or not self._may_grow(waves, levels, asked.image_points):
                 break
-            level, orders = grown
-            found = self._find(asked, waves, level, orders)
+            found = self._find(asked, waves, levels)
             is_worthwhile = found.estimate.error < WORTHWHILE * best.estimate.error
+            worse = max(best, found, key=lambda either: either.estimate.error)
             best = min(best, found, key=lambda either: either.estimate.error)
+            self._solvers.pop(worse.solver.basis.resolution)
             if not is_worthwhile:
                 break
+        # What comes first, the actuators' fields, says where other loads begin.
+        self._sufficed.setdefault(key, best.levels)
         image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
         return best.solver.basis.size, image, best.estimate.error
 
-    def _find(self, asked: Excitation, waves: float, level: int, orders: int) -> _Found:
-        solver = self._solver(waves, level, orders)
-        self._refuse_resonance(solver, asked.frequency_hz)
+    def _may_grow(self, waves: float, levels: Levels, points: int) -> bool:
+        """Whether a larger basis may be tried without having been asked for."""
+        work = self._work(resolution_for(self.geometry, waves, *levels), points)
+        return not is_too_large(work) and work.seconds <= GROWN_SECONDS
+
+    def _work(self, resolution: Resolution, points: int) -> Work:
+        """What the plate takes in the basis of a resolution, at least."""
+        classes = len(self.mirrors.images)
+        size = least_size(self.geometry, resolution)
+        work = work_of(self.geometry, resolution, classes, points, size)
+        if is_too_large(work):
+            return work
+        size = Basis(self.geometry, resolution).size
+        return work_of(self.geometry, resolution, classes, points, size)
+
+    def _find(self, asked: Excitation, waves: float, levels: Levels) -> _Found:
+        solver = self._solver(waves, levels, points=asked.image_points)
         case = solver.case(asked.loads)
         solution = solver.coefficients(case, asked.omega, self.loss_factor)
+        if self.loss_factor == 0.0:
+            _refuse_resonance(solver, asked)
         estimate = solver.error_estimate(case, solution, asked.omega, self.loss_factor)
-        return _Found(solver, case, solution, estimate)
+        return _Found(levels, solver, case, solution, estimate)
 
     @in_turn
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         return self.mode_solver(count).mode_shapes(count, loads, x, y)
 
-    def _solver(self, waves: float, level: int, orders: int | None = None) -> Solver:
-        resolution = self._resolution or resolution_for(self.geometry, waves, level, orders)
+    def _solver(self, waves: float, levels: Levels, *, points: int = 0) -> Solver:
+        resolution = self._resolution or resolution_for(self.geometry, waves, *levels)
         if resolution not in self._solvers:
+            begin(self._work(resolution, points))
             self._solvers[resolution] = Solver(self.geometry, self.mirrors, resolution)
         return self._solvers[resolution]
 
-    def _refuse_resonance(self, solver: Solver, frequency_hz: float) -> None:
-        if self.loss_factor > 0.0:
-            return
-        modes = np.sqrt(solver.omega_squared) / (2.0 * np.pi)
-        nearest = int(np.argmin(np.abs(modes - frequency_hz)))
-        if abs(modes[nearest] / frequency_hz - 1.0) < RESONANCE_BAND:
-            raise ResonanceError(frequency_hz, float(modes[nearest]), str(nearest + 1))
+
+def _refuse_resonance(solver: Solver, asked: Excitation) -> None:
+    """Name the mode that an undamped plate would be driven at."""
+    if solver.resonance(asked.omega) < SUSPICIOUS / RESONANCE_BAND:
+        return
+    modes = np.sqrt(solver.omega_squared) / (2.0 * np.pi)
+    nearest = int(np.argmin(np.abs(modes - asked.frequency_hz)))
+    if abs(modes[nearest] / asked.frequency_hz - 1.0) < RESONANCE_BAND:
+        raise ResonanceError(asked.frequency_hz, float(modes[nearest]), str(nearest + 1))

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.ritz.legendre import gauss_points
-
 FloatArray = NDArray[np.float64]
+
+EXPONENT = 30.0
+"""Of what a line of Gauss points may leave of a singular function: 1e-13."""
+PANEL, PANEL_POINTS = 3.0, 24
+"""Length of a panel by its distance to the nearest singular place, and its points at least."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,12 @@ class Points:
     x: FloatArray
     y: FloatArray
     weights: FloatArray
+
+
+def gauss_points(length: float, count: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss–Legendre points and weights on [−length/2, length/2], each of shape (count,), m."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes * (length / 2.0), weights * (length / 2.0)
 
 
 def join(groups: Sequence[Points]) -> Points:
@@ -33,14 +42,50 @@ def join(groups: Sequence[Points]) -> Points:
     )
 
 
-def edges(width: float, length: float, count: int) -> list[tuple[int, float, Points]]:
-    """(axis, side, points) of the four edges of a centred rectangle, `count` Gauss points each."""
-    along_x, weights_x = gauss_points(width, count)
-    along_y, weights_y = gauss_points(length, count)
-    ones = np.ones(count)
-    return [
-        (0, side, Points(side * width / 2.0 * ones, along_y, weights_y)) for side in (-1.0, 1.0)
-    ] + [(1, side, Points(along_x, side * length / 2.0 * ones, weights_x)) for side in (-1.0, 1.0)]
+def edges(
+    width: float, length: float, count: int, singular: FloatArray
+) -> list[tuple[int, float, Points]]:
+    """(axis, side, points) of the four edges of a centred rectangle, `count` Gauss points or more.
+
+    Functions are singular at places (x, y), shape (places, 2), m; edges near one have more points
+    there.
+    """
+    result = []
+    for axis in (0, 1):
+        for side in (-1.0, 1.0):
+            at = side * (width, length)[axis] / 2.0
+            away = np.abs(singular[:, axis] - at)
+            along, weights = _line((length, width)[axis], count, singular[:, 1 - axis], away)
+            fixed = np.full(along.size, at)
+            x, y = (fixed, along) if axis == 0 else (along, fixed)
+            result.append((axis, side, Points(x, y, weights)))
+    return result
+
+
+def _line(
+    length: float, count: int, places: FloatArray, away: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Gauss points on a line, panel by panel where singular places stand near it.
+
+    A panel of k points, h long and d away from the place, leaves exp(−4kd/h).
+    """
+    if not away.size or 4.0 * count * float(away.min()) >= EXPONENT * length:
+        return gauss_points(length, count)
+    panels, done = [(-length / 2.0, length / 2.0)], []
+    while panels:
+        begin, end = panels.pop()
+        beyond = np.maximum(np.maximum(begin - places, places - end), 0.0)
+        if end - begin > PANEL * float(np.hypot(beyond, away).min()) and end - begin > 1e-5:
+            middle = (begin + end) / 2.0
+            panels += [(begin, middle), (middle, end)]
+        else:
+            done.append((begin, end))
+    rules = []
+    for begin, end in sorted(done):
+        more = int(np.ceil(count * (end - begin) / length))
+        nodes, weights = gauss_points(end - begin, PANEL_POINTS + more)
+        rules.append((nodes + (begin + end) / 2.0, weights))
+    return np.concatenate([r[0] for r in rules]), np.concatenate([r[1] for r in rules])
 
 
 def corners(width: float, length: float) -> Points:
