@@ -15,32 +15,28 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
-import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from random_boards import KINDS, Draw
 
 from chladni.host.figures import save
 from chladni.sim import Board, ChladniError, board_from_document
+from chladni.sim.board.checks import closest
+from chladni.sim.errors import WORST_ESTIMATE
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import LEVELS, resolution_for, wave_number
+from chladni.sim.work import allow_large_work
 
 ROOT = Path(__file__).resolve().parents[1]
-FINEST = LEVELS - 3
-"""Of the basis that stands for the truth."""
-MOST_BYTES = 3 << 30
-"""Of memory that a board may take; one that takes more is counted as refused."""
-KINDS = ("free", "held edges", "held edges and features", "near features")
-POINTS = (25, 41)
-NEAR_MM = (0.01, 0.6)
-"""Gaps between features that are drawn close to each other."""
+FINEST = (LEVELS - 3, LEVELS - 1)
+"""Levels of the basis that stands for the truth: of polynomials, of functions on circles."""
 MUCH_ABOVE, NEGLIGIBLE = 100.0, 0.1
 """An estimate may be so many times the error, or below this share of the tolerance."""
 
@@ -57,95 +53,6 @@ class Case:
     refused: str = ""
 
 
-class Draw:
-    """A board in the making: places that are clear of each other."""
-
-    def __init__(self, seed: int) -> None:
-        self.rng = np.random.default_rng([2026, seed])
-        self.kind = KINDS[seed % len(KINDS)]
-        width = self.rng.uniform(40.0, 100.0)
-        ratio = 10.0 if self.rng.random() < 0.05 else self.rng.uniform(1.0, 2.5)
-        self.size = np.array([width, width * ratio])
-        self.taken: list[tuple[float, float, float]] = []
-
-    def place(self, radius: float) -> list[float] | None:
-        """A place for a disc, mm; near another one where the kind is near features."""
-        for _ in range(20):
-            if self.taken and self.kind == "near features" and self.rng.random() < 0.5:
-                x, y, r = self.taken[self.rng.integers(len(self.taken))]
-                gap = np.exp(self.rng.uniform(*np.log(NEAR_MM)))
-                angle = self.rng.uniform(0.0, 2.0 * np.pi)
-                at = np.array([x, y]) + (r + radius + gap) * np.array(
-                    [np.cos(angle), np.sin(angle)]
-                )
-            else:
-                at = self.rng.uniform(-0.5, 0.5, 2) * (self.size - 2.0 * radius - 1.0)
-            inside = np.all(np.abs(at) + radius < self.size / 2.0 - 0.01)
-            clear = all(
-                np.hypot(at[0] - u, at[1] - v) > radius + r + 0.009 for u, v, r in self.taken
-            )
-            if inside and clear:
-                self.taken.append((float(at[0]), float(at[1]), radius))
-                return [float(at[0]), float(at[1])]
-        return None
-
-    def places(self, most: int, radius: float) -> list[list[float]]:
-        """Up to so many."""
-        found = [self.place(radius) for _ in range(int(self.rng.integers(0, most + 1)))]
-        return [at for at in found if at is not None]
-
-    def edges(self) -> Any:
-        """One word for all, or one for each."""
-        if self.kind == "free":
-            return "free"
-        kinds = ("free", "simply supported", "clamped")
-        names = ("left", "right", "bottom", "top")
-        drawn = {name: str(self.rng.choice(kinds)) for name in names}
-        return drawn if set(drawn.values()) != {"free"} else "clamped"
-
-    def document(self) -> dict[str, Any]:
-        """The board file."""
-        rng, size = self.rng, self.size
-        plate = {
-            "size_mm": size.tolist(), "thickness_mm": float(rng.uniform(0.4, 2.0)),
-            "youngs_modulus_gpa": float(rng.uniform(3.0, 70.0)), "poissons_ratio": 0.3,
-            "density_kg_m3": 1900.0, "loss_factor": float(rng.choice([0.0, 1e-3, 0.02, 0.1])),
-            "edges": self.edges(),
-        }  # fmt: skip
-        few = self.kind == "held edges"
-        magnets = bool(rng.random() < 0.6) and not few
-        radius = 5.0 if magnets else 0.1
-        self.taken.append((0.0, 0.0, radius))
-        coils = [[0.0, 0.0], *self.places(15, radius)]
-        document: dict[str, Any] = {
-            "name": "random", "plate": plate,
-            "actuators": [{"name": f"a{k}", "at_mm": at} for k, at in enumerate(coils)],
-            "drive": {"frequency_hz": float(rng.uniform(50.0, 1000.0)), "max_gain": 10.0},
-            "image": {"points": list(POINTS)}, "regions": {"pitch_mm": 5.0},
-            "electronics": {"pwm_pins": [], "pwm_bits": 10, "ramp_ms": 4.0,
-                            "touch_timeout_ms": 100.0, "max_on_s": 10.0},
-        }  # fmt: skip
-        if magnets:
-            ratio = float(rng.choice([1.0, 30.0, 1000.0]))
-            document["magnet"] = {"radius_mm": 5.0, "height_mm": 3.0, "density_kg_m3": 7500.0,
-                                  "stiffness_ratio": ratio}  # fmt: skip
-        if not few:
-            supports = ("clamped", "pinned")
-            document["screws"] = [
-                {"at_mm": at, "radius_mm": 1.5, "support": str(rng.choice(supports))}
-                for at in self.places(8, 1.5)
-            ]
-            document["holes"] = [{"at_mm": at, "radius_mm": 2.0} for at in self.places(2, 2.0)]
-            document["springs"] = [
-                {"at_mm": at, "stiffness_n_per_mm": float(10.0 ** rng.uniform(0.0, 2.0))}
-                for at in self.places(2, 0.1)
-            ]
-            document["masses"] = [
-                {"at_mm": at, "mass_g": float(rng.uniform(0.1, 3.0))} for at in self.places(2, 0.1)
-            ]
-        return document
-
-
 def board_of(seed: int) -> Board:
     """The board of a seed."""
     return board_from_document(Draw(seed).document())
@@ -154,7 +61,6 @@ def board_of(seed: int) -> Board:
 def tried(seed: int) -> Case:
     """One board: its estimate, and its error against the largest basis."""
     kind = KINDS[seed % len(KINDS)]
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
     begun = time.perf_counter()
     try:
         board = board_of(seed)
@@ -163,17 +69,19 @@ def tried(seed: int) -> Case:
         asked = {"frequency_hz": board.drive.frequency_hz, "x": board.x, "y": board.y}
         found = RitzPlate(geometry, loss).respond(loads, **asked, tolerance=TOLERANCE)
         seconds = time.perf_counter() - begun
+        if found.error_estimate > WORST_ESTIMATE:
+            why = f"estimate {found.error_estimate:.2g}, {closest(board)}"
+            return Case(seed, kind, 0.0, 0.0, seconds, why)
         waves = wave_number(geometry, 2.0 * np.pi * board.drive.frequency_hz)
-        finest = RitzPlate(geometry, loss, resolution_for(geometry, waves, FINEST))
+        finest = RitzPlate(geometry, loss, resolution_for(geometry, waves, *FINEST))
+        allow_large_work(True)
         exact = finest.respond(loads, **asked, tolerance=1e-12).values
+        allow_large_work(False)
         norms = np.linalg.norm(exact, axis=(1, 2))
         error = float(np.max(np.linalg.norm(found.values - exact, axis=(1, 2)) / norms))
         return Case(seed, kind, error, found.error_estimate, seconds)
     except ChladniError as refusal:
         return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, str(refusal))
-    except MemoryError:
-        why = f"more than {MOST_BYTES >> 30} GB"
-        return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, why)
 
 
 def is_low(case: Case) -> bool:

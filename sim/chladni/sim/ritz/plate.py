@@ -41,6 +41,8 @@ GROWN_SECONDS = 10.0
 """A basis that takes longer is not tried because a smaller one did not suffice."""
 SUSPICIOUS = 0.1
 """Share of the gain at `RESONANCE_BAND` from which modes are worked out to be sure."""
+TWO_LEVELS = 8.0
+"""Times its share of the tolerance from which a part of the error takes two levels more."""
 WORTHWHILE = 0.7
 """A larger basis that leaves more of the estimated error than this is the last that is tried."""
 Levels = tuple[int, int]
@@ -71,9 +73,10 @@ class _Found:
 
     def grown(self, tolerance: float) -> Levels:
         """The levels with more of what leaves more than its share of the tolerance."""
+        share = tolerance / 3.0
         parts = (self.estimate.polynomials, self.estimate.orders)
         level, orders = (
-            min(own + int(part > tolerance / 3.0), LEVELS - 1)
+            min(own + int(part > share) + int(part > TWO_LEVELS * share), LEVELS - 1)
             for own, part in zip(self.levels, parts, strict=True)
         )
         return level, orders
