@@ -15,6 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -35,6 +36,9 @@ from chladni.sim.ritz.resolution import LEVELS, resolution_for, wave_number
 from chladni.sim.work import allow_large_work
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "sim")]
+from test_random_against_elements import SEEDS, compared  # noqa: E402  (found by the line above)
+
 FINEST = (LEVELS - 3, LEVELS - 1)
 """Levels of the basis that stands for the truth: of polynomials, of functions on circles."""
 MUCH_ABOVE, NEGLIGIBLE = 100.0, 0.1
@@ -111,6 +115,19 @@ def figure_of(cases: list[Case]) -> Figure:
     return figure
 
 
+def print_comparisons() -> None:
+    """Twenty boards against the tests' finite elements on two meshes."""
+    found = [compared(seed) for seed in SEEDS]
+    held = sum(own.error <= own.estimate + own.meshes for own in found)
+    print(
+        f"\nOf {len(found)} random boards solved by finite elements too {held} agree within the\n"
+        "estimate and the elements' own error (tests/sim/test_random_against_elements.py):\n"
+    )
+    print("| seed | two meshes differ by | ours and the finer one | estimate |\n|---|---|---|---|")
+    for seed, own in zip(SEEDS, found, strict=True):
+        print(f"| {seed} | {own.meshes:.1e} | {own.error:.1e} | {own.estimate:.1e} |")
+
+
 def main() -> None:
     """Draw boards, try them, print and draw."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -135,6 +152,7 @@ def main() -> None:
         if case.refused or is_low(case) or is_high(case) or case.estimate > TOLERANCE:
             why = case.refused or f"error {case.error:.2g}, estimate {case.estimate:.2g}"
             print(f"- seed {case.seed} ({case.kind}): {why}, {case.seconds:.1f} s")
+    print_comparisons()
     save(figure_of(cases), ROOT / "docs" / "images" / "stability.png")
 
 

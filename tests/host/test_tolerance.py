@@ -98,3 +98,54 @@ def test_a_byte_order_mark_is_no_fault(tmp_path: Path) -> None:
     board = load_board(path)
     assert board.name == "paper"
     assert np.isclose(board.plate.size[0], load_board("paper").plate.size[0])
+
+
+def crowded(path: Path, screws: int) -> Path:
+    """A board file of `prototype` with that many small screws in place of its own."""
+    text = shipped_boards()["prototype"].read_text(encoding="utf-8")
+    head, magnet = text[: text.index("[[screws]]")], text[text.index("[[actuators]]") :]
+    places = [(-34.0 + 67.0 * (k % 16) / 15, -70.0 + 139.0 * (k // 16) / 15) for k in range(screws)]
+    blocks = [f"[[screws]]\nat_mm = [{x:.3f}, {y:.3f}]\nradius_mm = 0.1\n" for x, y in places]
+    path.write_text(head + "\n".join(blocks) + magnet, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("field", "--target", "0,0", "-o", "x.npz"), ("modes",), ("solve", "--target", "0,0"),
+        ("compare", "-o", "x.csv"), ("table", "build", "-o", "x.chl"), ("board", "show"),
+    ],
+)  # fmt: skip
+def test_a_board_that_takes_too_much_memory_is_refused_before_the_work(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    board = crowded(tmp_path / "many.toml", 256)
+    at = 2 if arguments[0] in ("table", "board") else 1
+    done = chladni(*arguments[:at], board, *arguments[at:])
+    assert done.code == 2
+    assert "GB, more than 2: lower the number of screws (256)" in done.err
+    assert done.err.rstrip().endswith("or go on with --large")
+    assert "Traceback" not in done.err
+    assert [path.name for path in tmp_path.iterdir()] == ["many.toml"]
+
+
+def test_work_that_takes_time_is_announced(chladni: CommandLine, tmp_path: Path) -> None:
+    board = crowded(tmp_path / "some.toml", 64)
+    done = chladni("field", board, "--target", "0,0", "-o", tmp_path / "f.npz", "--json")
+    assert done.code == 0
+    assert "functions: about" in done.err
+    assert " GB" in done.err
+    assert done.json["tolerance_met"]
+
+
+def test_large_is_an_option_of_what_solves_a_plate(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chladni.sim.work.MOST_BYTES", 1e7)
+    arguments = ("field", "prototype", "--target", "0,0", "-o", tmp_path / "f.npz")
+    assert chladni(*arguments).code == 2
+    assert chladni(*arguments, "--large").code == 0
+    assert chladni(*arguments).code == 2  # allowed once, not for good

@@ -33,6 +33,11 @@ class GridTable:
         self._blocks = [slice(k, k + rows) for k in range(0, part_x.size, rows)]
         self._circles = self._circles_on(self._blocks[0]) if len(self._blocks) == 1 else None
 
+    @property
+    def kept_values(self) -> int:
+        """How many values of circle functions it holds."""
+        return 0 if self._circles is None else self._circles.size
+
     def fields(self, parities: list[ParityBasis], columns: list[FloatArray]) -> FloatArray:
         """Sum over classes of the fields of real coefficients (class size, fields).
 

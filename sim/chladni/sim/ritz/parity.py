@@ -158,11 +158,13 @@ class ParityBasis:
             return circles
         return np.asarray((self._combine @ circles.T).T)
 
-    def subset(self, *, fewer_polynomials: int, fewer_orders: int, fewer_on_rims: int) -> IntArray:
+    def subset(
+        self, *, fewer_polynomials: tuple[int, int], fewer_orders: int, fewer_on_rims: int
+    ) -> IntArray:
         """Indices of the class's functions without its finest: the basis of a coarser solution."""
         resolution = self.basis.resolution
-        keep_x = self.degrees_x < resolution.nx - fewer_polynomials
-        keep_y = self.degrees_y < resolution.ny - fewer_polynomials
+        keep_x = self.degrees_x < resolution.nx - fewer_polynomials[0]
+        keep_y = self.degrees_y < resolution.ny - fewer_polynomials[1]
         polynomials = np.flatnonzero(np.outer(keep_x, keep_y).ravel())
         members = []
         for k, member in enumerate(self.members):

@@ -11,7 +11,7 @@ from chladni.sim.work import Work
 FloatArray = NDArray[np.float64]
 
 MOST_VALUES = 1 << 26
-"""Of circle functions on a grid that are kept, half a gigabyte; more are worked out each time."""
+"""Of circle functions on grids that are kept, half a gigabyte; more are worked out each time."""
 LEVELS = 7
 """Sizes that are tried, each with about four more polynomials along the short side."""
 BASE, STEP = 10, 4
@@ -44,8 +44,7 @@ def resolution_for(
     """
     orders = level if orders is None else orders
     sides = np.array([geometry.width, geometry.length])
-    stretch = np.minimum((sides / sides.min()) ** ASPECT_POWER, LONGEST_FACTOR)
-    counts = np.ceil(WAVES * wave_number * sides + stretch * (BASE + STEP * level))
+    counts = np.ceil(WAVES * wave_number * sides + stretch(geometry) * (BASE + STEP * level))
     nx, ny = (2 * round(float(count) / 2.0) for count in counts)
     return Resolution(
         nx=nx,
@@ -55,6 +54,12 @@ def resolution_for(
         inclusion_bubbles=2 + orders,
         crowded=10.0 ** -(orders + MORE_CROWDED),
     )
+
+
+def stretch(geometry: PlateGeometry) -> FloatArray:
+    """How many times as many polynomials as the short side each side needs, along x and y."""
+    sides = np.array([geometry.width, geometry.length])
+    return np.asarray(np.minimum((sides / sides.min()) ** ASPECT_POWER, LONGEST_FACTOR))
 
 
 def crowding(geometry: PlateGeometry) -> FloatArray:

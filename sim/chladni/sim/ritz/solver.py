@@ -20,7 +20,7 @@ from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.modal import ClassModes
 from chladni.sim.ritz.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.quadrature import gauss_points
-from chladni.sim.ritz.resolution import crowding, left_beside
+from chladni.sim.ritz.resolution import MOST_VALUES, crowding, left_beside, stretch
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -29,8 +29,9 @@ PROBE_POINTS = (24, 48)
 """Gauss points on which two solutions are compared."""
 KEPT_GRIDS = 4
 FEWER = ((2, 0, 0), (0, 1, 0), (0, 0, 1))
-"""(polynomials each way, angular orders on discs, on screws) less in each coarser solution."""
-SHARES = (6.5, 1.6, 0.1)
+"""(polynomials along the short side, angular orders on discs, on screws) less in each coarser
+solution. Along a long side as many polynomials more as it has more of them."""
+SHARES = (6.5, 1.6, 0.3)
 """What is left to find, as so many times what each of those steps did, at least."""
 CROWDED_SHARE = 2.0
 """The same where circles are near others, as so many times what a geometric series leaves."""
@@ -126,6 +127,7 @@ class Solver:
     def _classes(self) -> list[_Class]:
         """Every parity class with its modes."""
         result = []
+        along_x, along_y = stretch(self.geometry)
         for parity in parity_classes(self.mirrors):
             basis = ParityBasis(self.basis, parity)
             stiffness = self.assembly.stiffness(basis)
@@ -139,7 +141,7 @@ class Solver:
                     mass,
                     supports,
                     basis.subset(
-                        fewer_polynomials=fewer,
+                        fewer_polynomials=(fewer * int(along_x), fewer * int(along_y)),
                         fewer_orders=fewer_orders,
                         fewer_on_rims=fewer_on_rims,
                     ),
@@ -258,7 +260,9 @@ class Solver:
     def _grid(self, x: FloatArray, y: FloatArray) -> GridTable:
         key = x.tobytes() + b"|" + y.tobytes()
         if key not in self._grids:
-            if len(self._grids) >= KEPT_GRIDS:
-                self._grids.pop(next(iter(self._grids)))
-            self._grids[key] = GridTable(self.basis, self.mirrors, x, y)
+            table = GridTable(self.basis, self.mirrors, x, y)
+            held = table.kept_values + sum(grid.kept_values for grid in self._grids.values())
+            while self._grids and (len(self._grids) >= KEPT_GRIDS or held > MOST_VALUES):
+                held -= self._grids.pop(next(iter(self._grids))).kept_values
+            self._grids[key] = table
         return self._grids[key]
