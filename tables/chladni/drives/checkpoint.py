@@ -23,8 +23,9 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
 
     Notes
     -----
-    Left without an exception, it is done and its file is removed; otherwise the file stays, and a
-    line that was torn when the work was cut off is dropped at the next start.
+    Left without an exception, it is done and its file is removed; otherwise the file stays if
+    there is a result in it, and a line that was torn when the work was cut off is dropped at the
+    next start.
     """
 
     def __init__(self, path: Path | None, key: Result) -> None:
@@ -46,7 +47,7 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
     def __exit__(self, kind: object, *_: object) -> None:
         if self._file is not None and self._path is not None:
             self._file.close()
-            if kind is None:
+            if kind is None or not self._done:
                 self._path.unlink(missing_ok=True)
 
     def get(self, name: str) -> Result | None:
