@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.plate.loads import Load
+from chladni.sim.plate.response import Response
 from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.circle_functions import Circle, HeldEdge
+from chladni.sim.ritz.circle_terms import FunctionSet
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.modal import _met_by_polynomials
 from chladni.sim.ritz.parity import find_mirrors
@@ -103,3 +106,63 @@ def test_corners_make_as_many_conditions_superfluous_as_theory_says(
     supports = solver.assembly.supports(only.basis)[-edges:, : only.basis.polynomials]
     assert Basis(geometry, Resolution(12, 18, 3)).polynomials == supports.shape[1]
     assert edges - len(_met_by_polynomials(supports)) == superfluous
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("clamped", [True, False])
+def test_functions_of_a_circle_near_a_held_edge_obey_it(axis: int, clamped: bool) -> None:
+    """w and its slope vanish on a clamped edge, w and its curvature on a supported one."""
+    edge = HeldEdge(axis, 0.03, clamped)
+    circle = Circle(0.024, 0.022, 5e-3, FunctionSet(4, 2, (0, 1)), edge)
+    along = np.linspace(-0.03, 0.03, 9)
+    on_edge = (np.full(9, 0.03), along) if axis == 0 else (along, np.full(9, 0.03))
+    across: tuple[int, int] = (1, 0) if axis == 0 else (0, 1)
+    held = across if clamped else (2 * across[0], 2 * across[1])
+    away = (on_edge[0] - 4e-3, on_edge[1]) if axis == 0 else (on_edge[0], on_edge[1] - 4e-3)
+    for derivative in ((0, 0), held):
+        vanish = circle.evaluate(on_edge[0], on_edge[1], derivative)
+        there = circle.evaluate(away[0], away[1], derivative)
+        assert np.abs(vanish).max() < 1e-11 * np.abs(there).max()
+
+
+@pytest.mark.parametrize("clamped", [True, False])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_derivatives_of_mirrored_functions_follow_from_differences(
+    axis: int, clamped: bool
+) -> None:
+    """And Δ²w is zero: third derivatives differenced once more."""
+    circle = Circle(0.02, 0.018, 5e-3, FunctionSet(3, 1, (0, 1)), HeldEdge(axis, 0.03, clamped))
+    x, y, step = np.array([0.027, -0.01, 0.011]), np.array([0.001, 0.025, 0.029]), 1e-6
+
+    def difference(derivative: tuple[int, int], by: int) -> NDArray[np.float64]:
+        shift = (step, 0.0) if by == 0 else (0.0, step)
+        ahead = circle.evaluate(x + shift[0], y + shift[1], derivative)
+        return (ahead - circle.evaluate(x - shift[0], y - shift[1], derivative)) / (2.0 * step)
+
+    for a, b in ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)):
+        for by in (0, 1):
+            exact = circle.evaluate(x, y, (a + 1, b) if by == 0 else (a, b + 1))
+            assert difference((a, b), by) == pytest.approx(
+                exact, rel=1e-5, abs=1e-6 * np.abs(exact).max()
+            )
+    fourth = difference((3, 0), 0) + 2.0 * difference((2, 1), 1) + difference((0, 3), 1)
+    assert np.abs(fourth).max() < 1e-5 * np.abs(difference((3, 0), 0)).max()
+
+
+@pytest.mark.parametrize("kind", [C, S])
+def test_a_magnet_close_to_a_held_edge_takes_no_larger_basis(kind: EdgeKind) -> None:
+    """1 mm from the edge, loaded there; without images the estimate was above 1."""
+    magnet = Inclusion(WIDTH / 2.0 - 6e-3, 0.02, 5e-3, 30.0, 1000.0)
+    geometry = plate(kind, magnet)
+    loads = [Load(magnet.x, magnet.y, 5e-3), Load(0.0, -0.03, 5e-3)]
+
+    def fields(resolution: Resolution | None, tolerance: float) -> Response:
+        return RitzPlate(geometry, LOSS, resolution).respond(
+            loads, frequency_hz=160.0, x=X, y=Y, tolerance=tolerance
+        )
+
+    found = fields(None, 5e-3)
+    waves = wave_number(geometry, 2.0 * np.pi * 160.0)
+    exact = fields(resolution_for(geometry, waves, 4, 5), 1e-9).values
+    error = np.linalg.norm(found.values - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
+    assert error.max() <= found.error_estimate <= 5e-3

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.ritz.circle_functions import Circle, Derivative, evaluate_circles
+from chladni.sim.ritz.circle_functions import Circle, Derivative, HeldEdge, evaluate_circles
 from chladni.sim.ritz.circle_terms import RIM_KINDS, FunctionSet
 from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.quadrature import gauss_points
@@ -21,6 +21,8 @@ POINT_RADIUS = 1e-4
 """A point's reaction acts on a circle of this radius, in widths; its field differs by R² ln R."""
 
 
+NEAR_EDGE = 1.0 / 4.0
+"""Distance of a circle's centre, by the plate's short side, within which it is near an edge."""
 EDGE_ZONE = 0.02
 """A point this near to an edge, in widths, is taken to lie on it."""
 
@@ -104,7 +106,13 @@ class Basis:
         self.along_y = IntervalBasis(geometry.length, resolution.ny)
         sets = _FunctionSets(resolution, crowding(geometry))
         self.rims = [
-            Circle(r.x, r.y, r.radius, sets.of(k, resolution.rim_rings, -1))
+            Circle(
+                r.x,
+                r.y,
+                r.radius,
+                sets.of(k, resolution.rim_rings, -1),
+                held_edge(geometry, r.x, r.y, r.radius),
+            )
             for k, r in enumerate(geometry.rims)
         ]
         self.inclusions = [
@@ -113,6 +121,7 @@ class Basis:
                 i.x, i.y, i.radius,
                 sets.of(k, resolution.inclusion_rings,
                         -1 if i.is_hole else resolution.inclusion_bubbles),
+                held_edge(geometry, i.x, i.y, i.radius),
             )
             for k, i in enumerate(geometry.inclusions, start=len(geometry.rims))
         ]  # fmt: skip
@@ -176,6 +185,22 @@ class Basis:
         """All functions (or a derivative) at scattered points, shape (points, size)."""
         polynomials = self.polynomial_values(x, y, derivative)
         return np.concatenate((polynomials, self.enrichment_values(x, y, derivative)), axis=1)
+
+
+def held_edge(geometry: PlateGeometry, x: float, y: float, radius: float) -> HeldEdge | None:
+    """The nearest held edge of a circle on the plate, if one is near.
+
+    Farther circles are smooth along it, and polynomials follow that with less work.
+    """
+    found = []
+    for axis, place in enumerate((x, y)):
+        for side in (-1.0, 1.0):
+            at = side * (geometry.width, geometry.length)[axis] / 2.0
+            kind = geometry.edges.of(axis, side)
+            near = NEAR_EDGE * min(geometry.width, geometry.length)
+            if kind != "free" and radius <= abs(at - place) < near:
+                found.append((abs(at - place), HeldEdge(axis, at, kind == "clamped")))
+    return min(found, key=lambda pair: pair[0])[1] if found else None
 
 
 class _FunctionSets:

@@ -41,6 +41,25 @@ Derivative = tuple[int, int]
 
 
 @dataclass(frozen=True)
+class HeldEdge:
+    """A held edge of the plate that a circle's functions are to obey.
+
+    Parameters
+    ----------
+    axis
+        Across which they are mirrored: 0 for an edge along y.
+    at
+        Its place along that axis, m.
+    is_clamped
+        Whether it holds the slope as well.
+    """
+
+    axis: int
+    at: float
+    is_clamped: bool
+
+
+@dataclass(frozen=True)
 class Circle:
     """A circle with the functions it brings into the basis.
 
@@ -50,12 +69,15 @@ class Circle:
         Centre and radius, m.
     own
         What it brings; circles that share one are evaluated together.
+    held
+        The edge that its functions obey by a mirror image of each, which lies off the plate.
     """
 
     x: float
     y: float
     radius: float
     own: FunctionSet
+    held: HeldEdge | None = None
 
     @property
     def members(self) -> list[tuple[RadialFunction, bool]]:
@@ -111,7 +133,61 @@ def evaluate_circles(
                     if function.order > 0:
                         result[rows, at] = -values.imag
                         rows = rows + 1
+    for k, circle in enumerate(circles):
+        if circle.held is not None:
+            result[ends[k] : ends[k + 1]] += _image(circle, circle.held, x, y, derivative)
     return result.T
+
+
+def _image(
+    circle: Circle, edge: HeldEdge, x: FloatArray, y: FloatArray, derivative: Derivative
+) -> FloatArray:
+    """What a circle's functions lack to obey a held edge; shape (functions, points).
+
+    On an endless edge a supported plate answers with −f at the mirrored place, a clamped one with
+    −f − 2s f' − s² Δf there, s being the distance from the edge along its normal axis (R. Duffin,
+    Continuation of biharmonic functions by reflection, Duke Math. J. 22, 1955): biharmonic like f,
+    and singular only off the plate.
+    """
+    place = [x, y]
+    s = place[edge.axis] - edge.at
+    place[edge.axis] = edge.at - s
+    n, along = derivative[edge.axis], derivative[1 - edge.axis]
+    if not edge.is_clamped:
+        (mirrored,) = _several(circle, place, edge.axis, [(n, along)])
+        return np.asarray(-((-1.0) ** n) * mirrored)
+    # By Leibniz: s and s² are differentiated as well, and each derivative across turns a sign.
+    wanted = [(n + 1, along), (n + 2, along), (n, along), (n, along + 2)]
+    wanted += [(n - 1, along + 2)] if n >= 1 else []
+    wanted += [(n - 2, along + 2)] if n >= 2 else []
+    first, second, own, bent, *lower = _several(circle, place, edge.axis, wanted)
+    total = -own - 2.0 * s * first - s**2 * (second + bent)
+    if n >= 1:
+        total += 2.0 * n * (own + s * (first + lower[0]))
+    if n >= 2:
+        total -= n * (n - 1) * (own + lower[1])
+    return np.asarray((-1.0) ** n * total)
+
+
+def _several(
+    circle: Circle, place: list[FloatArray], axis: int, derivatives: list[Derivative]
+) -> list[FloatArray]:
+    """Derivatives (across, along) of a circle's functions, each of shape (functions, points)."""
+    keys = [own if axis == 0 else (own[1], own[0]) for own in derivatives]
+    points = circle.local(place[0], place[1])
+    results = [np.empty((len(circle.members), points.size)) for _ in keys]
+    for start in range(0, points.size, AT_ONCE):
+        at = slice(start, start + AT_ONCE)
+        split = SplitPoints.at(points[at])
+        row = 0
+        for function in circle.own.functions:
+            for key, result in zip(keys, results, strict=True):
+                values = split.evaluate(function, key) / circle.radius ** sum(key)
+                result[row, at] = values.real
+                if function.order > 0:
+                    result[row + 1, at] = -values.imag
+            row += 2 if function.order > 0 else 1
+    return results
 
 
 class Powers:
@@ -201,6 +277,6 @@ def _wirtinger(by_x: int, by_y: int) -> dict[tuple[int, int], complex]:
     return {key: value for key, value in result.items() if value != 0}
 
 
-MOST = 4
+MOST = 5
 """Derivatives of a function by x and y in all."""
 WIRTINGER = {(a, b): _wirtinger(a, b) for a in range(MOST + 1) for b in range(MOST + 1 - a)}
