@@ -16,6 +16,8 @@ from chladni.sim.errors import InputError
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
 """Of a feature that are looked at for the closest one; a small one has no more that are close."""
+ROOM = 0.6e-3
+"""Gap between features, m, at which every pair that was tried could be followed."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 SAME_PLACE = 1e-6
@@ -195,7 +197,8 @@ def closest(board: BoardParts) -> str:
             for distance, other in zip(own, others, strict=True) if other != k
         ]  # fmt: skip
     gap, one, other = min(gaps)
-    return f"{one} and {other} are {gap / MM:.3g} mm apart"
+    hint = f", {ROOM / MM:g} mm would do" if gap < ROOM else ""
+    return f"{one} and {other} are {gap / MM:.3g} mm apart{hint}"
 
 
 def _discs(board: BoardParts) -> list[tuple[str, tuple[float, float], float]]:

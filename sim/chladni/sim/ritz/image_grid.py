@@ -18,6 +18,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
+BLOCK_VALUES = 1 << 21
+"""Of circle functions at once, where they are not kept: 16 MB."""
+KEPT_AT_ONCE = 1 << 24
+"""Of circle functions that are kept from the first time on."""
+
+
 class GridTable:
     """The basis on the grid x × y (m), or on its fundamental part if the grid has the mirrors."""
 
@@ -29,14 +35,14 @@ class GridTable:
         self._along_x = basis.along_x.evaluate(part_x)
         self._along_y = basis.along_y.evaluate(part_y)
         self._by_class: dict[Parity, FloatArray] = {}
-        rows = max(1, MOST_VALUES // max((basis.size - basis.polynomials) * part_y.size, 1))
-        self._blocks = [slice(k, k + rows) for k in range(0, part_x.size, rows)]
-        self._circles = self._circles_on(self._blocks[0]) if len(self._blocks) == 1 else None
+        self._circles: FloatArray | None = None
+        self._values = (basis.size - basis.polynomials) * part_x.size * part_y.size
+        self._times_asked = 0
 
     @property
     def kept_values(self) -> int:
-        """How many values of circle functions it holds."""
-        return 0 if self._circles is None else self._circles.size
+        """How many values of circle functions it holds, now or once it is asked again."""
+        return self._values if self._values <= MOST_VALUES else 0
 
     def fields(self, parities: list[ParityBasis], columns: list[FloatArray]) -> FloatArray:
         """Sum over classes of the fields of real coefficients (class size, fields).
@@ -51,7 +57,15 @@ class GridTable:
     def shares(
         self, parities: list[ParityBasis], columns: list[FloatArray]
     ) -> dict[Oddness, FloatArray]:
-        """The same class by class on the fundamental part, shape (fields, *part_shape) each."""
+        """The same class by class on the fundamental part, shape (fields, *part_shape) each.
+
+        Memory that is new takes longer to get than to fill: a large table is kept from the second
+        time on only, and until then worked out in blocks that use the same memory again.
+        """
+        self._times_asked += 1
+        most = MOST_VALUES if self._times_asked > 1 else KEPT_AT_ONCE
+        if self._circles is None and self._values <= most:
+            self._circles = self._circles_on(slice(None))
         return {
             parity.oddness: self.share(parity, own)
             for parity, own in zip(parities, columns, strict=True)
@@ -89,7 +103,7 @@ class GridTable:
         along_y = np.ascontiguousarray(self._along_y[:, parity.degrees_y].T)
         grid = own[:, :p].reshape(used.size, along_x.shape[1], along_y.shape[0])
         part = along_x @ (grid @ along_y)
-        for block in self._blocks:
+        for block in self._blocks():
             on_circles = own[:, p:] @ self._class_circles(parity, block)
             part[:, block] += on_circles.reshape(part[:, block].shape)
         if used.size == columns.shape[1]:
@@ -97,6 +111,14 @@ class GridTable:
         values = np.zeros((columns.shape[1], *self.grid.part_shape))
         values[used] = part
         return values
+
+    def _blocks(self) -> list[slice]:
+        """Lines of the fundamental part whose circle functions are worked out together."""
+        if self._circles is not None:
+            return [slice(None)]
+        lines = self.grid.part_shape[0]
+        count = max(1, BLOCK_VALUES * lines // max(self._values, 1))
+        return [slice(k, k + count) for k in range(0, lines, count)]
 
     def _circles_on(self, rows: slice) -> FloatArray:
         """All circle functions on some lines of the fundamental part; (points, functions)."""

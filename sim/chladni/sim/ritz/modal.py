@@ -80,6 +80,7 @@ class ClassModes:
         self._rows = rows
         own = supports[np.ix_(rows, subset)] * self._scale
         self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
+        self._polynomials = int(np.count_nonzero(subset < polynomials))
         self._met = _met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
         self._supports = self._independent(own)
         norms = np.linalg.norm(self._supports, axis=1)
@@ -202,12 +203,12 @@ class ClassModes:
         """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
         constraints = self._constraints
         size, count = self._subset.size, constraints.shape[0]
-        factor = 1.0 + 1j * loss_factor if loss_factor else 1.0
-        bordered = np.zeros((size + count, size + count), dtype=type(factor))
-        bordered[:size, :size] = factor * self._stiffness
-        bordered[:size, :size] -= omega**2 * self._mass
-        bordered[:size, :size] *= self._scale
-        bordered[:size, :size] *= self._scale[:, None]
+        bordered = np.zeros((size + count,) * 2, dtype=complex if loss_factor else float)
+        scale = self._scale[:, None] * self._scale
+        stiffness = scale * self._stiffness
+        bordered[:size, :size] = stiffness - omega**2 * (scale * self._mass)
+        if loss_factor:
+            bordered.imag[:size, :size] = loss_factor * stiffness
         bordered[size:, :size] = constraints
         bordered[:size, size:] = constraints.T
         return lu_factor(bordered, overwrite_a=True, check_finite=False)
@@ -221,7 +222,9 @@ class ClassModes:
         block of the inverse as large as their number does that.
         """
         is_factored = self._factored is not None and self._factored[0] == (omega, loss_factor)
-        if not is_factored or self._edges or not self._has_plain_rows:
+        # Edges' conditions go with the polynomials, and are combinations that none stands for.
+        same_edges = not self._edges or coarser._polynomials == self._polynomials
+        if not is_factored or not same_edges or not self._has_plain_rows:
             return coarser.solve(load, omega, loss_factor)
         factor = 1.0 + 1j * loss_factor
         force = (load.force + omega**2 / factor * load.inertia)[self._subset]
@@ -235,7 +238,10 @@ class ClassModes:
         """Unknowns of a finer basis that this one has not."""
         if self._left_out is None or self._left_out.at != (omega, loss_factor):
             functions = np.setdiff1d(finer._subset, self._subset)
-            rows = np.flatnonzero(~np.isin(finer._rows[finer._kept], self._rows))
+            # Rows of edges come last and stay.
+            others = finer._rows[: finer._rows.size - finer._edges]
+            others = others[finer._kept[: others.size]]
+            rows = np.flatnonzero(~np.isin(others, self._rows))
             size = finer._subset.size
             out = np.concatenate((np.searchsorted(finer._subset, functions), size + rows))
             units = np.zeros((size + finer._constraints.shape[0], out.size), dtype=np.complex128)
