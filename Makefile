@@ -82,6 +82,7 @@ fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs c
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
 	cat bench/about.md > docs/performance.md.part
 	$(BIN)/python bench/plate.py >> docs/performance.md.part
+	$(BIN)/python bench/stability.py --jobs 2 >> docs/performance.md.part
 	$(BIN)/python bench/solve.py >> docs/performance.md.part
 	$(BIN)/python bench/paper_scene.py >> docs/performance.md.part
 	$(BIN)/python bench/tables.py >> docs/performance.md.part

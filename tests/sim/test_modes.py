@@ -49,6 +49,18 @@ def test_an_undamped_ritz_plate_names_the_mode() -> None:
         fixed.respond([Load(0.0, 0.0, 3e-3)], frequency_hz=second, x=X, y=Y, tolerance=1e-3)
 
 
+def test_a_mode_is_named_whatever_was_asked_before() -> None:
+    """After a few frequencies modes answer, and the factors at hand are of another frequency."""
+    geometry = free_plate(0.0).geometry
+    fixed = RitzPlate(geometry, 0.0, resolution_for(geometry, wave_number(geometry, 2e3), 1))
+    second = float(fixed.natural_frequencies(2)[1])
+    load = Load(0.0, 0.0, 3e-3)
+    for factor in (0.5, 0.6, 0.7, 0.8):
+        fixed.respond([load], frequency_hz=second * factor, x=X, y=Y, tolerance=1e-2)
+    with pytest.raises(ResonanceError, match="mode 2"):
+        fixed.respond([load], frequency_hz=second, x=X, y=Y, tolerance=1e-2)
+
+
 def test_degenerate_modes_span_the_same_space() -> None:
     """Square plate: modes (1,2) and (2,1) coincide; the projector onto them is compared."""
     x = np.linspace(-0.5, 0.5, 41)

@@ -166,38 +166,38 @@ class ClassModes:
 
     def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """The same without modes: cheaper for a few frequencies, by modes once more are asked."""
-        if self._factored is None or self._factored[0] != (omega, loss_factor):
+        if not self._is_factored(omega, loss_factor):
             if self._solved >= SOLVED_BEFORE_MODES:
                 return self.respond(load, omega, loss_factor)
             self._solved += 1
             self._factored = ((omega, loss_factor), self._factors(omega, loss_factor))
-        factor = 1.0 + 1j * loss_factor
-        force = (load.force + omega**2 / factor * load.inertia)[self._subset]
-        moments = None if load.supports is None else load.supports / factor
-        return self._spread(self._backward(force, moments))
+        return self._functions(self._back(self._loaded(load, omega, loss_factor)))
 
     def stiffened(self, solution: ComplexArray, omega: float, loss_factor: float) -> ComplexArray:
         """What a solution changes by, per relative change of all stiffness."""
         force = -(1.0 + 1j * loss_factor) * _product(self._stiffness, solution[self._subset])
-        if self._factored is not None and self._factored[0] == (omega, loss_factor):
-            return self._spread(self._backward(force, None))
+        if self._is_factored(omega, loss_factor):
+            return self._functions(self._back(self._forced(force)))
         whole = self._spread(force)
         return self.respond(ClassLoad(whole, np.zeros(whole.shape), None), omega, loss_factor)
 
     def resonance(self, omega: float) -> float:
         """About ω²/|ω²ₙ − ω²| of the nearest mode without loss, by inverse iteration."""
-        if self._factored is None:
+        if not self._is_factored(omega, 0.0):
             return np.inf  # modes are at hand, so that looking costs nothing
-        start = (
-            np.random.default_rng(0).standard_normal((self._subset.size, 1)) * self._scale[:, None]
-        )
-        vector, gain = start.astype(np.complex128), 0.0
+        own = slice(self._subset.size)
+        start = np.random.default_rng(0).standard_normal((self._subset.size, 1))
+        vector, gain = (self._scale[:, None] * start).astype(np.complex128), 0.0
         for _ in range(INVERSE_STEPS):
             force = self._mass @ vector
             norm = np.sqrt(abs(np.vdot(vector, force)))
-            vector = self._backward(force / max(norm, 1e-300), None)
+            forced = self._back(self._forced(force / max(norm, 1e-300)))
+            vector = self._scale[:, None] * forced[own]
             gain = float(np.sqrt(abs(np.vdot(vector, self._mass @ vector))))
         return omega**2 * gain
+
+    def _is_factored(self, omega: float, loss_factor: float) -> bool:
+        return self._factored is not None and self._factored[0] == (omega, loss_factor)
 
     def _factors(self, omega: float, loss_factor: float) -> Any:
         """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
@@ -221,18 +221,14 @@ class ClassModes:
         Unknowns that are left out, multipliers of conditions among them, are forced to be zero: a
         block of the inverse as large as their number does that.
         """
-        is_factored = self._factored is not None and self._factored[0] == (omega, loss_factor)
         # Edges' conditions go with the polynomials, and are combinations that none stands for.
         same_edges = not self._edges or coarser._polynomials == self._polynomials
-        if not is_factored or not same_edges or not self._has_plain_rows:
+        is_plain = same_edges and self._has_plain_rows
+        if not is_plain or not self._is_factored(omega, loss_factor):
             return coarser.solve(load, omega, loss_factor)
-        factor = 1.0 + 1j * loss_factor
-        force = (load.force + omega**2 / factor * load.inertia)[self._subset]
-        moments = None if load.supports is None else load.supports / factor
-        whole = self._back(self._right(force, moments))
+        whole = self._back(self._loaded(load, omega, loss_factor))
         left_out = coarser._left_out_of(self, omega, loss_factor)
-        kept = whole - left_out.block @ whole[left_out.unknowns]
-        return self._spread(self._scale[:, None] * kept[: self._subset.size])
+        return self._functions(whole - left_out.block @ whole[left_out.unknowns])
 
     def _left_out_of(self, finer: ClassModes, omega: float, loss_factor: float) -> _LeftOut:
         """Unknowns of a finer basis that this one has not."""
@@ -251,18 +247,19 @@ class ClassModes:
             self._left_out = _LeftOut((omega, loss_factor), out, block)
         return self._left_out
 
-    def _backward(self, force: AnyArray, moments: AnyArray | None) -> ComplexArray:
-        """Coefficients of the subset under forces, whose support moments cancel `moments`."""
-        found = self._back(self._right(force, moments))
-        return np.asarray(self._scale[:, None] * found[: self._subset.size])
+    def _loaded(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
+        """A load's right-hand side for `_back`; support moments are to be cancelled."""
+        factor = 1.0 + 1j * loss_factor
+        right = self._forced((load.force + omega**2 / factor * load.inertia)[self._subset])
+        if load.supports is not None:
+            right[self._subset.size :] = -self._directed(load.supports / factor)
+        return right
 
-    def _right(self, force: AnyArray, moments: AnyArray | None) -> ComplexArray:
-        """Right-hand side for `_back`."""
-        size, count = self._subset.size, self._constraints.shape[0]
-        right = np.zeros((size + count, force.shape[1]), dtype=np.complex128)
-        right[:size] = self._scale[:, None] * force
-        if moments is not None and count:
-            right[size:] = -self._directed(moments)
+    def _forced(self, force: AnyArray) -> ComplexArray:
+        """The same of forces alone, (subset size, loads)."""
+        count = self._subset.size + self._constraints.shape[0]
+        right = np.zeros((count, force.shape[1]), dtype=np.complex128)
+        right[: self._subset.size] = self._scale[:, None] * force
         return right
 
     def _back(self, right: ComplexArray) -> ComplexArray:
@@ -315,6 +312,10 @@ class ClassModes:
             particular = np.asarray(-self._scale[:, None] * (self._directions[1].T @ directed))
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
         return particular, np.asarray(own, dtype=np.complex128)
+
+    def _functions(self, unknowns: ComplexArray) -> ComplexArray:
+        """Coefficients of the class, of what `_back` gives."""
+        return self._spread(self._scale[:, None] * unknowns[: self._subset.size])
 
     def _spread(self, solution: ComplexArray) -> ComplexArray:
         result = np.zeros((self._size, solution.shape[1]), dtype=np.complex128)
