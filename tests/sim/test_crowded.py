@@ -28,9 +28,11 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
 from chladni.sim.ritz.discs import DiscPolynomials
 from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
+from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.quadrature import DiscRule, edges
 from chladni.sim.ritz.resolution import crowding, order_beside, resolution_for, wave_number, work_of
+from chladni.sim.ritz.solver import Solver
 from chladni.sim.work import MOST_BYTES, allow_large_work
 
 FloatArray = NDArray[np.float64]
@@ -193,12 +195,22 @@ def test_edges_have_more_points_where_a_circle_is_near() -> None:
     """∫ ds/((s − 5)² + a²) along an edge of 100, for places at a = 0.2 to 20."""
     for away in (0.2, 2.0, 20.0):
         places = np.array([[50.0 - away, 5.0]])
-        axis, side, points = edges(100.0, 100.0, 120, places)[1]
+        axis, side, points = edges(100.0, 100.0, 120, places, np.ones(1))[1]
         assert (axis, side) == (0, 1.0)
         found = points.weights @ (1.0 / ((points.y - 5.0) ** 2 + away**2))
         exact = (np.arctan(45.0 / away) + np.arctan(55.0 / away)) / away
         assert found == pytest.approx(exact, rel=1e-12)
-    assert edges(100.0, 100.0, 120, np.zeros((0, 2)))[0][2].x.size == 120
+    assert edges(100.0, 100.0, 120, np.zeros((0, 2)), np.zeros(0))[0][2].x.size == 120
+
+
+def test_energy_of_steep_functions_beside_an_edge_is_positive() -> None:
+    """Order 31 on a disc 0.6 mm from an edge: the strain energy had eigenvalues of −3."""
+    geometry = plate([], [replace(magnet(WIDTH / 2.0 - 5.63e-3, 0.02), stiffness_ratio=1.0)])
+    solver = Solver(geometry, find_mirrors(geometry), Resolution(16, 24, 3, 31, 4))
+    (only,) = solver.classes
+    stiffness = solver.assembly.stiffness(only.basis)
+    scale = 1.0 / np.sqrt(np.diag(stiffness) + 1e-6 * np.diag(stiffness).max())
+    assert np.linalg.eigvalsh(stiffness * scale * scale[:, None])[0] > -1e-9
 
 
 @pytest.mark.parametrize("resolution", [Resolution(20, 32, 3, 8, 4), Resolution(34, 52, 3, 6, 4)])

@@ -188,19 +188,20 @@ class Basis:
 
 
 def held_edge(geometry: PlateGeometry, x: float, y: float, radius: float) -> HeldEdge | None:
-    """The nearest held edge of a circle on the plate, if one is near.
+    """The held edge that a circle is near, if it is one.
 
-    Farther circles are smooth along it, and polynomials follow that with less work.
+    Farther circles are smooth along it, and polynomials follow that with less work. In a corner of
+    two held edges an image that obeys one is a second source beside the other.
     """
+    near = NEAR_EDGE * min(geometry.width, geometry.length)
     found = []
     for axis, place in enumerate((x, y)):
         for side in (-1.0, 1.0):
             at = side * (geometry.width, geometry.length)[axis] / 2.0
             kind = geometry.edges.of(axis, side)
-            near = NEAR_EDGE * min(geometry.width, geometry.length)
-            if kind != "free" and radius <= abs(at - place) < near:
+            if kind != "free" and abs(at - place) < near:
                 found.append((abs(at - place), HeldEdge(axis, at, kind == "clamped")))
-    return min(found, key=lambda pair: pair[0])[1] if found else None
+    return found[0][1] if len(found) == 1 and found[0][0] >= radius else None
 
 
 class _FunctionSets:

@@ -203,8 +203,9 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     edges = []
     edge_points = EDGE_POINTS + 2 * max(basis.resolution.nx, basis.resolution.ny)
     centres = np.array([(circle.x, circle.y) for circle in basis.circles]).reshape(-1, 2)
+    orders = np.array([circle.own.rings for circle in basis.circles], dtype=np.float64)
     for axis, side, whole in quadrature.edges(
-        geometry.width, geometry.length, edge_points, centres
+        geometry.width, geometry.length, edge_points, centres, orders
     ):
         points = _fundamental(whole, mirrors, images)
         if points.x.size:

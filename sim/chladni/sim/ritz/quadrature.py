@@ -12,6 +12,8 @@ FloatArray = NDArray[np.float64]
 
 EXPONENT = 30.0
 """Of what a line of Gauss points may leave of a singular function: 1e-13."""
+STEEP = 6.0
+"""Order up to which a function is no steeper than its distance says."""
 PANEL, PANEL_POINTS = 3.0, 24
 """Length of a panel by its distance to the nearest singular place, and its points at least."""
 
@@ -43,18 +45,19 @@ def join(groups: Sequence[Points]) -> Points:
 
 
 def edges(
-    width: float, length: float, count: int, singular: FloatArray
+    width: float, length: float, count: int, singular: FloatArray, orders: FloatArray
 ) -> list[tuple[int, float, Points]]:
     """(axis, side, points) of the four edges of a centred rectangle, `count` Gauss points or more.
 
-    Functions are singular at places (x, y), shape (places, 2), m; edges near one have more points
-    there.
+    Functions are singular at places (x, y), shape (places, 2), m, and fall from there as ρ to minus
+    their order; edges near one have more points there.
     """
     result = []
     for axis in (0, 1):
         for side in (-1.0, 1.0):
             at = side * (width, length)[axis] / 2.0
-            away = np.abs(singular[:, axis] - at)
+            # A high order is as steep as a lower one that stands nearer.
+            away = np.abs(singular[:, axis] - at) * np.minimum(1.0, STEEP / np.maximum(orders, 1))
             along, weights = _line((length, width)[axis], count, singular[:, 1 - axis], away)
             fixed = np.full(along.size, at)
             x, y = (fixed, along) if axis == 0 else (along, fixed)
