@@ -188,10 +188,9 @@ class Basis:
 
 
 def held_edge(geometry: PlateGeometry, x: float, y: float, radius: float) -> HeldEdge | None:
-    """The held edge that a circle is near, if it is one.
+    """The nearest held edge of a circle on the plate, if one is near.
 
-    Farther circles are smooth along it, and polynomials follow that with less work. In a corner of
-    two held edges an image that obeys one is a second source beside the other.
+    Farther circles are smooth along it, and polynomials follow that with less work.
     """
     near = NEAR_EDGE * min(geometry.width, geometry.length)
     found = []
@@ -201,7 +200,8 @@ def held_edge(geometry: PlateGeometry, x: float, y: float, radius: float) -> Hel
             kind = geometry.edges.of(axis, side)
             if kind != "free" and abs(at - place) < near:
                 found.append((abs(at - place), HeldEdge(axis, at, kind == "clamped")))
-    return found[0][1] if len(found) == 1 and found[0][0] >= radius else None
+    nearest = min(found, key=lambda pair: pair[0], default=None)
+    return nearest[1] if nearest and nearest[0] >= radius else None
 
 
 class _FunctionSets:

@@ -45,9 +45,6 @@ the error, 13 in the median."""
 FORM_ERROR = 3e-7
 """Relative error of stiffness that no step shows (2.5e-7 at the first modes of `prototype`). It
 moves modes, and near one fields follow."""
-UNMET_CORNERS = 2e-4
-"""Left where a plate has circles and held edges: in corners functions of circles meet the edges'
-conditions up to the basis's degree only, and what is beyond falls slowly (7e-5 were seen)."""
 ROUNDING = 1e-11
 """Relative error that conditioning leaves however large the basis."""
 
@@ -257,8 +254,6 @@ class Solver:
         error *= 1.0 + UNSETTLED * np.minimum(error, 1.0)
         error += FORM_ERROR * stiffened / whole
         floor = ROUNDING + (UNRESOLVED_LOAD if case.is_unresolved else 0.0)
-        if self.basis.circles and not self.geometry.edges.are_all("free"):
-            floor += UNMET_CORNERS
         by_kind = [float(np.max(part)) for part in left]
         return Estimate(float(np.max(error) + floor), by_kind[0], max(by_kind[1:], default=0.0))
 
