@@ -132,11 +132,13 @@ def test_a_board_that_takes_too_much_memory_is_refused_before_the_work(
     assert [path.name for path in tmp_path.iterdir()] == ["many.toml"]
 
 
-def test_work_that_takes_time_is_announced(chladni: CommandLine, tmp_path: Path) -> None:
-    board = crowded(tmp_path / "some.toml", 64)
-    done = chladni("field", board, "--target", "0,0", "-o", tmp_path / "f.npz", "--json")
+def test_work_that_takes_time_is_announced(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("chladni.sim.work.SAID_SECONDS", 0.01)
+    done = chladni("field", "prototype", "--target", "0,0", "-o", tmp_path / "f.npz", "--json")
     assert done.code == 0
-    assert "functions: about" in done.err
+    assert "chladni: a plate of 899 functions: about " in done.err
     assert " GB" in done.err
     assert done.json["tolerance_met"]
 

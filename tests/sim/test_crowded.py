@@ -61,7 +61,7 @@ NEAR: dict[str, PlateGeometry] = {
         f"{kind} screws {gap} mm apart": plate(
             [screw(-0.01 - 1.5e-3 - gap / 2e3, 0.02, clamped=kind == "clamped"),
              screw(-0.01 + 1.5e-3 + gap / 2e3, 0.02, clamped=kind == "clamped")], [])
-        for kind in ("clamped", "pinned") for gap in (0.01, 0.1, 0.6)
+        for kind, gap in (("clamped", 0.01), ("clamped", 0.6), ("pinned", 0.1))
     },
     "a screw 0.01 mm from a magnet": plate([screw(-16.51e-3, 0.02)], [magnet(-0.01, 0.02)]),
     "a screw 0.6 mm from a magnet": plate([screw(-17.1e-3, 0.02)], [magnet(-0.01, 0.02)]),
@@ -124,7 +124,7 @@ def test_the_estimate_knows_a_resonance(prototype: Board, mode: int) -> None:
 
     fields = [
         respond(RitzPlate(geometry, 1e-5, resolution_for(geometry, waves, level)), 1e-9)
-        for level in (3, 4, 5)
+        for level in (3, 4)
     ]
     for coarse, fine in pairwise(fields):
         error = np.linalg.norm(coarse.values - fine.values) / np.linalg.norm(fine.values)
@@ -213,7 +213,7 @@ def test_energy_of_steep_functions_beside_an_edge_is_positive() -> None:
     assert np.linalg.eigvalsh(stiffness * scale * scale[:, None])[0] > -1e-9
 
 
-@pytest.mark.parametrize("resolution", [Resolution(20, 32, 3, 8, 4), Resolution(34, 52, 3, 6, 4)])
+@pytest.mark.parametrize("resolution", [Resolution(20, 32, 3, 8, 4), Resolution(28, 44, 3, 6, 4)])
 def test_memory_is_told_beforehand(prototype: Board, resolution: Resolution) -> None:
     """Within a factor of two of what is allocated at the peak."""
     screws = tuple(
