@@ -80,12 +80,13 @@ def tried(seed: int) -> Case:
         finest = RitzPlate(geometry, loss, resolution_for(geometry, waves, *FINEST))
         allow_large_work(True)
         exact = finest.respond(loads, **asked, tolerance=1e-12).values
-        allow_large_work(False)
         norms = np.linalg.norm(exact, axis=(1, 2))
         error = float(np.max(np.linalg.norm(found.values - exact, axis=(1, 2)) / norms))
         return Case(seed, kind, error, found.error_estimate, seconds)
     except ChladniError as refusal:
         return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, str(refusal))
+    finally:
+        allow_large_work(False)
 
 
 def is_low(case: Case) -> bool:

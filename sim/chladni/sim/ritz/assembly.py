@@ -31,7 +31,7 @@ from chladni.sim.ritz.basis_values import (
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.circle_terms import radial_derivative
-from chladni.sim.ritz.discs import Discs, OnDisc
+from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 
@@ -291,17 +291,9 @@ class Assembly:
 
     def _bend(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """B with BᵀB the energy form by D over the offcuts; shape (3 · points, functions)."""
-        nu = self.basis.geometry.poisson
-        xx, xy, yy = (tables.offcuts.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))
         root = np.sqrt(self.sets.offcuts.weights)[:, None]
-        # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
-        return np.concatenate(
-            (
-                root * np.sqrt((1.0 + nu) / 2.0) * (xx + yy),
-                root * np.sqrt((1.0 - nu) / 2.0) * (xx - yy),
-                root * np.sqrt(2.0 * (1.0 - nu)) * xy,
-            )
-        )
+        xx, xy, yy = (root * tables.offcuts.values(parity, d) for d in ((2, 0), (1, 1), (0, 2)))
+        return bending_rows(xx, xy, yy, self.basis.geometry.poisson)
 
     def _added_inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
         """Kinetic energy with the basis of glued discs, holes and point masses."""

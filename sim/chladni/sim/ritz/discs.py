@@ -74,13 +74,8 @@ class DiscPolynomials:
     def bending(self, poisson: float) -> FloatArray:
         """R with RᵀR the bending energy form by D, of shape (polynomials, polynomials)."""
         xx, xy, yy = self._second
-        # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
-        squares = (
-            np.sqrt((1.0 + poisson) / 2.0) * (xx + yy),
-            np.sqrt((1.0 - poisson) / 2.0) * (xx - yy),
-            np.sqrt(2.0 * (1.0 - poisson)) * xy,
-        )
-        return np.asarray(qr(np.concatenate(squares), mode="r")[0][: xx.shape[1]])
+        rows = bending_rows(xx, xy, yy, poisson)
+        return np.asarray(qr(rows, mode="r")[0][: xx.shape[1]])
 
 
 @dataclass(frozen=True)
@@ -180,6 +175,18 @@ class Discs:
         )
         factor = disc.orbit / disc.inclusion.radius**2
         return np.asarray(factor * (on_it.bending[:, own].T @ on_it.bending))
+
+
+def bending_rows(xx: FloatArray, xy: FloatArray, yy: FloatArray, poisson: float) -> FloatArray:
+    """B with BᵀB the bending energy form by D of second derivatives, (3 · points, functions)."""
+    # ν(Δu)² + (1 − ν)(u_xx² + 2u_xy² + u_yy²) as three squares
+    return np.concatenate(
+        (
+            np.sqrt((1.0 + poisson) / 2.0) * (xx + yy),
+            np.sqrt((1.0 - poisson) / 2.0) * (xx - yy),
+            np.sqrt(2.0 * (1.0 - poisson)) * xy,
+        )
+    )
 
 
 def orders_and_degree(basis: Basis, circle: Circle) -> tuple[int, int]:

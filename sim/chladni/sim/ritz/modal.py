@@ -102,7 +102,7 @@ class ClassModes:
         return self._own_part(self._forms[1])
 
     def _own_part(self, form: FloatArray) -> FloatArray:
-        """A form over the subset; cut out anew each time, since several subsets share the whole."""
+        """A form over the subset; cut out each time, since several subsets share the whole."""
         if self._subset.size == self._size:
             return form
         return form[np.ix_(self._subset, self._subset)]
