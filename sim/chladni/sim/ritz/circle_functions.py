@@ -38,6 +38,8 @@ AT_ONCE = 1 << 13
 
 Derivative = tuple[int, int]
 """How often a function is differentiated by x and by y."""
+Wirtinger = dict[tuple[int, int], complex]
+"""Coefficients of ∂_z^j ∂_z̄^k."""
 
 
 @dataclass(frozen=True)
@@ -152,42 +154,54 @@ def _image(
     place = [x, y]
     s = place[edge.axis] - edge.at
     place[edge.axis] = edge.at - s
-    n, along = derivative[edge.axis], derivative[1 - edge.axis]
-    if not edge.is_clamped:
-        (mirrored,) = _several(circle, place, edge.axis, [(n, along)])
-        return np.asarray(-((-1.0) ** n) * mirrored)
-    # By Leibniz: s and s² are differentiated as well, and each derivative across turns a sign.
-    wanted = [(n + 1, along), (n + 2, along), (n, along), (n, along + 2)]
-    wanted += [(n - 1, along + 2)] if n >= 1 else []
-    wanted += [(n - 2, along + 2)] if n >= 2 else []
-    first, second, own, bent, *lower = _several(circle, place, edge.axis, wanted)
-    total = -own - 2.0 * s * first - s**2 * (second + bent)
-    if n >= 1:
-        total += 2.0 * n * (own + s * (first + lower[0]))
-    if n >= 2:
-        total -= n * (n - 1) * (own + lower[1])
-    return np.asarray((-1.0) ** n * total)
-
-
-def _several(
-    circle: Circle, place: list[FloatArray], axis: int, derivatives: list[Derivative]
-) -> list[FloatArray]:
-    """Derivatives (across, along) of a circle's functions, each of shape (functions, points)."""
-    keys = [own if axis == 0 else (own[1], own[0]) for own in derivatives]
-    points = circle.local(place[0], place[1])
-    results = [np.empty((len(circle.members), points.size)) for _ in keys]
+    points = circle.local(*place)
+    answer = _answer(edge, derivative, circle.radius)
+    result = np.empty((len(circle.members), points.size))
     for start in range(0, points.size, AT_ONCE):
         at = slice(start, start + AT_ONCE)
         split = SplitPoints.at(points[at])
+        weights = [factor * s[at] ** power for _, factor, power in answer]
         row = 0
         for function in circle.own.functions:
-            for key, result in zip(keys, results, strict=True):
-                values = split.evaluate(function, key) / circle.radius ** sum(key)
-                result[row, at] = values.real
-                if function.order > 0:
-                    result[row + 1, at] = -values.imag
+            values = sum(
+                weight * split.apply(function, operator)
+                for (operator, _, _), weight in zip(answer, weights, strict=True)
+            )
+            result[row, at] = np.real(values)
+            if function.order > 0:
+                result[row + 1, at] = -np.imag(values)
             row += 2 if function.order > 0 else 1
-    return results
+    return result
+
+
+def _answer(
+    edge: HeldEdge, derivative: Derivative, radius: float
+) -> list[tuple[Wirtinger, float, int]]:
+    """What of f at the mirrored place makes up a derivative of the answer: (operator, factor, power
+    of s) each. By Leibniz s and s² are differentiated too, and a derivative across turns the sign.
+    """
+    n, along = derivative[edge.axis], derivative[1 - edge.axis]
+    sign = (-1.0) ** n / radius ** (n + along)
+
+    def by_place(across: int) -> Wirtinger:
+        return WIRTINGER[(across, along) if edge.axis == 0 else (along, across)]
+
+    def laplacian(across: int) -> Wirtinger:
+        return {(j + 1, k + 1): 4.0 * c for (j, k), c in by_place(across).items()}
+
+    if not edge.is_clamped:
+        return [(by_place(n), -sign, 0)]
+    answer = [
+        (by_place(n), sign * (2.0 * n - 1.0), 0),
+        (by_place(n + 1), -2.0 * sign / radius, 1),
+        (laplacian(n), -sign / radius**2, 2),
+    ]
+    # f'' and the derivatives along that come from Δf of one order less make Δf once more.
+    if n >= 1:
+        answer.append((laplacian(n - 1), 2.0 * n * sign / radius, 1))
+    if n >= 2:
+        answer.append((laplacian(n - 2), -n * (n - 1) * sign, 0))
+    return answer
 
 
 class Powers:
@@ -230,17 +244,21 @@ class SplitPoints:
 
     def evaluate(self, function: RadialFunction, derivative: Derivative) -> ComplexArray:
         """∂ₓᵃ∂ᵧᵇ of one function by z (not yet divided by Rᵃ⁺ᵇ); shape (points,)."""
+        return self.apply(function, WIRTINGER[derivative])
+
+    def apply(self, function: RadialFunction, operator: Wirtinger) -> ComplexArray:
+        """A sum of derivatives by z and z̄; shape (points,)."""
         result = np.zeros(self.is_inside.shape, dtype=np.complex128)
         if function.inside and self.inside.z.size:
-            result[self.is_inside] = _differentiate(function.inside, self.inside, derivative)
+            result[self.is_inside] = _differentiate(function.inside, self.inside, operator)
         if function.outside and self.outside.z.size:
-            result[~self.is_inside] = _differentiate(function.outside, self.outside, derivative)
+            result[~self.is_inside] = _differentiate(function.outside, self.outside, operator)
         return result
 
 
-def _differentiate(terms: tuple[Term, ...], powers: Powers, derivative: Derivative) -> ComplexArray:
+def _differentiate(terms: tuple[Term, ...], powers: Powers, operator: Wirtinger) -> ComplexArray:
     total = np.zeros(powers.z.shape, dtype=np.complex128)
-    for (j, k), coefficient in WIRTINGER[derivative].items():
+    for (j, k), coefficient in operator.items():
         for term in terms:
             total += (coefficient * term.factor) * _monomial(term, powers, j, k)
     return total
@@ -266,9 +284,9 @@ def _monomial(term: Term, powers: Powers, j: int, k: int) -> ComplexArray | floa
     return np.asarray(factor * powers.of_z(p) * powers.of_z(q).conj())
 
 
-def _wirtinger(by_x: int, by_y: int) -> dict[tuple[int, int], complex]:
+def _wirtinger(by_x: int, by_y: int) -> Wirtinger:
     """Coefficients of ∂_z^j ∂_z̄^k in ∂ₓ^by_x ∂ᵧ^by_y = (∂_z + ∂_z̄)^by_x (i∂_z − i∂_z̄)^by_y."""
-    result: dict[tuple[int, int], complex] = {}
+    result: Wirtinger = {}
     for s in range(by_x + 1):
         for t in range(by_y + 1):
             key = (s + t, by_x - s + by_y - t)
