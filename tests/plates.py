@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from chladni.sim.board.board import Board
-from chladni.sim.ritz.geometry import PlateGeometry, RimSupport
+from chladni.sim.plate.geometry import PlateGeometry, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 
 X, Y = np.linspace(-0.05, 0.05, 21), np.linspace(-0.07, 0.07, 29)

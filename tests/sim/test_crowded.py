@@ -24,14 +24,21 @@ from chladni.sim.errors import (
     TooLargeError,
 )
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry, transfer_fields
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
 from chladni.sim.ritz.discs import DiscPolynomials
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.quadrature import DiscRule, edges
-from chladni.sim.ritz.resolution import crowding, order_beside, resolution_for, wave_number, work_of
+from chladni.sim.ritz.resolution import (
+    Resolution,
+    crowding,
+    order_beside,
+    resolution_for,
+    wave_number,
+    work_of,
+)
 from chladni.sim.ritz.solver import Solver
 from chladni.sim.work import MOST_BYTES, allow_large_work
 

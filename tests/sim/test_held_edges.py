@@ -12,16 +12,16 @@ import pytest
 from numpy.typing import NDArray
 
 from chladni.sim.board.parts import EdgeKind, Edges
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circle_functions import Circle, HeldEdge
 from chladni.sim.ritz.circle_terms import FunctionSet
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, Resolution, RimSupport
 from chladni.sim.ritz.modal import _met_by_polynomials
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import resolution_for, wave_number
+from chladni.sim.ritz.resolution import Resolution, resolution_for, wave_number
 from chladni.sim.ritz.solver import Solver
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

@@ -13,11 +13,12 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from chladni.sim.board.parts import EdgeKind, Edges
+from chladni.sim.plate.geometry import PlateGeometry, PointFeature
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis_values import BasisTable
-from chladni.sim.ritz.geometry import PlateGeometry, PointFeature, Resolution
 from chladni.sim.ritz.load_cases import ClassLoad
 from chladni.sim.ritz.quadrature import Points
+from chladni.sim.ritz.resolution import Resolution
 from chladni.sim.ritz.solver import Solver
 
 WIDTH, LENGTH, BENDING, NU, AREAL, LOSS = 0.07, 0.14, 1.9, 0.3, 1.7, 0.05

@@ -13,8 +13,8 @@ from chladni.sim.fields.transfer import (
     plate_model,
 )
 from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load
-from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from plates import X, Y, changed, free_plate

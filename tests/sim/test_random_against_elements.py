@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.fields.transfer import TOLERANCE
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

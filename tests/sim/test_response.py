@@ -24,9 +24,9 @@ from chladni.sim.fields.transfer import (
 )
 from chladni.sim.image.energy import compose, energy_image
 from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from levy import levy_displacement

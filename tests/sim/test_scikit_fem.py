@@ -11,8 +11,8 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementTriArgyris, MeshTri
 from skfem.helpers import dd, ddot, trace
 
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load
-from chladni.sim.ritz.geometry import PlateGeometry
 from chladni.sim.ritz.plate import RitzPlate
 
 WIDTH, LENGTH, NU, LOSS = 1.0, 1.5, 0.3, 0.02

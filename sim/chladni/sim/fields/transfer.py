@@ -14,9 +14,9 @@ from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel, Response
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
 from chladni.sim.ritz.plate import RitzPlate
 
 FloatArray = NDArray[np.float64]

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.ritz.circle_functions import Circle, Derivative, HeldEdge, evaluate_circles
 from chladni.sim.ritz.circle_terms import RIM_KINDS, FunctionSet
-from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.quadrature import gauss_points
-from chladni.sim.ritz.resolution import crowding, order_beside
+from chladni.sim.ritz.resolution import Resolution, crowding, order_beside
 
 FloatArray = NDArray[np.float64]
 

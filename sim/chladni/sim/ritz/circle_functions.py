@@ -177,8 +177,9 @@ def _image(
 def _answer(
     edge: HeldEdge, derivative: Derivative, radius: float
 ) -> list[tuple[Wirtinger, float, int]]:
-    """What of f at the mirrored place makes up a derivative of the answer: (operator, factor, power
-    of s) each. By Leibniz s and s² are differentiated too, and a derivative across turns the sign.
+    """(operator on f at the mirrored place, factor, power of s) of each part of a derivative.
+
+    By Leibniz s and s² are differentiated too, and a derivative across turns the sign.
     """
     n, along = derivative[edge.axis], derivative[1 - edge.axis]
     sign = (-1.0) ** n / radius ** (n + along)

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
+from chladni.sim.plate.geometry import Inclusion
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circle_functions import Circle, Derivative, SplitPoints
 from chladni.sim.ritz.circle_terms import RadialFunction, Term
-from chladni.sim.ritz.geometry import Inclusion
 from chladni.sim.ritz.quadrature import DiscRule, Points, join
 
 FloatArray = NDArray[np.float64]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from chladni.sim.plate.disc_load import disc_load_deflection
+from chladni.sim.plate.geometry import Inclusion, PlateGeometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
@@ -24,7 +25,6 @@ from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.basis_values import BasisTable
 from chladni.sim.ritz.circle_functions import Derivative
-from chladni.sim.ritz.geometry import Inclusion, PlateGeometry
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 

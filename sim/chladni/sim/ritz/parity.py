@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.mirrors import SAME_PLACE, Mirrors
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circle_functions import Circle
-from chladni.sim.ritz.geometry import PlateGeometry
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import RESONANCE_BAND, ResonanceError
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
 from chladni.sim.plate.response import Excitation, PlateModel, Response
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.geometry import PlateGeometry, Resolution
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.resolution import (
     LEVELS,
+    Resolution,
     first_level,
     least_size,
     resolution_for,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.ritz.geometry import PlateGeometry, Resolution
+from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.work import Work
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +35,29 @@ POINTS_PER_DISC = 450
 LEAST_BYTES = 1e8
 FEATURELESS = 2
 """A plate without circles converges so fast that two levels fewer do."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How many functions a basis has.
+
+    Parameters
+    ----------
+    nx, ny
+        Polynomials along x and y.
+    rim_rings, inclusion_rings, inclusion_bubbles
+        Highest angular order of the functions on each circle (circle_functions.py).
+    crowded
+        What neighbours may leave of a circle's field: circles near others get higher orders for it
+        (resolution.py); 1 for none.
+    """
+
+    nx: int
+    ny: int
+    rim_rings: int = 2
+    inclusion_rings: int = 6
+    inclusion_bubbles: int = 4
+    crowded: float = 1.0
 
 
 def resolution_for(

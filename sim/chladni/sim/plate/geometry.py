@@ -1,4 +1,4 @@
-"""What a Ritz plate is made of, and how finely it is resolved. SI units throughout."""
+"""What a plate with any supports is made of. SI units throughout."""
 
 from __future__ import annotations
 
@@ -116,26 +116,3 @@ class PlateGeometry:
         """Discs (x, y, radius) where there is no plate to move: clamped screws and holes."""
         screws = [(r.x, r.y, r.radius) for r in self.rims if r.is_clamped]
         return screws + [(i.x, i.y, i.radius) for i in self.inclusions if i.is_hole]
-
-
-@dataclass(frozen=True)
-class Resolution:
-    """How many functions a basis has.
-
-    Parameters
-    ----------
-    nx, ny
-        Polynomials along x and y.
-    rim_rings, inclusion_rings, inclusion_bubbles
-        Highest angular order of the functions on each circle (circle_functions.py).
-    crowded
-        What neighbours may leave of a circle's field: circles near others get higher orders for it
-        (resolution.py); 1 for none.
-    """
-
-    nx: int
-    ny: int
-    rim_rings: int = 2
-    inclusion_rings: int = 6
-    inclusion_bubbles: int = 4
-    crowded: float = 1.0
