@@ -177,6 +177,11 @@ def _relaxed(
 def _check_areas(mesh: PlateMesh, inclusions: Sequence[Disc], areas: FloatArray) -> None:
     """Raise if a circle's polygon is not a union of triangles."""
     expected = [np.pi * disc.radius**2 for disc in inclusions]
+    for k, outer in enumerate(inclusions):
+        # What lies within another disc is its own, smaller one's.
+        within = [d for d in inclusions if (d.x, d.y) == (outer.x, outer.y)]
+        smaller = [d.radius for d in within if d.radius < outer.radius]
+        expected[k] -= np.pi * max(smaller, default=0.0) ** 2
     plate = mesh.width * mesh.height - sum(np.pi * hole.radius**2 for hole in mesh.holes)
     expected.append(plate - sum(expected))
     for region, area in zip([*range(len(inclusions)), PLATE_REGION], expected, strict=True):
@@ -198,6 +203,8 @@ def plate_mesh(
     sweeps: int = 40,
 ) -> PlateMesh:
     """Mesh a rectangular plate, conforming to discs that touch neither each other nor an edge.
+
+    Discs about one centre may lie within each other, the larger ones before the smaller.
 
     Parameters
     ----------

@@ -75,6 +75,9 @@ class ArgyrisPlate:
         What each inclusion of the mesh adds.
     edges
         Whether the outer edges are free or simply supported.
+    foundation
+        Complex stiffness per area of what the plate lies on, N/m^3, and the inclusions of the mesh
+        under which there is none of it.
     """
 
     def __init__(
@@ -83,6 +86,7 @@ class ArgyrisPlate:
         material: Material,
         inclusions: Sequence[Inclusion] = (),
         edges: Edges = "free",
+        foundation: tuple[complex, Sequence[int]] = (0.0, ()),
     ) -> None:
         self.mesh = mesh
         self.material = material
@@ -99,6 +103,8 @@ class ArgyrisPlate:
         moments = np.array([[1.0, 0.0, nu], [0.0, 2.0 - 2.0 * nu, 0.0], [nu, 0.0, 1.0]])
         self.stiffness = self._space.assembled(HESSIAN, moments, bending, 4)
         self.mass = self._space.assembled([(0, 0)], np.eye(1), areal, 6)
+        lies = np.where(np.isin(mesh.regions, foundation[1]), 0.0, 1.0)
+        self.foundation = foundation[0] * self._space.assembled([(0, 0)], np.eye(1), lies, 6)
 
     def natural_frequencies(self, count: int) -> FloatArray:
         """Return the lowest natural frequencies, in hertz; rigid motions count as zeros.
@@ -173,6 +179,7 @@ class ArgyrisPlate:
         """Return `response` for several loads, shape (loads, points), with one factorisation."""
         square = (2.0 * np.pi * frequency_hz) ** 2
         dynamic = self.stiffness * (1.0 + 1j * self.material.loss_factor) - square * self.mass
+        dynamic = dynamic + self.foundation
         factor = splu(
             csc_array(dynamic),
             permc_spec="MMD_AT_PLUS_A",

@@ -12,7 +12,8 @@ import pytest
 
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import board_from_document, load_board, shipped_boards
-from chladni.sim.errors import InputError
+from chladni.sim.board.foundation import FINGERS
+from chladni.sim.errors import ConflictError, InputError
 from conftest import ROOT
 
 
@@ -81,6 +82,7 @@ def set_key(path: str, value: Any) -> dict[str, Any]:
     return changed
 
 
+FOAM = {"stiffness_n_per_mm3": 0.03}
 FAULTS = [
     ("plate.thickness_mm", -1.0, "plate.thickness_mm"),
     ("plate.thickness_mm", "1 mm", "plate.thickness_mm"),
@@ -132,7 +134,24 @@ FAULTS = [
     ("coil.turns", 150, "coil.turns"),
     ("coil.resistance_ohm", 0.0, "coil.resistance_ohm"),
     ("motor", {"turns": 150}, "motor"),
-]
+    ("foundation", {"loss_factor": 0.1}, "foundation.stiffness_n_per_mm3"),
+    ("foundation", {"stiffness_n_per_mm3": -0.03}, "foundation.stiffness_n_per_mm3"),
+    ("foundation", {"material": "straw", "thickness_mm": 2.0}, "foundation.material"),
+    ("foundation", {"material": "soft-pu-foam"}, "foundation.thickness_mm"),
+    ("foundation", {**FOAM, "strips": {"left_mm": 40.0, "right_mm": 40.0}},
+     "foundation.strips.left_mm and right_mm"),
+    ("foundation", {**FOAM, "strips": {"let_mm": 4.0}}, "foundation.strips.let_mm"),
+    ("foundation", {**FOAM, "cut_outs": [{"at_mm": [33.0, 0.0], "radius_mm": 3.0}]},
+     "foundation.cut_outs[0]"),
+    ("foundation", {**FOAM, "cut_outs": [{"at_mm": [24.0, 0.0], "radius_mm": 3.0}]},
+     "foundation.cut_outs[0]"),
+    ("foundation", {**FOAM, "coil_cut_out_mm": 40.0},
+     "foundation.coil_cut_out_mm of actuators[0]"),
+    ("finger", "heavy", "finger"),
+    ("finger", {"mass_g": -1.0, "damping_n_s_per_m": 1.0, "stiffness_n_per_mm": 0.5},
+     "finger.mass_g"),
+    ("finger", {"mass_g": 1.0, "damping_n_s_per_m": 1.0}, "finger.stiffness_n_per_mm"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("path", "value", "field"), FAULTS)
@@ -141,6 +160,34 @@ def test_a_fault_is_named_by_its_key(path: str, value: Any, field: str) -> None:
         board_from_document(set_key(path, value))
     assert caught.value.field == field
     assert "expected" in str(caught.value) or "is required" in str(caught.value)
+
+
+def test_a_stiffness_does_not_go_with_a_material() -> None:
+    both = {**FOAM, "material": "poron-4701-30", "thickness_mm": 2.0}
+    with pytest.raises(ConflictError, match=r"does not go with foundation\.material"):
+        board_from_document(set_key("foundation", both))
+
+
+def test_a_foundation_is_what_its_sheet_and_its_air_make() -> None:
+    """2 mm of a 0.06 MPa foam are 3e7 N/m³; a closed gap of 1 mm adds γp/h, 1.4e8."""
+    sheet = {"material": "soft-pu-foam", "thickness_mm": 2.0, "sealed_air_mm": 1.0}
+    own = board_from_document(set_key("foundation", sheet)).foundation
+    assert own is not None
+    assert own.sheet_stiffness == pytest.approx(3e7)
+    assert own.air_stiffness == pytest.approx(1.42e8, rel=2e-3)
+    # Only the sheet loses: 0.2 of its share.
+    assert own.total_loss_factor == pytest.approx(0.2 * 3e7 / (3e7 + own.air_stiffness))
+
+
+def test_a_board_with_foam_and_finger_survives_the_way_through_its_document() -> None:
+    changed = set_key("foundation", {
+        **FOAM, "loss_factor": 0.0, "coil_cut_out_mm": 6.0, "strips": {"top_mm": 4.0},
+        "cut_outs": [{"at_mm": [0.0, 20.0], "radius_mm": 3.0}],
+    })  # fmt: skip
+    for finger in ("firm", {"name": "firm"}):
+        board = board_from_document({**changed, "finger": finger})
+        assert board.finger == FINGERS["firm"]
+        assert board_from_document(to_document(board)) == board
 
 
 def test_a_misspelt_key_suggests_the_right_one() -> None:

@@ -15,10 +15,9 @@ from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis import Basis, met_by_polynomials
 from chladni.sim.ritz.circle_functions import Circle, HeldEdge
 from chladni.sim.ritz.circle_terms import FunctionSet
-from chladni.sim.ritz.modal import _met_by_polynomials
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import Resolution, resolution_for, wave_number
@@ -105,7 +104,7 @@ def test_corners_make_as_many_conditions_superfluous_as_theory_says(
     edges = solver.assembly.edge_conditions(only.basis)
     supports = solver.assembly.supports(only.basis)[-edges:, : only.basis.polynomials]
     assert Basis(geometry, Resolution(12, 18, 3)).polynomials == supports.shape[1]
-    assert edges - len(_met_by_polynomials(supports)) == superfluous
+    assert edges - len(met_by_polynomials(supports)) == superfluous
 
 
 @pytest.mark.parametrize("axis", [0, 1])

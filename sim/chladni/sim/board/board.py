@@ -46,7 +46,7 @@ class Board(BoardParts):
         physical = {
             key: value
             for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image", "coil", "panel")
+            if key not in ("name", "electronics", "image", "coil", "panel", "finger")
         }
         text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
@@ -63,12 +63,14 @@ def to_document(board: Board) -> dict[str, Any]:
 
     def table(part: Any) -> dict[str, Any]:
         specs = quantities(part)
-        result = {}
+        result: dict[str, Any] = {}
         for field in dataclasses.fields(part):
             value = getattr(part, field.name)
             spec = specs.get(field.name)
             if spec is None and dataclasses.is_dataclass(value):
                 result[field.name] = table(value)
+            elif spec is None and isinstance(value, tuple):
+                result[field.name] = [table(entry) for entry in value]
             elif field.default is dataclasses.MISSING or value != field.default:
                 result[spec.key if spec else field.name] = spec.from_si(value) if spec else value
         return result
@@ -79,7 +81,7 @@ def to_document(board: Board) -> dict[str, Any]:
             document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
-    for section in ("coil", "panel"):
+    for section in ("coil", "panel", "foundation", "finger"):
         if getattr(board, section):
             document[section] = table(getattr(board, section))
     document["actuators"] = [table(actuator) for actuator in board.actuators]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from chladni.sim.board.electronics import NOT_WIRED, PANEL_KINDS
+from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges
 from chladni.sim.errors import InputError
@@ -32,7 +33,10 @@ def check_board(board: BoardParts) -> None:
         if kind not in EDGE_KINDS:
             expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
             raise InputError(f"plate.edges.{edge}", kind, expected)
-    for section in ("plate", "magnet", "coil", "panel", "drive", "image", "regions", "electronics"):
+    for section in (
+        "plate", "magnet", "coil", "panel", "foundation", "finger", "drive", "image", "regions",
+        "electronics",
+    ):  # fmt: skip
         part = getattr(board, section)
         if part is not None:
             check_ranges(part, section)
@@ -43,6 +47,7 @@ def check_board(board: BoardParts) -> None:
     _check_panel(board)
     _check_actuators(board)
     _check_places(board)
+    check_foundation(board)
     smallest = min(board.plate.size)
     if board.plate.thickness > smallest / 10.0:
         raise InputError(

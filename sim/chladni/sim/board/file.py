@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.foundation import FINGERS, CutOut, Finger, Foundation, Strips
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -44,8 +45,8 @@ FEATURE_CLASSES = {
     "masses": Mass,
     "holes": Hole,
 }
-OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel}
-OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS)
+OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel, "foundation": Foundation}
+OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger")
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -102,6 +103,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
     }
     for key, optional in OPTIONAL_SECTIONS.items():
         parts[key] = _part(optional, document[key], key) if key in document else None
+    parts["finger"] = _finger(document["finger"]) if "finger" in document else None
     return Board(
         name=document["name"],
         **features,
@@ -137,8 +139,30 @@ def _part(cls: type[Part], table: object, where: str) -> Part:
             specs[name].check(table[key], where=f"{where}.{key}")
             values[name] = specs[name].to_si(table[key])
         else:
-            values[name] = _edges(table[key]) if name == "edges" else table[key]
+            values[name] = _nested(name, table[key], f"{where}.{key}")
     return cls(**values)
+
+
+def _nested(name: str, value: Any, where: str) -> Any:
+    """What is no number: a word, or a block within the block."""
+    if name == "edges":
+        return _edges(value)
+    if name == "strips":
+        return _part(Strips, value, where)
+    return _parts(CutOut, value, where) if name == "cut_outs" else value
+
+
+def _finger(value: object) -> Finger:
+    """A finger by name, or by its numbers."""
+    if isinstance(value, str) and value in FINGERS:
+        return FINGERS[value]
+    if isinstance(value, str):
+        known = ", ".join(map(repr, FINGERS))
+        raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
+    if isinstance(value, dict) and "name" in value:
+        _check_keys(value, ["name"], required=[], where="finger.")
+        return _finger(value["name"])
+    return _part(Finger, value, "finger")
 
 
 def _edges(value: object) -> Edges:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.foundation import Finger, Foundation
 from chladni.sim.board.quantity import MM, quantity
 
 EdgeKind = Literal["free", "simply supported", "clamped"]
@@ -192,6 +193,8 @@ class BoardParts:
     holes: tuple[Hole, ...] = ()
     coil: Coil | None = None
     panel: Panel | None = None
+    foundation: Foundation | None = None
+    finger: Finger | None = None
 
     def contains(self, x: float, y: float) -> bool:
         """Whether a place (m) lies on the board, its edges included."""

@@ -111,6 +111,8 @@ def check_ranges(instance: Any, where: str) -> None:
     """Raise `InputError` unless every quantity of a dataclass instance lies in its range."""
     for name, spec in quantities(instance).items():
         value = getattr(instance, name)
+        if value is None:
+            continue  # Left out, where there is no value to fall back on.
         try:
             restored = spec.from_si(value)
         except (TypeError, ValueError):

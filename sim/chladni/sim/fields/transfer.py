@@ -10,11 +10,18 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.checks import closest
+from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.navier.plate import SimplySupportedPlate
-from chladni.sim.plate.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
+from chladni.sim.plate.geometry import (
+    FoundationLayer,
+    Inclusion,
+    PlateGeometry,
+    PointFeature,
+    RimSupport,
+)
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel, Response
 from chladni.sim.ritz.plate import RitzPlate
@@ -61,12 +68,28 @@ class TransferFields:
 def plate_model(board: Board) -> PlateModel:
     """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
     plate = board.plate
-    features = (board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet)
+    features = (
+        board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet,
+        board.foundation,
+    )  # fmt: skip
     if plate.edges.are_all("simply supported") and not any(features):
         return SimplySupportedPlate(
             *plate.size, plate.bending_stiffness, plate.areal_mass, plate.loss_factor
         )
     return RitzPlate(plate_geometry(board), plate.loss_factor)
+
+
+def _foundation(board: Board) -> FoundationLayer | None:
+    """What the plate lies on, with a hole in it round every actuator if the board says so."""
+    foundation = board.foundation
+    if foundation is None:
+        return None
+    return FoundationLayer(
+        foundation.total_stiffness,
+        foundation.total_loss_factor,
+        tuple((*cut.at, cut.radius) for cut in cut_outs(board)),
+        strips(board),
+    )
 
 
 def plate_geometry(board: Board) -> PlateGeometry:
@@ -92,6 +115,7 @@ def plate_geometry(board: Board) -> PlateGeometry:
         points=tuple(points),
         edges=plate.edges,
         corner_radius=plate.corner_radius,
+        foundation=_foundation(board),
     )
 
 
@@ -146,6 +170,8 @@ def transfer_fields(
         The estimated error is above the tolerance.
     ResonanceError
         The plate is undamped and the frequency lies on a mode; names the mode.
+    InputError
+        Loss factors of modes are given, and the foundation has one that is not the plate's.
 
     References
     ----------
@@ -154,6 +180,13 @@ def transfer_fields(
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
     loads = actuator_loads(board)
+    foundation = board.foundation
+    if mode_loss_factors and foundation:
+        if foundation.total_loss_factor != board.plate.loss_factor:
+            raise InputError(
+                "mode_loss_factors", list(mode_loss_factors),
+                "none, where plate and foundation lose unlike shares: modes have one loss factor",
+            )  # fmt: skip
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )

@@ -77,6 +77,29 @@ class Inclusion:
 
 
 @dataclass(frozen=True)
+class FoundationLayer:
+    """What lies under the plate and resists its deflection, without mass.
+
+    Parameters
+    ----------
+    stiffness
+        k, per area, N/m³.
+    loss_factor
+        η of k(1 + iη).
+    cut_outs
+        Discs (x, y, radius) where there is none, m.
+    strips
+        Rectangles (x from, x to, y from, y to) where there is some, m, none of which overlap; none
+        for all of the plate.
+    """
+
+    stiffness: float
+    loss_factor: float = 0.0
+    cut_outs: tuple[tuple[float, float, float], ...] = ()
+    strips: tuple[tuple[float, float, float, float], ...] = ()
+
+
+@dataclass(frozen=True)
 class PlateGeometry:
     """A rectangle centred on the origin, with what holds it and what sits on it.
 
@@ -94,6 +117,8 @@ class PlateGeometry:
         Features and supports.
     corner_radius
         Of all four corners, m; where it is above 0 all edges are free.
+    foundation
+        What the plate lies on.
     """
 
     width: float
@@ -106,6 +131,7 @@ class PlateGeometry:
     points: tuple[PointFeature, ...] = ()
     edges: Edges = field(default_factory=Edges)
     corner_radius: float = 0.0
+    foundation: FoundationLayer | None = None
 
     def distance_to_edge(self, x: float, y: float) -> float:
         """From a place to the nearest edge, m; negative off the plate."""

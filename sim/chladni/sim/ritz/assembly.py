@@ -31,7 +31,8 @@ from chladni.sim.ritz.basis_values import (
 )  # fmt: skip
 from chladni.sim.ritz.circle_functions import Derivative
 from chladni.sim.ritz.circle_terms import radial_derivative
-from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows
+from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows, signed_product
+from chladni.sim.ritz.foundation import is_left_out
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 
@@ -45,6 +46,7 @@ class Tables:
     edges: list[Table]
     corners: Table
     discs: Table
+    foundation: Table
     offcuts: Table
     points: Table
     area: Table
@@ -71,10 +73,12 @@ class Assembly:
         rims = _shared([rim.points for rim in sets.rims.values()], make)
         corners, offcuts, points = _shared([sets.corners, sets.offcuts, sets.points], make)
         (discs,) = _shared([self.discs.points], make)
+        (foundation,) = _shared([sets.foundation], make)
         return Tables(
             edges=list(edges),
             corners=corners,
             discs=discs,
+            foundation=foundation,
             offcuts=offcuts,
             points=points,
             area=area,
@@ -90,7 +94,7 @@ class Assembly:
         """Strain energy form, shape (size, size), real symmetric."""
         basis, p = self.basis, parity.polynomials
         form = np.zeros((parity.size, parity.size))
-        form[:p, :p] = self._polynomial_stiffness(parity)
+        form[:p, :p] = parity.polynomial_bending()
         if parity.members:
             rows = self.edge_work(parity, self._tables)[p:]
             self._add_rim_work(parity, rows)
@@ -101,8 +105,8 @@ class Assembly:
         form *= basis.geometry.bending_stiffness
         return form + self.added_stiffness(parity, self._tables)
 
-    def mass(self, parity: ParityBasis) -> FloatArray:
-        """Kinetic energy form, shape (size, size), real symmetric."""
+    def overlap(self, parity: ParityBasis) -> FloatArray:
+        """∫ of the functions' products over the whole rectangle, shape (size, size), symmetric."""
         p = parity.polynomials
         form = np.zeros((parity.size, parity.size))
         form[:p, :p] = np.eye(p)
@@ -111,8 +115,27 @@ class Assembly:
             rows += self._kinked_mass(parity)
             form[p:] = rows
             form[:p, p:] = rows[:, :p].T
-        form *= self.basis.geometry.areal_mass
-        return form + self._added_inertia(parity, self._tables)
+        return form
+
+    def mass(self, parity: ParityBasis, overlap: FloatArray) -> FloatArray:
+        """Kinetic energy form, shape (size, size), real symmetric."""
+        added = self._added_inertia(parity, self._tables)
+        return self.basis.geometry.areal_mass * overlap + added
+
+    def foundation(
+        self, parity: ParityBasis, overlap: FloatArray, tables: Tables | None = None
+    ) -> FloatArray | None:
+        """Strain energy form of the foundation with the basis, of functions' `overlap` with it."""
+        layer = self.basis.geometry.foundation
+        if layer is None:
+            return None
+        form = overlap if not layer.strips else np.zeros(overlap.shape)
+        basis = self._tables.foundation.values(parity, (0, 0))
+        own = basis if tables is None else tables.foundation.values(parity, (0, 0))
+        beside = signed_product(own, basis, self.sets.foundation.weights)
+        on_discs = self._project_on_discs(parity, tables), self._project_on_discs(parity)
+        left_out = self.discs.overlap(*on_discs, lambda disc: float(is_left_out(layer, disc)))
+        return np.asarray(layer.stiffness * (form + beside - left_out))
 
     def supports(self, parity: ParityBasis, tables: Tables | None = None) -> FloatArray:
         """What must vanish for the supports to hold; shape (conditions, functions).
@@ -210,12 +233,17 @@ class Assembly:
         weights = strength * self.sets.points.weights
         return np.asarray((own.T * weights) @ self._tables.points.values(parity, (0, 0)))
 
-    def inertia(self, parity: ParityBasis, tables: Tables) -> FloatArray:
-        """Kinetic energy form of functions with the basis; shape (functions, size)."""
+    def overlap_with(self, parity: ParityBasis, tables: Tables) -> FloatArray:
+        """∫ of functions times the basis over the whole rectangle; shape (functions, size)."""
         plate = self._project(parity, tables.area.values(parity, (0, 0)))
         on_discs = tables.discs.values(parity, (0, 0)).T * self.discs.points.weights
         plate[:, parity.polynomials :] += on_discs @ parity.combine(self._kinks)
-        return self.basis.geometry.areal_mass * plate + self._added_inertia(parity, tables)
+        return plate
+
+    def inertia(self, parity: ParityBasis, overlap: FloatArray, tables: Tables) -> FloatArray:
+        """Kinetic energy form of functions with the basis; shape (functions, size)."""
+        added = self._added_inertia(parity, tables)
+        return self.basis.geometry.areal_mass * overlap + added
 
     def _kinked_mass(self, parity: ParityBasis) -> FloatArray:
         """What the area's points leave out of circle functions; shape (members, size).
@@ -235,18 +263,6 @@ class Assembly:
             others = values[points, parity.polynomials :] - kinks[points]
             rows[:, parity.polynomials :][:, own] += (weighted @ others).T
         return rows
-
-    def _polynomial_stiffness(self, parity: ParityBasis) -> FloatArray:
-        nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
-
-        def product(x_left: int, x_right: int, y_left: int, y_right: int) -> FloatArray:
-            by_x = x.gram(x_left, x_right)[np.ix_(parity.degrees_x, parity.degrees_x)]
-            by_y = y.gram(y_left, y_right)[np.ix_(parity.degrees_y, parity.degrees_y)]
-            return np.asarray(np.kron(by_x, by_y))
-
-        cross = product(2, 0, 0, 2)
-        bending = product(2, 2, 0, 0) + product(0, 0, 2, 2) + nu * (cross + cross.T)
-        return bending + 2.0 * (1.0 - nu) * product(1, 1, 1, 1)
 
     def _add_rim_work(self, parity: ParityBasis, rows: FloatArray) -> None:
         """Add the work of the jumps in moment and shear that rim functions have on their rim."""

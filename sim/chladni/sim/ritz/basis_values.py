@@ -13,6 +13,7 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circle_functions import Circle, Derivative
+from chladni.sim.ritz.foundation import signed_points
 from chladni.sim.ritz.parity import ParityBasis
 from chladni.sim.ritz.quadrature import Points, gauss_points
 
@@ -182,7 +183,8 @@ class PointSets:
     """All quadrature points in the fundamental part of the plate; weights count the images.
 
     `offcuts` is what rounded corners take away. `corners.weights` holds the sign of u_xy,
-    `points.weights` the number of images of each point feature in `point_index`.
+    `points.weights` the number of images of each point feature in `point_index`. `foundation` is
+    what strips of a foundation add and cut-outs take away.
     """
 
     edges: list[Edge]
@@ -194,6 +196,7 @@ class PointSets:
     gauss_y: tuple[FloatArray, FloatArray]
     rims: dict[int, Rim]
     points: Points
+    foundation: Points
 
 
 def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> PointSets:
@@ -236,6 +239,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
         gauss_x=gauss_x,
         gauss_y=gauss_y,
         rims=rims,
+        foundation=_fundamental(signed_points(basis), mirrors, images),
     )
 
 

@@ -163,13 +163,12 @@ def _image(
         weights = [factor * s[at] ** power for _, factor, power in answer]
         row = 0
         for function in circle.own.functions:
-            values = sum(
-                weight * split.apply(function, operator)
-                for (operator, _, _), weight in zip(answer, weights, strict=True)
-            )
-            result[row, at] = np.real(values)
+            values = np.zeros(split.is_inside.shape, dtype=np.complex128)
+            for (operator, _, _), weight in zip(answer, weights, strict=True):
+                values += weight * split.apply(function, operator)
+            result[row, at] = values.real
             if function.order > 0:
-                result[row + 1, at] = -np.imag(values)
+                result[row + 1, at] = -values.imag
             row += 2 if function.order > 0 else 1
     return result
 

@@ -7,6 +7,7 @@ costs as many rows as it has polynomials, not three second derivatives at every 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,25 +149,29 @@ class Discs:
 
     def added_stiffness(self, left: list[OnDisc], right: list[OnDisc]) -> FloatArray | float:
         """Strain energy by D that discs add to two sets of functions; (functions, functions)."""
-        total: FloatArray | float = 0.0
-        for disc, one, other in zip(self._own, left, right, strict=True):
-            factor = disc.orbit * (disc.inclusion.stiffness_ratio - 1.0) / disc.inclusion.radius**2
-            if factor:
-                # A matrix by its own transpose takes half the time.
-                total = total + factor * (one.bending.T @ other.bending)
-        return total
+        factors = [
+            disc.orbit * (disc.inclusion.stiffness_ratio - 1.0) / disc.inclusion.radius**2
+            for disc in self._own
+        ]
+        return _sum_of_products([d.bending for d in left], [d.bending for d in right], factors)
 
     def added_inertia(self, left: list[OnDisc], right: list[OnDisc]) -> FloatArray | float:
         """Kinetic energy that discs add to two sets of functions; (functions, functions)."""
-        total: FloatArray | float = 0.0
+        total = self.overlap(left, right, lambda disc: disc.areal_mass)
         for disc, one, other in zip(self._own, left, right, strict=True):
-            inclusion = disc.inclusion
-            mass = disc.orbit * inclusion.areal_mass * inclusion.radius**2
-            total = total + mass * (one.values.T @ other.values)
-            if inclusion.rotary:
-                rotary = disc.orbit * inclusion.rotary
+            if disc.inclusion.rotary:
+                rotary = disc.orbit * disc.inclusion.rotary
                 total = total + one.values.T @ (rotary * disc.polynomials.slope @ other.values)
         return total
+
+    def overlap(
+        self, left: list[OnDisc], right: list[OnDisc], weight: Callable[[Inclusion], float]
+    ) -> FloatArray | float:
+        """∫ of the functions' products over discs, each with a weight; (functions, functions)."""
+        factors = [
+            disc.orbit * weight(disc.inclusion) * disc.inclusion.radius**2 for disc in self._own
+        ]
+        return _sum_of_products([d.values for d in left], [d.values for d in right], factors)
 
     def bending_of(self, circle: int, own: IntArray, basis: list[OnDisc]) -> FloatArray:
         """Strain energy by D on one circle's disc of columns `own` with all; (own, functions)."""
@@ -191,8 +196,39 @@ def bending_rows(xx: FloatArray, xy: FloatArray, yy: FloatArray, poisson: float)
 
 def orders_and_degree(basis: Basis, circle: Circle) -> tuple[int, int]:
     """Angular order and degree up to which a disc's polynomials have to go."""
-    resolution, geometry = basis.resolution, basis.geometry
-    waves = max(resolution.nx / geometry.width, resolution.ny / geometry.length)
-    degree = MORE_DEGREES + int(np.ceil(2.0 * circle.radius * waves))
+    degree = degree_on(basis, circle.radius)
     rings = max(circle.own.rings, circle.own.bubbles)
     return max(rings + MORE_ORDERS, degree - LEAST_PER_ORDER), degree
+
+
+def degree_on(basis: Basis, radius: float) -> int:
+    """Degree that the plate's polynomials have on a disc of a radius."""
+    resolution, geometry = basis.resolution, basis.geometry
+    waves = max(resolution.nx / geometry.width, resolution.ny / geometry.length)
+    return MORE_DEGREES + int(np.ceil(2.0 * radius * waves))
+
+
+def _sum_of_products(
+    left: list[FloatArray], right: list[FloatArray], factors: list[float]
+) -> FloatArray | float:
+    """Σ factor · leftᵀ · right, in one product of all rows."""
+    if not left:
+        return 0.0
+    rows = np.repeat(factors, [len(own) for own in left])
+    one = np.concatenate(left)
+    other = one if all(a is b for a, b in zip(left, right, strict=True)) else np.concatenate(right)
+    return signed_product(one, other, rows)
+
+
+def signed_product(left: FloatArray, right: FloatArray, weights: FloatArray) -> FloatArray:
+    """leftᵀ · weights · right of values at points, weights of either sign."""
+    if left is not right:
+        return np.asarray(left.T * weights @ right)
+    total = np.zeros((left.shape[1], right.shape[1]))
+    for sign in (1.0, -1.0):
+        rows = sign * weights > 0.0
+        if rows.any():
+            # A matrix by its own transpose takes half the time.
+            rooted = np.sqrt(np.abs(weights[rows]))[:, None] * left[rows]
+            total += sign * (rooted.T @ rooted)
+    return total

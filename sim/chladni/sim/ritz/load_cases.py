@@ -44,13 +44,15 @@ AT_ONCE = 1 << 14
 class ClassLoad:
     """Loads as one parity class meets them, each of shape (class size or conditions, loads).
 
-    `force` acts at every frequency, `inertia` times ω²/(1 + iη), and the solution's support
-    moments must cancel `supports`/(1 + iη); None where the loads bring no deflection of their own.
+    `force` acts at every frequency, `inertia` times ω²/(1 + iη), `foundation` times
+    −(1 + iη′)/(1 + iη) with the foundation's own η′, and the solution's support moments must cancel
+    `supports`/(1 + iη); None where the loads bring no deflection of their own.
     """
 
     force: NDArray[Any]
     inertia: FloatArray
     supports: FloatArray | None
+    foundation: FloatArray | None = None
 
 
 class LoadCase:
@@ -104,6 +106,7 @@ class LoadCase:
         size, count = parity.size, len(self._loads)
         force, inertia = np.zeros((size, count)), np.zeros((size, count))
         supports: FloatArray | None = None
+        foundation: FloatArray | None = None
         if any(self._direct):
             force += (self._shares @ self._spread.values(parity, (0, 0))).T
         if self._tables is not None:
@@ -111,9 +114,12 @@ class LoadCase:
             edges = stiffness * self._assembly.edge_work(parity, self._tables)
             added = self._assembly.added_stiffness(parity, self._tables)
             force -= (edges + added).T
-            inertia = self._assembly.inertia(parity, self._tables).T
+            overlap = self._assembly.overlap_with(parity, self._tables)
+            inertia = self._assembly.inertia(parity, overlap, self._tables).T
+            resisted = self._assembly.foundation(parity, overlap, self._tables)
+            foundation = None if resisted is None else resisted.T
             supports = self._assembly.supports(parity, self._tables)
-        return ClassLoad(force, inertia, supports)
+        return ClassLoad(force, inertia, supports, foundation)
 
     def field_on(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """The endless plate's static deflection on a grid, shape (loads, nx, ny), m/N."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve, qr
 
+from chladni.sim.ritz.basis import met_by_polynomials
 from chladni.sim.ritz.load_cases import ClassLoad
 
 FloatArray = NDArray[np.float64]
@@ -22,9 +23,6 @@ REDUNDANT = 1e-13
 counted twice (rim functions look like polynomials from afar); they are left out."""
 CONDITION_FLOOR = 1e-9
 """A support condition this much smaller than the largest holds by parity alone."""
-CORNER_FLOOR = 1e-10
-"""Between the smallest condition that edges make (1e-4 of the largest, of 36 × 56 polynomials) and
-what corners make superfluous (1e-15, by rounding)."""
 INVERSE_STEPS = 4
 """Enough for a mode near the drive, which dwarfs all others."""
 SOLVED_BEFORE_MODES = 3
@@ -58,13 +56,15 @@ class ClassModes:
         How many of all functions are polynomials; they come first.
     edges
         How many of all conditions are an edge's; they come last.
+    foundation
+        The part of `stiffness` that has a loss factor of its own, and that loss factor.
     """
 
     def __init__(
         self, stiffness: FloatArray, mass: FloatArray, supports: FloatArray,
         subset: NDArray[np.intp],
         rows: NDArray[np.intp],
-        *, polynomials: int, edges: int,
+        *, polynomials: int, edges: int, foundation: tuple[FloatArray, float] | None = None,
     ) -> None:  # fmt: skip
         self._subset = subset
         self._solved = 0
@@ -73,6 +73,7 @@ class ClassModes:
         self._left_out: _LeftOut | None = None
         self._size = stiffness.shape[0]
         self._forms = stiffness, mass
+        self._foundation = foundation
         # Energy at a typical frequency makes the scale: every function counts as one.
         stiff, heavy = np.diag(stiffness)[subset], np.diag(mass)[subset]
         self._shift = float(np.median(stiff / heavy)) * 1e-6
@@ -81,7 +82,7 @@ class ClassModes:
         own = supports[np.ix_(rows, subset)] * self._scale
         self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
         self._polynomials = int(np.count_nonzero(subset < polynomials))
-        self._met = _met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
+        self._met = met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
         self._supports = self._independent(own)
         norms = np.linalg.norm(self._supports, axis=1)
         self._kept = norms > CONDITION_FLOOR * norms.max(initial=0.0)
@@ -157,6 +158,7 @@ class ClassModes:
 
     def respond(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """Coefficients of the class (size, loads) at one frequency, by modes."""
+        assert self._has_one_loss(loss_factor), "modes are of one loss factor"
         particular, own = self._prepare(load, omega, loss_factor)
         ratio, vectors = self._whitened
         stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
@@ -167,7 +169,7 @@ class ClassModes:
     def solve(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """The same without modes: cheaper for a few frequencies, by modes once more are asked."""
         if not self._is_factored(omega, loss_factor):
-            if self._solved >= SOLVED_BEFORE_MODES:
+            if self._solved >= SOLVED_BEFORE_MODES and self._has_one_loss(loss_factor):
                 return self.respond(load, omega, loss_factor)
             self._solved += 1
             self._factored = ((omega, loss_factor), self._factors(omega, loss_factor))
@@ -196,6 +198,18 @@ class ClassModes:
             gain = float(np.sqrt(abs(np.vdot(vector, self._mass @ vector))))
         return omega**2 * gain
 
+    def _has_one_loss(self, loss_factor: float) -> bool:
+        """Whether the foundation loses what the plate does; modes respond only then."""
+        return self._foundation is None or self._foundation[1] == loss_factor
+
+    def _force(self, load: ClassLoad, omega: float, loss_factor: float) -> AnyArray:
+        """What pushes the functions of the class, inertia of the loads' own deflection included."""
+        factor = 1.0 + 1j * loss_factor
+        force = load.force + omega**2 / factor * load.inertia
+        if load.foundation is not None and self._foundation is not None:
+            force = force - (1.0 + 1j * self._foundation[1]) / factor * load.foundation
+        return np.asarray(force)
+
     def _is_factored(self, omega: float, loss_factor: float) -> bool:
         return self._factored is not None and self._factored[0] == (omega, loss_factor)
 
@@ -203,12 +217,16 @@ class ClassModes:
         """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
         constraints = self._constraints
         size, count = self._subset.size, constraints.shape[0]
-        bordered = np.zeros((size + count,) * 2, dtype=complex if loss_factor else float)
+        is_real = loss_factor == 0.0 and self._has_one_loss(loss_factor)
+        bordered = np.zeros((size + count,) * 2, dtype=float if is_real else complex)
         scale = self._scale[:, None] * self._scale
         stiffness = scale * self._stiffness
         bordered[:size, :size] = stiffness - omega**2 * (scale * self._mass)
-        if loss_factor:
+        if not is_real:
             bordered.imag[:size, :size] = loss_factor * stiffness
+        if self._foundation is not None and not self._has_one_loss(loss_factor):
+            form, own = self._foundation
+            bordered.imag[:size, :size] += (own - loss_factor) * scale * self._own_part(form)
         bordered[size:, :size] = constraints
         bordered[:size, size:] = constraints.T
         return lu_factor(bordered, overwrite_a=True, check_finite=False)
@@ -249,10 +267,9 @@ class ClassModes:
 
     def _loaded(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """A load's right-hand side for `_back`; support moments are to be cancelled."""
-        factor = 1.0 + 1j * loss_factor
-        right = self._forced((load.force + omega**2 / factor * load.inertia)[self._subset])
+        right = self._forced(self._force(load, omega, loss_factor)[self._subset])
         if load.supports is not None:
-            right[self._subset.size :] = -self._directed(load.supports / factor)
+            right[self._subset.size :] = -self._directed(load.supports / (1.0 + 1j * loss_factor))
         return right
 
     def _forced(self, force: AnyArray) -> ComplexArray:
@@ -303,7 +320,7 @@ class ClassModes:
     ) -> tuple[ComplexArray, ComplexArray]:
         """A displacement that meets the supports, and the force that is left to the free part."""
         factor = 1.0 + 1j * loss_factor
-        own = (load.force + omega**2 / factor * load.inertia)[self._subset]
+        own = self._force(load, omega, loss_factor)[self._subset]
         particular: ComplexArray = np.zeros(own.shape, dtype=np.complex128)
         if load.supports is not None and load.supports.any():
             directed = self._directed(load.supports) / factor
@@ -321,20 +338,6 @@ class ClassModes:
         result = np.zeros((self._size, solution.shape[1]), dtype=np.complex128)
         result[self._subset] = solution
         return result
-
-
-def _met_by_polynomials(edges: FloatArray) -> FloatArray:
-    """Combinations of edge conditions that polynomials can meet; shape (combinations, conditions).
-
-    Two edges meet in a corner, and both say there what w, its slopes and its twist are: for
-    polynomials 16 combinations on a plate clamped all round, and 4 on a supported one, come to
-    nothing. Rim functions are no polynomials. Their moments, cut off at the basis's degree, do not
-    agree in the corners, and if they had to, by however little, they could not be used at all.
-    """
-    if not edges.size:
-        return np.zeros((0, edges.shape[0]))
-    left, singular, _ = np.linalg.svd(edges, full_matrices=False)
-    return np.asarray(left[:, singular > CORNER_FLOOR * singular[0]].T)
 
 
 def _product(matrix: FloatArray, columns: ComplexArray) -> ComplexArray:

@@ -70,6 +70,12 @@ def find_mirrors(geometry: PlateGeometry) -> Mirrors:
         for i in geometry.inclusions
     ]
     items += [(p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass)) for p in geometry.points]
+    if geometry.foundation:
+        items += [(x, y, ("cut-out", radius)) for x, y, radius in geometry.foundation.cut_outs]
+        items += [
+            ((x0 + x1) / 2.0, (y0 + y1) / 2.0, ("strip", x1 - x0, y1 - y0))
+            for x0, x1, y0, y1 in geometry.foundation.strips
+        ]
     edges = geometry.edges
     places = np.array([(x, y) for x, y, _ in items]).reshape(-1, 2)
     tree = cKDTree(places) if items else None
@@ -151,6 +157,19 @@ class ParityBasis:
             for other in self.basis.circles
         ]  # fmt: skip
         return int(np.argmin(distances))
+
+    def polynomial_bending(self) -> FloatArray:
+        """Strain energy form of the polynomials by D; shape (polynomials, polynomials)."""
+        nu, x, y = self.basis.geometry.poisson, self.basis.along_x, self.basis.along_y
+
+        def product(x_left: int, x_right: int, y_left: int, y_right: int) -> FloatArray:
+            by_x = x.gram(x_left, x_right)[np.ix_(self.degrees_x, self.degrees_x)]
+            by_y = y.gram(y_left, y_right)[np.ix_(self.degrees_y, self.degrees_y)]
+            return np.asarray(np.kron(by_x, by_y))
+
+        cross = product(2, 0, 0, 2)
+        bending = product(2, 2, 0, 0) + product(0, 0, 2, 2) + nu * (cross + cross.T)
+        return np.asarray(bending + 2.0 * (1.0 - nu) * product(1, 1, 1, 1))
 
     def combine(self, circles: FloatArray) -> FloatArray:
         """Values of all circle functions, shape (points, all), as those of the class."""

@@ -183,7 +183,7 @@ class RitzPlate(PlateModel):
         solver = self._solver(waves, levels, points=asked.image_points)
         case = solver.case(asked.loads)
         solution = solver.coefficients(case, asked.omega, self.loss_factor)
-        if self.loss_factor == 0.0:
+        if not solver.is_lossy(self.loss_factor):
             _refuse_resonance(solver, asked)
         estimate = solver.error_estimate(case, solution, asked.omega, self.loss_factor)
         return _Found(levels, solver, case, solution, estimate)

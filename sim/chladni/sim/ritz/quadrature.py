@@ -122,12 +122,14 @@ class DiscRule:
     def __init__(self, radial: int, angular: int) -> None:
         # In ρ², of which the mean around a circle is a polynomial.
         nodes, weights = gauss_points(1.0, radial)
-        self._share, self._weights = np.sqrt(nodes + 0.5), weights / 2.0
+        self._share, self._weights = nodes + 0.5, weights / 2.0
         self._angle = 2.0 * np.pi * (np.arange(angular) + 0.5) / angular
 
-    def on(self, x: float, y: float, radius: float) -> Points:
-        """The points of one disc."""
-        px = x + radius * np.outer(self._share, np.cos(self._angle))
-        py = y + radius * np.outer(self._share, np.sin(self._angle))
+    def on(self, x: float, y: float, radius: float, *, inner: float = 0.0) -> Points:
+        """The points of one disc, or of the ring of it from the radius `inner` on."""
+        area = radius**2 - inner**2
+        reach = np.sqrt(inner**2 + area * self._share)
+        px = x + np.outer(reach, np.cos(self._angle))
+        py = y + np.outer(reach, np.sin(self._angle))
         around = np.full(self._angle.size, 2.0 * np.pi / self._angle.size)
-        return Points(px.ravel(), py.ravel(), radius**2 * np.outer(self._weights, around).ravel())
+        return Points(px.ravel(), py.ravel(), area * np.outer(self._weights, around).ravel())

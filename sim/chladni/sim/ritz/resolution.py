@@ -135,8 +135,13 @@ def first_level(geometry: PlateGeometry, tolerance: float) -> int:
 
 
 def wave_number(geometry: PlateGeometry, omega: float) -> float:
-    """Bending wave number (ρhω²/D)^(1/4) of the endless plate, rad/m."""
-    return float((geometry.areal_mass * omega**2 / geometry.bending_stiffness) ** 0.25)
+    """Bending wave number (ρhω²/D)^(1/4) of the endless plate, rad/m.
+
+    On a stiff foundation (k/D)^(1/4), by which fields decay: they bend as much as waves do.
+    """
+    foundation = geometry.foundation.stiffness if geometry.foundation else 0.0
+    resisted = max(geometry.areal_mass * omega**2, foundation)
+    return float((resisted / geometry.bending_stiffness) ** 0.25)
 
 
 def wave_number_of_mode(geometry: PlateGeometry, count: int) -> float:

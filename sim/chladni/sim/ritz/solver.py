@@ -113,6 +113,11 @@ class Solver:
         self._works: dict[Load, LoadCase] = {}
         self._grids: dict[bytes, GridTable] = {}
 
+    def is_lossy(self, loss_factor: float) -> bool:
+        """Whether fields have an imaginary part."""
+        layer = self.geometry.foundation
+        return loss_factor > 0.0 or (layer is not None and layer.loss_factor > 0.0)
+
     def _fewer(self) -> list[tuple[tuple[int, int, int], float]]:
         """Those of `FEWER` that take anything away, with their shares."""
         takes = (True, bool(self.basis.inclusions), bool(self.basis.rims))
@@ -131,7 +136,13 @@ class Solver:
         for parity in parity_classes(self.mirrors):
             basis = ParityBasis(self.basis, parity)
             stiffness = self.assembly.stiffness(basis)
-            mass = self.assembly.mass(basis)
+            overlap = self.assembly.overlap(basis)
+            mass = self.assembly.mass(basis, overlap)
+            resisted = self.assembly.foundation(basis, overlap)
+            if resisted is not None:
+                stiffness += resisted
+            layer = self.geometry.foundation
+            foundation = (resisted, layer.loss_factor) if layer and resisted is not None else None
             supports = self.assembly.supports(basis)
             edges = self.assembly.edge_conditions(basis)
             is_finest = self.assembly.finest_conditions(supports.shape[0])
@@ -148,12 +159,20 @@ class Solver:
                     np.flatnonzero(~(is_finest & (fewer_on_rims > 0))),
                     polynomials=basis.polynomials,
                     edges=edges,
+                    foundation=foundation,
                 )
                 for (fewer, fewer_orders, fewer_on_rims), _ in self._steps
             ]
             every, rows = np.arange(basis.size), np.arange(supports.shape[0])
             modes = ClassModes(
-                stiffness, mass, supports, every, rows, polynomials=basis.polynomials, edges=edges
+                stiffness,
+                mass,
+                supports,
+                every,
+                rows,
+                polynomials=basis.polynomials,
+                edges=edges,
+                foundation=foundation,
             )
             result.append(_Class(basis, modes, coarser))
         return result
@@ -185,7 +204,7 @@ class Solver:
     ) -> Image:  # fmt: skip
         """The case's solution on the grid x × y."""
         table = self._grid(x, y)
-        parts = (np.real, np.imag) if loss_factor else (np.real,)
+        parts = (np.real, np.imag) if self.is_lossy(loss_factor) else (np.real,)
         # All in one call: reading the grid's tables is what takes time.
         columns = [np.concatenate([part(own) for part in parts], axis=1) for own in solution]
         read = table.shares([c.basis for c in self.classes], columns)

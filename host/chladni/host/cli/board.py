@@ -1,0 +1,69 @@
+"""Commands about a board as such: `board show`."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+import typer
+
+from chladni.host.cli.options import BoardArgument, JsonOption, LargeOption
+from chladni.host.cli.output import answer
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
+from chladni.sim.fields.transfer import plate_model
+
+board_app = typer.Typer(no_args_is_help=True, help="Look at board files.")
+
+
+@board_app.command("show")
+def board_show(
+    board: BoardArgument, large: LargeOption = False, as_json: JsonOption = False
+) -> None:
+    """Show a board and its first ten natural frequencies."""
+    loaded = load_board(board)
+    modes = plate_model(loaded).natural_frequencies(10)
+    result = {
+        "name": loaded.name,
+        "size_mm": [side / MM for side in loaded.plate.size],
+        "actuators": [
+            {"name": a.name, "at_mm": [round(value / MM, 9) for value in a.at]}
+            for a in loaded.actuators
+        ],
+        "modes_hz": [round(float(mode), 4) for mode in modes],
+        "wavelength_mm": loaded.plate.wavelength(loaded.drive.frequency_hz) / MM,
+        "fingerprint": f"{loaded.fingerprint():#018x}",
+    }
+    if loaded.foundation:
+        result["foundation"] = foundation_report(loaded)
+        say_vent(loaded)
+    answer(result, as_json=as_json, title=f"Board {loaded.name}")
+
+
+def foundation_report(board: Board) -> dict[str, Any]:
+    """What a board lies on: stiffness, and what that does to a plate without edges.
+
+    `decay_mm` is λ = (D/k)^¼ of the Kelvin function that a point force makes, `cut_off_hz` is
+    √(k/ρh)/2π, below which no wave travels.
+    """
+    foundation, plate = board.foundation, board.plate
+    assert foundation is not None
+    stiffness = foundation.total_stiffness
+    return {
+        "stiffness_n_per_mm3": stiffness * MM**3,
+        "loss_factor": foundation.total_loss_factor,
+        "decay_mm": (plate.bending_stiffness / stiffness) ** 0.25 / MM,
+        "cut_off_hz": float(np.sqrt(stiffness / plate.areal_mass) / (2.0 * np.pi)),
+    }
+
+
+def say_vent(board: Board) -> None:
+    """Warn of shut-in air that is stiffer than what the plate lies on."""
+    foundation = board.foundation
+    if foundation and foundation.air_stiffness > foundation.sheet_stiffness:
+        sys.stderr.write(
+            f"chladni: shut-in air ({foundation.air_stiffness * MM**3:.3g} N/mm³) is stiffer than "
+            f"the sheet ({foundation.sheet_stiffness * MM**3:.3g}): vent it\n"
+        )

@@ -1,0 +1,136 @@
+"""What a plate lies on (foam, shut-in air) and what presses on it (a finger)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chladni.sim.board.quantity import MM, quantity
+
+ATMOSPHERE = 1.4 * 101325.0
+"""Adiabatic stiffness of air times its thickness, γp, N/m²: 1 mm makes 1.4e8 N/m³."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """A soft sheet under a board.
+
+    Attributes
+    ----------
+    modulus
+        Compression at 25 %: stress over strain, Pa. Small strains at 160 Hz are up to four times as
+        stiff, so measure, or look at `board sensitivity`.
+    loss_factor
+        Estimated; data sheets do not have it.
+    source
+        Where the stress stands.
+    """
+
+    modulus: float
+    loss_factor: float
+    source: str
+
+
+MATERIALS = {
+    "soft-pu-foam": Material(
+        0.06e6, 0.2, "15 kPa at 25 %, the softest PORON 4790-92 and firm upholstery foam; estimated"
+    ),
+    "poron-4701-30": Material(
+        0.136e6, 0.2, "34 kPa at 25 % (21 to 55), Rogers data sheet, 1.6 to 2.4 mm, 320 kg/m³"
+    ),
+    "poron-4701-30-thin": Material(
+        0.23e6, 0.2, "58 kPa at 25 % (35 to 83), Rogers data sheet, 0.5 to 1.2 mm, 400 kg/m³"
+    ),
+    "sponge-rubber": Material(
+        0.096e6, 0.1, "24 kPa at 25 % (14 to 34), open-cell natural rubber, ASTM D1056 2A1 sheet"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class CutOut:
+    """A round hole in what lies under the plate. Metres."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    radius: float = quantity("radius_mm", MM, 0.05, 500.0)
+
+
+@dataclass(frozen=True)
+class Strips:
+    """How wide the strips along the edges are, m; 0 for none."""
+
+    left: float = quantity("left_mm", MM, 0.0, 5000.0, default=0.0)
+    right: float = quantity("right_mm", MM, 0.0, 5000.0, default=0.0)
+    bottom: float = quantity("bottom_mm", MM, 0.0, 5000.0, default=0.0)
+    top: float = quantity("top_mm", MM, 0.0, 5000.0, default=0.0)
+
+    @property
+    def is_none(self) -> bool:
+        """Whether there are none, so that what lies under the plate is everywhere."""
+        return not (self.left or self.right or self.bottom or self.top)
+
+
+@dataclass(frozen=True)
+class Foundation:
+    """A soft sheet under the plate that resists deflection, k(1 + iη) per area. SI units.
+
+    Either `stiffness` says how much, or `material` (a key of `MATERIALS`) with `thickness`. Air
+    that cannot escape from under the plate adds γp over the gap `sealed_air`. `coil_cut_out` is the
+    radius of a hole in the sheet round every actuator.
+    """
+
+    stiffness: float = quantity("stiffness_n_per_mm3", 1e9, 0.0, 100.0, default=0.0)
+    loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
+    material: str = ""
+    thickness: float = quantity("thickness_mm", MM, 0.0, 500.0, default=0.0)
+    sealed_air: float = quantity("sealed_air_mm", MM, 0.0, 500.0, default=0.0)
+    coil_cut_out: float = quantity("coil_cut_out_mm", MM, 0.0, 500.0, default=0.0)
+    strips: Strips = Strips()
+    cut_outs: tuple[CutOut, ...] = ()
+
+    @property
+    def sheet_stiffness(self) -> float:
+        """Of the sheet alone, N/m³."""
+        if self.material:
+            return MATERIALS[self.material].modulus / self.thickness
+        return self.stiffness
+
+    @property
+    def air_stiffness(self) -> float:
+        """Of shut-in air, N/m³."""
+        return ATMOSPHERE / self.sealed_air if self.sealed_air else 0.0
+
+    @property
+    def total_stiffness(self) -> float:
+        """Of both, N/m³."""
+        return self.sheet_stiffness + self.air_stiffness
+
+    @property
+    def total_loss_factor(self) -> float:
+        """Of both; air loses nothing."""
+        own = self.loss_factor
+        if own is None:
+            own = MATERIALS[self.material].loss_factor if self.material else 0.0
+        return own * self.sheet_stiffness / self.total_stiffness
+
+
+@dataclass(frozen=True)
+class Finger:
+    """What a pressing fingertip adds to the plate: a mass, a damper and a spring, in parallel.
+
+    SI units, at 160 Hz, spread over a contact of 6 mm radius. Values are of the right order: pulp
+    stiffness under a flat probe goes from 0.6 to 4.4 N/mm between 0.2 and 2 N (Pawluk and Howe, J.
+    Biomech. Eng. 121, 1999, 178-183), the damping of fingertips along the skin from 0.5 to 2 N·s/m
+    (Wiertlewski and Hayward, J. Biomech. 45, 2012, 1869-1874).
+    """
+
+    mass: float = quantity("mass_g", 1e-3, 0.0, 1000.0)
+    damping: float = quantity("damping_n_s_per_m", 1.0, 0.0, 1000.0)
+    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1000.0)
+
+
+FINGERS = {
+    "light": Finger(1e-3, 1.0, 300.0),
+    "usual": Finger(2e-3, 2.0, 600.0),
+    "firm": Finger(5e-3, 3.0, 1000.0),
+}
+USUAL = "usual"

@@ -1,0 +1,107 @@
+"""Where a board's foundation is: its cut-outs and strips, and whether they can be so."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chladni.sim.board.foundation import MATERIALS, CutOut
+from chladni.sim.board.parts import BoardParts
+from chladni.sim.board.quantity import MM, check_ranges
+from chladni.sim.errors import ConflictError, InputError, MissingError
+
+SAME_PLACE = 1e-6
+"""Closer than this, in metres, two circles have one centre."""
+
+
+def cut_outs(board: BoardParts) -> list[CutOut]:
+    """Holes in the foundation: those of the board file, and one round every actuator."""
+    if board.foundation is None:
+        return []
+    radius = board.foundation.coil_cut_out
+    round_coils = [CutOut(a.at, radius) for a in board.actuators] if radius else []
+    return [*board.foundation.cut_outs, *round_coils]
+
+
+def strips(board: BoardParts) -> tuple[tuple[float, float, float, float], ...]:
+    """Rectangles (x from, x to, y from, y to) of the foundation, m; none where it is everywhere."""
+    if board.foundation is None or board.foundation.strips.is_none:
+        return ()
+    own = board.foundation.strips
+    half_x, half_y = (side / 2.0 for side in board.plate.size)
+    left, right = -half_x + own.left, half_x - own.right
+    every = (
+        (-half_x, left, -half_y, half_y),
+        (right, half_x, -half_y, half_y),
+        (left, right, -half_y, -half_y + own.bottom),
+        (left, right, half_y - own.top, half_y),
+    )
+    return tuple(one for one in every if one[1] > one[0] and one[3] > one[2])
+
+
+def check_foundation(board: BoardParts) -> None:
+    """Raise `InputError` at the first thing wrong with a board's foundation."""
+    own = board.foundation
+    if own is None:
+        return
+    check_ranges(own.strips, "foundation.strips")
+    for index, cut in enumerate(own.cut_outs):
+        check_ranges(cut, f"foundation.cut_outs[{index}]")
+    _check_stiffness(board)
+    for sides, pair in ((own.strips.left + own.strips.right, ("left", "right")),
+                        (own.strips.bottom + own.strips.top, ("bottom", "top"))):  # fmt: skip
+        side = board.plate.size[0 if pair[0] == "left" else 1]
+        if sides > side:
+            raise InputError(
+                f"foundation.strips.{pair[0]}_mm and {pair[1]}_mm", sides / MM,
+                f"{side / MM:g} mm together at most, the plate's side",
+            )  # fmt: skip
+    _check_cut_outs(board)
+
+
+def _check_stiffness(board: BoardParts) -> None:
+    own = board.foundation
+    assert own is not None
+    if not isinstance(own.material, str) or (own.material and own.material not in MATERIALS):
+        known = ", ".join(map(repr, MATERIALS))
+        raise InputError("foundation.material", own.material, f"one of: {known}")
+    if own.material and own.stiffness:
+        raise ConflictError("foundation.stiffness_n_per_mm3", "foundation.material")
+    if own.material and not own.thickness:
+        raise MissingError("foundation.thickness_mm", "a material's stiffness goes with it")
+    if not own.total_stiffness:
+        raise MissingError(
+            "foundation.stiffness_n_per_mm3",
+            "in N/mm³, or a material with its thickness_mm, or sealed_air_mm",
+        )
+
+
+def _check_cut_outs(board: BoardParts) -> None:
+    """Cut-outs lie on the plate, clear of each other and of all that is not in their middle."""
+    assert board.foundation is not None
+    half = np.array(board.plate.size) / 2.0
+    own = cut_outs(board)
+    explicit = len(board.foundation.cut_outs)
+    names = [f"foundation.cut_outs[{k}]" for k in range(explicit)]
+    names += [f"foundation.coil_cut_out_mm of actuators[{k}]" for k in range(len(own) - explicit)]
+    others = [(f"screws[{k}]", s.at, s.radius) for k, s in enumerate(board.screws)]
+    others += [(f"holes[{k}]", h.at, h.radius) for k, h in enumerate(board.holes)]
+    others += [(f"masses[{k}]", m.at, m.radius) for k, m in enumerate(board.masses) if m.radius]
+    if board.magnet:
+        radius = board.magnet.radius
+        others += [(f"actuators[{k}]", a.at, radius) for k, a in enumerate(board.actuators)]
+    for k, (name, cut) in enumerate(zip(names, own, strict=True)):
+        if np.any(np.abs(cut.at) + cut.radius > half + 1e-9):
+            raise InputError(
+                f"{name}", [float(f"{v / MM:.9g}") for v in cut.at],
+                "a cut-out that lies on the plate as a whole",
+            )  # fmt: skip
+        before = [(names[j], own[j].at, own[j].radius) for j in range(k)]
+        for other, at, radius in (*before, *others):
+            apart = float(np.hypot(*np.subtract(at, cut.at)))
+            is_middle = apart < SAME_PLACE and other not in names
+            if apart < cut.radius + radius and not is_middle:
+                raise InputError(
+                    name, [float(f"{v / MM:.9g}") for v in cut.at],
+                    f"a cut-out clear of {other}; they are {apart / MM:.3g} mm apart, "
+                    f"{(cut.radius + radius) / MM:.3g} would do",
+                )  # fmt: skip

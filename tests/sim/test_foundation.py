@@ -1,0 +1,142 @@
+"""A plate on foam: against shifted frequencies, a double sum, Kelvin functions and elements."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.special import j1, kei
+
+from chladni.sim.board.parts import Edges
+from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry, RimSupport
+from chladni.sim.plate.loads import Load
+from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz.plate import RitzPlate
+from chladni.sim.ritz.resolution import Resolution
+from plate_fem.mesh import Disc, plate_mesh
+from plate_fem.plate import ArgyrisPlate, Material
+from plate_fem.plate import Inclusion as Added
+
+FREE = PlateGeometry(0.05, 0.07, 0.015, 0.15, 0.38)
+FOAM = FoundationLayer(3e7)
+SUPPORTED = Edges("simply supported", "simply supported", "simply supported", "simply supported")
+
+
+def fields(
+    plate: RitzPlate, loads: list[Load], x: np.ndarray, y: np.ndarray, hz: float = 160.0
+) -> np.ndarray:
+    return plate.respond(loads, frequency_hz=hz, x=x, y=y, tolerance=1e-4).values
+
+
+@pytest.mark.parametrize("with_magnets", [False, True])
+def test_uniform_foam_shifts_every_frequency_alike(with_magnets: bool) -> None:
+    """ω² + k/ρh, for any plate whose mass is its own; magnets without mass keep it so."""
+    discs = (Inclusion(0.01, 0.012, 3e-3, 0.0, 1000.0),) if with_magnets else ()
+    bare = dataclasses.replace(FREE, inclusions=discs)
+    foam = dataclasses.replace(bare, foundation=FOAM)
+    plain, lifted = (RitzPlate(g, 0.0).natural_frequencies(12) for g in (bare, foam))
+    expected = np.sqrt(plain**2 + FOAM.stiffness / FREE.areal_mass / (2.0 * np.pi) ** 2)
+    assert lifted == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.03])
+@pytest.mark.parametrize("foam_loss", [0.0, 0.03, 0.2])
+def test_a_supported_plate_on_foam_matches_the_double_sum(loss: float, foam_loss: float) -> None:
+    """Navier's sum with k(1 + iη′) beside D(1 + iη)κ⁴, for a load off every mirror."""
+    k, hz = 3e6, 700.0
+    geometry = dataclasses.replace(
+        FREE,
+        edges=SUPPORTED,
+        foundation=FoundationLayer(k, foam_loss),
+    )
+    x, y = np.linspace(-0.02, 0.02, 9), np.linspace(-0.03, 0.03, 11)
+    load = Load(0.007, -0.011, 4e-3)
+    found = fields(RitzPlate(geometry, loss), [load], x, y, hz)[0]
+    m, n = np.arange(1, 400)[:, None], np.arange(1, 500)[None]
+    kx, ky = m * np.pi / FREE.width, n * np.pi / FREE.length
+    kappa = np.hypot(kx, ky)
+    mean = 2.0 * j1(kappa * load.radius) / (kappa * load.radius)
+    stiffness = FREE.bending_stiffness * (1.0 + 1j * loss) * kappa**4 + k * (1.0 + 1j * foam_loss)
+    dynamic = stiffness - FREE.areal_mass * (2.0 * np.pi * hz) ** 2
+
+    def along(at: np.ndarray, wave: np.ndarray, side: float) -> np.ndarray:
+        return np.sin(wave.ravel()[None] * (at[:, None] + side / 2.0))
+
+    at_x = along(np.array([load.x]), kx, FREE.width)[0]
+    at_y = along(np.array([load.y]), ky, FREE.length)[0]
+    gain = 4.0 / (FREE.width * FREE.length) * mean * np.outer(at_x, at_y) / dynamic
+    exact = along(x, kx, FREE.width) @ gain @ along(y, ky, FREE.length).T
+    assert np.abs(found - exact).max() < 3e-5 * np.abs(exact).max()
+
+
+def test_a_point_force_makes_a_kelvin_function() -> None:
+    """w = −F λ²/(2πD) kei(r/λ), λ = (D/k)^¼, ten λ from every edge, far below the cut-off."""
+    decay = (FREE.bending_stiffness / FOAM.stiffness) ** 0.25
+    side = 20.0 * decay
+    geometry = PlateGeometry(side, side, FREE.bending_stiffness, 0.15, 0.38, foundation=FOAM)
+    x = decay * np.array([-4.0, -3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0, 4.0])
+    found = fields(RitzPlate(geometry, 0.0), [Load(0.0, 0.0)], x, x, 1.0)[0]
+    r = np.maximum(np.hypot(x[:, None], x), 1e-9) / decay
+    exact = -(decay**2) / (2.0 * np.pi * FREE.bending_stiffness) * kei(r)
+    # Where it is looked at farthest out, edges answer with exp(−(10 + 6)/√2) = 1.2e-5 of it, and a
+    # free edge moves about twice as far.
+    assert np.abs(found - exact).max() < 5e-5 * exact.max()
+
+
+SIZE = Resolution(14, 18, 3, 6, 4)
+
+
+def test_cut_outs_and_strips_add_up_to_the_whole() -> None:
+    """Two strips that meet are foam everywhere; mirrors used or not change nothing."""
+    magnets = [Inclusion(sx * 0.01, 0.014, 3e-3, 15.0, 1000.0) for sx in (1.0, -1.0)]
+    rims = (RimSupport(0.0, -0.03, 1e-3),)
+    bare = dataclasses.replace(FREE, inclusions=tuple(magnets), rims=rims)
+    half = (-FREE.width / 2.0, FREE.width / 2.0)
+    meet = ((*half, -FREE.length / 2.0, -0.01), (*half, -0.01, FREE.length / 2.0))
+    whole = FoundationLayer(3e7, 0.1, ((0.01, 0.014, 5e-3), (-0.01, 0.014, 5e-3)))
+    strips = dataclasses.replace(whole, strips=meet)
+    x, y = np.linspace(-0.02, 0.02, 9), np.linspace(-0.03, 0.03, 11)
+    loads = [Load(0.01, 0.014, 3e-3), Load(0.003, -0.004, 3e-3)]
+    expected, *others = (
+        fields(RitzPlate(dataclasses.replace(bare, foundation=layer), 0.02, SIZE, mirrors=mirrors),
+               loads, x, y)
+        for layer, mirrors in ((whole, None), (strips, None), (whole, Mirrors(False, False)))
+    )  # fmt: skip
+    # Rims make kinks: points of strips step over them, with an error as the third power of their
+    # spacing, while those of the whole plate go round them.
+    for found, error in zip(others, (5e-5, 1e-9), strict=True):
+        assert np.abs(found - expected).max() < error * np.abs(expected).max()
+
+
+def test_cut_outs_match_finite_elements() -> None:
+    """Foam with holes round rigid magnets and one beside them; the mesh follows every circle."""
+    material = Material(22e9, 0.15, 1900.0, 2e-4, 0.02)
+    bending = 22e9 * 2e-4**3 / (12.0 * (1.0 - 0.15**2))
+    foam, centres = 3e7 * (1.0 + 0.15j), ((0.009, 0.004), (-0.008, -0.005))
+    rings = [Disc(x, y, r) for r in (5e-3, 3e-3) for x, y in centres] + [Disc(-0.01, 0.012, 3e-3)]
+    geometry = PlateGeometry(
+        0.04, 0.04, bending, 0.15, 1900.0 * 2e-4,
+        inclusions=tuple(Inclusion(x, y, 3e-3, 20.0, 1000.0) for x, y in centres),
+        foundation=FoundationLayer(
+            3e7, 0.15, tuple((d.x, d.y, d.radius) for d in (*rings[:2], rings[4]))
+        ),
+    )  # fmt: skip
+    loads = [Load(*centres[0], 3e-3), Load(-0.002, 0.008, 3e-3)]
+    x, y = np.linspace(-0.018, 0.018, 13), np.linspace(-0.018, 0.018, 13)
+    response = RitzPlate(geometry, 0.02).respond(
+        loads, frequency_hz=160.0, x=x, y=y, tolerance=5e-3
+    )
+    px, py = np.meshgrid(x, y, indexing="ij")
+    places = np.column_stack((px.ravel(), py.ravel()))
+    asked = [((load.x, load.y), load.radius) for load in loads]
+    adds = [Added(0.0), Added(0.0), Added(20.0, 1000.0), Added(20.0, 1000.0)]
+    found = response.values.reshape(2, -1)
+    apart = []
+    for h, segments in ((4e-3, 24), (2.5e-3, 48)):
+        mesh = plate_mesh(0.04, 0.04, [], rings, h, segments=segments)
+        plate = ArgyrisPlate(mesh, material, [*adds, Added(0.0)], foundation=(foam, range(5)))
+        exact = plate.responses(asked, 160.0, places)
+        apart.append(np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1))
+    assert max(apart[1]) < response.error_estimate + max(np.abs(apart[0] - apart[1]))
+    assert max(apart[1]) < 1e-3
