@@ -11,7 +11,7 @@ import pytest
 from chladni.drives.methods import METHODS, Options
 from chladni.drives.problem.field_space import FieldSpace
 from chladni.drives.problem.problem import Problem, solved_board
-from chladni.drives.scoring.scorecard import Scorecard, null_models, score, score_on
+from chladni.drives.scoring.scorecard import null_models, score, score_on
 from chladni.drives.solve import solve, solve_problem
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document, shipped_boards
@@ -20,11 +20,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, ResonanceError
 from chladni.sim.fields.transfer import plate_model
 from chladni.sim.image import metrics
-
-
-def all_finite(card: Scorecard) -> bool:
-    numbers = dataclasses.asdict(card)
-    return bool(np.all(np.isfinite([*numbers.pop("nulls").values(), *numbers.values()])))
+from scorecards import all_finite
 
 
 def with_actuators(board: Board, places_mm: list[tuple[float, float]]) -> Board:

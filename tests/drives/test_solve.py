@@ -10,17 +10,12 @@ import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.scorecard import Scorecard, misplaced_target, score
+from chladni.drives.scoring.scorecard import misplaced_target, score
 from chladni.drives.solve import solve, tie_break
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.image import metrics
-
-
-def all_finite(card: Scorecard) -> bool:
-    numbers = dataclasses.asdict(card)
-    return bool(np.all(np.isfinite([*numbers.pop("nulls").values(), *numbers.values()])))
-
+from scorecards import all_finite
 
 # Independent optima on a finite-element field: 0.889, 0.955, 0.911, 0.967.
 PAPER_TARGETS = [

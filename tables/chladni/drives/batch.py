@@ -22,6 +22,7 @@ def over_targets(
     jobs: int | None = None,
     checkpoint: Checkpoint | None = None,
     besides: Iterable[Problem] = (),
+    with_finger: bool = False,
 ) -> Iterator[Result]:
     """Run `work` on every target; results in the targets' order, whatever the number of jobs.
 
@@ -33,6 +34,8 @@ def over_targets(
         Holds what was finished before, and gets what is finished now.
     besides
         Problems to be worked on after these, of which no results are wanted.
+    with_finger
+        Problems come with what a finger at their target does.
     """
     kept = checkpoint or Checkpoint(None, {})
     _ = solved.space, solved.mirrors  # found once, before there are threads
@@ -44,7 +47,8 @@ def over_targets(
         assert problem is not None
         return work(problem)
 
-    problems = chain(_problems(solved, targets_mm, kept), ((problem, None) for problem in besides))
+    own = _problems(solved, targets_mm, kept, with_finger)
+    problems = chain(own, ((problem, None) for problem in besides))
     finished = in_threads(finish, problems, jobs=jobs, ahead=AHEAD)
     for target in targets_mm:
         result, name = next(finished), _name(target)
@@ -54,14 +58,14 @@ def over_targets(
 
 
 def _problems(
-    solved: SolvedBoard, targets_mm: Sequence[Target], kept: Checkpoint
+    solved: SolvedBoard, targets_mm: Sequence[Target], kept: Checkpoint, with_finger: bool
 ) -> Iterator[tuple[Problem | None, Result | None]]:
     """Problems of targets still to do. Groups are the same after a resume, and so are the bits."""
     for group in solved.groups(targets_mm):
         if all(kept.get(_name(target)) for target in group):
             yield from ((None, kept.get(_name(target))) for target in group)
             continue
-        for problem in solved.problems(group):
+        for problem in solved.problems(group, with_finger=with_finger):
             yield problem, kept.get(_name(problem.target_mm))
 
 

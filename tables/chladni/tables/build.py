@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial as partial_function
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
+from chladni.tables.fingers import Fingers, needs_compensation, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
@@ -78,21 +79,34 @@ def build_table(
         options = Options(objective, seed, progress=progress)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
-        drives = board_drives(solved, regions, frequencies, options, partial=partial, jobs=jobs)
+        make = partial_function(board_drives, solved, regions, frequencies, options, jobs=jobs)
+        drives = make(partial=partial)
+        seen = survey_of(drives[0])
+        compensates = needs_compensation(board, seen)
+        if compensates:
+            again = partial.with_name(f"{partial.name}-pressed") if partial else None
+            drives = make(partial=again, pressed=True)
+            seen = survey_of(drives[0])
         for width in widths:
             table = table_of(board, regions, [one.section(width) for one in drives], width)
             losses = losses_of(table, drives, until_beyond=width != widths[-1])
             if are_within(losses):
                 break
     seconds = time.perf_counter() - started
-    return table, report(table, drives, losses, table_bytes(table), seconds)
+    felt = Fingers(**{one.name: getattr(seen, one.name) for one in fields(seen)},
+                   compensated=compensates)  # fmt: skip
+    return table, report(table, drives, losses, table_bytes(table), seconds, felt)
 
 
 def board_drives(
     solved: SolvedBoard, regions: StoredRegions, frequencies_hz: Sequence[float],
     options: Options, *, partial: Path | None = None, jobs: int | None = None,
+    pressed: bool = False,
 ) -> list[OneFrequency]:  # fmt: skip
-    """Find the drives of every region, one frequency after the other on the same plate."""
+    """Find the drives of every region, one frequency after the other on the same plate.
+
+    `pressed` drives are best with the finger on its place.
+    """
     found = []
     for number, frequency in enumerate(frequencies_hz):
         own = options
@@ -101,7 +115,7 @@ def board_drives(
             own = replace(options, progress=partial_function(_tell, options.progress, *span))
         name = partial.with_name(f"{partial.name}-{number}") if partial and number else partial
         one = solved.at_frequency(frequency)
-        found.append(OneFrequency.solve(one, regions, own, name, jobs))
+        found.append(OneFrequency.solve(one, regions, own, name, jobs, pressed=pressed))
     return found
 
 

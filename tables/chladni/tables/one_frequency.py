@@ -16,6 +16,7 @@ from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
 from chladni.drives.problem.field_space import Level
+from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.solve import tie_break
 from chladni.sim.image.metrics import image_of
@@ -71,9 +72,12 @@ class OneFrequency:
     @classmethod
     def solve(
         cls, solved: SolvedBoard, regions: StoredRegions, options: Options,
-        partial: Path | None, jobs: int | None,
+        partial: Path | None, jobs: int | None, *, pressed: bool = False,
     ) -> OneFrequency:  # fmt: skip
-        """Find every region's drive, and phases and labels over the whole board."""
+        """Find every region's drive, and phases and labels over the whole board.
+
+        `pressed` drives are best with the finger on its place.
+        """
         grid = regions.grid
         targets = [grid.centre_mm(int(region)) for region in regions.numbers]
         centres = dict(zip(regions.centres, targets, strict=True))
@@ -86,10 +90,11 @@ class OneFrequency:
         wanted = _Wanted(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
         key = {
             "board": f"{solved.board.fingerprint():#018x}", "objective": options.objective,
-            "seed": options.seed, "version": version("chladni"),
+            "seed": options.seed, "version": version("chladni"), "pressed": pressed,
         }  # fmt: skip
         with Checkpoint(partial, key) as checkpoint:
-            drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs)
+            drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs,
+                            pressed=pressed)  # fmt: skip
         level = solved.space.nearest_level(HALFWAY_STEP)
         known = {place: wanted.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
@@ -183,19 +188,27 @@ def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
 
 def _solve(
     solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
-    options: Options, checkpoint: Checkpoint, jobs: int | None,
+    options: Options, checkpoint: Checkpoint, jobs: int | None, *, pressed: bool,
 ) -> list[ComplexArray]:  # fmt: skip
     """Every target's drive in units of the largest gain, and what is wanted there and elsewhere."""
     searched = set(targets)
 
     def work(problem: Problem) -> Result:
         wanted.keep(problem)
-        return _best_drive(problem, options) if problem.target_mm in searched else {}
+        if problem.target_mm not in searched:
+            return {}
+        return _best_drive(pressed_problem(problem) if pressed else problem, options)
 
     # Making the others' fields takes the time in which the last drives are searched.
     besides = solved.problems(others, tolerance=OWN_TOLERANCE)
     finished = over_targets(
-        solved, targets, work, jobs=jobs, checkpoint=checkpoint, besides=besides
+        solved,
+        targets,
+        work,
+        jobs=jobs,
+        checkpoint=checkpoint,
+        besides=besides,
+        with_finger=pressed,
     )
     drives = []
     for result in finished:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 
 from chladni.tables.between_regions import OWN_TOLERANCE
+from chladni.tables.fingers import Fingers
 from chladni.tables.losses import LIMITS, Losses
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.phase_synchronisation import Steps
@@ -73,6 +74,8 @@ class TableReport(Quality):
         small as it should be.
     measured_regions, measured_between
         Points of every section at which losses were measured.
+    fingers
+        What fingers feel of it.
     sections
         The same per frequency, and more.
     """
@@ -87,6 +90,7 @@ class TableReport(Quality):
     measured_between: int
     error_estimate: float
     tolerance_met: bool
+    fingers: Fingers
     sections: list[SectionReport]
 
     @property
@@ -100,7 +104,7 @@ class TableReport(Quality):
 
 def report(
     table: Table, drives: Sequence[OneFrequency], losses: Sequence[LossesOfTable], size: int,
-    seconds: float,
+    seconds: float, fingers: Fingers,
 ) -> TableReport:  # fmt: skip
     """What a table of `size` bytes came to."""
     error = max(one.error_estimate for one in drives)
@@ -117,6 +121,7 @@ def report(
         measured_between=len(drives[0].halfway),
         error_estimate=error,
         tolerance_met=error <= OWN_TOLERANCE,
+        fingers=fingers,
         sections=sections,
     )
 

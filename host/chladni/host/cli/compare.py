@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,7 +26,7 @@ from chladni.host.cli.options import (
     check_figure,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import TEXT, answer, check_output, progress_bar, say_unmet
+from chladni.host.cli.output import NO_COIL, TEXT, answer, check_output, progress_bar, say_unmet
 from chladni.host.figures.fields import save
 from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
@@ -38,10 +39,10 @@ SMALLEST_PITCH_MM = 1.0
 SHOWN = {
     "ssim": "SSIM", "ssim_min": "least", "focal_error_mm": "focal mm",
     "centroid_error_mm": "centroid mm", "below_limit_db": "below limit dB",
-    "second_finger_db": "2nd finger dB", "spot_mm2": "spot mm²",
+    "second_finger_db": "2nd finger dB", "spot_mm2": "spot mm²", "finger_um": "finger µm",
     "evaluations": "evaluations", "seconds": "seconds",
 }  # fmt: skip
-WIDTH = 130
+WIDTH = 150
 """Columns of text where there is no terminal to ask."""
 
 
@@ -89,6 +90,8 @@ def compare_methods(
     table = summary(rows)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
+    if loaded.coil is None:
+        sys.stderr.write(f"chladni: {NO_COIL}\n")
     if as_json:
         result = {
             "board": loaded.name, "targets": grid.count, "grid": asdict(grid),
@@ -123,3 +126,6 @@ def _print(entries: list[dict[str, Any]], title: str) -> None:
         table.add_row(name, *cells)
     console = Console()
     (console if console.is_terminal else Console(width=WIDTH)).print(table)
+    best = max(entries, key=lambda entry: entry["ssim"])
+    if best["remark"]:
+        console.print(f"{best['method']}: {best['remark']}")

@@ -51,7 +51,10 @@ def run(folder: Path) -> None:
     )
     console.print(f"[bold]3[/] the firmware plays a touch at {TOUCH_MM[0]:g}, {TOUCH_MM[1]:g} mm")
     recording, report = run_loop(table, board, [TouchEvent(TOUCH_AT_MS, TOUCH_MM)], LENGTH_MS)
-    card = score_field(solved_board(board), report.field, report.target_field, report.target_mm)
+    card = score_field(
+        solved_board(board), report.field, report.target_field, report.target_mm,
+        drive=report.played,
+    )  # fmt: skip
     console.print(_scorecard(board, table, built, report, card))
     figure = chain_figure(
         board,
@@ -85,6 +88,7 @@ def _scorecard(
         ("peak off the target", f"{card.focal_error_mm:.1f} mm", f"touched: {place}"),
         ("contrast", f"{card.contrast_db:.2f} dB", f"no drive beats {card.contrast_limit_db:.2f}"),
         ("second finger", f"{card.second_finger_db:.2f} dB", "above 0: felt here, not there"),
+        *_felt_rows(card),
         ("worst gain error", f"{worst_gain:.4f} dB", "0.1 dB"),
         ("worst phase error", f"{worst_phase:.4f}°", "0.5°"),
         ("touch to first duty", f"{report.latency_ms:.2f} ms", "25 ms to feel immediate"),
@@ -97,6 +101,19 @@ def _scorecard(
         text = f"gain {entry['gain']:.2f}, phase {entry['phase_deg']:.0f}°"
         sheet.add_row(f"drive of {entry['actuator']}", text, "")
     return sheet
+
+
+def _felt_rows(card: Scorecard) -> list[tuple[str, str, str]]:
+    """What a finger feels of it, and what pressing changes."""
+    own = card.felt
+    if own is None or own.finger_um is None or own.full_volts is None:
+        return []
+    above = "" if own.sensation_db is None else f"{own.sensation_db:.0f} dB above threshold"
+    load = own.finger_load
+    return [
+        ("under the finger", f"{own.finger_um:.2f} µm", f"{own.full_volts:.2f} V peak, {above}"),
+        ("pressing changes", f"{load.level_db:+.2f} dB", f"{load.ssim:+.4f} of SSIM"),
+    ]
 
 
 def main() -> int:

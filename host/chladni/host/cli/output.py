@@ -62,6 +62,10 @@ def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
 def _text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
+    if isinstance(value, dict):
+        if list(value) == ["median", "p10", "p90"]:
+            return "{}, from {} to {} at 80 % of places".format(*map(_text, value.values()))
+        return ", ".join(f"{name.replace('_', ' ')} {_text(item)}" for name, item in value.items())
     if isinstance(value, (list, tuple)):
         return ", ".join(_text(item) for item in value)
     return "–" if value is None else str(value)
@@ -76,6 +80,7 @@ def say_unmet(estimate: float, tolerance: float) -> None:
         )
 
 
+NO_COIL = "the board file has no [coil]: no volts, and µm only per newton of the loudest coil"
 ARRAYS = ("", ".npz")
 """Endings of what NumPy reads."""
 TEXT = ("", ".csv")

@@ -26,13 +26,13 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError, MissingError, check_one_of
+from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     TransferFields,
     actuator_loads,
     plate_model,
     target_field,
-    transfer_fields,
 )
 from chladni.sim.files import write_arrays
 from chladni.sim.image.energy import compose, energy_image
@@ -75,7 +75,7 @@ def field(
     if place is not None:
         found = target_field(loaded, place, tolerance=tolerance, allow_unmet=True)
     else:
-        found = transfer_fields(loaded, tolerance=tolerance, allow_unmet=True)
+        found = driven_fields(loaded, tolerance=tolerance, allow_unmet=True)
     values = found.values[index or 0]
     if amplitudes is not None:
         values = compose(found.values, amplitudes)

@@ -24,6 +24,7 @@ from chladni.host.cli.options import (
     check_figure,
 )  # fmt: skip
 from chladni.host.cli.output import (
+    NO_COIL,
     answer,
     check_output,
     parse_place,
@@ -73,19 +74,24 @@ def solve_command(
     say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:
         sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
+    if report["remark"]:
+        sys.stderr.write(f"chladni: {report['remark']}\n")
+    if loaded.coil is None:
+        sys.stderr.write(f"chladni: {NO_COIL}\n")
     answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
 
 
 def solution_report(board: Board, solution: Solution) -> dict[str, Any]:
     """A solution and its scorecard as `chladni solve --json` answers."""
     card = asdict(score(solution, board))
-    baselines = card.pop("nulls")
+    baselines, felt = card.pop("nulls"), card.pop("felt")
     return {
         "target_mm": list(solution.target_mm),
         "method": solution.method,
         "objective": solution.objective,
         "drive": drive_entries(board, solution.drive),
         **card,
+        **felt,
         "error_estimate": solution.error_estimate,
         "tolerance_met": solution.tolerance_met,
         "seconds": solution.seconds,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +14,8 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.finger import felt
 from chladni.drives.solve import check_request
 from chladni.host.cli.options import (
     PARTIAL,
@@ -24,9 +27,16 @@ from chladni.host.cli.options import (
     SeedOption,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import answer, check_output, parse_place, progress_bar, say_unmet
+from chladni.host.cli.output import (
+    Place,
+    answer,
+    check_output,
+    parse_place,
+    progress_bar,
+    say_unmet,
+)
 from chladni.host.emulation.closed_loop import board_of
-from chladni.sim.board.file import load_board
+from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.files import write_whole
@@ -35,7 +45,7 @@ from chladni.tables.build import OBJECTIVE, build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, read_table
 from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
-from chladni.tables.table import Table
+from chladni.tables.table import Section, Table
 
 TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")]
 
@@ -91,6 +101,9 @@ def show(
     frequency: Annotated[
         float | None, typer.Option(help="Of the drives to show, Hz; the first by default.")
     ] = None,
+    board: Annotated[
+        str | None, typer.Option(help="The table's board, if not shipped: what a finger feels.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show a table's header, or what the device plays at a place."""
@@ -130,7 +143,21 @@ def show(
             {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
             for k, c in enumerate(loaded.drive_at(section, x_um, y_um))
         ]
+        result |= _felt_at(loaded, section, place, board, file=str(table))
     answer(result, as_json=as_json, title=str(table))
+
+
+def _felt_at(
+    table: Table, section: Section, place: Place, board: str | None, *, file: str
+) -> dict[str, Any]:
+    """What a finger at a place feels, where the table's board is known."""
+    if board is None and table.board_name not in shipped_boards():
+        sys.stderr.write("chladni: --board says what a finger feels; the board is not shipped\n")
+        return {}
+    owner = board_of(table, board, file=file)
+    solved = solved_board(owner).at_frequency(section.frequency_hz)
+    drive = table.drive_at(section, *(round(value * 1000.0) for value in place))
+    return asdict(felt(solved.problem(place), drive))
 
 
 def verify(

@@ -71,6 +71,8 @@ class LoopReport:
         the firmware.
     promised
         That drive, shape (actuators,).
+    played
+        The drive that the pins made, shape (actuators,).
     field, target_field
         Complex displacement of the PWM's drive and of the unit load, shape (nx, ny).
     """
@@ -82,6 +84,7 @@ class LoopReport:
     ssim: float
     ssim_table: float
     promised: ComplexArray
+    played: ComplexArray
     field: ComplexArray
     target_field: ComplexArray
 
@@ -148,6 +151,7 @@ def run_loop(
         ssim=metrics.ssim(np.abs(field), np.abs(wanted)),
         ssim_table=metrics.ssim(np.abs(compose(fields, promised)), np.abs(wanted)),
         promised=promised,
+        played=played,
         field=field,
         target_field=wanted,
     )

@@ -43,6 +43,8 @@ def check_board(board: BoardParts) -> None:
     for section in FEATURES:
         for index, feature in enumerate(getattr(board, section)):
             check_ranges(feature, f"{section}[{index}]")
+    if board.coil and not isinstance(board.coil.motion_acts_back, bool):
+        raise InputError("coil.motion_acts_back", board.coil.motion_acts_back, "true or false")
     _check_supports(board)
     _check_panel(board)
     _check_actuators(board)

@@ -69,7 +69,8 @@ class Coil:
     """One actuator as an electro-mechanical resonator (the paper's section II). SI units.
 
     The moving part is the magnet with its share of the board on the latch; `mechanical_q` leaves
-    out what the coil's resistance damps.
+    out what the coil's resistance damps. `motion_acts_back` is false on a board whose coils are to
+    be plain forces, as in the paper.
     """
 
     resistance: float = quantity("resistance_ohm", 1.0, 0.01, 1e5)
@@ -79,3 +80,4 @@ class Coil:
     resonance_hz: float = quantity("resonance_hz", 1.0, 1.0, 20000.0)
     mechanical_q: float = quantity("mechanical_q", 1.0, 0.5, 1e5)
     rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3)
+    motion_acts_back: bool = True

@@ -128,9 +128,13 @@ class Finger:
     stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1000.0)
 
 
+NO_FINGER = Finger(0.0, 0.0, 0.0)
 FINGERS = {
+    "none": NO_FINGER,
     "light": Finger(1e-3, 1.0, 300.0),
     "usual": Finger(2e-3, 2.0, 600.0),
     "firm": Finger(5e-3, 3.0, 1000.0),
 }
 USUAL = "usual"
+"""Where a board names none. On a board with "none" drives make up for no finger; what the usual one
+changes is said all the same."""

@@ -180,13 +180,12 @@ def transfer_fields(
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
     loads = actuator_loads(board)
-    foundation = board.foundation
-    if mode_loss_factors and foundation:
-        if foundation.total_loss_factor != board.plate.loss_factor:
-            raise InputError(
-                "mode_loss_factors", list(mode_loss_factors),
-                "none, where plate and foundation lose unlike shares: modes have one loss factor",
-            )  # fmt: skip
+    own_loss = board.foundation.total_loss_factor if board.foundation else board.plate.loss_factor
+    if mode_loss_factors and own_loss != board.plate.loss_factor:
+        raise InputError(
+            "mode_loss_factors", list(mode_loss_factors),
+            "none, where plate and foundation lose unlike shares: modes have one loss factor",
+        )  # fmt: skip
     response = model.respond(
         loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
     )
@@ -248,7 +247,31 @@ def target_fields(
     InputError
         A place is not on the board.
     """
-    loads = [_load(board, *check_target(board, target)) for target in targets_mm]
+    radius = board.magnet.radius if board.magnet else 0.0
+    return disc_fields(
+        board, targets_mm, radius, frequency_hz=frequency_hz, tolerance=tolerance, model=model,
+        allow_unmet=allow_unmet,
+    )  # fmt: skip
+
+
+def disc_fields(
+    board: Board,
+    places_mm: Sequence[tuple[float, float]],
+    radius: float,
+    *,
+    frequency_hz: float | None = None,
+    tolerance: float = TOLERANCE,
+    model: PlateModel | None = None,
+    allow_unmet: bool = False,
+) -> Response:
+    """Fields of one newton spread over a disc (m) at each of several places, such as a finger's.
+
+    Raises
+    ------
+    InputError
+        A place is not on the board.
+    """
+    loads = [Load(*check_target(board, place), radius) for place in places_mm]
     model = model or plate_model(board)
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
     response = model.respond(

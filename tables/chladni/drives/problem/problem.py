@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
@@ -16,12 +16,14 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
+from chladni.sim.fields.driven import driven_fields
+from chladni.sim.fields.static import static_fields
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     TransferFields,
+    disc_fields,
     plate_model,
     target_fields,
-    transfer_fields,
 )  # fmt: skip
 from chladni.sim.image import metrics
 from chladni.sim.plate.response import PlateModel
@@ -37,11 +39,15 @@ TOGETHER = 16
 
 @dataclass(frozen=True)
 class SolvedPlate:
-    """A board's plate and its actuators' fields, without the board: kept as long as that is."""
+    """A board's plate and its actuators' fields, without the board: kept as long as that is.
+
+    `static` holds what steady forces do, once that was asked for.
+    """
 
     model: PlateModel
     fields: TransferFields
     mirrors: BoardMirrors
+    static: list[FloatArray | None] = field(default_factory=list)
 
     @cached_property
     def space(self) -> FieldSpace:
@@ -72,12 +78,20 @@ class SolvedBoard:
         """The fields as the search wants them."""
         return self.plate.space
 
+    @property
+    def static(self) -> FloatArray | None:
+        """Deflection per steady newton of each coil, m/N, found once; None on a board not held."""
+        if not self.plate.static:
+            with one_blas_thread():
+                self.plate.static.append(static_fields(self.board, self.model))
+        return self.plate.static[0]
+
     @classmethod
     def of(cls, board: Board) -> SolvedBoard:
         """Solve a board's plate."""
         with one_blas_thread():
             model = plate_model(board)
-            fields = transfer_fields(board, model=model, allow_unmet=True)
+            fields = driven_fields(board, model=model, allow_unmet=True)
             return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 
     @property
@@ -92,18 +106,21 @@ class SolvedBoard:
         drive = replace(self.board.drive, frequency_hz=frequency_hz)
         board = replace(self.board, drive=drive)
         with one_blas_thread():
-            fields = transfer_fields(board, model=self.model, allow_unmet=True)
+            fields = driven_fields(board, model=self.model, allow_unmet=True)
         return SolvedBoard(board, replace(self.plate, fields=fields))
 
     def problems(
-        self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE
-    ) -> Iterator[Problem]:
+        self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE,
+        with_finger: bool = False,
+    ) -> Iterator[Problem]:  # fmt: skip
         """Many targets; their fields are found some at a time, which costs a third of one by one.
 
         Parameters
         ----------
         tolerance
             Relative L² error of the fields.
+        with_finger
+            Find at once what a finger at each target does.
 
         Raises
         ------
@@ -115,8 +132,16 @@ class SolvedBoard:
                 found = target_fields(
                     self.board, group, tolerance=tolerance, model=self.model, allow_unmet=True
                 )
-            for target, wanted in zip(group, found.values, strict=True):
-                yield Problem(self, target, wanted, found.error_estimate)
+                under = self.under_finger(group) if with_finger else [None] * len(group)
+            for target, wanted, answer in zip(group, found.values, under, strict=True):
+                yield Problem(self, target, wanted, found.error_estimate, answer)
+
+    def under_finger(self, targets_mm: Sequence[tuple[float, float]]) -> ComplexArray:
+        """Fields of one newton under a fingertip at each target, (targets, nx, ny), m/N."""
+        radius = metrics.FINGERTIP_RADIUS
+        return disc_fields(
+            self.board, targets_mm, radius, model=self.model, allow_unmet=True
+        ).values
 
     def groups(
         self, targets_mm: Sequence[tuple[float, float]]
@@ -148,12 +173,15 @@ class Problem:
         Field of a unit load there, complex128, shape (nx, ny), m/N.
     wanted_error
         Its estimated relative error.
+    under_finger
+        Field of one newton under a fingertip there, if it was found already.
     """
 
     solved: SolvedBoard
     target_mm: tuple[float, float]
     wanted: ComplexArray
     wanted_error: float = 0.0
+    under_finger: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         if self.wanted.shape != self.transfer.shape[1:]:
@@ -197,6 +225,15 @@ class Problem:
     def contrast(self) -> tuple[float, ComplexArray]:
         """The contrast no drive exceeds, dB, and a drive that has it."""
         return metrics.best_contrast(self.transfer, self.disc)
+
+    @cached_property
+    def pressing(self) -> tuple[ComplexArray, complex]:
+        """What one newton under a fingertip at the target does: its field, its mean there; m/N."""
+        answer = self.under_finger
+        if answer is None:
+            with one_blas_thread():
+                (answer,) = self.solved.under_finger([self.target_mm])
+        return answer, complex(answer[self.disc].mean())
 
     @cached_property
     def at_target(self) -> ComplexArray:

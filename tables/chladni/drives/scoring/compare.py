@@ -18,6 +18,7 @@ from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import Problem, solved_board
+from chladni.drives.scoring.finger import disagreement, remark
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
 from chladni.sim.board.board import Board
@@ -27,7 +28,8 @@ from chladni.sim.fields.transfer import TOLERANCE
 
 NUMBERS = (
     "ssim", "focal_error_mm", "centroid_error_mm", "contrast_db", "contrast_limit_db",
-    "second_finger_db", "louder_fraction", "spot_mm2", "evaluations", "seconds",
+    "second_finger_db", "louder_fraction", "spot_mm2", "finger_um", "full_volts", "sensation_db",
+    "evaluations", "seconds",
 )  # fmt: skip
 """What a row holds beside its place and its method."""
 NULLS = ("silent", "misplaced")
@@ -99,7 +101,9 @@ def compare(
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
-        results = over_targets(solved, targets, work, jobs=jobs, checkpoint=checkpoint)
+        results = over_targets(
+            solved, targets, work, jobs=jobs, checkpoint=checkpoint, with_finger=True
+        )
         for number, (target, result) in enumerate(zip(targets, results, strict=True), 1):
             rows += [Row(*target, **entry) for entry in result["rows"]]
             if progress:
@@ -117,6 +121,11 @@ def summary(rows: Sequence[Row]) -> list[dict[str, Any]]:
             entry[name] = _median([numbers[name] for numbers in own])
         entry["below_limit_db"] = _median([n["contrast_limit_db"] - n["contrast_db"] for n in own])
         entry["ssim_min"] = min(numbers["ssim"] for numbers in own)
+        misled = sum(
+            disagreement(n["ssim"], n["focal_error_mm"], n["second_finger_db"]) is not None
+            for n in own
+        )
+        entry["remark"] = remark(misled, len(own))
         result.append(entry)
     return result
 
@@ -142,9 +151,11 @@ def _score_all(
         # Only annealings take the caller's steps; the others know best how many they need.
         own_steps = steps if method.endswith("anneal") else None
         solution = solve_problem(problem, method, Options(objective, seed, own_steps))
-        card = asdict(score_on(problem, solution.field, nulls))
-        card |= {"evaluations": solution.evaluations, "seconds": solution.seconds}
-        numbers = {name: float(card[name]) for name in NUMBERS}
+        card = asdict(score_on(problem, solution.field, nulls, drive=solution.drive))
+        card |= {"evaluations": solution.evaluations, "seconds": solution.seconds, **card["felt"]}
+        numbers = {
+            name: float("nan") if card[name] is None else float(card[name]) for name in NUMBERS
+        }
         rows.append({"method": method, "objective": objective, "numbers": numbers})
     return {"rows": rows + _null_rows(nulls)}
 

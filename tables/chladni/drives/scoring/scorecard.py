@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.nearest import nearest
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
+from chladni.drives.scoring.finger import Felt, disagreement, felt
 from chladni.drives.solve import Solution
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -41,7 +42,8 @@ class NullModels:
 class Scorecard:
     """How good one field is for one target. Lengths in mm, ratios in dB.
 
-    `movable` says whether any drive of these actuators moves the target at all.
+    `movable` says whether any drive of these actuators moves the target at all, `remark` where SSIM
+    and focus disagree, `felt` what a finger would feel if it is known what drives the field.
     """
 
     ssim: float
@@ -55,27 +57,33 @@ class Scorecard:
     diffraction_spot_mm: float
     movable: bool
     nulls: NullModels
+    remark: str | None
+    felt: Felt | None
 
 
 def score(solution: Solution, board: Board) -> Scorecard:
     """Score a solution on the full image, null models included."""
     return score_field(
-        solved_board(board), solution.field, solution.target_field, solution.target_mm
-    )
+        solved_board(board), solution.field, solution.target_field, solution.target_mm,
+        drive=solution.drive,
+    )  # fmt: skip
 
 
 def score_field(
-    solved: SolvedBoard, field: ComplexArray, wanted: ComplexArray, target_mm: tuple[float, float]
-) -> Scorecard:
+    solved: SolvedBoard, field: ComplexArray, wanted: ComplexArray,
+    target_mm: tuple[float, float], *, drive: ComplexArray | None = None,
+) -> Scorecard:  # fmt: skip
     """Score any field of a board against the field of a unit load at the target.
 
     Parameters
     ----------
     field, wanted
         complex128, shape (nx, ny), any scale.
+    drive
+        What makes the field, shape (actuators,), if it is known.
     """
     problem = Problem(solved, target_mm, wanted)
-    return score_on(problem, field, null_models(problem))
+    return score_on(problem, field, null_models(problem), drive=drive)
 
 
 def null_models(problem: Problem) -> NullModels:
@@ -91,24 +99,31 @@ def null_models(problem: Problem) -> NullModels:
     )
 
 
-def score_on(problem: Problem, field: ComplexArray, nulls: NullModels) -> Scorecard:
+def score_on(
+    problem: Problem, field: ComplexArray, nulls: NullModels, *, drive: ComplexArray | None = None
+) -> Scorecard:
     """Score a field on a problem whose null models are known."""
     board, place, disc = problem.board, problem.place, problem.disc
     x, y = board.x, board.y
     reach = np.abs(problem.at_target).max()
     wavelength = board.plate.wavelength(problem.solved.fields.frequency_hz)
+    ssim = metrics.ssim(np.abs(field), np.abs(problem.wanted))
+    focal_error_mm = metrics.focal_error(field, x, y, place) / MM
+    second_finger_db = metrics.second_finger_db(field, x, y, place)
     return Scorecard(
-        ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
-        focal_error_mm=metrics.focal_error(field, x, y, place) / MM,
+        ssim=ssim,
+        focal_error_mm=focal_error_mm,
         centroid_error_mm=metrics.centroid_error(field, x, y, place) / MM,
         contrast_db=metrics.contrast_db(field, disc),
         contrast_limit_db=problem.contrast[0],
-        second_finger_db=metrics.second_finger_db(field, x, y, place),
+        second_finger_db=second_finger_db,
         louder_fraction=metrics.louder_fraction(field, disc),
         spot_mm2=metrics.spot_area(field, x, y) / MM**2,
         diffraction_spot_mm=DIFFRACTION_SPOT * wavelength / MM,
         movable=bool(reach > STILL * np.abs(problem.transfer).max()),
         nulls=nulls,
+        remark=disagreement(ssim, focal_error_mm, second_finger_db),
+        felt=felt(problem, drive) if drive is not None else None,
     )
 
 

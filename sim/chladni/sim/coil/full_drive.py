@@ -1,0 +1,107 @@
+"""The most that a board's coils can be given: duty, supply and heat, as the firmware keeps them.
+
+A duty is bias + amplitude · sin, the bias being the amplitude and a rest for rounding and for the
+shortest pulse. So a coil draws a mean current even where only its sine is felt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.board.board import Board
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+CLOCK_HZ = 80e6
+"""Of the ESP32's LEDC; 2^bits of it are a carrier period."""
+ROUNDING_STEPS = 2
+"""Duty steps below a wave, and as many above, by which error feedback may round. The firmware
+counts an amplitude a step larger than it is."""
+SPAN_MARGIN_STEPS = 3
+"""What an amplitude of full scale lacks of half the carrier period."""
+
+
+@dataclass(frozen=True)
+class FullDrive:
+    """A drive at the most its loudest coil may be given in a touch without end.
+
+    Attributes
+    ----------
+    duty
+        Amplitude of that coil's duty, 0 to 0.5.
+    limited_by
+        What keeps it there: "duty", "supply" or "heat".
+    volts, amperes
+        Peak of that coil's sine, bias aside.
+    newtons
+        Peak of its force if it were held still.
+    bias
+        Mean duty of every coil, shape (actuators,).
+    bias_newtons
+        Steady force of every coil, shape (actuators,), N.
+    """
+
+    duty: float
+    limited_by: str
+    volts: float
+    amperes: float
+    newtons: float
+    bias: FloatArray
+    bias_newtons: FloatArray
+
+
+def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDrive | None:
+    """The most of a drive that continuous touch allows.
+
+    None where the board file has no coil, or the drive is silent.
+
+    Parameters
+    ----------
+    drive
+        complex128, shape (actuators,), any scale.
+    """
+    coil, own = board.coil, board.electronics
+    sizes = np.abs(drive)
+    if coil is None or not sizes.max() > 0.0:
+        return None
+    shares = sizes / sizes.max()
+    steps = 2**own.pwm_bits
+    rest = (ROUNDING_STEPS + np.ceil(own.min_on_ns * 1e-9 * CLOCK_HZ)) / steps
+    plays = shares > 0.0
+    full_current = own.supply_v / own.coil_ohm
+    limits = {
+        "duty": min(
+            0.5 - SPAN_MARGIN_STEPS / steps,
+            (own.max_duty - rest - ROUNDING_STEPS / steps) / 2.0 - 1.0 / steps,
+        ),
+        "supply": (own.supply_limit_ma * 1e-3 / full_current - rest * plays.sum()) / shares.sum(),
+        "heat": _by_heat(own.coil_limit_k / own.coil_k_per_w, own.supply_v**2 / own.coil_ohm, rest),
+    }
+    limited_by = min(limits, key=lambda name: limits[name])
+    duty = max(0.0, float(limits[limited_by]))
+    volts = duty * own.supply_v
+    omega = 2.0 * np.pi * frequency_hz
+    amperes = volts / abs(coil.resistance + 1j * omega * coil.inductance)
+    bias = np.where(plays, duty * shares + rest, 0.0) if duty > 0.0 else np.zeros(shares.shape)
+    steady = coil.force_factor * own.supply_v / coil.resistance
+    return FullDrive(
+        duty=duty,
+        limited_by=limited_by,
+        volts=volts,
+        amperes=float(amperes),
+        newtons=float(coil.force_factor * amperes),
+        bias=bias,
+        bias_newtons=steady * bias,
+    )
+
+
+def _by_heat(watts: float, full_watts: float, rest: float) -> float:
+    """The amplitude a of which the mean square (a + r)² + a²/2 of the duty heats no more."""
+    # 1.5 a² + 2 r a + r² = share
+    share = watts / full_watts
+    inner = rest**2 - 1.5 * (rest**2 - share)
+    return float((np.sqrt(inner) - rest) / 1.5) if inner > rest**2 else 0.0

@@ -1,0 +1,40 @@
+"""A problem as it is while the finger presses at its target: its own finger loads every field."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.problem.problem import Problem, SolvedBoard, SolvedPlate
+from chladni.sim.board.foundation import FINGERS, NO_FINGER, USUAL, Finger
+from chladni.sim.image.finger import dynamic_stiffness, pressed
+
+ComplexArray = NDArray[np.complex128]
+
+
+def finger_of(problem: Problem) -> Finger:
+    """The finger of the board file; the usual one where it has none."""
+    own = problem.board.finger
+    return FINGERS[USUAL] if own is None or own == NO_FINGER else own
+
+
+def with_finger(problem: Problem, fields: ComplexArray) -> ComplexArray:
+    """Fields (…, nx, ny) of the board as they are while the finger presses at the target."""
+    answer, own = problem.pressing
+    stiffness = dynamic_stiffness(finger_of(problem), problem.solved.fields.frequency_hz)
+    means = fields[..., problem.disc].mean(axis=-1)
+    return pressed(fields, means, answer, own, stiffness)
+
+
+def pressed_problem(problem: Problem) -> Problem:
+    """The same target with the finger on it, for drives that make up for what it changes.
+
+    What is wanted stays the field of a unit load on the board without a finger.
+    """
+    plate = problem.solved.plate
+    fields = replace(plate.fields, values=with_finger(problem, problem.transfer))
+    own = SolvedPlate(plate.model, fields, plate.mirrors, plate.static)
+    return Problem(SolvedBoard(problem.board, own), problem.target_mm, problem.wanted,
+                   problem.wanted_error)  # fmt: skip

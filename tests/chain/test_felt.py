@@ -1,0 +1,168 @@
+"""Micrometres, volts and the finger's load, from a board file to the pins and back."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.drives.methods.base import Options
+from chladni.drives.problem.pressing import pressed_problem
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.finger import disagreement, felt
+from chladni.drives.solve import solve, solve_problem
+from chladni.host.emulation.closed_loop import run_loop
+from chladni.host.emulation.emulator import TouchEvent
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import FINGERS
+from chladni.sim.board.parts import Image, Regions
+from chladni.sim.coil.full_drive import full_drive
+from chladni.tables import build_table
+from chladni.tables.build import board_drives
+from chladni.tables.report import TableReport
+from chladni.tables.stored_regions import stored_regions
+from chladni.tables.table import Table
+from conftest import CommandLine
+
+NO_COIL = Path(__file__).parent / "no-coil.toml"
+FELT = {
+    "finger_um", "um_per_newton", "full_volts", "full_amperes", "limited_by", "sensation_db",
+    "static_um", "finger_load",
+}  # fmt: skip
+
+
+def test_the_pins_swing_as_far_as_the_full_drive_says(
+    coarse_board: Board, coarse_table: tuple[Table, TableReport]
+) -> None:
+    """The firmware at level 1: amplitude and mean of every duty on the emulated pins."""
+    recording, report = run_loop(
+        coarse_table[0], coarse_board, [TouchEvent(20.0, (10.0, 25.0))], 220.0, level=1.0
+    )
+    full = full_drive(coarse_board, report.promised, 160.0)
+    assert full is not None
+    settled = recording.duty[recording.t_s > 0.1]
+    waves = int(160.0 * len(settled) / recording.carrier_hz)
+    settled = settled[: round(waves * recording.carrier_hz / 160.0)]
+    wave = np.exp(-2j * np.pi * 160.0 * np.arange(len(settled)) / recording.carrier_hz)
+    amplitude = 2.0 * np.abs(settled.T @ wave) / len(settled)
+    shares = np.abs(report.promised) / np.abs(report.promised).max()
+    # The firmware rounds its level down by up to half a step of 1024, and a bias up by one.
+    assert amplitude == pytest.approx(full.duty * shares, abs=5e-4)
+    assert settled.mean(axis=0) == pytest.approx(full.bias, abs=1.5e-3)
+
+
+def test_solve_speaks_of_micrometres_and_volts(chladni: CommandLine) -> None:
+    answer = chladni("solve", "prototype", "--target", "10,25", "--json")
+    assert answer.code == 0
+    assert answer.json.keys() >= FELT
+    # 11.5 µm/N at the published 0.133 N less rounding.
+    assert answer.json["finger_um"] == pytest.approx(1.53, abs=0.05)
+    assert answer.json["full_volts"] == pytest.approx(2.5, rel=0.02)
+    assert answer.json["sensation_db"] == pytest.approx(20.0 * np.log10(1.53 / 0.36), abs=0.3)
+    load = answer.json["finger_load"]
+    # A millimetre of FR4: at most 0.7 dB.
+    assert 0.0 < load["level_db"] < 0.7
+    assert {"level_db", "ssim", "second_finger_db"} == load.keys()
+
+
+def test_a_board_without_a_coil_is_told_per_newton(chladni: CommandLine) -> None:
+    answer = chladni("solve", NO_COIL, "--target", "10,25", "--json")
+    assert answer.code == 0
+    assert answer.json["finger_um"] is None
+    assert answer.json["full_volts"] is None
+    assert answer.json["um_per_newton"] > 0.0
+    assert "per newton" in answer.err
+
+
+def test_a_finger_on_a_screw_is_told_that_nothing_moves(chladni: CommandLine) -> None:
+    answer = chladni("solve", "prototype", "--target", "25.75,0", "--json")
+    assert answer.code == 0
+    assert not answer.json["movable"]
+    assert "no drive of these actuators moves" in answer.err
+    # The fingertip is wider than the screw, so that it feels the plate around it.
+    assert 0.0 <= answer.json["finger_um"] < 0.05
+
+
+def test_a_good_image_without_a_focus_is_said(chladni: CommandLine) -> None:
+    """On `prototype` at (20, 30): SSIM 0.97, the maximum 16 mm from the finger."""
+    answer = chladni("solve", "prototype", "--target", "20,30", "--json")
+    assert answer.json["ssim"] > 0.9
+    assert answer.json["focal_error_mm"] > 12.0
+    assert "this is no focus" in answer.json["remark"]
+    assert answer.json["remark"] in answer.err
+    assert disagreement(0.95, 11.0, -3.0) is None
+    assert disagreement(0.89, 30.0, -3.0) is None
+    assert "3.0 dB more" in (disagreement(0.95, 13.0, -3.0) or "")
+
+
+def test_tables_comparisons_and_touches_speak_of_them_too(
+    chladni: CommandLine, table_file: Path, tmp_path: Path
+) -> None:
+    shown = chladni("table", "show", table_file, "--at", "10,25", "--json")
+    assert shown.json.keys() >= FELT
+    recording = tmp_path / "r.npz"
+    played = chladni(
+        "emulate", table_file, "--touch", "10,25@20", "--ms", "120", "-o", recording, "--json"
+    )
+    assert played.json.keys() >= FELT
+    assert played.json["finger_um"] == pytest.approx(shown.json["finger_um"], rel=2e-3)
+    compared = chladni(
+        "compare", "prototype", "--pitch", "60", "--methods", "phasor,nearest", "--json"
+    )
+    for entry in compared.json["methods"]:
+        assert {"finger_um", "full_volts", "sensation_db", "remark"} <= entry.keys()
+
+
+def thin(prototype: Board, thickness: float) -> Board:
+    return dataclasses.replace(
+        prototype,
+        plate=dataclasses.replace(prototype.plate, thickness=thickness),
+        regions=Regions(pitch=24e-3),
+        image=Image((91, 185)),
+    )
+
+
+def test_a_table_makes_up_for_the_finger_where_it_matters(
+    prototype: Board, coarse_table: tuple[Table, TableReport]
+) -> None:
+    """On 0.4 mm pressing takes 0.5 dB or more of second finger; on 1 mm it does not."""
+    assert not coarse_table[1].fingers.compensated
+    assert coarse_table[1].fingers.finger_load["level_db"].p90 < 0.7
+    _, report = build_table(thin(prototype, 0.35e-3), allow_unmet=True)
+    assert report.fingers.compensated
+    assert report.fingers.ssim_pressed.median > 0.9
+
+
+def test_drives_for_a_pressing_finger_are_better_with_it(prototype: Board) -> None:
+    board = dataclasses.replace(thin(prototype, 0.4e-3), finger=FINGERS["firm"])
+    gained = []
+    for target in ((10.0, 25.0), (0.0, -30.0), (-12.0, 50.0)):
+        problem = solved_board(board).problem(target)
+        pressed = pressed_problem(problem)
+        plain = solve_problem(problem, "phasor", Options("ssim", 1, None))
+        aware = solve_problem(pressed, "phasor", Options("ssim", 1, None))
+        with_plain = felt(problem, plain.drive).finger_load.ssim + plain.ssim
+        assert aware.ssim > with_plain - 1e-4
+        gained.append(aware.ssim - with_plain)
+    assert max(gained) > 0.002
+
+
+def test_pressed_tables_store_other_drives(prototype: Board) -> None:
+    board = dataclasses.replace(thin(prototype, 0.4e-3), finger=FINGERS["firm"])
+    solved, regions = solved_board(board), stored_regions(board)
+    plain, pressed = (
+        board_drives(solved, regions, (160.0,), Options("ssim", 1, None), pressed=is_pressed)[0]
+        for is_pressed in (False, True)
+    )
+    assert np.abs(plain.synchronised.drives - pressed.synchronised.drives).max() > 0.01
+
+
+def test_solving_again_finds_the_same_numbers(prototype: Board) -> None:
+    """A second target on a kept board: what is static was found once, and stays."""
+    first = solve(prototype, (10.0, 25.0))
+    problem = solved_board(prototype).problem((10.0, 25.0))
+    one, other = felt(problem, first.drive), felt(problem, 3.7j * first.drive)
+    assert one.finger_um == pytest.approx(other.finger_um)
+    assert one.static_um == pytest.approx(other.static_um)

@@ -1,0 +1,20 @@
+"""What several tests ask of a scorecard."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from chladni.drives.scoring.scorecard import Scorecard
+
+
+def all_finite(card: Scorecard) -> bool:
+    """Whether no number of a scorecard is NaN or infinite."""
+    numbers = dataclasses.asdict(card)
+    numbers.pop("remark")
+    felt = numbers.pop("felt") or {}
+    # None says that there is no such number.
+    known = [value for value in felt.values() if isinstance(value, float)]
+    known += [*felt.get("finger_load", {}).values(), *numbers.pop("nulls").values()]
+    return bool(np.all(np.isfinite([*known, *numbers.values()])))
