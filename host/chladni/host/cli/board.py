@@ -1,15 +1,28 @@
-"""Commands about a board as such: `board show`."""
+"""Commands about a board as such: `board show` and `board sensitivity`."""
 
 from __future__ import annotations
 
 import sys
+import time
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import typer
 
-from chladni.host.cli.options import BoardArgument, JsonOption, LargeOption
-from chladni.host.cli.output import answer
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.sensitivity import PLACES, sensitivity
+from chladni.host.cli.options import (
+    BoardArgument,
+    FigureOption,
+    JsonOption,
+    LargeOption,
+    SeedOption,
+    check_figure,
+)  # fmt: skip
+from chladni.host.cli.output import answer, progress_bar
+from chladni.host.figures.boards import sensitivity_figure
+from chladni.host.figures.fields import save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -40,6 +53,31 @@ def board_show(
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
+
+
+@board_app.command("sensitivity")
+def board_sensitivity(
+    board: BoardArgument,
+    figure: FigureOption = None,
+    seed: SeedOption = SEED,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """What each part of a board does to the focus within its tolerance, the largest first."""
+    check_figure(figure)
+    loaded = load_board(board)
+    started = time.perf_counter()
+    with progress_bar("boards") as progress:
+        influences = sensitivity(loaded, seed=seed, progress=progress)
+    if figure is not None:
+        save(sensitivity_figure(loaded.name, influences), figure)
+    result = {
+        "name": loaded.name,
+        "places": PLACES,
+        "parameters": [asdict(one) for one in influences],
+        "seconds": time.perf_counter() - started,
+    }
+    answer(result, as_json=as_json, title=f"{loaded.name}: parts within their tolerances")
 
 
 def foundation_report(board: Board) -> dict[str, Any]:

@@ -1,0 +1,224 @@
+"""What parts that are not as drawn do to a board's focus, drive and place unchanged.
+
+Drives are found for the board as it is drawn. Each parameter then goes to both ends of its
+tolerance, alone, and the same drives are scored on that board against the images first wanted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.batch import over_targets
+from chladni.drives.methods import SEED, Options, Progress
+from chladni.drives.methods.phasor import phasor
+from chladni.drives.problem.places import region_grid
+from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
+from chladni.drives.problem.threads import in_threads, one_blas_thread
+from chladni.sim.board.board import Board
+from chladni.sim.fields.driven import driven_fields
+from chladni.sim.image import metrics
+
+ComplexArray = NDArray[np.complex128]
+
+PLACES = 16
+"""Regions that are looked at, drawn with a fixed seed."""
+DRAWS = 3
+"""Boards whose coils are all off their places at once, and drives whose forces are."""
+THICKNESS, MODULUS, LOSS, MAGNET, FOAM, FORCE = 0.10, 0.10, 0.5, 0.05, 0.20, 0.05
+"""± shares. Printed boards come within 10 % of their thickness (usual of shops; IPC-4101 allows
+0.10 mm on 1.0), FR4's modulus varies by 10 % about a sheet's own value and from 15 to 24 GPa
+between sheets; the loss is known to a factor of two, magnets' mass by their sizes, foam by its
+compression, force by the magnet's Br (1.5 %) and the gap."""
+COIL_PLACE = 0.5e-3
+"""± m, along both axes, of a magnet glued by hand."""
+SOFT_SCREW, SOFT_SCREW_TILT = 2e6, 0.8
+"""N/m and N·m/rad of a nylon stand-off M2.5 of 6 mm: EA/l and EI/l at 2.5 GPa."""
+
+
+@dataclass(frozen=True)
+class Influence:
+    """What one parameter does within its tolerance, at the worse of its ends.
+
+    Attributes
+    ----------
+    name, tolerance
+        Of the parameter, in words.
+    level_db
+        Change of the mean under the finger, |dB|, that 90 % of places stay below.
+    ssim, second_finger_db
+        Change that only 10 % of places fall below: negative is worse.
+    """
+
+    name: str
+    tolerance: str
+    level_db: float
+    ssim: float
+    second_finger_db: float
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """A board or a drive as it may come out: one of its parameters off."""
+
+    name: str
+    tolerance: str
+    board: Board
+    gains: ComplexArray | None = None
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Of one drive at one place."""
+
+    level: float
+    ssim: float
+    second_finger_db: float
+
+
+def sensitivity(
+    board: Board, *, seed: int = SEED, progress: Progress | None = None
+) -> list[Influence]:
+    """What each parameter of a board does, the largest change of level first."""
+    solved = solved_board(board)
+    grid = region_grid(board)
+    chosen = np.random.default_rng(seed).permutation(grid.count)[:PLACES]
+    targets = [grid.centre_mm(int(region)) for region in chosen]
+    found = list(over_targets(solved, targets, lambda problem: _best(problem, seed)))
+    cases = [(one["problem"], one["drive"]) for one in found]
+    plain = _score_all(cases, solved.fields.values)
+    changes: dict[tuple[str, str], list[list[_Numbers]]] = {}
+    variants = list(_variants(board, np.random.default_rng(seed)))
+    for number, variant in enumerate(variants, 1):
+        values = _fields_of(solved, variant)
+        changes.setdefault((variant.name, variant.tolerance), []).append(_score_all(cases, values))
+        if progress:
+            progress(number, len(variants))
+    result = [
+        _influence(name, tolerance, plain, ends) for (name, tolerance), ends in changes.items()
+    ]
+    return sorted(result, key=lambda one: -one.level_db)
+
+
+def _best(problem: Problem, seed: int) -> dict[str, Any]:
+    return {"problem": problem, "drive": phasor(problem, Options("ssim", seed)).drive}
+
+
+def _fields_of(solved: SolvedBoard, variant: _Variant) -> ComplexArray:
+    """A variant's fields, per drive as it was meant."""
+    if variant.gains is not None:
+        return np.asarray(variant.gains[:, None, None] * solved.fields.values)
+    with one_blas_thread():
+        return driven_fields(variant.board, allow_unmet=True).values
+
+
+def _score_all(
+    cases: Sequence[tuple[Problem, ComplexArray]], values: ComplexArray
+) -> list[_Numbers]:
+    def one(case: tuple[Problem, ComplexArray]) -> _Numbers:
+        problem, drive = case
+        field, board = np.tensordot(drive, values, axes=1), problem.board
+        return _Numbers(
+            level=float(abs(field[problem.disc].mean())),
+            ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
+            second_finger_db=metrics.second_finger_db(field, board.x, board.y, problem.place),
+        )
+
+    return list(in_threads(one, cases, ahead=len(cases)))
+
+
+def _influence(
+    name: str, tolerance: str, plain: Sequence[_Numbers], ends: Sequence[Sequence[_Numbers]]
+) -> Influence:
+    def changes(of: Callable[[_Numbers, _Numbers], float]) -> list[NDArray[np.float64]]:
+        return [
+            np.array([of(before, after) for before, after in zip(plain, end, strict=True)])
+            for end in ends
+        ]
+
+    levels = changes(lambda b, a: 20.0 * np.log10(max(a.level, 1e-300) / max(b.level, 1e-300)))
+    ssims = changes(lambda b, a: a.ssim - b.ssim)
+    second = changes(lambda b, a: a.second_finger_db - b.second_finger_db)
+    return Influence(
+        name=name,
+        tolerance=tolerance,
+        level_db=float(max(np.percentile(np.abs(end), 90.0) for end in levels)),
+        ssim=float(min(np.percentile(end, 10.0) for end in ssims)),
+        second_finger_db=float(min(np.percentile(end, 10.0) for end in second)),
+    )
+
+
+def _variants(board: Board, rng: np.random.Generator) -> Iterator[_Variant]:
+    """Every board that is looked at; both ends of a parameter share its name."""
+    plate = board.plate
+
+    def ends(share: float) -> tuple[float, float]:
+        return 1.0 - share, 1.0 + share
+
+    for factor in ends(THICKNESS):
+        own = replace(plate, thickness=factor * plate.thickness)
+        yield _Variant("thickness", _percent(THICKNESS), replace(board, plate=own))
+    for factor in ends(MODULUS):
+        own = replace(plate, youngs_modulus=factor * plate.youngs_modulus)
+        yield _Variant("Young's modulus", _percent(MODULUS), replace(board, plate=own))
+    if plate.loss_factor > 0.0:
+        for factor in ends(LOSS):
+            own = replace(plate, loss_factor=factor * plate.loss_factor)
+            yield _Variant("loss factor", _percent(LOSS), replace(board, plate=own))
+    yield from _support_variants(board)
+    if board.magnet:
+        for factor in ends(MAGNET):
+            magnet = replace(board.magnet, density=factor * board.magnet.density)
+            yield _Variant("magnets' mass", _percent(MAGNET), replace(board, magnet=magnet))
+        if board.magnet.stiffness_ratio > 1.0:
+            magnet = replace(board.magnet, stiffness_ratio=1.0)
+            yield _Variant("magnets' glue", "rigid to soft", replace(board, magnet=magnet))
+    for _ in range(DRAWS):
+        moved = _moved(board, rng)
+        if moved is not None:
+            yield _Variant("coils' places", f"±{COIL_PLACE * 1e3:g} mm", moved)
+    for _ in range(DRAWS):
+        gains = 1.0 + FORCE * rng.uniform(-1.0, 1.0, len(board.actuators))
+        yield _Variant("coils' forces", _percent(FORCE), board, gains.astype(np.complex128))
+
+
+def _support_variants(board: Board) -> Iterator[_Variant]:
+    """Screws on soft stand-offs, and foam of another stiffness."""
+    if any(screw.support != "sprung" for screw in board.screws):
+        soft = tuple(
+            screw if screw.support == "sprung" else replace(
+                screw, support="sprung", stiffness=SOFT_SCREW,
+                rotational_stiffness=SOFT_SCREW_TILT if screw.support == "clamped" else 0.0,
+            )
+            for screw in board.screws
+        )  # fmt: skip
+        yield _Variant("screws", "rigid to nylon", replace(board, screws=soft))
+    foundation = board.foundation
+    if foundation is None:
+        return
+    for factor in (1.0 - FOAM, 1.0 + FOAM):
+        if foundation.material:
+            own = replace(foundation, thickness=foundation.thickness / factor)
+        else:
+            own = replace(foundation, stiffness=factor * foundation.stiffness)
+        yield _Variant("foam's stiffness", _percent(FOAM), replace(board, foundation=own))
+
+
+def _moved(board: Board, rng: np.random.Generator) -> Board | None:
+    """All coils off their places, as far as they stay on the board."""
+    margin = board.magnet.radius * 1.01 if board.magnet else 0.0
+    half = np.array(board.plate.size) / 2.0 - margin
+    actuators = []
+    for actuator in board.actuators:
+        at = np.array(actuator.at) + COIL_PLACE * rng.uniform(-1.0, 1.0, 2)
+        x, y = np.clip(at, -half, half).tolist()
+        actuators.append(replace(actuator, at=(x, y)))
+    return replace(board, actuators=tuple(actuators))
+
+
+def _percent(share: float) -> str:
+    return f"±{100.0 * share:g} %"

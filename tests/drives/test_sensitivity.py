@@ -1,0 +1,67 @@
+"""What tolerances do: against closed forms where stiffness alone decides."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.drives.scoring.sensitivity import FORCE, MODULUS, THICKNESS, sensitivity
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import Foundation
+from chladni.sim.board.parts import Image
+from conftest import CommandLine
+
+
+def test_far_below_its_modes_a_board_is_as_soft_as_its_bending_stiffness(prototype: Board) -> None:
+    """At 5 Hz fields go as 1/D = 1/(E h³): images stay, and loss and magnets' mass do nothing."""
+    drive = dataclasses.replace(prototype.drive, frequency_hz=5.0)
+    board = dataclasses.replace(prototype, drive=drive, image=Image((61, 123)))
+    found = {one.name: one for one in sensitivity(board)}
+    # (5/560)² of inertia is left, 8e-5 or 0.001 dB.
+    assert found["thickness"].level_db == pytest.approx(-60.0 * np.log10(1.0 - THICKNESS), abs=0.01)
+    modulus = found["Young's modulus"].level_db
+    assert modulus == pytest.approx(-20.0 * np.log10(1.0 - MODULUS), abs=0.01)
+    for name in ("thickness", "Young's modulus", "loss factor", "magnets' mass"):
+        assert abs(found[name].ssim) < 1e-3
+    for name in ("loss factor", "magnets' mass"):
+        assert found[name].level_db < 0.01
+    assert found["coils' forces"].level_db > 0.0
+    assert found["screws"].level_db > found["thickness"].level_db
+
+
+def test_foam_that_carries_a_board_decides_its_level(prototype: Board) -> None:
+    """A plate that is stiff beside its foam goes down as a whole: as 1/k."""
+    stiff = dataclasses.replace(prototype.plate, youngs_modulus=1e12)
+    drive = dataclasses.replace(prototype.drive, frequency_hz=2.0)
+    board = dataclasses.replace(
+        prototype, plate=stiff, screws=(), drive=drive, image=Image((31, 61)),
+        foundation=Foundation(1e5),
+    )  # fmt: skip
+    found = {one.name: one for one in sensitivity(board)}
+    assert found["foam's stiffness"].level_db == pytest.approx(-20.0 * np.log10(0.8), abs=0.1)
+    assert found["thickness"].level_db < 0.2
+    assert "screws" not in found
+
+
+def test_forces_change_no_more_than_their_own_share(prototype: Board) -> None:
+    """All coils off by at most 5 %: the sum of what pushes the same way by no more than that."""
+    board = dataclasses.replace(prototype, image=Image((61, 123)))
+    (forces,) = [one for one in sensitivity(board) if one.name == "coils' forces"]
+    # Coils against each other would add up to more; here one coil does most of each place.
+    assert forces.level_db < 2.0 * 20.0 * np.log10(1.0 + FORCE)
+
+
+def test_the_command_sorts_and_draws(chladni: CommandLine, tmp_path: Path) -> None:
+    figure = tmp_path / "s.png"
+    answer = chladni("board", "sensitivity", "paper", "--figure", figure, "--json")
+    assert answer.code == 0
+    rows = answer.json["parameters"]
+    assert {"name", "tolerance", "level_db", "ssim", "second_finger_db"} == rows[0].keys()
+    levels = [row["level_db"] for row in rows]
+    assert levels == sorted(levels, reverse=True)
+    assert figure.stat().st_size > 10_000
+    refused = chladni("board", "sensitivity", "paper", "--figure", tmp_path / "s.txt")
+    assert refused.code == 2
