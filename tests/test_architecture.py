@@ -47,13 +47,11 @@ def test_generated_headers_are_up_to_date() -> None:
 
 
 def test_emulator_and_platformio_build_the_same_core() -> None:
-    """Both take every .cpp of core/ by pattern, so neither can leave one out."""
+    """Both take every .cpp of core/ by pattern; the chip's list is checked by running it."""
     cmake = (ROOT / "firmware/esp32/emulator/CMakeLists.txt").read_text(encoding="utf-8")
     ini = (ROOT / "platformio.ini").read_text(encoding="utf-8")
-    component = (CORE / "CMakeLists.txt").read_text(encoding="utf-8")
     assert 'file(GLOB_RECURSE CORE CONFIGURE_DEPENDS "${FIRMWARE}/core/*.cpp")' in cmake
     assert "+<../core/>" in ini
-    assert '"${CMAKE_CURRENT_LIST_DIR}/*.cpp"' in component
 
 
 def test_every_board_number_lives_in_board_files() -> None:
