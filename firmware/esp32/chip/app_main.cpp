@@ -49,6 +49,7 @@ Hal make_hal() {
   Hal hal{};
   hal.now_us = [](void*) { return static_cast<uint32_t>(esp_timer_get_time()); };
   hal.set_duties = set_duties;
+  hal.cut_outputs = [](void*) { chip::cut_outputs(); };
   hal.i2c = [](void*, uint8_t address, const uint8_t* written, uint32_t write_count, uint8_t* read,
                uint32_t read_count) {
     return chip::panel_bus_transfer(address, written, write_count, read, read_count);

@@ -41,6 +41,10 @@ struct Hal {
   // the next carrier period. Called at most once per carrier period, from the sample interrupt.
   void (*set_duties)(void* context, const uint32_t* duties);
 
+  // Take the gates from the PWM and hold them low, until the next start. From the main loop, when
+  // the interrupt is no longer heard of.
+  void (*cut_outputs)(void* context);
+
   // One transfer on the panel's I2C bus: write, then, if `read_count` is not 0, read.
   BusStatus (*i2c)(void* context, uint8_t address, const uint8_t* written, uint32_t write_count,
                    uint8_t* read, uint32_t read_count);

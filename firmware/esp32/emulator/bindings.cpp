@@ -281,6 +281,8 @@ void bind_flash(nb::class_<Emulator>& emulator) {
 void bind_faults(nb::class_<Emulator>& emulator) {
   emulator.def("hang_main_loop", &Emulator::set_main_loop_hung, nb::arg("hung"))
       .def("delay_next_sample", &Emulator::delay_next_sample, nb::arg("microseconds"))
+      .def("kill_interrupt", &Emulator::set_interrupt_dead, nb::arg("dead"))
+      .def("repeat_next_sample", &Emulator::repeat_next_sample)
       .def(
           "restart",
           [](Emulator& self, const std::string& cause) { self.restart(reset_cause(cause)); },

@@ -11,6 +11,7 @@ constexpr uint32_t kConfigSectors = 2, kNetworkSectors = 1;
 constexpr uint32_t kLoopback = 0x0100007F;  // 127.0.0.1
 constexpr size_t kReceiveBytes = 4096;      // as chip/console.cpp
 constexpr uint64_t kRunSlackUs = 100;       // more than a carrier period
+constexpr uint32_t kCyclesPerStep = 3;      // 240 MHz by 80
 
 }  // namespace
 
@@ -65,6 +66,9 @@ void Emulator::boot(ResetCause cause) {
   sample_due_ = (period_ + kCarrierPeriodsPerSample - 1) / kCarrierPeriodsPerSample *
                 kCarrierPeriodsPerSample;
   sample_at_ = sample_due_ + in_periods(hardware_.interrupt_us);
+  const uint32_t cycles_per_period = kCyclesPerStep << pwm_.bits();
+  sample_clock_.start(cycles_per_period * kCarrierPeriodsPerSample,
+                      static_cast<uint32_t>(sample_due_) * cycles_per_period);
   next_turn_us_ = now_us();
   next_scan_us_ = now_us() + panel_.period_us(false);
   device_.command("info");  // as chip/app_main.cpp greets
@@ -105,11 +109,20 @@ void Emulator::advance(double microseconds) {
   for (uint64_t k = 0; k < periods && fault_.empty(); ++k) advance_period();
 }
 
+// As chip/sample_timer.cpp, whose cycle counter runs three times as fast as the LEDC.
+void Emulator::interrupt() {
+  const auto now = static_cast<uint32_t>((period_ << pwm_.bits()) * kCyclesPerStep);
+  uint32_t missed = 0;
+  if (sample_clock_.tick(now, missed)) device_.sample(missed);
+}
+
 void Emulator::sample_if_due() {
-  if (period_ < sample_at_) return;
+  if (is_interrupt_dead_ || period_ < sample_at_) return;
   // Interrupts that came due meanwhile are one.
   const uint64_t late = (period_ - sample_due_) / kCarrierPeriodsPerSample;
-  device_.sample(static_cast<uint32_t>(late));
+  interrupt();
+  if (must_repeat_) interrupt();
+  must_repeat_ = false;
   sample_due_ += (late + 1U) * kCarrierPeriodsPerSample;
   const double delay = hardware_.interrupt_us + hardware_.jitter_us * random() + extra_delay_us_;
   extra_delay_us_ = 0.0;

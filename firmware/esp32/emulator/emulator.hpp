@@ -14,6 +14,7 @@
 
 #include "core/link/link.hpp"
 #include "core/link/udp.hpp"
+#include "core/synthesis/sample_clock.hpp"
 #include "emulator/flash.hpp"
 #include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"
@@ -71,6 +72,10 @@ class Emulator {
   void set_main_loop_hung(bool is_hung);
   // The next sample interrupt comes so late.
   void delay_next_sample(double microseconds) { extra_delay_us_ = microseconds; }
+  // The sample interrupt comes no more, or again.
+  void set_interrupt_dead(bool is_dead) { is_interrupt_dead_ = is_dead; }
+  // The next sample interrupt fires twice.
+  void repeat_next_sample() { must_repeat_ = true; }
   void command(const std::string& line);
   // Bits per second of the link's wire, both ends of it.
   double baud() const { return hardware_.baud > 0.0 ? hardware_.baud : device_.config().link_baud; }
@@ -115,6 +120,7 @@ class Emulator {
   static void add_host(Hal& hal);
   void advance_period();
   void advance(double microseconds);
+  void interrupt();
   void sample_if_due();
   void scan_if_due();
   void move_fingers();
@@ -144,6 +150,9 @@ class Emulator {
   uint64_t begun_period_ = 0;
   uint64_t begun_ns_ = 0;
   uint64_t sample_due_ = 0;  // carrier periods
+  SampleClock sample_clock_;
+  bool is_interrupt_dead_ = false;
+  bool must_repeat_ = false;
   uint64_t sample_at_ = 0;
   double extra_delay_us_ = 0.0;
   uint64_t run_until_us_ = 0;

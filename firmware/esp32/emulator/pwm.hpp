@@ -36,6 +36,7 @@ class Pwm {
 
   // One carrier period begins: latch, and record what the pins will do.
   void begin_period() {
+    if (is_cut_) next_.fill(0);
     latched_ = next_;
     record_.insert(record_.end(), latched_.begin(), latched_.begin() + channels_);
   }
@@ -51,7 +52,13 @@ class Pwm {
   void reset() {
     next_.fill(0);
     written_ = kNever;
+    is_cut_ = false;
   }
+
+  // Gates are taken from the timer and held low, whatever is written, until a reset. They go low
+  // at once on the chip, and here with the next carrier period.
+  void cut() { is_cut_ = true; }
+  bool is_cut() const { return is_cut_; }
 
   uint32_t channels() const { return channels_; }
   uint32_t bits() const { return bits_; }
@@ -62,6 +69,7 @@ class Pwm {
   std::array<uint32_t, kMaxChannels> next_{};
   std::array<uint32_t, kMaxChannels> latched_{};
   uint64_t written_ = kNever;
+  bool is_cut_ = false;
   std::vector<uint16_t> record_;
 };
 

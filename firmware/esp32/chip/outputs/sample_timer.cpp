@@ -1,6 +1,7 @@
 #include "outputs/sample_timer.hpp"
 
 #include "board.hpp"
+#include "core/synthesis/sample_clock.hpp"
 #include "driver/gptimer.h"
 #include "esp_attr.h"
 #include "esp_cpu.h"
@@ -15,19 +16,14 @@ constexpr uint32_t kCyclesPerTick = kCpuHz / kTimerHz;
 constexpr int kTries = 8;
 
 // Of the interrupt alone.
-DRAM_ATTR uint32_t cycles_per_sample = 0;
-DRAM_ATTR uint32_t last_cycle = 0;
+DRAM_ATTR SampleClock sample_clock;
 
 bool IRAM_ATTR on_alarm(gptimer_handle_t, const gptimer_alarm_event_data_t*, void* context) {
   // Alarms that came while this one was held up are lost; the cycle counter still knows them.
-  const uint32_t now = esp_cpu_get_cycle_count();
-  const uint32_t passed = now - last_cycle;
-  last_cycle = now;
   uint32_t missed = 0;
-  for (uint32_t k = passed; k > cycles_per_sample + cycles_per_sample / 2; k -= cycles_per_sample) {
-    ++missed;
+  if (sample_clock.tick(esp_cpu_get_cycle_count(), missed)) {
+    static_cast<Device*>(context)->sample(missed);
   }
-  static_cast<Device*>(context)->sample(missed);
   return false;  // no task was woken
 }
 
@@ -72,8 +68,8 @@ esp_err_t sample_timer_start(Device& device) {
   alarm.alarm_count = carrier_steps / 2U * kCarrierPeriodsPerSample;
   alarm.reload_count = 0;
   alarm.flags.auto_reload_on_alarm = true;
-  cycles_per_sample = static_cast<uint32_t>(alarm.alarm_count) * kCyclesPerTick;
-  last_cycle = esp_cpu_get_cycle_count();
+  const uint32_t cycles_per_sample = static_cast<uint32_t>(alarm.alarm_count) * kCyclesPerTick;
+  sample_clock.start(cycles_per_sample, esp_cpu_get_cycle_count() + cycles_per_sample);
   status = gptimer_set_alarm_action(timer, &alarm);
   if (status == ESP_OK) status = gptimer_enable(timer);
   if (status == ESP_OK) status = gptimer_start(timer);

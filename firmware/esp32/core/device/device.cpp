@@ -7,13 +7,15 @@ namespace chladni {
 namespace {
 
 constexpr uint32_t kLongTurnMs = 10;
+// A hundred samples at the fastest carrier: nothing that masks an interrupt takes so long.
+constexpr uint32_t kSilentUs = 5000;
 
 }  // namespace
 
 void Device::start(const Hal& hal) {
   hal_ = hal;
   state_ = DeviceState::kIdle;
-  ticked_us_ = hal_.now_us(hal_.context);
+  ticked_us_ = samples_us_ = hal_.now_us(hal_.context);
   const ResetCause reset = hal_.reset_cause(hal_.context);
   if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
   config_status_ = load_config(hal_, config_);
@@ -94,6 +96,7 @@ void Device::poll() {
   ticked_us_ += passed_ms * 1000U;
   uptime_ms_ += passed_ms;
   awake_ms_ += passed_ms < kLongTurnMs ? passed_ms : kLongTurnMs;
+  watch_samples(now_us);
   watch_outputs();
   watch_coils(passed_ms);
   const TouchEvent event = input_.poll(hal_, now_us);
@@ -106,6 +109,21 @@ void Device::poll() {
   post_drive();
   clear_faults();
   watch_restart();
+}
+
+// All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are
+// cut past it, and only a start gives them back.
+void Device::watch_samples(uint32_t now_us) {
+  const uint32_t samples = synthesis_.samples();
+  if (samples != seen_samples_) {
+    seen_samples_ = samples;
+    samples_us_ = now_us;
+    return;
+  }
+  const uint32_t silent_us = now_us - samples_us_;
+  if (silent_us < kSilentUs || faults_.stands(FaultCause::kInterruptStopped)) return;
+  hal_.cut_outputs(hal_.context);
+  stand(FaultCause::kInterruptStopped, silent_us / 1000U);
 }
 
 // What the interrupt ended by itself.

@@ -127,6 +127,7 @@ class Device {
   void stand(FaultCause cause, uint32_t detail);
   void settle();
 
+  void watch_samples(uint32_t now_us);
   void watch_outputs();
   void watch_coils(uint32_t passed_ms);
   void watch_panel();
@@ -164,6 +165,9 @@ class Device {
   PanelHealth seen_health_ = PanelHealth::kNone;
   uint32_t seen_out_of_range_ = 0;
   FadeCause seen_fade_ = FadeCause::kNone;
+  // Of the sample interrupt: how far it was when last looked at, and since when it stands there.
+  uint32_t seen_samples_ = 0;
+  uint32_t samples_us_ = 0;
 
   // What the outputs are to do next, until the interrupt has room for it.
   Post post_ = Post::kNothing;

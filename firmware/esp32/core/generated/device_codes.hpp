@@ -145,8 +145,9 @@ enum class FaultCause : uint8_t {
   kHostSilent,  // a host that drives the outputs fell silent
   kCoilHot,  // detail: channel
   kSupplyCurrent,  // detail: mA
+  kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
 };
-constexpr uint32_t kFaultCauses = 14U;
+constexpr uint32_t kFaultCauses = 15U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -164,6 +165,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kHostSilent: return "host silent";
     case FaultCause::kCoilHot: return "coil hot";
     case FaultCause::kSupplyCurrent: return "supply current";
+    case FaultCause::kInterruptStopped: return "interrupt stopped";
   }
   return "unknown";
 }

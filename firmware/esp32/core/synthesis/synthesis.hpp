@@ -115,6 +115,8 @@ class Synthesis {
     return command_waits_.load(std::memory_order_acquire) == 0 && output() == Output::kOff;
   }
   FadeCause fade_cause() const { return fade_cause_.load(std::memory_order_acquire); }
+  // Samples since start, those that were missed included: it stands still if the interrupt does.
+  uint32_t samples() const { return samples_.load(std::memory_order_relaxed); }
   // Samples that were missed since start.
   uint32_t missed() const { return missed_.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.
@@ -212,6 +214,11 @@ class Synthesis {
   int32_t step(int32_t from, int32_t to) const;
   void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   void catch_up(uint32_t missed);
+  uint32_t advance(uint32_t count) {
+    const uint32_t samples = samples_.load(std::memory_order_relaxed) + count;
+    samples_.store(samples, std::memory_order_relaxed);
+    return samples;
+  }
   void still_silent_channels();
   void miss_deadline();
   void forget_deadlines();
@@ -243,7 +250,7 @@ class Synthesis {
 
   // The interrupt's, what every sample needs first.
   uint32_t seen_news_ = 0;
-  uint32_t samples_ = 0;  // since start
+  std::atomic<uint32_t> samples_{0};  // since start; written by the interrupt alone
   uint32_t quiet_end_ = 0;
   uint32_t on_end_ = 0;
   Mode mode_ = Mode::kOff;

@@ -80,7 +80,7 @@ void Synthesis::sample(const Hal& hal, uint32_t missed) {
   if ((missed | (news_.load(std::memory_order_acquire) ^ seen_news_)) != 0) {
     return sample_with_news(hal, missed);
   }
-  const uint32_t samples = ++samples_;
+  const uint32_t samples = advance(1);
   // One look for both: neither end is ever half the counter's range away.
   if (static_cast<int32_t>((quiet_end_ - samples) | (on_end_ - samples)) < 0) {
     return sample_at_deadline(hal);
@@ -100,16 +100,17 @@ void Synthesis::sample(const Hal& hal, uint32_t missed) {
 void Synthesis::sample_with_news(const Hal& hal, uint32_t missed) {
   // Before what it announces is looked at: what comes later announces itself again.
   seen_news_ = news_.load(std::memory_order_acquire);
-  ++samples_;
+  advance(1);
   if (missed != 0) catch_up(missed);
   const uint32_t beats = beats_.load(std::memory_order_relaxed);
   if (beats != seen_beats_) {
     seen_beats_ = beats;
-    quiet_end_ = samples_ + timeout_samples_;
+    quiet_end_ = samples() + timeout_samples_;
   }
   if (command_waits_.load(std::memory_order_acquire) != 0) consider_command();
   if (ramp_left_ == 0) still_silent_channels();
-  const bool is_late = static_cast<int32_t>((quiet_end_ - samples_) | (on_end_ - samples_)) < 0;
+  const uint32_t now = samples();
+  const bool is_late = static_cast<int32_t>((quiet_end_ - now) | (on_end_ - now)) < 0;
   if (is_late) return sample_at_deadline(hal);
   other_sample(hal);
 }
@@ -202,9 +203,9 @@ void Synthesis::take(const Command& command) {
   if (!command.starts_touch && !is_playing_waves) return;
   // From silence every wave starts at the same phase, so the same touch plays the same.
   if (output == Output::kOff) phase_u32_ = 0;
-  quiet_end_ = samples_ + timeout_samples_;
+  quiet_end_ = samples() + timeout_samples_;
   if (command.starts_touch) {
-    on_end_ = samples_ + max_on_samples_;
+    on_end_ = samples() + max_on_samples_;
     phase_step_u32_ = command.phase_step_u32;
     waveform_ = command.waveform;
     edges_ = command.edges;
@@ -213,7 +214,7 @@ void Synthesis::take(const Command& command) {
   output_.store(Output::kPlaying, std::memory_order_release);
   if (command.kind == Kind::kStream) {
     // A stream may outlast a touch; coil heat ends it where it must (device.cpp).
-    on_end_ = samples_ + kFarAway;
+    on_end_ = samples() + kFarAway;
     mode_ = Mode::kStream;
     stream_gain_q15_ = 1 << 15;
     stream_step_q30_ = step(0, kUnityQ30);
@@ -288,19 +289,19 @@ void Synthesis::go_off() {
 
 void Synthesis::catch_up(uint32_t missed) {
   missed_.store(missed_.load(std::memory_order_relaxed) + missed, std::memory_order_relaxed);
-  samples_ += missed;
+  advance(missed);
   phase_u32_ += phase_step_u32_ * missed;
   const bool is_playing = output_.load(std::memory_order_relaxed) == Output::kPlaying;
   if (missed >= late_samples_ && is_playing) fade(FadeCause::kLate, fade_rate_);
 }
 
 void Synthesis::miss_deadline() {
-  const bool is_spent = static_cast<int32_t>(on_end_ - samples_) < 0;
+  const bool is_spent = static_cast<int32_t>(on_end_ - samples()) < 0;
   const bool is_playing = output_.load(std::memory_order_relaxed) == Output::kPlaying;
   forget_deadlines();
   if (is_playing) fade(is_spent ? FadeCause::kMaxOn : FadeCause::kTouchTimeout, fade_rate_);
 }
 
-void Synthesis::forget_deadlines() { quiet_end_ = on_end_ = samples_ + kFarAway; }
+void Synthesis::forget_deadlines() { quiet_end_ = on_end_ = samples() + kFarAway; }
 
 }  // namespace chladni

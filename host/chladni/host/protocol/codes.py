@@ -91,6 +91,8 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kHostSilent", "host silent", "a host that drives the outputs fell silent"),
     Code("kCoilHot", "coil hot", "detail: channel"),
     Code("kSupplyCurrent", "supply current", "detail: mA"),
+    Code("kInterruptStopped", "interrupt stopped",
+         "outputs are cut until the next start; detail: ms without a sample"),
 ))  # fmt: skip
 WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
     Code(f"k{name.capitalize()}", name) for name in WAVEFORMS
