@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cpp_text
@@ -22,6 +22,8 @@ from chladni.drives.problem import places as regions
 from chladni.host.protocol import codes as device_codes
 from chladni.host.protocol import config as device_config
 from chladni.host.protocol import table_store as flash_layout
+from chladni.sim.board import gpio
+from chladni.sim.board.electronics import NOT_WIRED
 from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
@@ -83,6 +85,26 @@ def table_header() -> str:
             "",
             "// Byte offsets of a section header's fields.",
             *cpp_text.field_offsets("kSectionAt", layout.SECTION_FIELDS),
+        ],
+    )
+
+
+def gpio_header() -> str:
+    """`gpio.hpp`: which pins can be what, as masks of 64 bits."""
+
+    def mask(pins: Sequence[int]) -> str:
+        return f"0x{sum(1 << pin for pin in pins):010X}ULL"
+
+    return cpp_text.header(
+        "What each GPIO of an ESP32 (WROOM-32) can be used for (chladni.sim.board.gpio).",
+        "chladni::gpio",
+        [
+            "// A bit per GPIO.",
+            f"constexpr uint64_t kGates = {mask(gpio.GATES)};",
+            f"constexpr uint64_t kBus = {mask(gpio.BUS)};",
+            f"constexpr uint64_t kOutputs = {mask(gpio.OUTPUTS)};",
+            f"constexpr uint64_t kInputs = {mask(gpio.INPUTS)};",
+            f"constexpr uint32_t kNotWired = {NOT_WIRED}U;",
         ],
     )
 
@@ -215,6 +237,7 @@ HEADERS: dict[str, Callable[[], str]] = {
     "network_format.hpp": network_header,
     "../../../../docs/link-protocol.md": link_page,
     "sine_table.hpp": sine_header,
+    "gpio.hpp": gpio_header,
 }
 
 

@@ -17,6 +17,7 @@ from chladni.host.protocol.config import (
     unpack_config,
 )  # fmt: skip
 from chladni.sim.board.file import load_board
+from chladni.sim.board.gpio import GATES
 from chladni.sim.errors import InputError
 
 
@@ -46,9 +47,22 @@ def values_of(setting: Setting) -> st.SearchStrategy[object]:
     return one if count == 1 else st.tuples(*[one] * count)
 
 
-configs = st.fixed_dictionaries({s.field.name: values_of(s) for s in SETTINGS}).map(
+any_configs = st.fixed_dictionaries({s.field.name: values_of(s) for s in SETTINGS}).map(
     lambda values: DeviceConfig(**values)
 )
+"""Every setting within its own range; pins are seldom what the chip can use so."""
+
+
+@st.composite
+def startable(draw: st.DrawFn) -> DeviceConfig:
+    """The same with pins of which each can be what it is for."""
+    pins = draw(st.permutations(GATES))
+    return draw(any_configs).with_values(
+        pwm_pins=tuple(pins[:16]), sda_pin=21, scl_pin=22, interrupt_pin=34, reset_pin=255
+    )
+
+
+configs = startable()
 
 
 @given(configs, st.integers(0, 2**32 - 1))

@@ -108,8 +108,8 @@ void start_synthesis() {
   } else {
     ulTaskNotifyTake(pdTRUE, portMAX_DELAY);
   }
-  // Without its interrupt the device must not answer touches; the console says why above.
-  while (!is_synthesis_running) vTaskDelay(portMAX_DELAY);
+  // Without it the main loop goes on: it finds that no sample comes, keeps outputs off and answers
+  // the link, by which another configuration can come.
 }
 
 // Off, and the radio with it, unless a key was set over the wire.

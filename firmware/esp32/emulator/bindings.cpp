@@ -275,7 +275,16 @@ void bind_flash(nb::class_<Emulator>& emulator) {
           [](Emulator& self, nb::bytes record) {
             return std::string(to_text(self.save(parsed({record.c_str(), record.size()}))));
           },
-          nb::arg("record"), "Let the firmware keep a configuration; returns its status.");
+          nb::arg("record"), "Let the firmware keep a configuration; returns its status.")
+      .def(
+          "parse_config",
+          [](Emulator&, nb::bytes record) {
+            Config found{};
+            const std::string bytes(record.c_str(), record.size());
+            return std::string(to_text(parse_record(reinterpret_cast<const uint8_t*>(bytes.data()),
+                                                    static_cast<uint32_t>(bytes.size()), found)));
+          },
+          nb::arg("record"), "What the firmware says of a record.");
 }
 
 void bind_faults(nb::class_<Emulator>& emulator) {

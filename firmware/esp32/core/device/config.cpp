@@ -96,14 +96,48 @@ uint32_t newest(const Found& first, const Found& second) {
   return static_cast<int32_t>(second.sequence - first.sequence) > 0 ? 1U : 0U;
 }
 
+// Takes pins one by one: each must be able to be what it is for, and none comes twice.
+class PinCheck {
+ public:
+  void take(uint32_t pin, uint64_t allowed) {
+    if (bad_ != kNoBadPin) return;
+    const bool is_able = pin < 64U && ((allowed >> pin) & 1U) != 0;
+    if (!is_able || ((taken_ >> pin) & 1U) != 0) {
+      bad_ = pin;
+      return;
+    }
+    taken_ |= 1ULL << pin;
+  }
+  void take_if_wired(uint32_t pin, uint64_t allowed) {
+    if (pin != gpio::kNotWired) take(pin, allowed);
+  }
+  uint32_t bad() const { return bad_; }
+
+ private:
+  uint64_t taken_ = 0;
+  uint32_t bad_ = kNoBadPin;
+};
+
 }  // namespace
+
+uint32_t bad_pin(const Config& config) {
+  PinCheck check;
+  for (uint32_t k = 0; k < config.channels; ++k) check.take(config.pwm_pins[k], gpio::kGates);
+  if (config.panel != 0) {
+    check.take(config.sda_pin, gpio::kBus);
+    check.take(config.scl_pin, gpio::kBus);
+    check.take_if_wired(config.interrupt_pin, gpio::kInputs);
+    check.take_if_wired(config.reset_pin, gpio::kOutputs);
+  }
+  return check.bad();
+}
 
 ConfigStatus load_config(const Hal& hal, Config& config) {
   const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
   const uint32_t sector = newest(first, second);
   if (sector < kSectors) {
     config = sector == 0 ? first.config : second.config;
-    return ConfigStatus::kOk;
+    return bad_pin(config) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
   }
   config = Config{};
   if (first.status == ConfigStatus::kNone && second.status == ConfigStatus::kNone) {
@@ -122,7 +156,7 @@ ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config)
   Config found{};
   if (!f::take_fields(record, found, Take{})) return ConfigStatus::kDamaged;
   config = found;
-  return ConfigStatus::kOk;
+  return bad_pin(found) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
 }
 
 void write_record(const Config& config, uint32_t sequence, uint8_t* record) {

@@ -6,6 +6,7 @@
 
 #include "core/generated/config_format.hpp"
 #include "core/generated/device_codes.hpp"
+#include "core/generated/gpio.hpp"
 #include "core/hal.hpp"
 
 namespace chladni {
@@ -13,7 +14,13 @@ namespace chladni {
 // The newest whole record, or the defaults; says which.
 ConfigStatus load_config(const Hal& hal, Config& config);
 
-// The settings of a record, if it is whole and every one lies in its range.
+// The first GPIO that its role cannot have on this chip, or that has two; kNotWired + 1 for none.
+// Without a panel the panel's pins do not count. The same rules as chladni.sim.board.gpio.
+uint32_t bad_pin(const Config& config);
+constexpr uint32_t kNoBadPin = gpio::kNotWired + 1U;
+
+// The settings of a record, if it is whole, every one lies in its range and every pin can be what
+// it is to be.
 ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config);
 // config_format::kRecordBytes of a record.
 void write_record(const Config& config, uint32_t sequence, uint8_t* record);

@@ -19,7 +19,13 @@ void Device::start(const Hal& hal) {
   const ResetCause reset = hal_.reset_cause(hal_.context);
   if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
   config_status_ = load_config(hal_, config_);
-  if (config_status_ != ConfigStatus::kOk && config_status_ != ConfigStatus::kNone) {
+  if (config_status_ == ConfigStatus::kBadPins) {
+    // The link goes on as the record says; nothing else of it is used.
+    const uint32_t baud = config_.link_baud;
+    config_ = Config{};
+    config_.link_baud = baud;
+    stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
+  } else if (config_status_ != ConfigStatus::kOk && config_status_ != ConfigStatus::kNone) {
     note(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
   }
   heat_.start(config_, reset != ResetCause::kPowerOn);

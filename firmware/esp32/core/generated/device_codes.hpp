@@ -73,8 +73,9 @@ enum class ConfigStatus : uint8_t {
   kDamaged,  // in both sectors: the defaults hold
   kReadFailed,  // the defaults hold
   kWriteFailed,
+  kBadPins,  // outputs stay off
 };
-constexpr uint32_t kConfigStatus = 5U;
+constexpr uint32_t kConfigStatus = 6U;
 
 constexpr const char* to_text(ConfigStatus value) {
   switch (value) {
@@ -83,6 +84,7 @@ constexpr const char* to_text(ConfigStatus value) {
     case ConfigStatus::kDamaged: return "configuration damaged";
     case ConfigStatus::kReadFailed: return "flash read failed";
     case ConfigStatus::kWriteFailed: return "flash write failed";
+    case ConfigStatus::kBadPins: return "pins that the chip cannot use so";
   }
   return "unknown";
 }

@@ -18,8 +18,11 @@ from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, config_
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.gpio import GATES
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack
+from chladni.tables.layout import MAX_ACTUATORS
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
@@ -112,6 +115,9 @@ class Recording:
 
 def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
     """A board's configuration, with a panel that covers it if the board has none."""
+    if not board.electronics.pwm_pins:
+        # Of a study without electronics: any gates will do.
+        settings = {"pwm_pins": (*GATES, *(NOT_WIRED,) * MAX_ACTUATORS)[:MAX_ACTUATORS]} | settings
     if board.panel is None:
         settings = covering_panel(*(1e3 * size for size in board.plate.size)) | settings
     return config_of(board, **settings)

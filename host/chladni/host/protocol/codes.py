@@ -61,6 +61,7 @@ CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kDamaged", "configuration damaged", "in both sectors: the defaults hold"),
     Code("kReadFailed", "flash read failed", "the defaults hold"),
     Code("kWriteFailed", "flash write failed"),
+    Code("kBadPins", "pins that the chip cannot use so", "outputs stay off"),
 ))  # fmt: skip
 PANEL_HEALTH = Codes("PanelHealth", "How the touch panel does.", (
     Code("kNone", "no panel configured"),

@@ -16,6 +16,7 @@ from typing import Any
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.gpio import PinFault, pin_fault
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS, Field, offsets
@@ -144,6 +145,21 @@ class DeviceConfig:
     def frame_rate_hz(self) -> float:
         """Frames a second that it plays of a stream: the carrier by eight."""
         return TIMER_HZ / float(1 << self["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
+
+    @property
+    def pin_fault(self) -> PinFault | None:
+        """The first pin that the chip cannot use so: a device would not start with it."""
+        bus = {}
+        if self["panel"] != PANELS.index("none"):
+            bus = {"sda": self["sda_pin"], "scl": self["scl_pin"],
+                   "interrupt": self["interrupt_pin"], "reset": self["reset_pin"]}  # fmt: skip
+        return pin_fault(self["pwm_pins"][: self["channels"]], **bus)
+
+    def check_pins(self) -> None:
+        """Raise `InputError` if there is one."""
+        fault = self.pin_fault
+        if fault is not None:
+            raise InputError("pins", fault.pin, fault.expected)
 
     def with_values(self, **changes: Any) -> DeviceConfig:
         """The same but for these settings."""

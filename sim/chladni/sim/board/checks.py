@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from chladni.sim.board.electronics import NOT_WIRED, PANEL_KINDS
+from chladni.sim.board.electronics import PANEL_KINDS
 from chladni.sim.board.foundation_checks import check_foundation
+from chladni.sim.board.gpio import pin_fault
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges
 from chladni.sim.errors import InputError
@@ -48,6 +49,7 @@ def check_board(board: BoardParts) -> None:
     _check_supports(board)
     _check_panel(board)
     _check_actuators(board)
+    _check_pins(board)
     _check_places(board)
     check_foundation(board)
     smallest = min(board.plate.size)
@@ -72,11 +74,22 @@ def _check_panel(board: BoardParts) -> None:
         raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
     if not isinstance(panel.mirrored, bool):
         raise InputError("panel.mirrored", panel.mirrored, "true or false")
-    pins = [*board.electronics.pwm_pins, panel.sda_pin, panel.scl_pin]
-    pins += [pin for pin in (panel.interrupt_pin, panel.reset_pin) if pin != NOT_WIRED]
-    for pin in pins:
-        if pins.count(pin) > 1:
-            raise InputError("panel", f"GPIO {pin} for two things", "every pin once")
+
+
+def _check_pins(board: BoardParts) -> None:
+    """Every pin can be on the chip what the board file says, and is one thing only."""
+    panel, gates = board.panel, board.electronics.pwm_pins
+    bus = {} if panel is None else {
+        "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
+        "reset": panel.reset_pin,
+    }  # fmt: skip
+    fault = pin_fault(gates, **bus)
+    if fault is not None:
+        keys = {"panel's data line": "panel.sda_pin", "panel's clock": "panel.scl_pin",
+                "panel's interrupt line": "panel.interrupt_pin",
+                "panel's reset line": "panel.reset_pin"}  # fmt: skip
+        where = keys.get(fault.role, "electronics.pwm_pins")
+        raise InputError(where, fault.pin, fault.expected)
 
 
 def _check_supports(board: BoardParts) -> None:
