@@ -10,8 +10,10 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.rom_loader import TABLE_OFFSET
+from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.tables.format import pack
 from conftest import CommandLine
@@ -20,7 +22,7 @@ from made_up import device_of, make_table
 
 pytestmark = pytest.mark.slow
 
-APP_AT, TABLES_AT = 0x20000, 0x1B0000
+APP_AT, TABLES_AT, CONFIG_AT = 0x20000, 0x1B0000, 0x1A0000
 """Not where partitions.csv puts them: the device's own table is to be believed."""
 OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
 
@@ -33,8 +35,10 @@ def row(name: str, kind: int, subtype: int, offset: int, size: int) -> bytes:
 def chip_with_chladni() -> RomChip:
     """A chip whose flash holds a partition table, and rubbish in the application."""
     chip = RomChip()
-    table = row("factory", 0, 0, APP_AT, 0x100000) + row(
-        "tables", 0x40, 0, TABLES_AT, PARTITION_BYTES
+    table = (
+        row("factory", 0, 0, APP_AT, 0x100000)
+        + row("tables", 0x40, 0, TABLES_AT, PARTITION_BYTES)
+        + row("config", 0x40, 1, CONFIG_AT, 2 * SECTOR_BYTES)
     )
     chip.flash[TABLE_OFFSET : TABLE_OFFSET + len(table)] = table
     chip.flash[APP_AT : APP_AT + 64] = bytes(range(64))
@@ -137,3 +141,42 @@ def test_another_chip_is_refused(chladni: CommandLine, tmp_path: Path) -> None:
     assert done.code == 1
     assert "not an ESP32" in done.err
     assert len(chip.flash) == FLASH_BYTES
+
+
+def config_in(chip: RomChip) -> tuple[DeviceConfig, str]:
+    """What the firmware makes of the configuration's partition."""
+    core = _emulator.Emulator(_emulator.Hardware())
+    for sector in (0, 1):
+        at = CONFIG_AT + sector * SECTOR_BYTES
+        core.program(sector * SECTOR_BYTES, bytes(chip.flash[at : at + SECTOR_BYTES]), "config")
+    core.boot()
+    data = bytes(chip.flash[CONFIG_AT : CONFIG_AT + 2 * SECTOR_BYTES])
+    found = [unpack_config(data[at:]) for at in (0, SECTOR_BYTES) if data[at : at + 4] == b"CHLC"]
+    return max(found, key=lambda pair: pair[1])[0], core.config_status
+
+
+def test_a_configuration_that_stopped_a_device_is_changed_without_it(
+    chladni: CommandLine,
+) -> None:
+    """Nine channels and no pins for them, put right through the loader; then once more."""
+    with chip_with_chladni().running() as chip:
+        stuck = pack_config(DeviceConfig(channels=9), 7)
+        chip.flash[CONFIG_AT : CONFIG_AT + len(stuck)] = stuck
+        for channels, sequence in ((5, 8), (4, 9)):
+            done = chladni(
+                "device", "config", "set", f"channels={channels}", "--rom", "--port", chip.port,
+                "--json",
+            )  # fmt: skip
+            assert done.code == 0, done.err
+            assert done.json == {"channels": channels}
+            config, status = config_in(chip)
+            assert (config["channels"], status) == (channels, "ok")
+            sector = CONFIG_AT + (sequence % 2 == 0) * SECTOR_BYTES
+            assert unpack_config(bytes(chip.flash[sector:]))[1] == sequence
+        assert chip.written <= sectors_of(CONFIG_AT, 2 * SECTOR_BYTES)
+        refused = chladni("device", "config", "set", "channels=6", "--rom", "--port", chip.port)
+        assert refused.code == 2
+        assert "no pin is given" in refused.err
+        assert config_in(chip)[0]["channels"] == 4
+    conflict = chladni("device", "config", "get", "--rom", "--port", "nowhere")
+    assert conflict.code == 2

@@ -12,7 +12,7 @@ from serial.tools import list_ports
 from chladni.host.cli.connection import Connection, connecting
 from chladni.host.cli.flash import flash
 from chladni.host.cli.network import network
-from chladni.host.cli.options import JsonOption
+from chladni.host.cli.options import JsonOption, required
 from chladni.host.cli.output import answer, parse_place
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
@@ -221,6 +221,9 @@ def config(
     settings: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME=VALUE]…", help="Settings to change.")
     ] = None,
+    rom: Annotated[
+        bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Show the configuration, or change settings and restart the device."""
@@ -231,10 +234,16 @@ def config(
     for name in (settings or []) if action == "get" else []:
         if name not in known:
             raise InputError("NAME", name, f"one of: {', '.join(known)}")
+    if rom:
+        found = _set_by_rom(connection, action, changes)
+        written: dict[str, Any] = {name: found.values[name] for name in changes}
+        answer(written, as_json=as_json, title="Written; the device starts with it")
+        return
     with connection.device() as device:
         found = device.config()
         if changes:
             wanted = found.with_values(**changes)
+            wanted.check_pins()
             device.set_config(wanted)
             device.restart()
             device.link.wait(1.0)
@@ -244,6 +253,17 @@ def config(
     shown = settings if action == "get" and settings else known
     values = {name: list(v) if isinstance(v := found.values[name], tuple) else v for name in shown}
     answer(values, as_json=as_json, title="Configuration")
+
+
+def _set_by_rom(connection: Connection, action: str, changes: dict[str, Any]) -> DeviceConfig:
+    from chladni.host.flashing import rom_loader  # noqa: PLC0415  (esptool takes a second to load)
+
+    if action != "set":
+        raise ConflictError("--rom", "get; reading needs a running device")
+    if connection.udp is not None or connection.emulator:
+        raise ConflictError("--rom", "--udp and --emulator; the loader is at a --port")
+    port = required("--port", connection.port, "where the chip's loader is")
+    return rom_loader.change_config(port, connection.baud, changes)
 
 
 @device_app.command("list")

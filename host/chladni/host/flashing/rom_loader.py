@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,8 @@ from esptool import cmds
 
 from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
-from chladni.host.protocol.table_store import PARTITION_BYTES
+from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
+from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.errors import ChladniError, InputError
 
 TABLE_OFFSET = 0x8000
@@ -28,6 +29,7 @@ TABLE_BYTES = 0xC00
 _ENTRY = struct.Struct("<2sBBII16sI")
 _MAGIC, _CHECKSUM = b"\xaa\x50", b"\xeb\xeb"
 APP, TABLES = 0x00, 0x40
+CONFIG_SECTORS = 2
 IMAGE_MAGIC = 0xE9
 """First byte of an application image."""
 
@@ -98,6 +100,49 @@ def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
         for offset, data in update(image, table):
             _write(esp, partition.offset + offset, data)
     return {"bytes": len(table), "slot": slot, "verified": True}
+
+
+def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceConfig:
+    """Change settings of the newest whole record, or of the defaults where there is none.
+
+    The new record goes to the sector that does not hold the newest, so that a cut costs nothing.
+
+    Raises
+    ------
+    RomError, InputError
+        See there; pins that the chip cannot use so are refused.
+    """
+    with loader(port, baud) as esp:
+        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "config")
+        image = _read(esp, partition.offset, CONFIG_SECTORS * SECTOR_BYTES)
+        found = [_record(image[k * SECTOR_BYTES :][:SECTOR_BYTES]) for k in range(CONFIG_SECTORS)]
+        newest = newest_record(found)
+        base, sequence = found[newest] or (DeviceConfig(), 0)
+        wanted = base.with_values(**changes)
+        wanted.check_pins()
+        sector = 1 - newest if found[newest] else 0
+        record = pack_config(wanted, (sequence + 1) & 0xFFFFFFFF)
+        _write(esp, partition.offset + sector * SECTOR_BYTES, record)
+    return wanted
+
+
+Record = tuple[DeviceConfig, int]
+
+
+def _record(sector: bytes) -> Record | None:
+    """Settings and sequence number of a sector; None where there is no whole record."""
+    try:
+        return unpack_config(sector)
+    except InputError:
+        return None
+
+
+def newest_record(found: Sequence[Record | None]) -> int:
+    """Which of two sectors counts; sequence numbers may wrap around."""
+    first, second = found
+    if first is None or second is None:
+        return 1 if first is None and second is not None else 0
+    return 1 if 0 < (second[1] - first[1]) & 0xFFFFFFFF < 0x80000000 else 0
 
 
 def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
