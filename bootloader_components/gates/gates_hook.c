@@ -1,6 +1,7 @@
 // The first code after a reset that is ours: gates of the authors' board low, and away from the PWM,
 // which a restart of the processor alone does not stop (docs/hardware.md). Other pins than the
-// default configuration's are reached when the application starts.
+// default configuration's are reached when the application starts. It is for a WROOM-32: GPIO 16 and
+// 17 are the PSRAM's on a WROVER and the flash's on a PICO-D4, which must be built without it.
 #include "soc/gpio_reg.h"
 #include "soc/gpio_sig_map.h"
 #include "soc/io_mux_reg.h"

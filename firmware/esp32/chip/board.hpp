@@ -5,13 +5,19 @@
 #pragma once
 
 #include "core/generated/config_format.hpp"
+#include "sdkconfig.h"
+
+#if !CONFIG_IDF_TARGET_ESP32
+#error "Chladni runs on the ESP32: the S3, C3 and others have no high-speed LEDC channels."
+#endif
 
 namespace chladni::chip {
 
 constexpr int kConsoleBaud = 115200;
 // Half the LEDC's clock, from the same source: the two never drift apart.
 constexpr uint32_t kTimerHz = 40000000;
-constexpr uint32_t kCpuHz = 240000000;
+constexpr uint32_t kCpuHz = CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ * 1000000;
+static_assert(kCpuHz == 240000000, "samples are timed by 240 MHz: CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ");
 // In place of a GPIO number: not connected.
 constexpr uint8_t kNotWired = 255;
 

@@ -13,13 +13,15 @@ namespace chladni::chip {
 
 namespace {
 
-constexpr int kTimeoutMs = 5;  // the longest transfer takes 1.2 ms at 400 kHz
+// The longest transfer is 480 bits of the bus's clock, 1.2 ms at 400 kHz; the rest is for tasks.
+constexpr uint32_t kLongestBits = 480, kSpareMs = 4;
 constexpr uint32_t kResetMs = 10, kStartMs = 60;
 constexpr std::array<uint8_t, 3> kAddresses = {0x38, gt911::kAddresses[0], gt911::kAddresses[1]};
 
 i2c_master_bus_handle_t bus = nullptr;
 std::array<i2c_master_dev_handle_t, kAddresses.size()> devices{};
 gpio_num_t data_pin = GPIO_NUM_NC;
+int timeout_ms = 0;
 TaskHandle_t woken_task = nullptr;
 std::atomic<bool> has_called{false};
 
@@ -62,6 +64,7 @@ void reset_panel(const Config& config) {
 
 esp_err_t start_line(const Config& config) {
   if (config.interrupt_pin == kNotWired) return ESP_OK;
+  if (config.interrupt_pin >= GPIO_NUM_MAX) return ESP_ERR_INVALID_ARG;
   const auto pin = static_cast<gpio_num_t>(config.interrupt_pin);
   gpio_config_t setting{};
   setting.pin_bit_mask = 1ULL << config.interrupt_pin;
@@ -80,6 +83,7 @@ esp_err_t panel_bus_start(const Config& config, TaskHandle_t woken) {
   if (config.panel == 0) return ESP_OK;
   woken_task = woken;
   data_pin = static_cast<gpio_num_t>(config.sda_pin);
+  timeout_ms = static_cast<int>(kSpareMs + (kLongestBits + config.i2c_khz - 1U) / config.i2c_khz);
   reset_panel(config);
   const esp_err_t status = start_bus(config);
   return status == ESP_OK ? start_line(config) : status;
@@ -91,8 +95,8 @@ BusStatus panel_bus_transfer(uint8_t address, const uint8_t* written, uint32_t w
     if (kAddresses[k] != address || devices[k] == nullptr) continue;
     const esp_err_t status =
         read_count > 0 ? i2c_master_transmit_receive(devices[k], written, write_count, read,
-                                                     read_count, kTimeoutMs)
-                       : i2c_master_transmit(devices[k], written, write_count, kTimeoutMs);
+                                                     read_count, timeout_ms)
+                       : i2c_master_transmit(devices[k], written, write_count, timeout_ms);
     if (status == ESP_OK) return BusStatus::kOk;
     // The driver does not tell a missing answer from a held line; the line itself does.
     return gpio_get_level(data_pin) == 0 ? BusStatus::kStuck : BusStatus::kNoAnswer;
