@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from chladni.drives.methods.base import Options
-from chladni.drives.problem.pressing import pressed_problem
+from chladni.drives.problem.pressing import pressed_problem, with_finger
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import disagreement, felt
 from chladni.drives.solve import solve, solve_problem
@@ -19,6 +20,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import FINGERS
 from chladni.sim.board.parts import Image, Regions
 from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.fields.transfer import disc_fields, transfer_fields
+from chladni.sim.image.finger import dynamic_stiffness
 from chladni.tables import build_table
 from chladni.tables.build import board_drives
 from chladni.tables.report import TableReport
@@ -166,3 +169,43 @@ def test_solving_again_finds_the_same_numbers(prototype: Board) -> None:
     one, other = felt(problem, first.drive), felt(problem, 3.7j * first.drive)
     assert one.finger_um == pytest.approx(other.finger_um)
     assert one.static_um == pytest.approx(other.static_um)
+
+
+def test_a_finger_meets_coils_that_act_back(prototype: Board) -> None:
+    """Against one system of equations for all coils' forces and the finger's, N + 1 of them."""
+    assert prototype.coil is not None
+    coil = dataclasses.replace(prototype.coil, force_factor=6.0)
+    board = dataclasses.replace(thin(prototype, 0.4e-3), coil=coil)
+    solved = solved_board(board)
+    assert solved.fields.acts_back
+    problem = solved.problem((10.0, 25.0))
+    drive = np.array([1.0, 0.3j, -0.5, 0.2, 0.1])
+    found = with_finger(problem, np.tensordot(drive, problem.transfer, axes=1))
+
+    plain = transfer_fields(board, model=solved.model, allow_unmet=True)
+    answer = disc_fields(board, [(10.0, 25.0)], 6e-3, model=solved.model, allow_unmet=True)
+    fields = np.concatenate((plain.values, answer.values))
+    grid = (plain.x, plain.y)
+    at = np.array([actuator.at for actuator in board.actuators])
+    rows = [RegularGridInterpolator(grid, own)(at) for own in fields]
+    moved = np.concatenate((np.array(rows).T, fields[:, problem.disc].mean(axis=1)[None]))
+    omega = 2.0 * np.pi * 160.0
+    brake = 1j * omega * coil.force_factor**2 / (coil.resistance + 1j * omega * coil.inductance)
+    resists = np.diag([*[brake] * 5, dynamic_stiffness(FINGERS["usual"], 160.0)])
+    forces = np.linalg.solve(np.eye(6) + resists @ moved, np.array([*drive, 0.0]))
+    expected = np.tensordot(forces, fields, axes=1)
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+    open_coils = np.tensordot(drive, plain.values, axes=1)
+    assert np.abs(found - open_coils).max() > 0.05 * np.abs(expected).max()
+
+
+def test_a_fingerprint_follows_what_drives_make_up_for(prototype: Board) -> None:
+    """A table for another finger, or for coils that act back otherwise, is another table."""
+    assert prototype.coil is not None
+    stronger = dataclasses.replace(prototype.coil, force_factor=0.9)
+    firm = dataclasses.replace(prototype, finger=FINGERS["firm"])
+    boards = [prototype, firm, dataclasses.replace(prototype, coil=stronger)]
+    assert len({board.fingerprint() for board in boards}) == 3
+    louder = dataclasses.replace(prototype.coil, rms_voltage=2.0)
+    same = dataclasses.replace(prototype, coil=louder)
+    assert same.fingerprint() == prototype.fingerprint()

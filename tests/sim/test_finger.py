@@ -128,7 +128,7 @@ def rigid_board(paper: Board, coil: Coil, mass_kg: float) -> Board:
         density=mass_kg / side**2 / 1e-3,
     )  # fmt: skip
     image = dataclasses.replace(paper.image, points=(21, 21))
-    electronics = dataclasses.replace(paper.electronics, pwm_pins=())
+    electronics = dataclasses.replace(paper.electronics, pwm_pins=(), coil_ohm=coil.resistance)
     return dataclasses.replace(
         paper, plate=plate, coil=coil, image=image, electronics=electronics, panel=None,
         actuators=(Actuator("one", (0.0, 0.0)),),
@@ -218,3 +218,22 @@ def test_shipped_fingers_are_those_of_the_design() -> None:
         Finger(1e-3, 1.0, 300.0), Finger(2e-3, 2.0, 600.0), Finger(5e-3, 3.0, 1000.0),
     ]  # fmt: skip
     assert load_board("prototype").finger is None
+
+
+def test_what_is_steady_loses_nothing(prototype: Board) -> None:
+    """Foam of a loss factor of 2 lies under a steady force as one of 0 does."""
+    image = dataclasses.replace(prototype.image, points=(21, 41))
+    bare = dataclasses.replace(prototype, image=image)
+    found = []
+    for loss in (0.0, 2.0):
+        board = dataclasses.replace(bare, foundation=Foundation(3e6, loss))
+        static = static_fields(board, plate_model(board))
+        assert static is not None
+        found.append(static)
+    assert found[1] == pytest.approx(found[0], rel=1e-3, abs=1e-3 * float(np.abs(found[0]).max()))
+    lossy = dataclasses.replace(bare, plate=dataclasses.replace(bare.plate, loss_factor=1.0))
+    still = dataclasses.replace(bare, plate=dataclasses.replace(bare.plate, loss_factor=0.0))
+    one, other = (static_fields(board, plate_model(board)) for board in (lossy, still))
+    assert one is not None
+    assert other is not None
+    assert one == pytest.approx(other, rel=1e-3, abs=1e-3 * float(np.abs(other).max()))

@@ -12,8 +12,10 @@ from chladni.sim.board.parts import Edges
 from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import Resolution
+from chladni.sim.ritz.solver import Solver
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
 from plate_fem.plate import Inclusion as Added
@@ -140,3 +142,22 @@ def test_cut_outs_match_finite_elements() -> None:
         apart.append(np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1))
     assert max(apart[1]) < response.error_estimate + max(np.abs(apart[0] - apart[1]))
     assert max(apart[1]) < 1e-3
+
+
+@pytest.mark.parametrize("at", [-0.021, -0.019, -0.016, 0.0])
+def test_a_strip_s_edge_may_go_through_a_cut_out(at: float) -> None:
+    """Foam's area, from the energy of a plate that goes down as a whole; segments of a disc."""
+    edge, radius, k = -0.018, 4e-3, 3e7
+    magnet = Inclusion(at, 0.01, 3e-3, 15.0, 1000.0)
+    strip = (-FREE.width / 2.0, edge, -FREE.length / 2.0, FREE.length / 2.0)
+    layer = FoundationLayer(k, 0.0, ((at, 0.01, radius),), (strip,))
+    geometry = dataclasses.replace(FREE, inclusions=(magnet,), foundation=layer)
+    solver = Solver(geometry, Mirrors(False, False), SIZE)
+    (parity,) = [ParityBasis(solver.basis, own) for own in parity_classes(solver.mirrors)]
+    form = solver.assembly.foundation(parity, solver.assembly.overlap(parity))
+    assert form is not None
+    height = np.clip(edge - at, -radius, radius)
+    cut = radius**2 * np.arccos(-height / radius) + height * np.sqrt(radius**2 - height**2)
+    area = (edge + FREE.width / 2.0) * FREE.length - cut
+    # The first polynomial is 1 over the root of the plate's area.
+    assert form[0, 0] * FREE.width * FREE.length / k == pytest.approx(area, rel=1e-3)

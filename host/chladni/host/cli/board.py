@@ -11,6 +11,8 @@ import numpy as np
 import typer
 
 from chladni.drives.methods import SEED
+from chladni.drives.problem.places import region_grid
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.host.cli.options import (
     BoardArgument,
@@ -20,7 +22,7 @@ from chladni.host.cli.options import (
     SeedOption,
     check_figure,
 )  # fmt: skip
-from chladni.host.cli.output import answer, progress_bar
+from chladni.host.cli.output import answer, progress_bar, say_unmet
 from chladni.host.figures.boards import sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.sim.board.board import Board
@@ -69,11 +71,15 @@ def board_sensitivity(
     started = time.perf_counter()
     with progress_bar("boards") as progress:
         influences = sensitivity(loaded, seed=seed, progress=progress)
+    fields = solved_board(loaded).fields
+    say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
         save(sensitivity_figure(loaded.name, influences), figure)
     result = {
         "name": loaded.name,
-        "places": PLACES,
+        "places": min(PLACES, region_grid(loaded).count),
+        "error_estimate": fields.error_estimate,
+        "tolerance_met": fields.tolerance_met,
         "parameters": [asdict(one) for one in influences],
         "seconds": time.perf_counter() - started,
     }

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger import felt
+from chladni.drives.scoring.finger import felt, remark_on
 from chladni.drives.solve import check_request
 from chladni.host.cli.options import (
     PARTIAL,
@@ -157,7 +157,8 @@ def _felt_at(
     owner = board_of(table, board, file=file)
     solved = solved_board(owner).at_frequency(section.frequency_hz)
     drive = table.drive_at(section, *(round(value * 1000.0) for value in place))
-    return asdict(felt(solved.problem(place), drive))
+    problem = solved.problem(place)
+    return asdict(felt(problem, drive)) | {"remark": remark_on(problem, drive)}
 
 
 def verify(

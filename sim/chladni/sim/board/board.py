@@ -42,12 +42,19 @@ class Board(BoardParts):
         return _axis(self.plate.size[1], self.image.points[1])
 
     def fingerprint(self) -> int:
-        """64 bits of the SHA-256 of what drives depend on: plate, actuators, frequency, regions."""
+        """64 bits of the SHA-256 of what drives depend on.
+
+        Plate and what it lies on, actuators, frequency, regions, the finger, and of coils that move
+        what their motion does to their current.
+        """
         physical = {
             key: value
             for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image", "coil", "panel", "finger")
+            if key not in ("name", "electronics", "image", "coil", "panel")
         }
+        if self.coil is not None and self.coil.motion_acts_back:
+            own = self.coil
+            physical["coil"] = [own.resistance, own.inductance, own.force_factor]
         text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 

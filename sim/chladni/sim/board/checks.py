@@ -22,6 +22,8 @@ ROOM = 0.6e-3
 """Gap between features, m, at which every pair that was tried could be followed."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
+SAME_WINDING = 0.25
+"""A warm coil has a quarter more than a cold one."""
 SAME_PLACE = 1e-6
 """Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
 
@@ -46,6 +48,7 @@ def check_board(board: BoardParts) -> None:
             check_ranges(feature, f"{section}[{index}]")
     if board.coil and not isinstance(board.coil.motion_acts_back, bool):
         raise InputError("coil.motion_acts_back", board.coil.motion_acts_back, "true or false")
+    _check_winding(board)
     _check_supports(board)
     _check_panel(board)
     _check_actuators(board)
@@ -61,6 +64,17 @@ def check_board(board: BoardParts) -> None:
         )
     if board.regions.pitch > smallest:
         raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+
+
+def _check_winding(board: BoardParts) -> None:
+    """Limits and forces are of one winding, of which a file says the resistance twice."""
+    coil, ohm = board.coil, board.electronics.coil_ohm
+    if coil is not None and abs(coil.resistance / ohm - 1.0) > SAME_WINDING:
+        raise InputError(
+            "electronics.coil_ohm", ohm,
+            f"about coil.resistance_ohm, {coil.resistance:g}: one gives current and heat, the "
+            "other the force",
+        )  # fmt: skip
 
 
 def _check_panel(board: BoardParts) -> None:

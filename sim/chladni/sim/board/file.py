@@ -156,7 +156,7 @@ def _finger(value: object) -> Finger:
     """A finger by name, or by its numbers."""
     if isinstance(value, str) and value in FINGERS:
         return FINGERS[value]
-    if isinstance(value, str):
+    if not isinstance(value, dict):
         known = ", ".join(map(repr, FINGERS))
         raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
     if isinstance(value, dict) and "name" in value:

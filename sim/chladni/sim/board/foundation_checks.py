@@ -9,6 +9,8 @@ from chladni.sim.board.parts import BoardParts
 from chladni.sim.board.quantity import MM, check_ranges
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
+MOST_STIFFNESS = 1e11
+"""N/m³: a millimetre of what is a hundred times as stiff as rubber."""
 SAME_PLACE = 1e-6
 """Closer than this, in metres, two circles have one centre."""
 
@@ -56,6 +58,22 @@ def check_foundation(board: BoardParts) -> None:
                 f"{side / MM:g} mm together at most, the plate's side",
             )  # fmt: skip
     _check_cut_outs(board)
+    _check_holes(board)
+
+
+def _check_holes(board: BoardParts) -> None:
+    """No edge of a strip goes through a hole of the plate."""
+    for index, hole in enumerate(board.holes):
+        x, y = hole.at
+        for x0, x1, y0, y1 in strips(board):
+            inside = x0 <= x - hole.radius and x + hole.radius <= x1
+            inside = inside and y0 <= y - hole.radius and y + hole.radius <= y1
+            outside = np.hypot(x - np.clip(x, x0, x1), y - np.clip(y, y0, y1)) >= hole.radius
+            if not inside and not outside:
+                raise InputError(
+                    f"holes[{index}].at_mm", [float(f"{v / MM:.9g}") for v in hole.at],
+                    "a hole wholly on a strip of the foundation, or off it",
+                )  # fmt: skip
 
 
 def _check_stiffness(board: BoardParts) -> None:
@@ -66,8 +84,20 @@ def _check_stiffness(board: BoardParts) -> None:
         raise InputError("foundation.material", own.material, f"one of: {known}")
     if own.material and own.stiffness:
         raise ConflictError("foundation.stiffness_n_per_mm3", "foundation.material")
+    if own.thickness and not own.material:
+        raise MissingError("foundation.material", "thickness_mm says how much of it")
+    if own.sealed_air and not own.strips.is_none:
+        raise ConflictError(
+            "foundation.sealed_air_mm", "foundation.strips; air would fill what is between them"
+        )
     if own.material and not own.thickness:
         raise MissingError("foundation.thickness_mm", "a material's stiffness goes with it")
+    if own.total_stiffness > MOST_STIFFNESS:
+        thin = "sealed_air_mm" if own.air_stiffness > own.sheet_stiffness else "thickness_mm"
+        raise InputError(
+            f"foundation.{thin}", own.total_stiffness * MM**3,
+            f"a foundation of at most {MOST_STIFFNESS * MM**3:g} N/mm³",
+        )  # fmt: skip
     if not own.total_stiffness:
         raise MissingError(
             "foundation.stiffness_n_per_mm3",
@@ -100,8 +130,9 @@ def _check_cut_outs(board: BoardParts) -> None:
             apart = float(np.hypot(*np.subtract(at, cut.at)))
             is_middle = apart < SAME_PLACE and other not in names
             if apart < cut.radius + radius and not is_middle:
+                value = [float(f"{v / MM:.9g}") for v in cut.at]
                 raise InputError(
-                    name, [float(f"{v / MM:.9g}") for v in cut.at],
+                    name, value if k < explicit else float(f"{cut.radius / MM:.9g}"),
                     f"a cut-out clear of {other}; they are {apart / MM:.3g} mm apart, "
                     f"{(cut.radius + radius) / MM:.3g} would do",
                 )  # fmt: skip

@@ -45,7 +45,30 @@ def driven_fields(
     if np.linalg.norm(coupling, 2) <= tolerance:
         return fields
     forces = np.linalg.inv(np.eye(len(coupling)) + coupling)
-    return replace(fields, values=np.tensordot(forces.T, fields.values, axes=1))
+    values = np.tensordot(forces.T, fields.values, axes=1)
+    return replace(fields, values=values, acts_back=True)
+
+
+def with_coils(board: Board, driven: TransferFields, fields: ComplexArray) -> ComplexArray:
+    """Fields (…, nx, ny) of other forces on the same board, as its coils answer them.
+
+    A coil that is moved drives a current through its supply, which brakes it: with g at the coils,
+    g′ = g − iω BL²/(R + iωL) Σ Gⱼ gⱼ, G being the fields as they are driven.
+    """
+    if not driven.acts_back:
+        return fields
+    at_coils = np.stack([_at_places(board, driven, own) for own in fields])
+    answer = np.tensordot(at_coils, driven.values, axes=1)
+    return np.asarray(fields - _per_velocity(board, driven.frequency_hz) * answer)
+
+
+def _per_velocity(board: Board, frequency_hz: float) -> complex:
+    """iω BL²/(R + iωL): what brakes a coil per metre, N/m."""
+    coil = board.coil
+    assert coil is not None
+    omega = 2.0 * np.pi * frequency_hz
+    electrical = coil.resistance + 1j * omega * coil.inductance
+    return 1j * omega * coil.force_factor**2 / electrical
 
 
 def coil_coupling(board: Board, fields: TransferFields) -> ComplexArray:
@@ -53,22 +76,19 @@ def coil_coupling(board: Board, fields: TransferFields) -> ComplexArray:
     coil, count = board.coil, len(board.actuators)
     if coil is None or not coil.motion_acts_back:
         return np.zeros((count, count), dtype=np.complex128)
-    omega = 2.0 * np.pi * fields.frequency_hz
-    electrical = coil.resistance + 1j * omega * coil.inductance
-    return np.asarray(1j * omega * coil.force_factor**2 / electrical * _at_coils(board, fields))
+    columns = [_at_places(board, fields, values) for values in fields.values]
+    return np.asarray(_per_velocity(board, fields.frequency_hz) * np.stack(columns, axis=1))
 
 
-def _at_coils(board: Board, fields: TransferFields) -> ComplexArray:
-    """H: what unit forces (columns) do at every coil (rows), m/N.
+def _at_places(board: Board, fields: TransferFields, values: ComplexArray) -> ComplexArray:
+    """One field at every coil.
 
-    Between image points fields are taken as straight. Under a rigid magnet they are.
+    Between image points it is taken as straight. Under a rigid magnet it is.
     """
     places = np.array([actuator.at for actuator in board.actuators]).T
     axes = (fields.x, fields.y)
     rows = [(at - axis[0]) / (axis[1] - axis[0]) for at, axis in zip(places, axes, strict=True)]
-    columns = [
-        map_coordinates(values.real, rows, order=1, mode="nearest")
-        + 1j * map_coordinates(values.imag, rows, order=1, mode="nearest")
-        for values in fields.values
+    parts = [
+        map_coordinates(part, rows, order=1, mode="nearest") for part in (values.real, values.imag)
     ]
-    return np.asarray(np.stack(columns, axis=1))
+    return np.asarray(parts[0] + 1j * parts[1])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.fields.transfer import TransferFields, transfer_fields
+from chladni.sim.fields.transfer import TransferFields, plate_model, transfer_fields
 from chladni.sim.plate.response import PlateModel
 
 FloatArray = NDArray[np.float64]
@@ -22,10 +24,16 @@ def static_fields(board: Board, model: PlateModel) -> FloatArray | None:
     """
     if not is_held(board):
         return None
+    loss, foundation = board.plate.loss_factor, board.foundation
+    if foundation is not None and foundation.total_loss_factor != loss:
+        # What is steady loses nothing; of two loss factors none can be divided out.
+        still = replace(board, plate=replace(board.plate, loss_factor=0.0),
+                        foundation=replace(foundation, loss_factor=0.0))  # fmt: skip
+        return static_fields(still, plate_model(still))
     fields: TransferFields = transfer_fields(
         board, frequency_hz=SLOW_HZ, model=model, allow_unmet=True
     )
-    return np.asarray(fields.values.real)
+    return np.asarray((fields.values * (1.0 + 1j * loss)).real)
 
 
 def is_held(board: Board) -> bool:

@@ -49,6 +49,8 @@ class TransferFields:
         Drive frequency.
     modes_used, error_estimate, tolerance, tolerance_met
         As in `Response`.
+    acts_back
+        Whether the coils' own motion is in them (driven.py).
     """
 
     x: FloatArray
@@ -58,6 +60,7 @@ class TransferFields:
     modes_used: int
     error_estimate: float
     tolerance: float
+    acts_back: bool = False
 
     @property
     def tolerance_met(self) -> bool:

@@ -26,6 +26,9 @@ IN_STRIP = 12
 """Gauss points across a strip at least. Along a side as many as the plate's own area has."""
 ALONG_SIDE = 30
 OFFCUT_POINTS = 16
+ACROSS_AN_EDGE = (48, 192)
+"""Points along the radius and around of a disc that an edge of a strip goes through: they leave
+1e-3 of the disc's share."""
 
 
 def signed_points(basis: Basis) -> Points:
@@ -54,7 +57,7 @@ def _is_under(layer: FoundationLayer, points: Points) -> np.ndarray:
     return np.asarray(
         np.any(
             [
-                (points.x > x0) & (points.x < x1) & (points.y > y0) & (points.y < y1)
+                (points.x >= x0) & (points.x <= x1) & (points.y >= y0) & (points.y <= y1)
                 for x0, x1, y0, y1 in layer.strips
             ],
             axis=0,
@@ -67,12 +70,19 @@ def is_left_out(layer: FoundationLayer, disc: Inclusion) -> bool:
 
     Functions are known as polynomials on such discs, so that points only make up the rest.
     """
-    if layer.strips and not _is_under(layer, Points(*np.array([[disc.x], [disc.y], [0.0]])))[0]:
+    if not _is_wholly_under(layer, disc.x, disc.y, disc.radius):
         return False
     return disc.is_hole or any(
         np.hypot(disc.x - x, disc.y - y) < SAME_PLACE and disc.radius <= radius
         for x, y, radius in layer.cut_outs
     )
+
+
+def _is_wholly_under(layer: FoundationLayer, x: float, y: float, radius: float) -> bool:
+    """Whether the foundation would be under all of a disc if nothing were cut out."""
+    angles = 2.0 * np.pi * np.arange(64) / 64.0
+    px, py = x + radius * np.cos(angles), y + radius * np.sin(angles)
+    return bool(np.all(_is_under(layer, Points(px, py, np.zeros(64)))))
 
 
 def _ring(basis: Basis, x: float, y: float, radius: float) -> Points:
@@ -84,6 +94,10 @@ def _ring(basis: Basis, x: float, y: float, radius: float) -> Points:
         orders_and_degree(basis, middle[0]) if middle else (0, degree_on(basis, radius))
     )
     inner = middle[0].radius if middle and middle[0].radius <= radius else 0.0
+    layer = basis.geometry.foundation
+    if inner and layer is not None and not _is_wholly_under(layer, x, y, inner):
+        # A strip's edge goes through the disc: points tell what of it lies under the strip.
+        return DiscRule(*ACROSS_AN_EDGE).on(x, y, radius)
     across = ACROSS_RING if inner else degree // 2 + 3
     around = max(around, degree)
     return DiscRule(across, 4 * -(-(around + MORE_AROUND) // 2)).on(x, y, radius, inner=inner)

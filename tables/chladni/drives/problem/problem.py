@@ -16,7 +16,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
-from chladni.sim.fields.driven import driven_fields
+from chladni.sim.fields.driven import driven_fields, with_coils
 from chladni.sim.fields.static import static_fields
 from chladni.sim.fields.transfer import (
     TOLERANCE,
@@ -138,10 +138,10 @@ class SolvedBoard:
 
     def under_finger(self, targets_mm: Sequence[tuple[float, float]]) -> ComplexArray:
         """Fields of one newton under a fingertip at each target, (targets, nx, ny), m/N."""
-        radius = metrics.FINGERTIP_RADIUS
-        return disc_fields(
-            self.board, targets_mm, radius, model=self.model, allow_unmet=True
+        answers = disc_fields(
+            self.board, targets_mm, metrics.FINGERTIP_RADIUS, model=self.model, allow_unmet=True
         ).values
+        return with_coils(self.board, self.fields, answers)
 
     def groups(
         self, targets_mm: Sequence[tuple[float, float]]

@@ -207,6 +207,13 @@ def remark(misled: int, places: int) -> str | None:
     )
 
 
+def remark_on(problem: Problem, drive: ComplexArray) -> str | None:
+    """`disagreement` of a drive."""
+    board, field = problem.board, np.tensordot(drive, problem.transfer, axes=1)
+    second = metrics.second_finger_db(field, board.x, board.y, problem.place)
+    return disagreement(*_score(problem, drive), second)
+
+
 def _score(problem: Problem, drive: ComplexArray) -> tuple[float, float]:
     """SSIM, and focal error in mm."""
     field = np.tensordot(drive, problem.transfer, axes=1)

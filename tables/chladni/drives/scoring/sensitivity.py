@@ -7,7 +7,9 @@ tolerance, alone, and the same drives are scored on that board against the image
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,10 +22,12 @@ from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.image import metrics
 
 ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
 
 PLACES = 16
 """Regions that are looked at, drawn with a fixed seed."""
@@ -92,7 +96,7 @@ def sensitivity(
     cases = [(one["problem"], one["drive"]) for one in found]
     plain = _score_all(cases, solved.fields.values)
     changes: dict[tuple[str, str], list[list[_Numbers]]] = {}
-    variants = list(_variants(board, np.random.default_rng(seed)))
+    variants = _possible(board, np.random.default_rng(seed))
     for number, variant in enumerate(variants, 1):
         values = _fields_of(solved, variant)
         changes.setdefault((variant.name, variant.tolerance), []).append(_score_all(cases, values))
@@ -152,41 +156,57 @@ def _influence(
     )
 
 
-def _variants(board: Board, rng: np.random.Generator) -> Iterator[_Variant]:
-    """Every board that is looked at; both ends of a parameter share its name."""
-    plate = board.plate
+Change = tuple[str, str, Callable[[], Board]]
+"""Name, tolerance, and how the board comes out."""
 
-    def ends(share: float) -> tuple[float, float]:
-        return 1.0 - share, 1.0 + share
 
-    for factor in ends(THICKNESS):
-        own = replace(plate, thickness=factor * plate.thickness)
-        yield _Variant("thickness", _percent(THICKNESS), replace(board, plate=own))
-    for factor in ends(MODULUS):
-        own = replace(plate, youngs_modulus=factor * plate.youngs_modulus)
-        yield _Variant("Young's modulus", _percent(MODULUS), replace(board, plate=own))
-    if plate.loss_factor > 0.0:
-        for factor in ends(LOSS):
-            own = replace(plate, loss_factor=factor * plate.loss_factor)
-            yield _Variant("loss factor", _percent(LOSS), replace(board, plate=own))
-    yield from _support_variants(board)
-    if board.magnet:
-        for factor in ends(MAGNET):
-            magnet = replace(board.magnet, density=factor * board.magnet.density)
-            yield _Variant("magnets' mass", _percent(MAGNET), replace(board, magnet=magnet))
-        if board.magnet.stiffness_ratio > 1.0:
-            magnet = replace(board.magnet, stiffness_ratio=1.0)
-            yield _Variant("magnets' glue", "rigid to soft", replace(board, magnet=magnet))
-    for _ in range(DRAWS):
-        moved = _moved(board, rng)
-        if moved is not None:
-            yield _Variant("coils' places", f"±{COIL_PLACE * 1e3:g} mm", moved)
+def _possible(board: Board, rng: np.random.Generator) -> list[_Variant]:
+    """Every variant that can be built: an end at which parts touch or leave a range is left out."""
+    found = []
+    for name, tolerance, make in _changes(board, rng):
+        with suppress(InputError):
+            found.append(_Variant(name, tolerance, make()))
     for _ in range(DRAWS):
         gains = 1.0 + FORCE * rng.uniform(-1.0, 1.0, len(board.actuators))
-        yield _Variant("coils' forces", _percent(FORCE), board, gains.astype(np.complex128))
+        found.append(_Variant("coils' forces", _percent(FORCE), board, gains.astype(np.complex128)))
+    return found
 
 
-def _support_variants(board: Board) -> Iterator[_Variant]:
+def _changes(board: Board, rng: np.random.Generator) -> Iterator[Change]:
+    """Every change that is looked at; both ends of a parameter share its name."""
+    plate, magnet = board.plate, board.magnet
+
+    def of_plate(**values: Any) -> Callable[[], Board]:
+        return lambda: replace(board, plate=replace(plate, **values))
+
+    def of_magnet(**values: Any) -> Callable[[], Board]:
+        assert magnet is not None
+        return lambda: replace(board, magnet=replace(magnet, **values))
+
+    for f in _ends(THICKNESS):
+        yield "thickness", _percent(THICKNESS), of_plate(thickness=f * plate.thickness)
+    for f in _ends(MODULUS):
+        changed = of_plate(youngs_modulus=f * plate.youngs_modulus)
+        yield "Young's modulus", _percent(MODULUS), changed
+    if plate.loss_factor > 0.0:
+        for f in _ends(LOSS):
+            yield "loss factor", _percent(LOSS), of_plate(loss_factor=f * plate.loss_factor)
+    yield from _support_changes(board)
+    if magnet is not None:
+        for f in _ends(MAGNET):
+            yield "magnets' mass", _percent(MAGNET), of_magnet(density=f * magnet.density)
+        if magnet.stiffness_ratio > 1.0:
+            yield "magnets' glue", "rigid to soft", of_magnet(stiffness_ratio=1.0)
+    for _ in range(DRAWS):
+        moves = COIL_PLACE * rng.uniform(-1.0, 1.0, (len(board.actuators), 2))
+        yield "coils' places", f"±{COIL_PLACE * 1e3:g} mm", partial(_moved, board, moves)
+
+
+def _ends(share: float) -> tuple[float, float]:
+    return 1.0 - share, 1.0 + share
+
+
+def _support_changes(board: Board) -> Iterator[Change]:
     """Screws on soft stand-offs, and foam of another stiffness."""
     if any(screw.support != "sprung" for screw in board.screws):
         soft = tuple(
@@ -196,26 +216,29 @@ def _support_variants(board: Board) -> Iterator[_Variant]:
             )
             for screw in board.screws
         )  # fmt: skip
-        yield _Variant("screws", "rigid to nylon", replace(board, screws=soft))
+        yield "screws", "rigid to nylon", lambda: replace(board, screws=soft)
     foundation = board.foundation
-    if foundation is None:
+    if foundation is None or not foundation.sheet_stiffness:
         return
-    for factor in (1.0 - FOAM, 1.0 + FOAM):
+
+    def with_foam(factor: float) -> Board:
         if foundation.material:
             own = replace(foundation, thickness=foundation.thickness / factor)
         else:
             own = replace(foundation, stiffness=factor * foundation.stiffness)
-        yield _Variant("foam's stiffness", _percent(FOAM), replace(board, foundation=own))
+        return replace(board, foundation=own)
+
+    for factor in _ends(FOAM):
+        yield "foam's stiffness", _percent(FOAM), partial(with_foam, factor)
 
 
-def _moved(board: Board, rng: np.random.Generator) -> Board | None:
+def _moved(board: Board, moves: FloatArray) -> Board:
     """All coils off their places, as far as they stay on the board."""
     margin = board.magnet.radius * 1.01 if board.magnet else 0.0
     half = np.array(board.plate.size) / 2.0 - margin
     actuators = []
-    for actuator in board.actuators:
-        at = np.array(actuator.at) + COIL_PLACE * rng.uniform(-1.0, 1.0, 2)
-        x, y = np.clip(at, -half, half).tolist()
+    for actuator, move in zip(board.actuators, moves, strict=True):
+        x, y = np.clip(np.array(actuator.at) + move, -half, half).tolist()
         actuators.append(replace(actuator, at=(x, y)))
     return replace(board, actuators=tuple(actuators))
 
