@@ -40,6 +40,7 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 # In this order: later ones read what earlier ones wrote.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
+    "board sensitivity": ("paper",),
     "modes": ("prototype", "--count", "4", "--figure", "modes.png"),
     "field": ("prototype", "--target", "10,25", "-o", "f.npz"),
     "solve": ("prototype", "--target", "10,25"),

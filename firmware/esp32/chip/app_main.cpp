@@ -1,4 +1,7 @@
 // Chladni on an ESP32: synthesis alone on core 1, everything else on core 0.
+#include <array>
+#include <cstdio>
+
 #include "board.hpp"
 #include "core/link/link.hpp"
 #include "core/link/udp.hpp"
@@ -28,7 +31,6 @@ Device device;
 Link host_link(device);
 Datagrams datagrams(device);
 TaskHandle_t main_task = nullptr;
-bool is_synthesis_running = false;  // written before the notification that main_task waits for
 
 void IRAM_ATTR set_duties(void*, const uint32_t* duties) { chip::pwm_set_duties(duties); }
 
@@ -86,30 +88,54 @@ Hal make_hal() {
   return hal;
 }
 
+// Said on the console, which the link shares: what is missing, and why.
+void complain(const char* what, esp_err_t status) {
+  chip::console_print(what);
+  chip::console_print(esp_err_to_name(status));
+}
+
 // Interrupts belong to the core that asks for them.
 void set_up_synthesis(void*) {
   esp_err_t status = chip::pwm_start(device.config());
   if (status == ESP_OK) status = chip::sample_timer_start(device);
-  is_synthesis_running = status == ESP_OK;
-  if (!is_synthesis_running) {
+  if (status != ESP_OK) {
     chip::cut_outputs();
-    chip::console_print("synthesis did not start:");
-    chip::console_print(esp_err_to_name(status));
+    complain("synthesis did not start:", status);
+  } else if (device.config().channels > 8) {
+    std::array<char, 64> line{};
+    std::snprintf(line.data(), line.size(), "channels 8 and up lag by %d steps of 12.5 ns",
+                  static_cast<int>(chip::pwm_group_offset()));
+    chip::console_print(line.data());
   }
   xTaskNotifyGive(main_task);
   vTaskDelete(nullptr);
 }
 
+// Without it the main loop goes on: it finds that no sample comes, keeps outputs off and answers
+// the link, by which another configuration can come.
 void start_synthesis() {
-  main_task = xTaskGetCurrentTaskHandle();
   if (xTaskCreatePinnedToCore(set_up_synthesis, "synthesis", kSetupStackBytes, nullptr, 10, nullptr,
                               kSynthesisCore) != pdPASS) {
-    chip::console_print("no memory for the synthesis task");
+    complain("synthesis did not start:", ESP_ERR_NO_MEM);
   } else {
     ulTaskNotifyTake(pdTRUE, portMAX_DELAY);
   }
-  // Without it the main loop goes on: it finds that no sample comes, keeps outputs off and answers
-  // the link, by which another configuration can come.
+}
+
+// Said once: duties may be taken over a carrier period late, which is heard and does no harm.
+void watch_alignment() {
+  static bool is_said = false;
+  const esp_err_t status = chip::sample_timer_keep_aligned();
+  if (status != ESP_OK && !is_said) {
+    is_said = true;
+    complain("duties are written near the carrier's end:", status);
+  }
+}
+
+// What cuts the outputs when everything else fails; without it they are not begun.
+esp_err_t arm_safety() {
+  const esp_err_t status = chip::last_resort_arm();
+  return status == ESP_OK ? esp_task_wdt_add(nullptr) : status;
 }
 
 // Off, and the radio with it, unless a key was set over the wire.
@@ -118,8 +144,7 @@ void start_network() {
   if (!load_network(make_hal(), network)) return;
   const esp_err_t status = chip::network_start(network, device.network());
   if (status != ESP_OK) {
-    chip::console_print("the network did not start:");
-    chip::console_print(esp_err_to_name(status));
+    complain("the network did not start:", status);
     return;
   }
   datagrams.start(make_hal());
@@ -130,25 +155,27 @@ void start_network() {
 extern "C" void app_main() {
   chip::gates_low(Config{});
   ESP_ERROR_CHECK(chip::console_start());
-  ESP_ERROR_CHECK(chip::last_resort_arm());
   if (!chip::flash_open()) chip::console_print("no room for tables, or no partition named config");
   device.start(make_hal());
   chip::gates_low(device.config());
   chip::console_set_baud(device.config().link_baud);
-  start_synthesis();
-  const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
-  if (panel != ESP_OK) {
-    chip::console_print("the panel's bus did not start:");
-    chip::console_print(esp_err_to_name(panel));
+  main_task = xTaskGetCurrentTaskHandle();
+  const esp_err_t safety = arm_safety();
+  if (safety == ESP_OK) {
+    start_synthesis();
+  } else {
+    complain("outputs did not start, for want of their last resort:", safety);
   }
+  const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
+  if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
   start_network();
-  ESP_ERROR_CHECK(esp_task_wdt_add(nullptr));
   device.command("info");
   for (;;) {
     esp_task_wdt_reset();
     chip::console_poll(host_link);
     chip::network_poll(datagrams, device.network());
     device.poll();
+    watch_alignment();
     // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).
     ulTaskNotifyTake(pdTRUE, 1);
   }

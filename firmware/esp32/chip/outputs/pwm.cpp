@@ -6,6 +6,7 @@
 #include "driver/gpio.h"
 #include "driver/ledc.h"
 #include "esp_attr.h"
+#include "freertos/FreeRTOS.h"
 #include "hal/ledc_ll.h"
 #include "soc/gpio_reg.h"
 #include "soc/gpio_sig_map.h"
@@ -15,18 +16,23 @@ namespace chladni::chip {
 
 namespace {
 
-// All channels share one timer, so that their phases hold. High-speed channels take a duty over at
-// the end of a carrier period without a further command; there are eight.
-constexpr ledc_mode_t kMode = LEDC_HIGH_SPEED_MODE;
+// Channels of a group share one timer, so that their phases hold. The eight high-speed channels
+// come first, then the eight low-speed ones, whose timer runs from the same clock. Both take a duty
+// over at the end of a carrier period, low-speed ones after a further command.
 constexpr ledc_timer_t kTimer = LEDC_TIMER_0;
 constexpr uint32_t kClockHz = 80000000;
-constexpr uint32_t kMostChannels = 8;
+constexpr uint32_t kPerGroup = 8;
+// Steps of 12.5 ns by which the groups may be apart: a 64th of a carrier period of 10 bits.
+constexpr int32_t kMostOffset = 16;
 
 // Read by the interrupt, and by what runs when everything else is lost.
 DRAM_ATTR uint32_t channels = 0;
 DRAM_ATTR uint64_t gates = 0;
 // Written by the interrupt alone.
 DRAM_ATTR std::atomic<uint32_t> dropped{0};
+DRAM_ATTR std::atomic<uint32_t> written_at{kNeverWritten};
+int32_t group_offset = 0;
+portMUX_TYPE start_lock = portMUX_INITIALIZER_UNLOCKED;
 
 uint64_t pins_of(const Config& config) {
   uint64_t pins = 0;
@@ -34,6 +40,31 @@ uint64_t pins_of(const Config& config) {
     if (config.pwm_pins[k] < GPIO_NUM_MAX) pins |= 1ULL << config.pwm_pins[k];
   }
   return pins;
+}
+
+esp_err_t start_timer(ledc_mode_t mode, uint32_t pwm_bits) {
+  ledc_timer_config_t timer{};
+  timer.speed_mode = mode;
+  timer.duty_resolution = static_cast<ledc_timer_bit_t>(pwm_bits);
+  timer.timer_num = kTimer;
+  timer.freq_hz = kClockHz >> pwm_bits;
+  timer.clk_cfg = LEDC_USE_APB_CLK;
+  return ledc_timer_config(&timer);
+}
+
+// Each timer was started by itself; from here on they are as far apart as two writes to registers.
+void IRAM_ATTR start_together() {
+  auto& fast = LEDC.timer_group[LEDC_HIGH_SPEED_MODE].timer[kTimer];
+  auto& slow = LEDC.timer_group[LEDC_LOW_SPEED_MODE].timer[kTimer];
+  portENTER_CRITICAL(&start_lock);
+  fast.conf.rst = 1;
+  slow.conf.rst = 1;
+  fast.conf.rst = 0;
+  slow.conf.rst = 0;
+  const uint32_t first = fast.value.timer_cnt;
+  const uint32_t second = slow.value.timer_cnt;
+  portEXIT_CRITICAL(&start_lock);
+  group_offset = static_cast<int32_t>(second) - static_cast<int32_t>(first);
 }
 
 }  // namespace
@@ -54,19 +85,19 @@ void gates_low(const Config& config) {
 }
 
 esp_err_t pwm_start(const Config& config) {
-  if (config.channels > kMostChannels) return ESP_ERR_NOT_SUPPORTED;
-  ledc_timer_config_t timer{};
-  timer.speed_mode = kMode;
-  timer.duty_resolution = static_cast<ledc_timer_bit_t>(config.pwm_bits);
-  timer.timer_num = kTimer;
-  timer.freq_hz = kClockHz >> config.pwm_bits;
-  timer.clk_cfg = LEDC_USE_APB_CLK;
-  esp_err_t status = ledc_timer_config(&timer);
+  const bool has_both = config.channels > kPerGroup;
+  esp_err_t status = start_timer(LEDC_HIGH_SPEED_MODE, config.pwm_bits);
+  if (status == ESP_OK && has_both) status = start_timer(LEDC_LOW_SPEED_MODE, config.pwm_bits);
+  if (status == ESP_OK && has_both) {
+    start_together();
+    const bool is_near = group_offset <= kMostOffset && group_offset >= -kMostOffset;
+    if (!is_near) status = ESP_ERR_INVALID_STATE;
+  }
   for (uint32_t k = 0; k < config.channels && status == ESP_OK; ++k) {
     ledc_channel_config_t channel{};
     channel.gpio_num = config.pwm_pins[k];
-    channel.speed_mode = kMode;
-    channel.channel = static_cast<ledc_channel_t>(k);
+    channel.speed_mode = k < kPerGroup ? LEDC_HIGH_SPEED_MODE : LEDC_LOW_SPEED_MODE;
+    channel.channel = static_cast<ledc_channel_t>(k % kPerGroup);
     channel.timer_sel = kTimer;
     channel.duty = 0;
     channel.hpoint = 0;
@@ -79,20 +110,30 @@ esp_err_t pwm_start(const Config& config) {
 void IRAM_ATTR pwm_set_duties(const uint32_t* duties) {
   // The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits
   // for the last duty to be taken over: so look first, and never wait.
+  written_at.store(pwm_position(), std::memory_order_relaxed);
   for (uint32_t k = 0; k < channels; ++k) {
-    const auto number = static_cast<ledc_channel_t>(k);
-    if (LEDC.channel_group[kMode].channel[number].conf1.duty_start != 0) {
+    const bool is_fast = k < kPerGroup;
+    const ledc_mode_t mode = is_fast ? LEDC_HIGH_SPEED_MODE : LEDC_LOW_SPEED_MODE;
+    const auto number = static_cast<ledc_channel_t>(is_fast ? k : k - kPerGroup);
+    if (LEDC.channel_group[mode].channel[number].conf1.duty_start != 0) {
       dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
       continue;
     }
-    ledc_ll_set_duty_int_part(&LEDC, kMode, number, duties[k]);
-    ledc_ll_set_duty_start(&LEDC, kMode, number);
+    ledc_ll_set_duty_int_part(&LEDC, mode, number, duties[k]);
+    ledc_ll_set_duty_start(&LEDC, mode, number);
+    if (!is_fast) ledc_ll_ls_channel_update(&LEDC, mode, number);
   }
 }
 
+uint32_t pwm_written_at() { return written_at.exchange(kNeverWritten, std::memory_order_relaxed); }
+
+int32_t pwm_group_offset() { return group_offset; }
+
 uint32_t pwm_dropped() { return dropped.load(std::memory_order_relaxed); }
 
-uint32_t pwm_position() { return LEDC.timer_group[kMode].timer[kTimer].value.timer_cnt; }
+uint32_t IRAM_ATTR pwm_position() {
+  return LEDC.timer_group[LEDC_HIGH_SPEED_MODE].timer[kTimer].value.timer_cnt;
+}
 
 void IRAM_ATTR cut_outputs() {
   // The interrupt on the other core may go on writing duties: what it writes must lead nowhere.

@@ -1,4 +1,4 @@
-// LEDC outputs on one timer, written from the sample interrupt.
+// LEDC outputs, up to sixteen on two timers that start together, written from the sample interrupt.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +23,15 @@ uint32_t pwm_dropped();
 
 // Position in the carrier period now, in its steps.
 uint32_t pwm_position();
+
+// Where in the carrier period the last duties were begun to be written; kNeverWritten if none were
+// since it was last asked.
+uint32_t pwm_written_at();
+constexpr uint32_t kNeverWritten = 0xFFFFFFFFU;
+
+// Steps of 12.5 ns by which channels from 8 on lag the others, as measured at start; constant
+// since.
+int32_t pwm_group_offset();
 
 // Take the gates from the PWM and pull them low, from any context, even with half the chip dead.
 void cut_outputs();

@@ -12,7 +12,7 @@ namespace chladni::chip {
 namespace {
 
 constexpr uint32_t kCyclesPerTick = kCpuHz / kTimerHz;
-// How often the timer is moved until it stands where it should, and how near that must be.
+// How often in a row the timer is moved until it stands where it should.
 constexpr int kTries = 8;
 
 // Of the interrupt alone.
@@ -27,24 +27,10 @@ bool IRAM_ATTR on_alarm(gptimer_handle_t, const gptimer_alarm_event_data_t*, voi
   return false;  // no task was woken
 }
 
-// Move the timer until its alarm falls into the middle of a carrier period: the duties are written
-// far from where they are latched. Both run from one clock, so it stays there.
-esp_err_t align(gptimer_handle_t timer, uint32_t alarm_ticks, uint32_t carrier_steps) {
-  esp_err_t status = ESP_OK;
-  for (int k = 0; k < kTries && status == ESP_OK; ++k) {
-    uint64_t ticks = 0;
-    status = gptimer_get_raw_count(timer, &ticks);
-    const uint32_t position = pwm_position();
-    const auto count = static_cast<uint32_t>(ticks);
-    // A tick is two steps.
-    const uint32_t at_alarm = (position + 2U * (alarm_ticks - count)) % carrier_steps;
-    const uint32_t too_late = (at_alarm + carrier_steps / 2U) % carrier_steps;
-    if (too_late < carrier_steps / 8U || too_late > carrier_steps * 7U / 8U) return status;
-    const uint32_t moved = count + too_late / 2U;
-    if (status == ESP_OK) status = gptimer_set_raw_count(timer, moved % alarm_ticks);
-  }
-  return status;
-}
+gptimer_handle_t timer = nullptr;
+uint32_t alarm_ticks = 0;
+uint32_t carrier_steps = 0;
+int tries = 0;
 
 }  // namespace
 
@@ -54,7 +40,6 @@ esp_err_t sample_timer_start(Device& device) {
   config.direction = GPTIMER_COUNT_UP;
   config.resolution_hz = kTimerHz;
   config.intr_priority = 3;
-  gptimer_handle_t timer = nullptr;
   esp_err_t status = gptimer_new_timer(&config, &timer);
   if (status != ESP_OK) return status;
 
@@ -63,20 +48,37 @@ esp_err_t sample_timer_start(Device& device) {
   status = gptimer_register_event_callbacks(timer, &callbacks, &device);
   if (status != ESP_OK) return status;
 
-  const uint32_t carrier_steps = 1U << device.config().pwm_bits;
+  carrier_steps = 1U << device.config().pwm_bits;
   gptimer_alarm_config_t alarm{};
-  alarm.alarm_count = carrier_steps / 2U * kCarrierPeriodsPerSample;
+  alarm_ticks = carrier_steps / 2U * kCarrierPeriodsPerSample;
+  alarm.alarm_count = alarm_ticks;
   alarm.reload_count = 0;
   alarm.flags.auto_reload_on_alarm = true;
-  const uint32_t cycles_per_sample = static_cast<uint32_t>(alarm.alarm_count) * kCyclesPerTick;
+  const uint32_t cycles_per_sample = alarm_ticks * kCyclesPerTick;
   sample_clock.start(cycles_per_sample, esp_cpu_get_cycle_count() + cycles_per_sample);
   status = gptimer_set_alarm_action(timer, &alarm);
   if (status == ESP_OK) status = gptimer_enable(timer);
-  if (status == ESP_OK) status = gptimer_start(timer);
-  if (status == ESP_OK) {
-    status = align(timer, static_cast<uint32_t>(alarm.alarm_count), carrier_steps);
+  return status == ESP_OK ? gptimer_start(timer) : status;
+}
+
+esp_err_t sample_timer_keep_aligned() {
+  const uint32_t at = pwm_written_at();
+  if (timer == nullptr || at == kNeverWritten) return ESP_OK;
+  if (at >= carrier_steps / 8U && at <= carrier_steps * 5U / 8U) {
+    tries = 0;
+    return ESP_OK;
   }
-  return status;
+  if (tries >= kTries) return ESP_ERR_INVALID_STATE;
+  ++tries;
+  uint64_t count = 0;
+  const esp_err_t status = gptimer_get_raw_count(timer, &count);
+  if (status != ESP_OK) return status;
+  // The writes take up to an eighth of a carrier period, so they begin a little before its middle.
+  // Later by so many steps, of which a tick is two; a count that is less comes later.
+  const uint32_t wanted = carrier_steps * 3U / 8U;
+  const uint32_t later = (wanted + carrier_steps - at) % carrier_steps / 2U;
+  const uint32_t moved = (static_cast<uint32_t>(count) + alarm_ticks - later) % alarm_ticks;
+  return gptimer_set_raw_count(timer, moved);
 }
 
 }  // namespace chladni::chip

@@ -1,0 +1,140 @@
+"""The chip's layer on a fake of ESP-IDF, as a process that a test talks to."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+from conftest import ROOT
+
+HERE = Path(__file__).parent
+FIRMWARE = ROOT / "firmware" / "esp32"
+HEADERS = (
+    "driver/gpio.h", "driver/gptimer.h", "driver/i2c_master.h", "driver/ledc.h", "driver/uart.h",
+    "esp_attr.h", "esp_brownout.h", "esp_cpu.h", "esp_err.h", "esp_event.h", "esp_netif.h",
+    "esp_partition.h", "esp_private/panic_internal.h", "esp_random.h", "esp_system.h",
+    "esp_task_wdt.h", "esp_timer.h", "esp_wifi.h", "freertos/FreeRTOS.h", "freertos/task.h",
+    "hal/ledc_ll.h", "lwip/sockets.h", "mbedtls/md.h", "sdkconfig.h", "soc/gpio_reg.h",
+    "soc/gpio_sig_map.h", "soc/soc.h",
+)  # fmt: skip
+"""Of ESP-IDF, that chip/ includes: each becomes the fake's one header."""
+
+
+def build(folder: Path) -> Path:
+    """Compile chip/ and the core on the fake, with counts of lines and branches."""
+    for name in HEADERS:
+        path = folder / "include" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('#pragma once\n#include "idf.hpp"\n', encoding="utf-8")
+    chip = sorted((FIRMWARE / "chip").rglob("*.cpp"))
+    core = sorted((FIRMWARE / "core").rglob("*.cpp"))
+    own = [HERE / "idf" / "idf.cpp", HERE / "idf" / "scenario.cpp"]
+    include = [f"-I{folder / 'include'}", f"-I{HERE / 'idf'}", f"-I{FIRMWARE}",
+               f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
+    objects = []
+    running = []
+    for k, source in enumerate((*chip, *core, *own)):
+        made = folder / f"{k}_{source.stem}.o"
+        counted = ["--coverage"] if source in chip else []
+        command = ["g++", "-std=c++17", "-O0", "-c", str(source), "-o", str(made), *include]
+        running.append(subprocess.Popen([*command, *counted]))
+        objects.append(str(made))
+        while len([one for one in running if one.poll() is None]) >= (os.cpu_count() or 2):
+            running[0].wait()
+            running = [one for one in running if one.poll() is None or one.returncode != 0]
+            assert not [one for one in running if one.poll() is not None]
+    for one in running:
+        assert one.wait() == 0
+    program = folder / "chip"
+    subprocess.run(["g++", "--coverage", "-o", str(program), *objects], check=True)
+    return program
+
+
+RESET_PIN = 13
+"""Of the panel, whose line is high while the panel runs: no gate."""
+
+
+class Chip:
+    """A chip with these partitions, of which one call fails."""
+
+    def __init__(
+        self, program: Path, *, fail: str = "", options: tuple[str, ...] = (), **partitions: bytes
+    ) -> None:
+        arguments = [f"{name}:{data.hex()}" for name, data in partitions.items()] + [*options]
+        if fail:
+            arguments.append(f"fail={fail}")
+        self.process = subprocess.Popen(
+            [str(program), *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.us = 0
+        self.on: set[int] = set()
+        self.ended = ""
+        self._sent = b""
+
+    def ask(self, line: str) -> str:
+        """One line to it, one back."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        return self.process.stdout.readline().strip()
+
+    def tell(self, line: str) -> None:
+        """One line to it that it answers with nothing."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+
+    def run(self, turns: int) -> None:
+        """So many turns of the main loop; what was on is in `on`."""
+        answer = self.ask(f"run {turns}")
+        if not answer.startswith("="):
+            self.ended = answer
+            return
+        sent, pins, us = answer.split()
+        self._sent += bytes.fromhex(sent[1:])
+        self.on = gates_of(pins)
+        self.us = int(us)
+
+    def down(self, way: str) -> set[int]:
+        """Go down that way; gates that are on after it."""
+        return gates_of(self.ask(way))
+
+    @property
+    def calls(self) -> dict[str, int]:
+        """How often each call was made."""
+        words = self.ask("calls").split()
+        return dict(zip(words[::2], map(int, words[1::2]), strict=True))
+
+    def close(self) -> None:
+        """The end of its input."""
+        assert self.process.stdin is not None
+        if not self.process.stdin.closed:
+            self.process.stdin.close()
+        self.process.wait(timeout=20)
+
+    # A wire to it.
+
+    baud = 115_200.0
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        self.tell(f"rx {data.hex()}")
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come; the chip runs on until there is something."""
+        end = self.now_s() + timeout_s
+        while not self._sent and self.now_s() < end and not self.ended:
+            self.run(1)
+        data, self._sent = self._sent, b""
+        return data
+
+    def now_s(self) -> float:
+        """Seconds since power-on."""
+        return self.us / 1e6
+
+
+def gates_of(text: str) -> set[int]:
+    """Pins of a list with commas, less the panel's."""
+    return {int(pin) for pin in text.split(",") if pin and pin != "-"} - {RESET_PIN}
