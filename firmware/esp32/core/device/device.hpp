@@ -61,8 +61,9 @@ class Device {
   void command(const char* line);
   // One sample; call it from the sample interrupt, every fourth carrier period. `missed` samples
   // before this one were never asked for.
-  // Here, so that the interrupt's own function takes it in: that lies in IRAM on the chip.
-  void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
+  // Always inlined, so that the interrupt's own function takes it in: that lies in IRAM on the
+  // chip.
+  [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
 
   // A host drives the outputs, with frames of duties, half as many as samples (duty_ring.hpp) …
   bool stream_begin();

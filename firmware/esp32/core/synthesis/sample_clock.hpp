@@ -15,8 +15,8 @@ class SampleClock {
   }
 
   // Whether an interrupt at `now` is to make a sample, and how many before it were never asked for.
-  // Interrupt only.
-  bool tick(uint32_t now, uint32_t& missed) {
+  // Interrupt only. Always inlined: a copy of its own would lie in flash.
+  [[gnu::always_inline]] bool tick(uint32_t now, uint32_t& missed) {
     uint32_t late = now - due_;
     if (static_cast<int32_t>(late) < -static_cast<int32_t>(cycles_per_sample_ / 2U)) {
       ++repeated_;
