@@ -49,7 +49,8 @@ def started(
 def test_it_starts_and_plays_over_the_link(program: Path) -> None:
     with started(program) as chip, Device(chip) as device:
         assert not chip.on
-        assert device.info()["state"] == "idle"
+        info = device.info()
+        assert (info["state"], info["stack_free"]) == ("idle", 5000)
         device.touch(0.0, 0.0)
         chip.run(30)
         assert chip.on == DEFAULT_GATES

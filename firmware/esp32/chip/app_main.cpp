@@ -79,6 +79,10 @@ Hal make_hal() {
   hal.hmac_sha256 = [](void*, const uint8_t* key, const uint8_t* bytes, uint32_t count,
                        uint8_t* mac) { return chip::network_hmac(key, bytes, count, mac); };
   hal.random = [](void*) { return chip::network_random(); };
+  // ESP-IDF counts stacks in bytes.
+  hal.stack_free = [](void*) {
+    return static_cast<uint32_t>(uxTaskGetStackHighWaterMark(main_task));
+  };
   hal.restart = [](void*) {
     // Before what ESP-IDF does on the way down, of which stopping the radio takes a while.
     chip::cut_outputs();

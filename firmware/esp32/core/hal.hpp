@@ -79,6 +79,9 @@ struct Hal {
   // A number that cannot be foretold.
   uint32_t (*random)(void* context);
 
+  // Bytes of the main task's stack that were never used; 0 where no one knows.
+  uint32_t (*stack_free)(void* context);
+
   // Start again; outputs are off when it is called.
   void (*restart)(void* context);
 

@@ -82,6 +82,7 @@ void vTaskDelay(TickType_t wait) {
   if (wait == portMAX_DELAY) throw fake::Misuse("the main task sleeps for ever");
   chip.advance(240000ULL * wait);
 }
+unsigned uxTaskGetStackHighWaterMark(TaskHandle_t) { return 5000; }
 void vTaskDelete(TaskHandle_t) { throw fake::TaskEnded{}; }
 
 esp_reset_reason_t esp_reset_reason() { return chip.reset_reason; }

@@ -110,6 +110,7 @@ void vTaskNotifyGiveFromISR(TaskHandle_t task, BaseType_t* must_yield);
 uint32_t ulTaskNotifyTake(BaseType_t clear, TickType_t ticks);
 void vTaskDelay(TickType_t ticks);
 void vTaskDelete(TaskHandle_t task);
+unsigned uxTaskGetStackHighWaterMark(TaskHandle_t task);
 
 // System
 using esp_reset_reason_t = int;

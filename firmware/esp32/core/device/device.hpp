@@ -99,6 +99,7 @@ class Device {
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
+  uint32_t stack_free() const { return hal_.stack_free(hal_.context); }
   // Since start.
   uint32_t now_ms() const { return uptime_ms_; }
   // The same, but for turns that took long, as erasing does: what came in them was not late.

@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 1U;
-constexpr uint32_t kVersionMinor = 1U;
+constexpr uint32_t kVersionMinor = 2U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
@@ -65,7 +65,8 @@ constexpr uint32_t kAnswerTableCrc = 28U;  // u32
 constexpr uint32_t kAnswerFingerprint = 32U;  // u64
 constexpr uint32_t kAnswerBoard = 40U;  // char16
 constexpr uint32_t kAnswerRiseDk = 56U;  // u16x16
-constexpr uint32_t kAnswerBytes = 88U;
+constexpr uint32_t kAnswerStackFree = 88U;  // u32
+constexpr uint32_t kAnswerBytes = 92U;
 }  // namespace info
 
 namespace faults {

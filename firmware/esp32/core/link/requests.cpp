@@ -139,6 +139,7 @@ Status Requests::put_info() {
   for (uint32_t k = 0; k < 8; ++k) put(has_table ? table.identity()[k] : 0U, 1);
   for (uint32_t k = 8; k < Table::kIdentityBytes; ++k) put(has_table ? table.identity()[k] : 0U, 1);
   for (uint32_t k = 0; k < kMaxChannels; ++k) put(device_.heat().rise_dk(k), 2);
+  put(device_.stack_free(), 4);
   return Status::kOk;
 }
 

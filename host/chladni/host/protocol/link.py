@@ -15,7 +15,7 @@ from enum import IntEnum
 
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 1, 1
+VERSION_MAJOR, VERSION_MINOR = 1, 2
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -97,7 +97,9 @@ MESSAGES = (
              Field("table_bytes", "u32", ""), Field("table_crc", "u32", "Its last four bytes."),
              Field("fingerprint", "u64", "Of the table's board."),
              Field("board", "char16", "Its name."),
-             Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K.")), "",
+             Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K."),
+             Field("stack_free", "u32", "Never used of the main task's, bytes; 0 unknown.")),
+            "",
             "State, table, heat."),
     Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),
             "each: cause u8, three zeros, detail u32, milliseconds since start u32",
