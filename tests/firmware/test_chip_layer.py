@@ -243,6 +243,23 @@ def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
         assert device.config() == before
 
 
+def test_the_device_takes_no_room_in_the_image(tmp_path: Path, program: Path) -> None:
+    """Its 20 KB lie in .bss, optimised or not: what is initialised would be copied from flash."""
+    made = tmp_path / "app_main.o"
+    include = [f"-I{program.parent / 'include'}", f"-I{FIRMWARE.parents[1] / 'tests/firmware/idf'}",
+               f"-I{FIRMWARE}", f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
+    for level in ("-O0", "-O2"):
+        source = str(FIRMWARE / "chip" / "app_main.cpp")
+        subprocess.run(["g++", "-std=c++17", level, "-c", source, "-o", str(made), *include],
+                       check=True)  # fmt: skip
+        _, sizes = subprocess.run(
+            ["size", str(made)], capture_output=True, text=True, check=True
+        ).stdout.splitlines()
+        _, data, bss = map(int, sizes.split()[:3])
+        assert data < 256
+        assert bss > 20_000
+
+
 def branches(program: Path) -> tuple[int, int, list[str]]:
     """(taken, all, not taken) branches of chip/, by gcov."""
     folder = program.parent

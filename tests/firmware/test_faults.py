@@ -159,7 +159,7 @@ def test_an_erase_takes_its_time_and_outputs_go_off_by_their_deadline(table: Tab
     check_next_touch(emulator)
 
 
-@pytest.mark.parametrize("cause", ["brown-out", "watchdog", "panic"])
+@pytest.mark.parametrize("cause", ["watchdog", "panic"])
 def test_a_reset_in_mid_play(table: Table, cause: str) -> None:
     """Pins are low from the reset on; the next start knows why, and thinks the coils are warm."""
     emulator = playing(table)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.tables.table import Limits, Table
 from made_up import device_of, make_table
@@ -96,6 +98,24 @@ def test_an_interrupt_that_fires_twice_makes_one_sample(table: Table) -> None:
         found.append(repeated.run(1.0).duty_steps)
     assert np.array_equal(np.concatenate(found), np.concatenate(expected))
     assert causes(repeated) == causes(plain)
+
+
+def test_after_a_brown_out_a_finger_plays_nothing_until_a_host_has(table: Table) -> None:
+    emulator = Emulator(device_of(table), table)
+    emulator.core.restart("brown-out")
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 10.0, (0.0, 0.0)))
+    assert not emulator.run(100.0).duty_steps.any()
+    assert emulator.core.state == "fault"
+    assert "brown-out" in causes(emulator)
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, None))
+    emulator.run(50.0)
+    with Device(EmulatorWire(emulator)) as device:
+        device.touch(0.0, 0.0)
+        assert emulator.run(60.0).duty_steps[-1].any()
+        device.lift()
+    emulator.run(50.0)
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, (0.0, 0.0)))
+    assert emulator.run(60.0).duty_steps[-1].any()
 
 
 def test_a_hung_main_loop_and_a_dead_interrupt_end_in_a_reset(table: Table) -> None:

@@ -1,6 +1,7 @@
 // Chladni on an ESP32: synthesis alone on core 1, everything else on core 0.
 #include <array>
 #include <cstdio>
+#include <new>
 
 #include "board.hpp"
 #include "core/link/link.hpp"
@@ -26,8 +27,10 @@ using namespace chladni;
 constexpr uint32_t kSetupStackBytes = 4096;
 constexpr BaseType_t kSynthesisCore = 1;
 
-// In internal RAM (.bss), where the interrupt finds it while the flash cache is off.
-Device device;
+// In internal RAM, where the interrupt finds it while the flash cache is off; and in .bss, made in
+// place at start: its defaults would else be 20 KB of the image.
+alignas(Device) std::array<uint8_t, sizeof(Device)> device_memory;
+Device& device = *new (device_memory.data()) Device();
 Link host_link(device);
 Datagrams datagrams(device);
 TaskHandle_t main_task = nullptr;

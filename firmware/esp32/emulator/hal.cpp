@@ -18,7 +18,7 @@ Hal Emulator::hal() {
     Emulator& self = from(context);
     self.note(self.pwm_.write(self.period_, duties, self.pwm_.channels()));
   };
-  hal.stack_free = [](void*) { return 0U; };
+  hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void* context) { from(context).pwm_.cut(); };
   hal.restart = [](void* context) { from(context).must_restart_ = true; };
   hal.reset_cause = [](void* context) { return from(context).reset_cause_; };

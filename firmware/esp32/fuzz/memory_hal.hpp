@@ -86,7 +86,7 @@ inline Hal make_hal(Board& board) {
   hal.context = &board;
   hal.now_us = [](void* context) { return board_of(context).now_us; };
   hal.set_duties = [](void*, const uint32_t*) {};
-  hal.stack_free = [](void*) { return 0U; };
+  hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void*) {};
   hal.i2c = [](void* context, uint8_t, const uint8_t*, uint32_t, uint8_t* read, uint32_t count) {
     Board& own = board_of(context);

@@ -100,7 +100,7 @@ class Scenario {
       auto& own = *static_cast<Scenario*>(context);
       own.duties_ = duties;
     };
-    hal.stack_free = [](void*) { return 0U; };
+    hal.stack_free = [](void*) -> uint32_t { return 0; };
     hal.cut_outputs = [](void*) {};
     hal.read_flash = read_flash;
     hal.map_flash = map_flash;

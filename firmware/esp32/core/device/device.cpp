@@ -18,6 +18,7 @@ void Device::start(const Hal& hal) {
   ticked_us_ = samples_us_ = hal_.now_us(hal_.context);
   const ResetCause reset = hal_.reset_cause(hal_.context);
   if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
+  if (reset == ResetCause::kBrownOut) stand(FaultCause::kBrownOut, 0);
   config_status_ = load_config(hal_, config_);
   if (config_status_ == ConfigStatus::kBadPins) {
     // The link goes on as the record says; nothing else of it is used.

@@ -140,6 +140,7 @@ class Device {
   void end_touch();
   void silence();
   void advance_effects(uint32_t now_us);
+  void host_asks();
   void host_is_heard();
   void forget_host();
   void advance_stream();

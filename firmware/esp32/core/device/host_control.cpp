@@ -26,7 +26,15 @@ void Device::watch_restart() {
   if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
 }
 
+// After a brown-out a finger could bring the next one, and the next; whoever sits at a host sees
+// it.
+void Device::host_asks() {
+  faults_.clear(FaultCause::kBrownOut);
+  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+}
+
 bool Device::stream_begin() {
+  host_asks();
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
   ask_for(Post::kRelease);
@@ -162,7 +170,10 @@ void Device::watch_update() {
   if (state_ == DeviceState::kUpdating && is_silent) update_end();
 }
 
-void Device::touch(Place place) { input_.hold(place); }
+void Device::touch(Place place) {
+  host_asks();
+  input_.hold(place);
+}
 
 void Device::lift() {
   if (input_.let_go()) touch_up(hal_.now_us(hal_.context));

@@ -148,8 +148,9 @@ enum class FaultCause : uint8_t {
   kCoilHot,  // detail: channel
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
+  kBrownOut,  // the supply gave way; outputs stay off until a host plays
 };
-constexpr uint32_t kFaultCauses = 15U;
+constexpr uint32_t kFaultCauses = 16U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -168,6 +169,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kCoilHot: return "coil hot";
     case FaultCause::kSupplyCurrent: return "supply current";
     case FaultCause::kInterruptStopped: return "interrupt stopped";
+    case FaultCause::kBrownOut: return "brown-out";
   }
   return "unknown";
 }
