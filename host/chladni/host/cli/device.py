@@ -10,6 +10,7 @@ import typer
 from serial.tools import list_ports
 
 from chladni.host.cli.connection import Connection, connecting
+from chladni.host.cli.first_boot import walk
 from chladni.host.cli.flash import flash
 from chladni.host.cli.network import network
 from chladni.host.cli.options import JsonOption, required
@@ -148,9 +149,17 @@ def stream(
 @connecting
 def self_test(
     connection: Connection,
+    first_boot: Annotated[
+        bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
+    if first_boot:
+        with connection.device() as device:
+            found = walk(device)
+        answer({"steps": found}, as_json=as_json, title="First boot")
+        return
     with connection.device() as device:
         channels, config = device.info()["channels"], device.config()
         before = device.info()["faults"]

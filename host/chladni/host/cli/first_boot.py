@@ -1,0 +1,103 @@
+"""`chladni device self-test --first-boot`: docs/first-boot.md step by step, with the device."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+from chladni.host.device.device import Device
+from chladni.sim.errors import ChladniError
+
+CARRIER_GAIN = 0.2
+"""Of full amplitude: pulses that a scope shows, and a tenth of the heat."""
+REPEAT_S = 0.03
+"""A live drive holds for the touch timeout, 30 ms at least."""
+PLAY_S = 1.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """What to look at, what a good answer is, and what a bad one points to."""
+
+    title: str
+    look: str
+    advice: str
+    act: Callable[[Device], str] | None = None
+
+
+def walk(device: Device) -> list[dict[str, Any]]:
+    """Go through the steps; what was found at each.
+
+    Raises
+    ------
+    ChladniError
+        Something is not as it should be; says what to look at.
+    """
+    found = []
+    for number, step in enumerate(_steps(device.info()["channels"]), 1):
+        sys.stderr.write(f"\n{number}. {step.title}\n")
+        if step.act is not None:
+            sys.stderr.write(f"   {step.act(device)}\n")
+        is_so = typer.confirm(f"   {step.look}", default=None, err=True)
+        device.stop()
+        found.append({"step": step.title, "ok": is_so})
+        if not is_so:
+            raise ChladniError(f"step {number}, {step.title}: {step.advice}")
+    return found
+
+
+def _steps(channels: int) -> Iterator[Step]:
+    yield Step(
+        "Supply, no coil connected",
+        "Is there 3.3 V at the module, and are less than 150 mA drawn?",
+        "look for a short, a wrong regulator, a supply that gives way",
+    )
+    yield Step(
+        "Gates at rest",
+        "Is every gate at 0 V, also while EN is held and while GPIO 0 is held low at reset?",
+        "fit a pull-down of 10 kΩ on the gate that is not",
+    )
+    yield Step(
+        "The link",
+        "Is that the state you expect?",
+        "`chladni device log` and docs/first-boot.md say what each fault is",
+        _state,
+    )
+    for channel in range(channels):
+        yield Step(
+            f"Carrier of channel {channel}",
+            f"Does gate {channel}, and no other, show pulses whose width swings at 160 Hz?",
+            "another gate: pwm_pins are in another order; none: the pin is not wired",
+            _carrier(channel, channels),
+        )
+    yield Step(
+        "One coil, on a supply limited to 0.3 A",
+        "Connect the coil of channel 0. Does it move now, and stop at once?",
+        "no motion: the coil or its diode; no stop: the gate's pull-down",
+        _carrier(0, channels),
+    )
+
+
+def _state(device: Device) -> str:
+    info = device.info()
+    faults = ", ".join(fault["cause"] for fault in device.faults()) or "no faults"
+    said = [line for line in device.log.splitlines() if "carrier" in line or "start" in line]
+    free = f"{info['stack_free']} bytes of stack never used" if info["stack_free"] else ""
+    return "; ".join(part for part in (f"state {info['state']}", faults, free, *said) if part)
+
+
+def _carrier(channel: int, channels: int) -> Callable[[Device], str]:
+    def play(device: Device) -> str:
+        gains = [0j] * channels
+        gains[channel] = complex(CARRIER_GAIN)
+        end = device.wire.now_s() + PLAY_S
+        while device.wire.now_s() < end:
+            device.live(gains, 160.0, "sine")
+            device.link.wait(REPEAT_S)
+        return f"channel {channel} played for {PLAY_S:g} s at a fifth of its amplitude"
+
+    return play

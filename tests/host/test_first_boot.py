@@ -1,0 +1,31 @@
+"""The guided first boot, against an emulated device and a person's answers."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from conftest import CommandLine
+
+
+def test_it_goes_through_every_step_and_says_what_was_found(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n" * 20))
+    done = chladni("device", "self-test", "--first-boot", "--emulator", "--json")
+    assert done.code == 0, done.err
+    steps = done.json["steps"]
+    assert len(steps) == 4 + 5
+    assert all(step["ok"] for step in steps)
+    assert "state fault; no table" in done.err
+    assert done.err.count("played for 1 s") == 6
+
+
+def test_it_stops_at_the_first_thing_that_is_not_so(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\nn\n"))
+    stopped = chladni("device", "self-test", "--first-boot", "--emulator")
+    assert stopped.code == 1
+    assert "step 2, Gates at rest: fit a pull-down" in stopped.err
