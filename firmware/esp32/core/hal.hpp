@@ -27,6 +27,7 @@ enum class FlashArea : uint8_t {
   kTables,
   kConfig,   // two sectors
   kNetwork,  // one
+  kBoots,    // one; a device may be without
 };
 
 constexpr uint32_t kSectorBytes = 4096;

@@ -45,7 +45,8 @@ Flash& area(Emulator& self, const std::string& name) {
   if (name == "tables") return self.tables();
   if (name == "config") return self.config();
   if (name == "network") return self.network();
-  throw nb::value_error("area: tables, config or network");
+  if (name == "boots") return self.boots();
+  throw nb::value_error("area: tables, config, network or boots");
 }
 
 using Duties = nb::ndarray<nb::numpy, uint16_t, nb::ndim<2>>;

@@ -7,7 +7,7 @@ namespace chladni::emulator {
 namespace {
 
 constexpr uint64_t kTurnUs = 1000;
-constexpr uint32_t kConfigSectors = 2, kNetworkSectors = 1;
+constexpr uint32_t kConfigSectors = 2, kNetworkSectors = 1, kBootSectors = 1;
 constexpr uint32_t kLoopback = 0x0100007F;  // 127.0.0.1
 constexpr size_t kReceiveBytes = 4096;      // as chip/console.cpp
 constexpr uint64_t kRunSlackUs = 100;       // more than a carrier period
@@ -20,6 +20,7 @@ Emulator::Emulator(const Hardware& hardware)
       tables_(hardware.table_sectors),
       config_(kConfigSectors),
       network_(kNetworkSectors),
+      boots_(kBootSectors),
       random_(hardware.seed * 2654435761U + 1U) {}
 
 uint64_t Emulator::in_periods(double microseconds) const {
@@ -229,6 +230,7 @@ Flash& Emulator::area(FlashArea area) {
   switch (area) {
     case FlashArea::kTables: return tables_;
     case FlashArea::kConfig: return config_;
+    case FlashArea::kBoots: return boots_;
     case FlashArea::kNetwork: break;
   }
   return network_;

@@ -94,6 +94,7 @@ class Emulator {
   Flash& tables() { return tables_; }
   Flash& config() { return config_; }
   Flash& network() { return network_; }
+  Flash& boots() { return boots_; }
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
   Device& device() { return device_; }
@@ -137,6 +138,7 @@ class Emulator {
   Flash tables_;
   Flash config_;
   Flash network_;
+  Flash boots_;
   Pwm pwm_{1, 10};
   Panel panel_;
   Device device_;

@@ -45,6 +45,8 @@ inline uint8_t* area_of(Board& board, FlashArea area, uint32_t& size) {
   std::vector<uint8_t>* own = &board.tables;
   if (area == FlashArea::kConfig) own = &board.config;
   if (area == FlashArea::kNetwork) own = &board.network;
+  static std::vector<uint8_t> none;
+  if (area == FlashArea::kBoots) own = &none;
   size = static_cast<uint32_t>(own->size());
   return own->data();
 }

@@ -14,12 +14,14 @@ constexpr auto kType = static_cast<esp_partition_type_t>(0x40);
 const esp_partition_t* tables = nullptr;
 const esp_partition_t* config = nullptr;
 const esp_partition_t* network = nullptr;
+const esp_partition_t* boots = nullptr;
 const uint8_t* mapped_tables = nullptr;
 
 const esp_partition_t* partition_of(FlashArea area) {
   switch (area) {
     case FlashArea::kTables: return tables;
     case FlashArea::kConfig: return config;
+    case FlashArea::kBoots: return boots;
     case FlashArea::kNetwork: break;
   }
   return network;
@@ -30,8 +32,9 @@ const esp_partition_t* partition_of(FlashArea area) {
 bool flash_open() {
   tables = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x00), "tables");
   config = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x01), "config");
-  // A device that was partitioned before there was one does without a network.
+  // A device that was partitioned before there were these does without them.
   network = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x02), "network");
+  boots = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x03), "boots");
   if (tables == nullptr || config == nullptr) return false;
   if (tables->size < store_format::kPartitionBytes) return false;
   // Mapped once and for good: the driver drops what the cache holds of it after every write. The

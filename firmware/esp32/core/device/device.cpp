@@ -9,6 +9,8 @@ namespace {
 constexpr uint32_t kLongTurnMs = 10;
 // A hundred samples at the fastest carrier: nothing that masks an interrupt takes so long.
 constexpr uint32_t kSilentUs = 5000;
+// A start that lasts so long was no part of a row; more in a row than that are a supply's fault.
+constexpr uint32_t kSettledMs = 10000, kMostInARow = 4;
 
 }  // namespace
 
@@ -19,6 +21,8 @@ void Device::start(const Hal& hal) {
   const ResetCause reset = hal_.reset_cause(hal_.context);
   if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
   if (reset == ResetCause::kBrownOut) stand(FaultCause::kBrownOut, 0);
+  const uint32_t row = reset == ResetCause::kPowerOn ? boots_.begin(hal_) : 0U;
+  if (row >= kMostInARow) stand(FaultCause::kPowerOns, row);
   config_status_ = load_config(hal_, config_);
   if (config_status_ == ConfigStatus::kBadPins) {
     // The link goes on as the record says; nothing else of it is used.
@@ -116,6 +120,11 @@ void Device::poll() {
   post_drive();
   clear_faults();
   watch_restart();
+  watch_power();
+}
+
+void Device::watch_power() {
+  if (boots_.is_open() && uptime_ms_ >= kSettledMs && synthesis_.is_quiet()) boots_.settle(hal_);
 }
 
 // All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are

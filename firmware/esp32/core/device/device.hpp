@@ -9,6 +9,7 @@
 #include "core/device/state.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
+#include "core/storage/boot_log.hpp"
 #include "core/storage/network_record.hpp"
 #include "core/storage/table_store.hpp"
 #include "core/synthesis/envelope.hpp"
@@ -129,6 +130,7 @@ class Device {
   void stand(FaultCause cause, uint32_t detail);
   void settle();
 
+  void watch_power();
   void watch_samples(uint32_t now_us);
   void watch_outputs();
   void watch_coils(uint32_t passed_ms);
@@ -187,6 +189,7 @@ class Device {
   uint32_t restart_ms_ = 0;  // when a restart was asked for
   NetworkState network_;
   TableStore store_;
+  BootLog boots_;
   Table table_;
   Synthesis synthesis_;
 };

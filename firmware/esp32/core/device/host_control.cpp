@@ -30,6 +30,7 @@ void Device::watch_restart() {
 // it.
 void Device::host_asks() {
   faults_.clear(FaultCause::kBrownOut);
+  faults_.clear(FaultCause::kPowerOns);
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
 

@@ -149,8 +149,9 @@ enum class FaultCause : uint8_t {
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
   kBrownOut,  // the supply gave way; outputs stay off until a host plays
+  kPowerOns,  // the same; detail: starts that did not last 10 s
 };
-constexpr uint32_t kFaultCauses = 16U;
+constexpr uint32_t kFaultCauses = 17U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -170,6 +171,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kSupplyCurrent: return "supply current";
     case FaultCause::kInterruptStopped: return "interrupt stopped";
     case FaultCause::kBrownOut: return "brown-out";
+    case FaultCause::kPowerOns: return "power lost in a row";
   }
   return "unknown";
 }

@@ -95,6 +95,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kInterruptStopped", "interrupt stopped",
          "outputs are cut until the next start; detail: ms without a sample"),
     Code("kBrownOut", "brown-out", "the supply gave way; outputs stay off until a host plays"),
+    Code("kPowerOns", "power lost in a row", "the same; detail: starts that did not last 10 s"),
 ))  # fmt: skip
 WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
     Code(f"k{name.capitalize()}", name) for name in WAVEFORMS

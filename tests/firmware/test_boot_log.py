@@ -1,0 +1,86 @@
+"""Power that comes and goes: a row of short starts leaves outputs off until a host plays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.tables.table import Limits, Table
+from made_up import device_of, make_table
+
+IN_A_ROW = 4
+"""Short starts before the one that stays quiet."""
+
+
+@pytest.fixture
+def emulator() -> Emulator:
+    limits = Limits(4_000, 60_000, 20_000_000)
+    table: Table = replace(make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]])), limits=limits)
+    return Emulator(device_of(table), table)
+
+
+def plays(emulator: Emulator) -> bool:
+    """Whether a finger that lifts and comes back is felt."""
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, None))
+    emulator.run(80.0)
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, (0.0, 0.0)))
+    return bool(emulator.run(60.0).duty_steps[-1].any())
+
+
+def causes(emulator: Emulator) -> list[str]:
+    return [cause for cause, _, _ in emulator.core.faults]
+
+
+def test_a_row_of_short_starts_leaves_outputs_off_until_a_host_plays(emulator: Emulator) -> None:
+    for _ in range(IN_A_ROW - 1):
+        emulator.core.restart("power on")
+        assert plays(emulator)
+    emulator.core.restart("power on")
+    assert not plays(emulator)
+    assert "power lost in a row" in causes(emulator)
+    with Device(EmulatorWire(emulator)) as device:
+        device.touch(0.0, 0.0)
+        assert emulator.run(60.0).duty_steps[-1].any()
+        device.lift()
+    assert plays(emulator)
+
+
+def test_a_start_that_lasts_ends_the_row(emulator: Emulator) -> None:
+    for _ in range(3):
+        for _ in range(IN_A_ROW - 2):
+            emulator.core.restart("power on")
+        emulator.core.restart("power on")
+        emulator.run(10_200.0)
+    assert plays(emulator)
+    assert causes(emulator) == []
+    marks = emulator.core.flash_bytes("boots").rstrip(b"\xff")
+    assert set(marks) == {0x0F, 0x00}
+    assert len(marks) == 1 + 3 * (IN_A_ROW - 1)
+
+
+def test_restarts_of_other_kinds_are_not_counted(emulator: Emulator) -> None:
+    for cause in ("software", "panic", "watchdog") * 3:
+        emulator.core.restart(cause)
+    assert len(emulator.core.flash_bytes("boots").rstrip(b"\xff")) == 1
+
+
+def test_a_full_sector_is_begun_again(emulator: Emulator) -> None:
+    emulator.core.erase_sector(0, "boots")
+    emulator.core.program(0, b"\x00" * 4096, "boots")
+    emulator.core.restart("power on")
+    assert emulator.core.flash_bytes("boots").rstrip(b"\xff") == b"\x0f"
+    assert plays(emulator)
+
+
+@pytest.mark.parametrize("torn", [0x7F, 0x1F, 0xEF])
+def test_a_torn_mark_counts_as_a_start_that_did_not_last(emulator: Emulator, torn: int) -> None:
+    emulator.core.erase_sector(0, "boots")
+    emulator.core.program(0, bytes([0x0F, torn, 0x0F, torn]), "boots")
+    emulator.core.restart("power on")
+    assert not plays(emulator)
+    assert "power lost in a row" in causes(emulator)
