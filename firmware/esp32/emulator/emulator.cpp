@@ -51,6 +51,7 @@ void Emulator::boot(ResetCause cause) {
   datagrams_in_.clear();
   must_restart_ = false;
   is_booted_ = false;  // no samples before the outputs are set up
+  pwm_.reset();
   device_.start(hal());
   datagrams_.start(hal());
   if (device_.network().is_on) device_.network().address = kLoopback;
