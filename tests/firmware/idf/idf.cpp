@@ -1,4 +1,5 @@
-// The fake's side of idf.hpp.
+// The fake's side of idf.hpp. Above each group stands what of ESP-IDF 5.5's documentation (API
+// Reference, by chapter) it models.
 #include "idf.hpp"
 
 namespace fake {
@@ -58,6 +59,8 @@ bool Chip::is_on(uint32_t pin) const {
 
 }  // namespace fake
 
+// FreeRTOS: a task that is created may run before the call returns, and answers pdPASS if there was
+// memory for it; a task that deletes itself does not come back; a notification ends a wait.
 TaskHandle_t xTaskGetCurrentTaskHandle() { return &chip; }
 BaseType_t xTaskCreatePinnedToCore(void (*code)(void*), const char*, uint32_t, void* argument,
                                    unsigned, TaskHandle_t*, BaseType_t) {
@@ -85,6 +88,8 @@ void vTaskDelay(TickType_t wait) {
 unsigned uxTaskGetStackHighWaterMark(TaskHandle_t) { return 5000; }
 void vTaskDelete(TaskHandle_t) { throw fake::TaskEnded{}; }
 
+// Miscellaneous System APIs: shutdown handlers run inside esp_restart, which does not return.
+// Watchdogs: a task subscribes itself with a null handle.
 esp_reset_reason_t esp_reset_reason() { return chip.reset_reason; }
 void esp_restart() {
   if (chip.shutdown != nullptr) chip.shutdown();
@@ -110,6 +115,8 @@ esp_err_t esp_task_wdt_reset() { return ESP_OK; }
 uint32_t esp_cpu_get_cycle_count() { return static_cast<uint32_t>(chip.cycles); }
 uint32_t esp_random() { return 4; }
 
+// GPIO & RTC GPIO: GPIO 6 to 11 are the SPI flash's, 34 to 39 inputs only; gpio_set_level may come
+// before the direction. GPIO matrix: a pin follows the peripheral it was last routed to.
 esp_err_t gpio_config(const gpio_config_t* setting) {
   for (uint32_t pin = 0; pin < 40; ++pin) {
     if (((setting->pin_bit_mask >> pin) & 1U) == 0) continue;
@@ -154,6 +161,9 @@ void REG_WRITE(uint32_t address, uint32_t value) {
   if (value == SIG_GPIO_OUT_IDX) chip.pins.at(pin).channel = -1;
 }
 
+// LED Control: frequency and resolution must divide the clock; a channel is routed to its pin when
+// it is configured. TRM, LED PWM Controller: a duty is taken over at the overflow after duty_start;
+// a low-speed channel's after its update bit as well.
 esp_err_t ledc_timer_config(const ledc_timer_config_t* setting) {
   if (setting->freq_hz != 80000000U >> setting->duty_resolution) throw fake::Misuse("carrier");
   const esp_err_t status = call("ledc_timer_config");
@@ -194,6 +204,10 @@ void ledc_ll_ls_channel_update(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t 
   hw->channel_group[mode].channel[static_cast<size_t>(number)].conf1.duty_start.update();
 }
 
+// General Purpose Timer: callbacks are registered before the timer is enabled, which comes before
+// it is started; an active timer goes on from a raw count that is set; the alarm comes when the
+// count reaches it, and auto-reload arms it again. A count beyond the alarm would wait for the
+// overflow.
 esp_err_t gptimer_new_timer(const gptimer_config_t* setting, gptimer_handle_t* made) {
   if (setting->resolution_hz != 40000000U) throw fake::Misuse("resolution");
   *made = &timer;
@@ -235,6 +249,8 @@ esp_err_t gptimer_set_raw_count(gptimer_handle_t own, uint64_t count) {
   return call("gptimer_set_raw_count");
 }
 
+// UART: with a transmit buffer uart_write_bytes copies and returns; uart_read_bytes with no wait
+// returns what is there.
 esp_err_t uart_driver_install(uart_port_t, int, int, int, void*, int) {
   return call("uart_driver_install");
 }
@@ -254,6 +270,8 @@ int uart_write_bytes(uart_port_t, const void* bytes, size_t count) {
   return static_cast<int>(count);
 }
 
+// I2C: a transfer that is not acknowledged, or not done in its time, is an error; the bus can be
+// reset by nine clocks.
 esp_err_t i2c_new_master_bus(const i2c_master_bus_config_t*, i2c_master_bus_handle_t* bus) {
   *bus = &chip;
   return call("i2c_new_master_bus");
@@ -277,6 +295,8 @@ esp_err_t i2c_master_transmit_receive(i2c_master_dev_handle_t, const uint8_t*, s
 }
 esp_err_t i2c_master_bus_reset(i2c_master_bus_handle_t) { return call("i2c_master_bus_reset"); }
 
+// Partitions API: null where none matches; writing turns ones into zeros only; erasing takes whole
+// sectors of 4096 bytes; mapped memory shows what is written later.
 const esp_partition_t* esp_partition_find_first(esp_partition_type_t, esp_partition_subtype_t,
                                                 const char* label) {
   static std::map<std::string, esp_partition_t> found;
@@ -302,11 +322,15 @@ esp_err_t esp_partition_write(const esp_partition_t* partition, size_t offset, c
   return call("esp_partition_write");
 }
 esp_err_t esp_partition_erase_range(const esp_partition_t* partition, size_t offset, size_t size) {
+  if (offset % 4096 != 0 || size % 4096 != 0) throw fake::Misuse("an erase of part of a sector");
   std::memset(&chip.flash[partition->label].at(offset), 0xFF, size);
   chip.advance(240000ULL * 45U);
   return call("esp_partition_erase_range");
 }
 
+// ESP-NETIF, Event Loop Library and Wi-Fi: a station connects when it has started and again when it
+// was disconnected; its address comes as an event. lwIP: MSG_DONTWAIT answers -1 where there is
+// nothing. Mbed TLS: every step of an HMAC answers 0 or an error.
 static std::map<std::string, esp_event_handler_t> handlers;
 esp_err_t esp_netif_init() { return call("esp_netif_init"); }
 esp_err_t esp_event_loop_create_default() { return call("esp_event_loop_create_default"); }
