@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from instruction_counts import missing
 
 from chladni.host.cli.app import main
 from chladni.sim.board.board import Board
@@ -116,3 +118,13 @@ def port(table_file: Path) -> Iterator[str]:
     yield process.stdout.readline().strip()
     process.terminate()
     process.wait()
+
+
+@pytest.fixture
+def cross_compilers() -> None:
+    """`.ci/run` installs them and insists; elsewhere these tests are left out without."""
+    if not missing():
+        return
+    if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
+        pytest.fail(f"not installed: {', '.join(missing())}")
+    pytest.skip(f"not installed: {', '.join(missing())}")

@@ -6,7 +6,7 @@ import gzip
 import json
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -35,9 +35,9 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def started(
     program: Path, *, fail: str = "", config: DeviceConfig = CONFIG, options: tuple[str, ...] = (),
-    network: bytes = NETWORK,
+    network: bytes = NETWORK, tables: bytes = TABLE,
 ) -> Iterator[Chip]:  # fmt: skip
-    chip = Chip(program, fail=fail, options=options, tables=TABLE, config=pack_config(config),
+    chip = Chip(program, fail=fail, options=options, tables=tables, config=pack_config(config),
                 network=network)  # fmt: skip
     try:
         chip.run(20)
@@ -320,14 +320,8 @@ ALL_CHANNELS = DeviceConfig(
 )
 
 
-@contextmanager
-def sixteen(program: Path, *options: str) -> Iterator[Chip]:
-    chip = Chip(program, options=options, tables=SIXTEEN, config=pack_config(ALL_CHANNELS))
-    try:
-        chip.run(20)
-        yield chip
-    finally:
-        chip.close()
+def sixteen(program: Path, *options: str) -> AbstractContextManager[Chip]:
+    return started(program, config=ALL_CHANNELS, options=options, tables=SIXTEEN)
 
 
 def test_sixteen_channels_play_on_both_groups(program: Path) -> None:

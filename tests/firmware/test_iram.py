@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 from pathlib import Path
 
 import pytest
-from instruction_counts import PROCESSORS, Processor, compile_core, missing
+from instruction_counts import PROCESSORS, Processor, compile_core
 
 from conftest import ROOT
+
+pytestmark = pytest.mark.usefixtures("cross_compilers")
 
 FRAGMENT = ROOT / "firmware" / "esp32" / "components" / "chladni_core" / "linker.lf"
 ENTRY = "chladni::Synthesis::sample("
 """What the interrupt's own function calls; `Device::sample` and the clock are inlined into it."""
-
-
-@pytest.fixture(autouse=True)
-def cross_compilers() -> None:
-    """`.ci/run` installs them and insists; elsewhere these tests are left out without."""
-    if not missing():
-        return
-    if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
-        pytest.fail(f"not installed: {', '.join(missing())}")
-    pytest.skip(f"not installed: {', '.join(missing())}")
 
 
 def mapped() -> set[str]:

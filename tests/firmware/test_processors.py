@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from itertools import product
 from pathlib import Path
 
 import pytest
-from instruction_counts import PROCESSORS, Processor, compile_core, count, missing
+from instruction_counts import PROCESSORS, Processor, compile_core, count
 from stack_depth import depths
 
 from chladni.tables.format import pack
@@ -17,6 +16,8 @@ from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from made_up import random_table, reversal
 
+pytestmark = pytest.mark.usefixtures("cross_compilers")
+
 MOST_PER_LOOKUP, MOST_PER_CHANNEL = 600, 85
 """Of five channels, and of each further one."""
 MOST_RAM = 40 * 1024
@@ -25,16 +26,6 @@ MOST_PER_SAMPLE = {
     "with_news": 1000,
 }  # fmt: skip
 """Of five channels. A sample has 12,288 cycles."""
-
-
-@pytest.fixture(autouse=True)
-def cross_compilers() -> None:
-    """`.ci/run` installs them and insists; elsewhere these tests are left out without."""
-    if not missing():
-        return
-    if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
-        pytest.fail(f"not installed: {', '.join(missing())}")
-    pytest.skip(f"not installed: {', '.join(missing())}")
 
 
 @pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))

@@ -58,7 +58,6 @@ class Pwm {
   // Gates are taken from the timer and held low, whatever is written, until a reset. They go low
   // at once on the chip, and here with the next carrier period.
   void cut() { is_cut_ = true; }
-  bool is_cut() const { return is_cut_; }
 
   uint32_t channels() const { return channels_; }
   uint32_t bits() const { return bits_; }

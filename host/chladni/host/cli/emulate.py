@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.scorecard import score_field
+from chladni.drives.problem.problem import Problem, solved_board
+from chladni.drives.scoring.finger import felt, remark_on
 from chladni.host.cli.options import JsonOption, required
 from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
@@ -87,12 +87,9 @@ def emulate(
         for actuator, channel in zip(owner.actuators, report.channels, strict=True)
     ]
     solved = solved_board(owner).at_frequency(loaded.section(frequency).frequency_hz)
-    card = score_field(
-        solved, report.field, report.target_field, report.target_mm, drive=report.played
-    )
-    assert card.felt is not None
-    result |= asdict(card.felt)
-    result["remark"] = card.remark
+    problem = Problem(solved, report.target_mm, report.target_field)
+    result |= asdict(felt(problem, report.played))
+    result["remark"] = remark_on(problem, report.played)
     result["path"] = str(file)
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 

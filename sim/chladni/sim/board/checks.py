@@ -12,7 +12,7 @@ from chladni.sim.board.electronics import PANEL_KINDS
 from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.gpio import pin_fault
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
-from chladni.sim.board.quantity import MM, check_ranges
+from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -54,7 +54,7 @@ def check_board(board: BoardParts) -> None:
     _check_actuators(board)
     _check_pins(board)
     _check_places(board)
-    check_foundation(board)
+    check_foundation(board, [disc for disc in _discs(board) if disc[2] > 0.0])
     smallest = min(board.plate.size)
     if board.plate.thickness > smallest / 10.0:
         raise InputError(
@@ -164,7 +164,7 @@ def _check_actuators(board: BoardParts) -> None:
             if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
                 raise InputError(
                     f"actuators[{index}].at_mm",
-                    _mm(actuator.at),
+                    in_mm(actuator.at),
                     f"a place of its own; {other.name!r} is there already",
                 )
     pins = board.electronics.pwm_pins
@@ -183,7 +183,7 @@ def _check_places(board: BoardParts) -> None:
         if not board.contains(*actuator.at):
             raise InputError(
                 f"actuators[{index}].at_mm",
-                _mm(actuator.at),
+                in_mm(actuator.at),
                 f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
             )
     discs = _discs(board)
@@ -198,7 +198,7 @@ def _check_places(board: BoardParts) -> None:
         if not np.all(inside) or rounded_off:
             what = "magnet" if name.startswith("actuators") else name.split("[")[0].rstrip("s")
             raise InputError(
-                f"{name}.at_mm", _mm(at), f"a place where the whole {what} is on the plate"
+                f"{name}.at_mm", in_mm(at), f"a place where the whole {what} is on the plate"
             )
         near = np.sort(tree.query_ball_point(at, (radius + largest) * (1.0 + 1e-9)))
         near = near[near < index]
@@ -206,7 +206,7 @@ def _check_places(board: BoardParts) -> None:
         touched = near[apart <= radius + radii[near]]
         if touched.size:
             raise InputError(
-                f"{name}.at_mm", _mm(at), f"a place clear of {discs[int(touched[0])][0]}"
+                f"{name}.at_mm", in_mm(at), f"a place clear of {discs[int(touched[0])][0]}"
             )
 
 
@@ -252,7 +252,3 @@ def _centres_and_radii(
     discs: list[tuple[str, tuple[float, float], float]],
 ) -> tuple[FloatArray, FloatArray]:
     return np.array([at for _, at, _ in discs]), np.array([radius for _, _, radius in discs])
-
-
-def _mm(place: tuple[float, float]) -> list[float]:
-    return [float(f"{value / MM:.9g}") for value in place]

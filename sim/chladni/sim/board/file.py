@@ -159,7 +159,7 @@ def _finger(value: object) -> Finger:
     if not isinstance(value, dict):
         known = ", ".join(map(repr, FINGERS))
         raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
-    if isinstance(value, dict) and "name" in value:
+    if "name" in value:
         _check_keys(value, ["name"], required=[], where="finger.")
         return _finger(value["name"])
     return _part(Finger, value, "finger")

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from chladni.sim.board.foundation import MATERIALS, CutOut
 from chladni.sim.board.parts import BoardParts
-from chladni.sim.board.quantity import MM, check_ranges
+from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 MOST_STIFFNESS = 1e11
 """N/m³: a millimetre of what is a hundred times as stiff as rubber."""
 SAME_PLACE = 1e-6
 """Closer than this, in metres, two circles have one centre."""
+
+
+Disc = tuple[str, tuple[float, float], float]
+"""Key in the file, place and radius, m."""
 
 
 def cut_outs(board: BoardParts) -> list[CutOut]:
@@ -40,8 +46,14 @@ def strips(board: BoardParts) -> tuple[tuple[float, float, float, float], ...]:
     return tuple(one for one in every if one[1] > one[0] and one[3] > one[2])
 
 
-def check_foundation(board: BoardParts) -> None:
-    """Raise `InputError` at the first thing wrong with a board's foundation."""
+def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:
+    """Raise `InputError` at the first thing wrong with a board's foundation.
+
+    Parameters
+    ----------
+    discs
+        Everything on the plate that has a radius.
+    """
     own = board.foundation
     if own is None:
         return
@@ -57,7 +69,7 @@ def check_foundation(board: BoardParts) -> None:
                 f"foundation.strips.{pair[0]}_mm and {pair[1]}_mm", sides / MM,
                 f"{side / MM:g} mm together at most, the plate's side",
             )  # fmt: skip
-    _check_cut_outs(board)
+    _check_cut_outs(board, discs)
     _check_holes(board)
 
 
@@ -71,7 +83,7 @@ def _check_holes(board: BoardParts) -> None:
             outside = np.hypot(x - np.clip(x, x0, x1), y - np.clip(y, y0, y1)) >= hole.radius
             if not inside and not outside:
                 raise InputError(
-                    f"holes[{index}].at_mm", [float(f"{v / MM:.9g}") for v in hole.at],
+                    f"holes[{index}].at_mm", in_mm(hole.at),
                     "a hole wholly on a strip of the foundation, or off it",
                 )  # fmt: skip
 
@@ -105,7 +117,7 @@ def _check_stiffness(board: BoardParts) -> None:
         )
 
 
-def _check_cut_outs(board: BoardParts) -> None:
+def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
     """Cut-outs lie on the plate, clear of each other and of all that is not in their middle."""
     assert board.foundation is not None
     half = np.array(board.plate.size) / 2.0
@@ -113,16 +125,10 @@ def _check_cut_outs(board: BoardParts) -> None:
     explicit = len(board.foundation.cut_outs)
     names = [f"foundation.cut_outs[{k}]" for k in range(explicit)]
     names += [f"foundation.coil_cut_out_mm of actuators[{k}]" for k in range(len(own) - explicit)]
-    others = [(f"screws[{k}]", s.at, s.radius) for k, s in enumerate(board.screws)]
-    others += [(f"holes[{k}]", h.at, h.radius) for k, h in enumerate(board.holes)]
-    others += [(f"masses[{k}]", m.at, m.radius) for k, m in enumerate(board.masses) if m.radius]
-    if board.magnet:
-        radius = board.magnet.radius
-        others += [(f"actuators[{k}]", a.at, radius) for k, a in enumerate(board.actuators)]
     for k, (name, cut) in enumerate(zip(names, own, strict=True)):
         if np.any(np.abs(cut.at) + cut.radius > half + 1e-9):
             raise InputError(
-                f"{name}", [float(f"{v / MM:.9g}") for v in cut.at],
+                f"{name}", in_mm(cut.at),
                 "a cut-out that lies on the plate as a whole",
             )  # fmt: skip
         before = [(names[j], own[j].at, own[j].radius) for j in range(k)]
@@ -130,7 +136,7 @@ def _check_cut_outs(board: BoardParts) -> None:
             apart = float(np.hypot(*np.subtract(at, cut.at)))
             is_middle = apart < SAME_PLACE and other not in names
             if apart < cut.radius + radius and not is_middle:
-                value = [float(f"{v / MM:.9g}") for v in cut.at]
+                value = in_mm(cut.at)
                 raise InputError(
                     name, value if k < explicit else float(f"{cut.radius / MM:.9g}"),
                     f"a cut-out clear of {other}; they are {apart / MM:.3g} mm apart, "

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from chladni.sim.board.electronics import NOT_WIRED
 
-LAST_GPIO = 39
 GATES = (2, 4, 5, 12, 13, 14, 15, 16, 17, 18, 19, 23, 25, 26, 27, 32, 33)
 """Seventeen that can drive a gate with a pull-down, beside UART0 and one I²C bus on 21 and 22."""
 OUTPUTS = (*GATES, 21, 22)

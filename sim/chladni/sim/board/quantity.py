@@ -118,3 +118,8 @@ def check_ranges(instance: Any, where: str) -> None:
         except (TypeError, ValueError):
             raise InputError(f"{where}.{spec.key}", value, spec.expected()) from None
         spec.check(restored, where=f"{where}.{spec.key}")
+
+
+def in_mm(place: tuple[float, float]) -> list[float]:
+    """A place (m) as an error shows it."""
+    return [float(f"{value / MM:.9g}") for value in place]

@@ -181,7 +181,6 @@ def transfer_fields(
     Eq. (2)–(6) of the paper, with the load's place restored.
     """
     model = model or plate_model(board)
-    frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
     loads = actuator_loads(board)
     own_loss = board.foundation.total_loss_factor if board.foundation else board.plate.loss_factor
     if mode_loss_factors and own_loss != board.plate.loss_factor:
@@ -189,10 +188,8 @@ def transfer_fields(
             "mode_loss_factors", list(mode_loss_factors),
             "none, where plate and foundation lose unlike shares: modes have one loss factor",
         )  # fmt: skip
-    response = model.respond(
-        loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
-    )
-    _check(board, response, allow_unmet=allow_unmet)
+    response = _respond(board, loads, model, frequency_hz, tolerance, allow_unmet=allow_unmet)
+    frequency = response.frequency_hz
     values = response.values
     if len(mode_loss_factors):
         losses = np.asarray(mode_loss_factors, dtype=np.float64)
@@ -275,13 +272,9 @@ def disc_fields(
         A place is not on the board.
     """
     loads = [Load(*check_target(board, place), radius) for place in places_mm]
-    model = model or plate_model(board)
-    frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
-    response = model.respond(
-        loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
+    return _respond(
+        board, loads, model or plate_model(board), frequency_hz, tolerance, allow_unmet=allow_unmet
     )
-    _check(board, response, allow_unmet=allow_unmet)
-    return response
 
 
 def actuator_loads(board: Board) -> list[Load]:
@@ -300,6 +293,19 @@ def check_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, f
             f"a place on the board in mm: |x| up to {half_x:g}, |y| up to {half_y:g}",
         )
     return x, y
+
+
+def _respond(
+    board: Board, loads: Sequence[Load], model: PlateModel, frequency_hz: float | None,
+    tolerance: float, *, allow_unmet: bool,
+) -> Response:  # fmt: skip
+    """Fields on the board's image points, at its own frequency unless another is given."""
+    frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
+    response = model.respond(
+        loads, frequency_hz=frequency, x=board.x, y=board.y, tolerance=tolerance
+    )
+    _check(board, response, allow_unmet=allow_unmet)
+    return response
 
 
 def _check(board: Board, response: Response, *, allow_unmet: bool) -> None:
