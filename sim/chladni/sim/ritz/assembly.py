@@ -96,7 +96,7 @@ class Assembly:
         form = np.zeros((parity.size, parity.size))
         form[:p, :p] = parity.polynomial_bending()
         if parity.members:
-            rows = self.edge_work(parity, self._tables)[p:]
+            rows = self.edge_work(parity, self._tables, first=p)
             self._add_rim_work(parity, rows)
             form[p:] = rows
             form[:p, p:] = rows[:, :p].T
@@ -188,19 +188,23 @@ class Assembly:
         along = (edge.points.y, edge.points.x)[edge.axis]
         return np.asarray((line.evaluate(along)[:, degrees] * edge.points.weights[:, None]).T)
 
-    def edge_work(self, parity: ParityBasis, tables: Tables) -> FloatArray:
-        """Work of functions' edge forces on the basis, by D; shape (functions, size)."""
+    def edge_work(self, parity: ParityBasis, tables: Tables, *, first: int = 0) -> FloatArray:
+        """Work of functions' edge forces on the basis, by D, from the `first` function on.
+
+        Shape (functions, size).
+        """
         nu = self.basis.geometry.poisson
         total: FloatArray | float = 0.0
         for edge, own, basis in zip(self.sets.edges, tables.edges, self._tables.edges, strict=True):
             nn, ss, nnn, nss = edge.derivatives
             slope: Derivative = (1, 0) if edge.axis == 0 else (0, 1)
-            moment = own.values(parity, nn) + nu * own.values(parity, ss)
-            shear = own.values(parity, nnn) + (2.0 - nu) * own.values(parity, nss)
+            along = {d: own.values(parity, d)[:, first:] for d in edge.derivatives}
+            moment = along[nn] + nu * along[ss]
+            shear = along[nnn] + (2.0 - nu) * along[nss]
             weights = edge.points.weights * edge.normal
             total = total + (moment.T * weights) @ basis.values(parity, slope)
             total = total - (shear.T * weights) @ basis.values(parity, (0, 0))
-        twist = tables.corners.values(parity, (1, 1)).T * self.sets.corners.weights
+        twist = tables.corners.values(parity, (1, 1))[:, first:].T * self.sets.corners.weights
         corners = twist @ self._tables.corners.values(parity, (0, 0))
         return np.asarray(total + 2.0 * (1.0 - nu) * corners)
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import comb
 from typing import Any
 
@@ -38,8 +38,8 @@ AT_ONCE = 1 << 13
 
 Derivative = tuple[int, int]
 """How often a function is differentiated by x and by y."""
-Wirtinger = dict[tuple[int, int], complex]
-"""Coefficients of ∂_z^j ∂_z̄^k."""
+Wirtinger = tuple[tuple[int, int, complex], ...]
+"""(j, k, coefficient) of every ∂_z^j ∂_z̄^k in an operator."""
 
 
 @dataclass(frozen=True)
@@ -160,12 +160,12 @@ def _image(
     for start in range(0, points.size, AT_ONCE):
         at = slice(start, start + AT_ONCE)
         split = SplitPoints.at(points[at])
-        weights = [factor * s[at] ** power for _, factor, power in answer]
+        weights = {power: s[at] ** power for power in answer}
         row = 0
         for function in circle.own.functions:
             values = np.zeros(split.is_inside.shape, dtype=np.complex128)
-            for (operator, _, _), weight in zip(answer, weights, strict=True):
-                values += weight * split.apply(function, operator)
+            for power, operator in answer.items():
+                values += weights[power] * split.apply(function, operator)
             result[row, at] = values.real
             if function.order > 0:
                 result[row + 1, at] = -values.imag
@@ -173,34 +173,33 @@ def _image(
     return result
 
 
-def _answer(
-    edge: HeldEdge, derivative: Derivative, radius: float
-) -> list[tuple[Wirtinger, float, int]]:
-    """(operator on f at the mirrored place, factor, power of s) of each part of a derivative.
+def _answer(edge: HeldEdge, derivative: Derivative, radius: float) -> dict[int, Wirtinger]:
+    """What acts on f at the mirrored place, by the power of s that it is multiplied with.
 
     By Leibniz s and s² are differentiated too, and a derivative across turns the sign.
     """
     n, along = derivative[edge.axis], derivative[1 - edge.axis]
     sign = (-1.0) ** n / radius ** (n + along)
 
-    def by_place(across: int) -> Wirtinger:
-        return WIRTINGER[(across, along) if edge.axis == 0 else (along, across)]
+    def by_place(across: int, factor: float) -> Wirtinger:
+        operator = WIRTINGER[(across, along) if edge.axis == 0 else (along, across)]
+        return tuple((j, k, factor * c) for j, k, c in operator)
 
-    def laplacian(across: int) -> Wirtinger:
-        return {(j + 1, k + 1): 4.0 * c for (j, k), c in by_place(across).items()}
+    def laplacian(across: int, factor: float) -> Wirtinger:
+        return tuple((j + 1, k + 1, 4.0 * c) for j, k, c in by_place(across, factor))
 
     if not edge.is_clamped:
-        return [(by_place(n), -sign, 0)]
-    answer = [
-        (by_place(n), sign * (2.0 * n - 1.0), 0),
-        (by_place(n + 1), -2.0 * sign / radius, 1),
-        (laplacian(n), -sign / radius**2, 2),
-    ]
+        return {0: by_place(n, -sign)}
+    answer = {
+        0: by_place(n, sign * (2.0 * n - 1.0)),
+        1: by_place(n + 1, -2.0 * sign / radius),
+        2: laplacian(n, -sign / radius**2),
+    }
     # f'' and the derivatives along that come from Δf of one order less make Δf once more.
     if n >= 1:
-        answer.append((laplacian(n - 1), 2.0 * n * sign / radius, 1))
+        answer[1] += laplacian(n - 1, 2.0 * n * sign / radius)
     if n >= 2:
-        answer.append((laplacian(n - 2), -n * (n - 1) * sign, 0))
+        answer[0] += laplacian(n - 2, -n * (n - 1) * sign)
     return answer
 
 
@@ -258,41 +257,42 @@ class SplitPoints:
 
 def _differentiate(terms: tuple[Term, ...], powers: Powers, operator: Wirtinger) -> ComplexArray:
     total = np.zeros(powers.z.shape, dtype=np.complex128)
-    for (j, k), coefficient in operator.items():
-        for term in terms:
-            total += (coefficient * term.factor) * _monomial(term, powers, j, k)
+    for p, q, plain, by_log in _monomials(terms, operator):
+        factor = np.asarray(plain + by_log * powers.log if by_log else plain)
+        if q == 0:
+            total += factor * powers.of_z(p)
+        elif p == 0:
+            total += factor * powers.of_z(q).conj()
+        else:
+            total += factor * powers.of_z(p) * powers.of_z(q).conj()
     return total
 
 
-def _monomial(term: Term, powers: Powers, j: int, k: int) -> ComplexArray | float:
-    """∂_z^j ∂_z̄^k of zᵖ z̄^q, or of zᵖ z̄^q ln|z|."""
-    a, c = falling(term.p, j)
-    b, d = falling(term.q, k)
-    factor: FloatArray | float = a * b
-    if term.log:
-        # ln|z| = (ln z + ln z̄)/2, so each half differentiates on its own side.
-        factor = 0.5 * (c * b + a * d)
-        if a * b != 0.0:
-            factor = factor + a * b * powers.log
-    elif a * b == 0.0:
-        return 0.0
-    p, q = term.p - j, term.q - k
-    if q == 0:
-        return np.asarray(factor * powers.of_z(p))
-    if p == 0:
-        return np.asarray(factor * powers.of_z(q).conj())
-    return np.asarray(factor * powers.of_z(p) * powers.of_z(q).conj())
+@lru_cache(maxsize=1 << 12)
+def _monomials(
+    terms: tuple[Term, ...], operator: Wirtinger
+) -> tuple[tuple[int, int, complex, complex], ...]:
+    """(p, q, a, b) of an operator on terms, which is a sum of (a + b ln|z|) zᵖ z̄^q."""
+    found: dict[tuple[int, int], ComplexArray] = {}
+    for j, k, coefficient in operator:
+        for term in terms:
+            (a, c), (b, d) = falling(term.p, j), falling(term.q, k)
+            # ln|z| = (ln z + ln z̄)/2, so each half differentiates on its own side.
+            own = (0.5 * (c * b + a * d), a * b) if term.log else (a * b, 0.0)
+            before = found.setdefault((term.p - j, term.q - k), np.zeros(2, dtype=np.complex128))
+            before += coefficient * term.factor * np.array(own)
+    return tuple((p, q, complex(a), complex(b)) for (p, q), (a, b) in found.items() if a or b)
 
 
 def _wirtinger(by_x: int, by_y: int) -> Wirtinger:
-    """Coefficients of ∂_z^j ∂_z̄^k in ∂ₓ^by_x ∂ᵧ^by_y = (∂_z + ∂_z̄)^by_x (i∂_z − i∂_z̄)^by_y."""
-    result: Wirtinger = {}
+    """∂ₓ^by_x ∂ᵧ^by_y = (∂_z + ∂_z̄)^by_x (i∂_z − i∂_z̄)^by_y, by ∂_z and ∂_z̄."""
+    result: dict[tuple[int, int], complex] = {}
     for s in range(by_x + 1):
         for t in range(by_y + 1):
             key = (s + t, by_x - s + by_y - t)
             value = comb(by_x, s) * comb(by_y, t) * 1j**by_y * (-1.0) ** (by_y - t)
             result[key] = result.get(key, 0.0) + value
-    return {key: value for key, value in result.items() if value != 0}
+    return tuple((j, k, value) for (j, k), value in result.items() if value != 0)
 
 
 MOST = 5
