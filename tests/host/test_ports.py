@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 import serial
 
-from chladni.host.cli.device import who_answers
+from chladni.host.cli.device.commands import who_answers
 from chladni.host.device.device import Device
 from chladni.host.device.link import encode
 from chladni.host.device.wire import SerialWire

@@ -11,12 +11,12 @@ import typer
 
 from chladni.host.cli import board as board_commands
 from chladni.host.cli import compare as compare_command
-from chladni.host.cli import device as device_commands
 from chladni.host.cli import plate as plate_commands
 from chladni.host.cli import table as table_commands
+from chladni.host.cli.common.options import JsonOption
+from chladni.host.cli.common.output import answer
+from chladni.host.cli.device import commands as device_commands
 from chladni.host.cli.emulate import emulate
-from chladni.host.cli.options import JsonOption
-from chladni.host.cli.output import answer
 from chladni.host.cli.solve import solve_command
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.errors import ChladniError, InputError, MissingError

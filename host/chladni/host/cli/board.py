@@ -14,7 +14,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
-from chladni.host.cli.options import (
+from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
@@ -22,7 +22,7 @@ from chladni.host.cli.options import (
     SeedOption,
     check_figure,
 )  # fmt: skip
-from chladni.host.cli.output import answer, progress_bar, say_unmet
+from chladni.host.cli.common.output import answer, progress_bar, say_unmet
 from chladni.host.figures.boards import sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.sim.board.board import Board

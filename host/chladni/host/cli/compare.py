@@ -15,7 +15,7 @@ from chladni.drives.methods import METHODS, SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.compare import as_csv, compare, summary
 from chladni.drives.solve import check_request
-from chladni.host.cli.options import (
+from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
     FigureOption,
@@ -26,7 +26,14 @@ from chladni.host.cli.options import (
     check_figure,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import NO_COIL, TEXT, answer, check_output, progress_bar, say_unmet
+from chladni.host.cli.common.output import (
+    NO_COIL,
+    TEXT,
+    answer,
+    check_output,
+    progress_bar,
+    say_unmet,
+)
 from chladni.host.figures.fields import save
 from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board

@@ -11,7 +11,7 @@ from rich.table import Table as RichTable
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
-from chladni.host.cli.output import progress_bar
+from chladni.host.cli.common.output import progress_bar
 from chladni.host.cli.solve import drive_entries
 from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import TouchEvent

@@ -13,8 +13,8 @@ import typer
 
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.finger import felt, remark_on
-from chladni.host.cli.options import JsonOption, required
-from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place
+from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import board_of, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent

@@ -11,14 +11,14 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from chladni.host.cli.options import (
+from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
     LargeOption,
     check_figure,
 )
-from chladni.host.cli.output import ARRAYS, answer, check_output, parse_place, say_unmet
+from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place, say_unmet
 from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -13,7 +13,7 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.scorecard import score
 from chladni.drives.solve import Solution, check_request, solve
-from chladni.host.cli.options import (
+from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
@@ -23,7 +23,7 @@ from chladni.host.cli.options import (
     SeedOption,
     check_figure,
 )  # fmt: skip
-from chladni.host.cli.output import (
+from chladni.host.cli.common.output import (
     NO_COIL,
     answer,
     check_output,

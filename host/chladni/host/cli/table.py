@@ -17,7 +17,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
 from chladni.drives.solve import check_request
-from chladni.host.cli.options import (
+from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
     JobsOption,
@@ -27,7 +27,7 @@ from chladni.host.cli.options import (
     SeedOption,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.output import (
+from chladni.host.cli.common.output import (
     Place,
     answer,
     check_output,

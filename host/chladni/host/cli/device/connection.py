@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from chladni.host.cli.options import required
+from chladni.host.cli.common.options import required
 from chladni.host.device.device import Device
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli.connection import Connection, connecting
-from chladni.host.cli.options import JsonOption, required
-from chladni.host.cli.output import answer
+from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.output import answer
+from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.protocol.network import (
     DEFAULT_PORT,
     NetworkSettings,

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import typer
 from serial.tools import list_ports
 
-from chladni.host.cli.connection import Connection, connecting
-from chladni.host.cli.first_boot import walk
-from chladni.host.cli.flash import flash
-from chladni.host.cli.network import network
-from chladni.host.cli.options import JsonOption, required
-from chladni.host.cli.output import answer, parse_place
+from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.device.first_boot import walk
+from chladni.host.cli.device.flash import flash
+from chladni.host.cli.device.network import network
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.stream_sources import (

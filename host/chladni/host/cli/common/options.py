@@ -9,7 +9,7 @@ import typer
 
 from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
-from chladni.host.cli.output import check_output
+from chladni.host.cli.common.output import check_output
 from chladni.host.figures.fields import FORMATS
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.work import allow_large_work
