@@ -32,7 +32,9 @@ SINE_QUARTER_POINTS = 256
 full scale, under the half step of Q15 (1.5e-5)."""
 
 
-CPP_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t"}
+CPP_TYPES = {
+    "u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i16": "int16_t", "i32": "int32_t",
+}  # fmt: skip
 TABLE_NOTES = {
     "kMagic": '"CHLD" read as a little-endian word',
     "kSectionBytes": "of a section header",
@@ -134,7 +136,7 @@ def config_header() -> str:
     """`config_format.hpp`: the configuration as a struct, with its defaults, and its bytes."""
     places = layout.offsets(device_config.FIELDS)
     magic = int.from_bytes(device_config.MAGIC, "little")
-    members, takes, puts = [], [], []
+    members, takes, puts, sames = [], [], [], []
     for setting in device_config.SETTINGS:
         field, default = setting.field, setting.default
         base = CPP_TYPES[field.kind.partition("x")[0]]
@@ -146,6 +148,7 @@ def config_header() -> str:
         at = f"record + {places[field.name]}"
         takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")
         puts.append(f"  put({at}, config.{field.name});")
+        sames.append(f"         is_same(one.{field.name}, other.{field.name})")
     numbers: dict[str, int | str] = {
         "kMagic": f"0x{magic:08X}U",
         "kVersionMajor": device_config.VERSION_MAJOR,
@@ -172,6 +175,28 @@ def config_header() -> str:
             "  return " + " &&\n".join(takes).lstrip() + ";",
             "}",
             "",
+            "// What a host on a network may set as it likes.",
+            "inline void copy_harmless(const Config& from, Config& to) {",
+            *(f"  to.{name} = from.{name};" for name in device_config.HARMLESS),
+            "}",
+            "",
+            "template <typename T>",
+            "bool is_same(const T& one, const T& other) {",
+            "  return one == other;",
+            "}",
+            "",
+            "template <typename T, size_t kCount>",
+            "bool is_same(const std::array<T, kCount>& one, const std::array<T, kCount>& other) {",
+            "  for (size_t k = 0; k < kCount; ++k) {",
+            "    if (one[k] != other[k]) return false;",
+            "  }",
+            "  return true;",
+            "}",
+            "",
+            "inline bool are_same(const Config& one, const Config& other) {",
+            "  return " + " &&\n".join(sames).lstrip() + ";",
+            "}",
+            "",
             "template <typename Put>",
             "void put_fields(uint8_t* record, const Config& config, Put put) {",
             *puts,
@@ -179,7 +204,7 @@ def config_header() -> str:
             "",
             "}  // namespace config_format",
         ],
-        includes=("array", "cstdint"),
+        includes=("array", "cstddef", "cstdint"),
     )
 
 

@@ -6,8 +6,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.udp import EmulatedPort, UdpWire
+from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.protocol.config import (
+    CEILINGS,
+    FIELDS,
+    HARMLESS,
     RECORD_BYTES,
     SETTINGS,
     DeviceConfig,
@@ -19,6 +26,12 @@ from chladni.host.protocol.config import (
 from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import GATES
 from chladni.sim.errors import InputError
+from chladni.tables.format import pack
+from chladni.tables.layout import offsets
+from made_up import make_table, powered
+from networked import KEY, networked
+
+VERSION_BYTE = offsets(FIELDS)["version_major"]
 
 
 def booted(*records: tuple[int, bytes]) -> _emulator.Emulator:
@@ -78,7 +91,7 @@ def test_what_is_packed_is_read_by_both_sides(config: DeviceConfig, sequence: in
 
 def test_defaults_are_the_authors_board_on_both_sides() -> None:
     core = booted()
-    assert core.config_status == "no configuration"
+    assert core.config_status == "never configured"
     assert core.save_config(pack_config(DeviceConfig())) == "ok"
     board = config_of(load_board("prototype"))
     default = DeviceConfig()
@@ -96,7 +109,11 @@ def test_damaged_records_are_refused_and_the_defaults_hold() -> None:
         with pytest.raises(InputError):
             unpack_config(bytes(bad))
         if position % 7 == 0:
-            assert booted((0, bytes(bad))).config_status == "configuration damaged"
+            another = position // 8 == VERSION_BYTE
+            expected = "configuration of another version: set it again"
+            core = booted((0, bytes(bad)))
+            assert core.config_status == (expected if another else "configuration damaged")
+            assert core.state == "fault"
     for length in range(0, len(good), 5):
         with pytest.raises(InputError):
             unpack_config(good[:length])
@@ -154,3 +171,125 @@ def test_flash_that_lies_is_found_by_reading_back() -> None:
 def test_wrong_settings_are_named(name: str, value: object) -> None:
     with pytest.raises(InputError, match=name):
         DeviceConfig(**{name: value})
+
+
+def rotten(core: _emulator.Emulator, sector: int, at: int) -> _emulator.Emulator:
+    """The same flash with one bit of a sector flipped to 0, after a start."""
+    flash = bytearray(core.flash_bytes("config"))
+    place = sector * _emulator.SECTOR_BYTES + at
+    assert flash[place]
+    flash[place] &= flash[place] - 1
+    found = _emulator.Emulator(_emulator.Hardware())
+    found.program(0, bytes(flash), "config")
+    found.boot()
+    return found
+
+
+def standing(core: _emulator.Emulator) -> list[str]:
+    return [cause for cause, _, _ in core.faults]
+
+
+def test_a_device_that_was_never_configured_plays_nothing_and_says_so() -> None:
+    core = booted()
+    assert (core.config_status, core.state) == ("never configured", "fault")
+    assert "never configured" in standing(core)
+    assert not core.stream_begin()
+    assert not core.play_live([(1000, 0)] * 5, 160_000, 0)
+
+
+def test_a_flipped_bit_never_brings_an_older_configuration_back_to_play() -> None:
+    """`max_duty` 3000 for 2000: whichever bit it is, the outputs stay off and the cause is said."""
+    core = booted((0, pack_config(DeviceConfig(max_duty_q15=3000))))
+    assert core.save_config(pack_config(DeviceConfig(max_duty_q15=2000))) == "ok"
+    core.boot()
+    assert core.config_status == "ok"
+    newest = core.flash_bytes("config")[_emulator.SECTOR_BYTES :][:RECORD_BYTES]
+    for at in [k for k, byte in enumerate(newest) if byte][::3]:
+        found = rotten(core, 1, at)
+        assert found.config_status.startswith(("an older", "configuration of another")), at
+        assert found.state == "fault"
+        assert "configuration refused" in standing(found)
+        # It is mended by writing it again.
+        assert found.save_config(pack_config(DeviceConfig(max_duty_q15=2000))) == "ok"
+        found.boot()
+        assert found.config_status == "ok"
+    # A bit of the mark that tells is not the mark.
+    assert rotten(core, 1, _emulator.SECTOR_BYTES - 1).config_status == "ok"
+
+
+def test_a_cut_before_the_older_record_is_marked_is_made_up_for_at_the_next_start() -> None:
+    core = booted((0, pack_config(DeviceConfig(), 4)), (1, pack_config(DeviceConfig(), 5)))
+    assert core.flash_bytes("config")[_emulator.SECTOR_BYTES - 4 :][:4] == bytes(4)
+    assert rotten(core, 1, 0).config_status.startswith("an older")
+
+
+def test_a_configuration_that_rots_while_it_runs_is_found_within_a_minute() -> None:
+    emulator = powered(pack(make_table([[1.0] * 5])))
+    core = emulator.core
+    core.program(40, bytes([core.flash_bytes("config")[40] & 0]), "config")
+    emulator.run(61_000.0)
+    assert (core.state, core.config_status) == ("fault", "configuration damaged")
+
+
+def test_what_is_written_already_is_not_written_again() -> None:
+    core = booted((0, pack_config(DeviceConfig(level_q15=9))))
+    before = core.flash_changes
+    assert core.save_config(pack_config(DeviceConfig(level_q15=9))) == "ok"
+    assert core.flash_changes == before
+
+
+@pytest.fixture
+def both_ways() -> tuple[Device, Device]:
+    """A device by wire and over a network."""
+    emulator = networked()
+    return Device(EmulatorWire(emulator)), Device(UdpWire(EmulatedPort(emulator), KEY))
+
+
+def test_a_host_on_a_network_cannot_touch_what_protects_parts(
+    both_ways: tuple[Device, Device],
+) -> None:
+    """Every setting, to either end of its range: refused, or one of how a touch feels, or less."""
+    _, network = both_ways
+    config = network.config()
+    for setting in SETTINGS:
+        name, default = setting.field.name, setting.default
+        for value in {setting.low, setting.high}:
+            wanted: object = value
+            if not isinstance(default, int):
+                wanted = (value, *config[name][1:])
+            if wanted == config[name]:
+                continue
+            changed = config.with_values(**{name: wanted})
+            less = name in CEILINGS and value < config[name]
+            if name in HARMLESS or less:
+                network.set_config(changed)
+                continue
+            with pytest.raises(LinkError, match="refuses"):
+                network.set_config(changed)
+
+
+def test_a_host_on_a_network_can_ask_for_less_and_never_for_more_than_the_wire(
+    both_ways: tuple[Device, Device],
+) -> None:
+    wire, network = both_ways
+    config = wire.config()
+    wire.set_config(config.with_values(max_duty_q15=16_000))
+    restarted(wire)
+    lower = wire.config().with_values(max_duty_q15=8_000)
+    network.set_config(lower)
+    restarted(wire)
+    assert wire.config()["max_duty_q15"] == 8_000
+    network.set_config(lower.with_values(max_duty_q15=16_000))
+    restarted(wire)
+    for more in (16_001, 32_768):
+        with pytest.raises(LinkError, match="by wire only"):
+            network.set_config(lower.with_values(max_duty_q15=more))
+        # Nor does it help to say that the wire had asked for more.
+        with pytest.raises(LinkError, match="by wire only"):
+            network.set_config(lower.with_values(max_duty_q15=more, wire_max_duty_q15=more))
+    assert wire.config()["max_duty_q15"] == 16_000
+
+
+def restarted(device: Device) -> None:
+    device.restart()
+    device.link.wait(0.5)

@@ -9,6 +9,7 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
+from chladni.host.device.upload import TableUpload
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import Status
@@ -19,7 +20,9 @@ from chladni.host.protocol.table_store import (
     SLOT_BYTES,
     TRAILER_OFFSET,
 )
+from chladni.sim.errors import InputError
 from chladni.tables.format import pack
+from chladni.tables.layout import HEADER_BYTES
 from made_up import device_of, entry_bytes, forge, make_table, powered, random_table
 
 OLD, NEW, OLDER = (
@@ -160,7 +163,9 @@ def test_a_cut_at_any_byte_leaves_the_old_table_or_the_new() -> None:
             said = _update(emulator)
             check_after_cut(emulator, start, said)
             tried += 1
-        assert total >= SECTOR_BYTES + len(NEW) + ENTRY_BYTES
+        # What is there already is not written again.
+        written = 0 if NEW in start.image else SECTOR_BYTES + len(NEW)
+        assert total >= written + (0 if start.playing == NEW else ENTRY_BYTES)
     print(f"{tried} cuts")
     assert tried > 1_000
 
@@ -237,21 +242,104 @@ def test_a_table_that_the_device_cannot_play_is_refused_and_the_old_one_plays_on
     emulator = powered(OLD)
     device = connected(emulator)
     three = pack(make_table(np.ones((1, 3))))
-    for data in (three, forge(make_table(np.ones((1, 5))), ramp_us=1_000)):
-        if data is not three:
-            assert device.flash(data).verified
-            continue
-        with pytest.raises(LinkError, match="refuses") as caught:
-            device.flash(data)
-        assert caught.value.status == Status.REFUSED
-        assert table_crc(device) == crc_of(OLD)
+    with pytest.raises(InputError, match="expected 5, the channels"):
+        device.flash(three)
+    # A host that does not look at what it sends gets the device's own answer.
+    with pytest.raises(LinkError, match="another number of actuators") as caught:
+        TableUpload(device.link, three).run()
+    assert caught.value.status == Status.REFUSED
+    assert table_crc(device) == crc_of(OLD)
+    assert emulator.core.state == "idle"
+    assert device.flash(forge(make_table(np.ones((1, 5))), ramp_us=1_000)).verified
+
+
+def test_a_refused_table_never_costs_the_one_to_go_back_to() -> None:
+    """Two tables, back, one for four actuators, back again: flash is as it was all along."""
+    emulator = powered(OLD)
+    device = connected(emulator)
+    assert device.flash(NEW).verified
+    device.previous()
+    before = emulator.core.flash_bytes()
+    four = pack(make_table(np.ones((1, 4))))
+    damaged = NEW[:HEADER_BYTES].replace(b"CHLD", b"CHLE") + NEW[HEADER_BYTES:]
+    version = bytes([*NEW[:4], 9, *NEW[5:]])
+    for data in (four, damaged, version, forge(make_table(np.ones((1, 5))), ramp_us=1)):
+        with pytest.raises(LinkError, match="the device refuses it: "):
+            TableUpload(device.link, data).run()
+        assert emulator.core.flash_bytes() == before
         assert emulator.core.state == "idle"
+    device.previous()
+    assert table_crc(device) == crc_of(NEW)
+
+
+def test_what_is_there_already_is_not_written_again() -> None:
+    """In the slot that plays nothing is; in the other one only the entry that makes it count."""
+    emulator = powered(OLD)
+    device = connected(emulator)
+    assert device.flash(NEW).verified
+    erased, slot = device.info()["erases"], device.info()["slot"]
+    before = emulator.core.flash_bytes()
+    assert device.flash(NEW).slot == slot
+    assert emulator.core.flash_bytes() == before
+    assert device.flash(OLD).slot == 1 - slot
+    assert table_crc(device) == crc_of(OLD)
+    assert device.info()["erases"] == erased
+
+
+def test_an_older_table_in_use_is_said_and_plays() -> None:
+    """Bits that flip in the newest table, or in its entry; a cut while it is entered is none."""
+    emulator = powered(OLD)
+    device = connected(emulator)
+    assert device.flash(NEW).verified
+    assert device.info()["standing"] == []
+    whole = emulator.core.flash_bytes()
+    slot = device.info()["slot"]
+    for at in (slot * SLOT_BYTES + 1, slot * SLOT_BYTES + TRAILER_OFFSET + 5):
+        rotten = bytearray(whole)
+        assert rotten[at]
+        rotten[at] ^= rotten[at] & -rotten[at]  # a bit that flips to 0, as flash allows
+        device = connected(with_flash(bytes(rotten)))
+        assert device.info()["standing"] == ["older table"]
+        assert device.info()["state"] == "idle"
+        assert table_crc(device) == crc_of(OLD)
+
+
+def test_bits_that_flip_while_it_runs_are_found_within_a_minute() -> None:
+    """The other table plays then; without one, none does."""
+    for older in (OLD, None):
+        emulator = powered(older) if older else with_flash(b"\xff" * PARTITION_BYTES)
+        device = connected(emulator)
+        assert device.flash(NEW).verified
+        at = device.info()["slot"] * SLOT_BYTES + len(NEW) - 12
+        value = emulator.core.flash_bytes()[at]
+        emulator.core.program(at, bytes([value & (value - 1)]))
+        emulator.run(61_000.0)
+        info = connected(emulator).info()
+        if older:
+            assert (info["state"], info["standing"]) == ("idle", ["older table"])
+            assert table_crc(connected(emulator)) == crc_of(OLD)
+        else:
+            assert info["state"] == "fault"
+            assert info["standing"] == ["table refused"]
+
+
+def test_a_change_of_frequency_looks_at_the_table_first() -> None:
+    emulator = powered(OLD)
+    device = connected(emulator)
+    at = device.info()["slot"] * SLOT_BYTES + len(OLD) - 12
+    value = emulator.core.flash_bytes()[at]
+    emulator.core.program(at, bytes([value & (value - 1)]))
+    with pytest.raises(LinkError, match="table is damaged"):
+        device.select_frequency(160.0)
+    emulator.run(100.0)
+    assert device.info()["table_status"] == "table is damaged"
+    assert device.info()["state"] == "fault"
 
 
 def test_an_update_that_falls_silent_is_dropped() -> None:
     emulator = powered(OLD)
     device = connected(emulator)
-    device.link.request("table_begin", total=1000, crc=1)
+    device.link.request("table_begin", NEW[:HEADER_BYTES], total=len(NEW), crc=1)
     assert emulator.core.state == "updating"
     emulator.run(6_000.0)
     assert emulator.core.state == "idle"
@@ -289,7 +377,7 @@ def test_a_table_as_large_as_a_slot_arrives_and_a_larger_one_is_refused() -> Non
     emulator.core.boot()
     assert table_crc(connected(emulator)) == crc_of(large)
     with pytest.raises(LinkError) as caught:
-        device.link.request("table_begin", total=TRAILER_OFFSET + 1, crc=1)
+        device.link.request("table_begin", NEW[:HEADER_BYTES], total=TRAILER_OFFSET + 1, crc=1)
     assert caught.value.status == Status.TOO_LARGE
 
 
@@ -299,5 +387,5 @@ def test_outputs_are_off_before_anything_is_erased() -> None:
     device.touch(0.0, 0.0)
     emulator.run(50.0)
     emulator.core.take_duties()
-    device.link.request("table_begin", total=1000, crc=1)
+    device.link.request("table_begin", NEW[:HEADER_BYTES], total=len(NEW), crc=1)
     assert not emulator.core.take_duties()[-3000:].any()

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 import tty
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from chladni.host.device.link import encode
 from chladni.host.device.wire import SerialWire
 from chladni.host.protocol.link import BY_NAME, RESPONSE
 from chladni.sim.board.board import Board
+from chladni.tables.format import pack, read_table
 from conftest import CommandLine
 from made_up import SCRIPT
 
@@ -36,7 +38,12 @@ def test_a_pseudo_terminal_is_met_as_a_device(
     assert done.code == 0, done.err
     assert done.json["verified"]
     shown = chladni("device", "info", "--port", port, "--json")
-    assert shown.json["slot"] == 1
+    assert (shown.json["slot"], shown.json["erases"]) == (0, 0)  # it was there already
+    other = table_file.with_name("other.chl")
+    written = read_table(table_file)
+    other.write_bytes(pack(replace(written, limits=replace(written.limits, ramp_us=5_000))))
+    assert chladni("flash", other, "--port", port).code == 0
+    assert chladni("device", "info", "--port", port, "--json").json["slot"] == 1
     assert chladni("flash", "--previous", "--port", port).code == 0
     assert chladni("device", "touch", "5,5", "--seconds", "0.3", "--port", port).code == 0
     with Device(SerialWire(port)) as device:

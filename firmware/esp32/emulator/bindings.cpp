@@ -252,6 +252,11 @@ void bind_flash(nb::class_<Emulator>& emulator) {
             return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
           },
           nb::arg("area") = "tables")
+      .def_prop_ro("flash_changes",
+                   [](Emulator& self) {
+                     return self.tables().changes() + self.config().changes() +
+                            self.network().changes() + self.boots().changes();
+                   })
       .def(
           "cut_power_after",
           [](Emulator& self, uint32_t bytes, const std::string& name) {

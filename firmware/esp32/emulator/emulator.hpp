@@ -89,7 +89,10 @@ class Emulator {
   // Without it the device makes no MAC, and stays off the network.
   void set_hmac(Hmac hmac) { hmac_ = std::move(hmac); }
   // Let the firmware keep a configuration.
-  ConfigStatus save(const Config& config) { return save_config(hal(), config); }
+  ConfigStatus save(const Config& config) {
+    uint32_t erases = 0;
+    return save_config(hal(), config, erases);
+  }
 
   Flash& tables() { return tables_; }
   Flash& config() { return config_; }

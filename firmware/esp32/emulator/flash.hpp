@@ -17,6 +17,8 @@ class Flash {
 
   uint32_t size() const { return static_cast<uint32_t>(bytes_.size()); }
   const std::vector<uint8_t>& bytes() const { return bytes_; }
+  // Erased and programmed so far: whoever keeps a copy knows by it when to look.
+  uint64_t changes() const { return changes_; }
 
   bool read(uint32_t offset, uint8_t* out, uint32_t count) const {
     if (offset > size() || count > size() - offset) return false;
@@ -30,6 +32,7 @@ class Flash {
       return "erase at " + std::to_string(offset) + " is not the start of a sector";
     }
     if (does_lie_ || is_cut()) return {};
+    ++changes_;
     const uint32_t done = allowance(kSectorBytes);
     for (uint32_t k = 0; k < done; ++k) bytes_[offset + k] = 0xFF;
     return {};
@@ -46,6 +49,7 @@ class Flash {
       }
     }
     if (does_lie_) return {};
+    ++changes_;
     const uint32_t done = allowance(count);
     for (uint32_t k = 0; k < done; ++k) bytes_[offset + k] = data[k];
     return {};
@@ -69,6 +73,7 @@ class Flash {
   }
 
   std::vector<uint8_t> bytes_;
+  uint64_t changes_ = 0;
   bool is_cut_set_ = false;
   uint32_t left_ = 0;
   bool does_lie_ = false;

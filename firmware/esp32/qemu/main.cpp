@@ -41,9 +41,16 @@ namespace {
 
 constexpr uint32_t kPlaces = 4000;
 
-bool read_flash(void*, chladni::FlashArea area, uint32_t, uint8_t* bytes, uint32_t count) {
+uint8_t config_record[chladni::config_format::kRecordBytes];
+
+bool read_flash(void*, chladni::FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
   if (area == chladni::FlashArea::kBoots) return false;  // nothing is programmed here
-  for (uint32_t k = 0; k < count; ++k) bytes[k] = 0xFF;  // blank: the defaults hold
+  // The defaults, written down: a device that was never configured plays nothing.
+  const bool is_config = area == chladni::FlashArea::kConfig;
+  for (uint32_t k = 0; k < count; ++k) {
+    const uint32_t at = offset + k;
+    bytes[k] = is_config && at < sizeof config_record ? config_record[at] : 0xFF;
+  }
   return true;
 }
 
@@ -108,6 +115,7 @@ class Scenario {
     hal.reset_cause = [](void*) { return chladni::ResetCause::kPowerOn; };
     hal.send = [](void*, const uint8_t*, uint32_t) {};
     hal.print = [](void*, const char*) {};
+    chladni::write_record(chladni::Config{}, 1, config_record);
     device.start(hal);
     for (uint32_t wave = 0; wave < chladni::kWaveforms; ++wave) {
       device.set_waveform(static_cast<chladni::Waveform>(wave));

@@ -56,7 +56,7 @@ class Field:
         if self.kind.startswith("char"):
             return self.kind.removeprefix("char") + "s"
         base, _, count = self.kind.partition("x")
-        return count + {"u8": "B", "u16": "H", "u32": "I", "i32": "i", "u64": "Q"}[base]
+        return count + {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i", "u64": "Q"}[base]
 
     @property
     def count(self) -> int:

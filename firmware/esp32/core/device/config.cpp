@@ -16,6 +16,10 @@ using Record = std::array<uint8_t, f::kRecordBytes>;
 constexpr uint32_t kSectors = 2;
 // A record of a later minor version may be longer, but not than this.
 constexpr uint32_t kMostBytes = 1024;
+// The last word of a sector, programmed to 0 once a newer record is whole in the other one. If that
+// record is gone later on, it was not a cut while writing that took it.
+constexpr uint32_t kReplacedAt = kSectorBytes - 4U;
+constexpr uint32_t kReplacedBits = 16;  // of 32; a few flipped bits change nothing
 
 struct Take {
   template <typename T>
@@ -74,6 +78,11 @@ Found read_sector(const Hal& hal, uint32_t sector) {
     found.status = ConfigStatus::kNone;
     return found;
   }
+  if (read_u32(record.data() + f::kAtMagic) == f::kMagic &&
+      record[f::kAtVersionMajor] != f::kVersionMajor) {
+    found.status = ConfigStatus::kBadVersion;
+    return found;
+  }
   const uint32_t total = total_of(record.data(), kMostBytes);
   uint32_t crc = 0;
   if (total == 0 ||
@@ -84,6 +93,22 @@ Found read_sector(const Hal& hal, uint32_t sector) {
   found.sequence = word(record.data() + f::kAtSequence, 4);
   found.status = ConfigStatus::kOk;
   return found;
+}
+
+bool is_replaced(const Hal& hal, uint32_t sector) {
+  std::array<uint8_t, 4> mark{};
+  const uint32_t offset = sector * kSectorBytes + kReplacedAt;
+  if (!hal.read_flash(hal.context, FlashArea::kConfig, offset, mark.data(), 4)) return false;
+  uint32_t zeros = 0;
+  for (uint32_t left = ~word(mark.data(), 4); left != 0; left &= left - 1U) ++zeros;
+  return zeros > kReplacedBits;
+}
+
+void mark_replaced(const Hal& hal, uint32_t sector) {
+  if (is_replaced(hal, sector)) return;
+  const std::array<uint8_t, 4> mark{};
+  const uint32_t offset = sector * kSectorBytes + kReplacedAt;
+  hal.program_flash(hal.context, FlashArea::kConfig, offset, mark.data(), 4);
 }
 
 // The sector with the newest whole record; `kSectors` if there is none.
@@ -137,7 +162,12 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
   const uint32_t sector = newest(first, second);
   if (sector < kSectors) {
     config = sector == 0 ? first.config : second.config;
-    return bad_pin(config) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
+    if (bad_pin(config) != kNoBadPin) return ConfigStatus::kBadPins;
+    if (is_replaced(hal, sector)) return ConfigStatus::kOlder;
+    // A cut may have come before the older one was marked.
+    const ConfigStatus other = sector == 0 ? second.status : first.status;
+    if (other == ConfigStatus::kOk) mark_replaced(hal, 1U - sector);
+    return ConfigStatus::kOk;
   }
   config = Config{};
   if (first.status == ConfigStatus::kNone && second.status == ConfigStatus::kNone) {
@@ -153,10 +183,8 @@ ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config)
   const uint32_t covered = total - f::kCrcBytes;
   const uint32_t crc = crc32(record, covered);
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
-  Config found{};
-  if (!f::take_fields(record, found, Take{})) return ConfigStatus::kDamaged;
-  config = found;
-  return bad_pin(found) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
+  if (!f::take_fields(record, config, Take{})) return ConfigStatus::kDamaged;
+  return bad_pin(config) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
 }
 
 void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
@@ -171,14 +199,19 @@ void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
   put(record + covered, crc32(record, covered));
 }
 
-ConfigStatus save_config(const Hal& hal, const Config& config) {
+ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases) {
   const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
   const uint32_t holds = newest(first, second);
   const uint32_t sequence = holds == kSectors ? 0U : (holds == 0 ? first : second).sequence;
   const uint32_t sector = holds == 0 ? 1U : 0U;
+  if (holds != kSectors && !is_replaced(hal, holds) &&
+      f::are_same(config, (holds == 0 ? first : second).config)) {
+    return ConfigStatus::kOk;
+  }
   Record record{};
   write_record(config, sequence + 1U, record.data());
   const uint32_t offset = sector * kSectorBytes;
+  ++erases;
   if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
       !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
     return ConfigStatus::kWriteFailed;
@@ -186,7 +219,27 @@ ConfigStatus save_config(const Hal& hal, const Config& config) {
   // Flash has been seen to answer OK and write nothing.
   const Found written = read_sector(hal, sector);
   const bool is_there = written.status == ConfigStatus::kOk && written.sequence == sequence + 1U;
+  if (is_there && holds != kSectors) mark_replaced(hal, holds);
   return is_there ? ConfigStatus::kOk : ConfigStatus::kWriteFailed;
+}
+
+bool may_ask_over_network(const Config& in_force, const Config& wanted) {
+  // As the record in force would be with all that a network may change.
+  Config allowed = in_force;
+  const auto take_lower = [](auto asked, auto most, auto& value) {
+    if (asked <= most) value = asked;
+  };
+  take_lower(wanted.max_duty_q15, in_force.wire_max_duty_q15, allowed.max_duty_q15);
+  take_lower(wanted.supply_ma, in_force.wire_supply_ma, allowed.supply_ma);
+  take_lower(wanted.limit_rise_dk, in_force.wire_limit_rise_dk, allowed.limit_rise_dk);
+  f::copy_harmless(wanted, allowed);
+  return f::are_same(wanted, allowed);
+}
+
+void take_ceilings(Config& config) {
+  config.wire_max_duty_q15 = config.max_duty_q15;
+  config.wire_supply_ma = config.supply_ma;
+  config.wire_limit_rise_dk = config.limit_rise_dk;
 }
 
 }  // namespace chladni

@@ -11,7 +11,8 @@
 
 namespace chladni {
 
-// The newest whole record, or the defaults; says which.
+// The newest whole record, or the defaults; says which. kOlder with a record that a newer one has
+// replaced, which cannot be read any more.
 ConfigStatus load_config(const Hal& hal, Config& config);
 
 // The first GPIO that its role cannot have on this chip, or that has two; kNotWired + 1 for none.
@@ -20,13 +21,20 @@ uint32_t bad_pin(const Config& config);
 constexpr uint32_t kNoBadPin = gpio::kNotWired + 1U;
 
 // The settings of a record, if it is whole, every one lies in its range and every pin can be what
-// it is to be.
+// it is to be; else `config` is of no use.
 ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config);
 // config_format::kRecordBytes of a record.
 void write_record(const Config& config, uint32_t sequence, uint8_t* record);
 
-// Write a record to the sector that does not hold the newest, read it back and compare. Whatever
-// happens, the newest record so far stays.
-ConfigStatus save_config(const Hal& hal, const Config& config);
+// Write a record to the sector that does not hold the newest, read it back and compare; nothing is
+// written if it holds already. Whatever happens, the newest record so far stays. A sector that is
+// erased is counted.
+ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases);
+
+// A host on a network may ask for less than what was last written by wire; pins, channels, the
+// carrier and what else protects parts are as they are. False if it asks for anything else.
+bool may_ask_over_network(const Config& in_force, const Config& wanted);
+// The ceilings of a configuration that came by wire: what it says itself.
+void take_ceilings(Config& config);
 
 }  // namespace chladni

@@ -29,9 +29,11 @@ void Device::start(const Hal& hal) {
     const uint32_t baud = config_.link_baud;
     config_ = Config{};
     config_.link_baud = baud;
+  }
+  if (config_status_ == ConfigStatus::kNone) {
+    stand(FaultCause::kNotConfigured, 0);
+  } else if (!is_configured()) {
     stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
-  } else if (config_status_ != ConfigStatus::kOk && config_status_ != ConfigStatus::kNone) {
-    note(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
   }
   heat_.start(config_, reset != ResetCause::kPowerOn);
   load_table();
@@ -39,17 +41,6 @@ void Device::start(const Hal& hal) {
   input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
   seen_health_ = config_.panel == 0 ? PanelHealth::kNone : PanelHealth::kFine;
   settle();
-}
-
-void Device::load_table() {
-  faults_.clear(FaultCause::kNoTable);
-  faults_.clear(FaultCause::kTableRefused);
-  table_status_ = store_.load(hal_, table_, config_.channels);
-  if (table_status_ == TableStatus::kNone) {
-    stand(FaultCause::kNoTable, 0);
-  } else if (table_status_ != TableStatus::kOk) {
-    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
-  }
 }
 
 // Only while nothing plays.
@@ -83,11 +74,24 @@ SynthesisSettings Device::synthesis_settings() const {
 
 bool Device::go(DeviceEvent event) {
   const Transition found = transition(state_, event);
-  if (found.is_allowed) state_ = found.next;
-  return found.is_allowed;
+  if (!found.is_allowed) return false;
+  const bool did_play = is_of_a_finger();
+  state_ = found.next;
+  if (did_play && !is_of_a_finger()) played_ms_ = uptime_ms_ - touch_ms_;
+  return true;
+}
+
+uint32_t Device::played_ms() const {
+  return is_of_a_finger() ? uptime_ms_ - touch_ms_ : played_ms_;
 }
 
 void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, uptime_ms_); }
+
+// It stands, and nothing else comes of it.
+void Device::warn(FaultCause cause, uint32_t detail) {
+  note(cause, detail);
+  faults_.raise(cause);
+}
 
 // Outputs go off and stay off until the fault clears.
 void Device::stand(FaultCause cause, uint32_t detail) {
@@ -117,6 +121,7 @@ void Device::poll() {
   advance_effects(hal_.now_us(hal_.context));
   advance_stream();
   watch_update();
+  watch_flash();
   post_drive();
   clear_faults();
   watch_restart();
@@ -251,7 +256,9 @@ void Device::ask_for(Post post) {
 void Device::touch_down(Place place, uint32_t now_us) {
   // What ended the last touch is noted before this one wipes it out.
   watch_outputs();
+  const bool was_playing = is_of_a_finger();
   if (!go(DeviceEvent::kTouchBegins)) return;
+  if (!was_playing) touch_ms_ = uptime_ms_;
   place_ = place;
   line_ = envelope_.begin(now_us);
   ask_for(Post::kStart);
@@ -302,36 +309,37 @@ void Device::post_drive() {
   const bool is_start = post_ == Post::kStart;
   Drive drive{};
   table_.drive_at(place_, drive);
+  make_up_for_coils(drive);
   if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
   if (is_start) seen_fade_ = FadeCause::kNone;
   post_ = Post::kNothing;
+}
+
+// Polarity and trim of each coil.
+void Device::make_up_for_coils(Drive& drive) const {
+  constexpr int32_t kOne = 32767;
+  const auto scaled = [](int16_t value, int32_t gain) {
+    return static_cast<int16_t>((value * gain + (1 << 14)) >> 15);
+  };
+  for (uint32_t k = 0; k < config_.channels; ++k) {
+    const int32_t gain = config_.coil_gain_q15[k];
+    if (gain == kOne) continue;
+    Gain& own = drive[k];
+    own = {scaled(own.in_phase_q15, gain), scaled(own.quadrature_q15, gain)};
+  }
 }
 
 bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
 
 // The drives of another frequency, from the next touch on.
 TableStatus Device::select_frequency(uint32_t frequency_mhz) {
+  if (table_.is_loaded() && !table_.is_intact()) {
+    table_is_damaged();
+    return table_status_;
+  }
   const TableStatus status = table_.select(frequency_mhz);
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
   return status;
-}
-
-bool Device::update_begin() {
-  if (state_ != DeviceState::kUpdating) {
-    if (!go(DeviceEvent::kUpdateBegins)) return false;
-    silence();
-  }
-  return post_ != Post::kRelease && synthesis_.is_quiet();
-}
-
-void Device::update_end() {
-  if (state_ != DeviceState::kUpdating || !synthesis_.is_quiet()) return;
-  store_.abandon();
-  load_table();
-  start_outputs();
-  input_.set_timeout(table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
-  go(DeviceEvent::kUpdateEnds);
-  settle();
 }
 
 }  // namespace chladni

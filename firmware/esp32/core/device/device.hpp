@@ -10,6 +10,7 @@
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/storage/boot_log.hpp"
+#include "core/storage/flash_check.hpp"
 #include "core/storage/network_record.hpp"
 #include "core/storage/table_store.hpp"
 #include "core/synthesis/envelope.hpp"
@@ -79,19 +80,25 @@ class Device {
   void update_end();
   // An update of the table: begin is busy until outputs are off; a commit ends it, whatever comes
   // of it, and so does silence.
-  link_format::Status table_begin(uint32_t total_bytes, uint32_t table_crc);
+  // What would be refused by its header is refused before anything is erased.
+  link_format::Status table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8_t* header,
+                                  TableStatus& refused);
   link_format::Status table_data(uint32_t offset, const uint8_t* bytes, uint32_t count);
   link_format::Status table_commit();
   link_format::Status table_previous();
   uint32_t table_next() const { return store_.next_offset(); }
   uint32_t slot() const { return store_.slot(); }
+  // Sectors of flash, since power came on.
+  uint32_t erases() const { return store_.erases() + config_erases_; }
 
-  // A finger that the host or the console holds, until it lifts it.
-  void touch(Place place);
+  // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
+  // and how long the last touch has played or did.
+  Place touch(Place place);
   void lift();
+  uint32_t played_ms() const;
   // Kept for the next start. Only while `is_quiet`: flash is written.
   bool is_quiet() const { return synthesis_.is_quiet(); }
-  ConfigStatus set_config(const uint8_t* record, uint32_t bytes);
+  ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire);
   // The same for a record that `parse_network` takes, or none.
   bool set_network(const uint8_t* record, uint32_t size) const {
     return save_network(hal_, record, size);
@@ -123,11 +130,14 @@ class Device {
 
  private:
   bool go(DeviceEvent event);
+  bool is_configured() const { return config_status_ == ConfigStatus::kOk; }
   void load_table();
+  void load_again();
   void start_outputs();
   SynthesisSettings synthesis_settings() const;
   void note(FaultCause cause, uint32_t detail);
   void stand(FaultCause cause, uint32_t detail);
+  void warn(FaultCause cause, uint32_t detail);
   void settle();
 
   void watch_power();
@@ -147,8 +157,12 @@ class Device {
   void forget_host();
   void advance_stream();
   void watch_update();
+  void watch_flash();
+  void check_config();
+  void table_is_damaged();
   void watch_restart();
   void post_drive();
+  void make_up_for_coils(Drive& drive) const;
   bool is_of_a_finger() const {
     return state_ == DeviceState::kPlaying || state_ == DeviceState::kLifted;
   }
@@ -187,6 +201,11 @@ class Device {
   uint32_t ticked_us_ = 0;
   uint32_t update_ms_ = 0;   // when an update was last heard of, awake
   uint32_t restart_ms_ = 0;  // when a restart was asked for
+  uint32_t touch_ms_ = 0;    // since when a finger plays
+  uint32_t played_ms_ = 0;   // how long the last one did
+  uint32_t config_erases_ = 0;
+  bool must_load_ = false;  // a damaged table is in use, until outputs are off
+  FlashCheck flash_check_;
   NetworkState network_;
   TableStore store_;
   BootLog boots_;

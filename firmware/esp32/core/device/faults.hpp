@@ -32,13 +32,18 @@ class FaultLog {
   void raise(FaultCause cause) { standing_ |= bit(cause); }
   void clear(FaultCause cause) { standing_ &= ~bit(cause); }
   bool stands(FaultCause cause) const { return (standing_ & bit(cause)) != 0; }
-  bool any_stands() const { return standing_ != 0; }
+  bool any_stands() const { return (standing_ & ~kWarnings) != 0; }
+  // Bit k for the k-th cause.
+  uint32_t standing() const { return standing_; }
   bool only_the_table_stands() const {
-    return (standing_ & ~(bit(FaultCause::kNoTable) | bit(FaultCause::kTableRefused))) == 0;
+    return (standing_ & ~kWarnings &
+            ~(bit(FaultCause::kNoTable) | bit(FaultCause::kTableRefused))) == 0;
   }
 
  private:
-  static uint32_t bit(FaultCause cause) { return 1U << static_cast<uint32_t>(cause); }
+  static constexpr uint32_t bit(FaultCause cause) { return 1U << static_cast<uint32_t>(cause); }
+  // They stand, and outputs play all the same.
+  static constexpr uint32_t kWarnings = 1U << static_cast<uint32_t>(FaultCause::kOlderTable);
 
   std::array<Fault, kKept> faults_{};
   uint32_t count_ = 0;

@@ -63,8 +63,10 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform wave
     return false;
   }
   host_is_heard();
+  Drive made = drive;
+  make_up_for_coils(made);
   // Each one is a touch of its own: a host that goes on asking may go on for long.
-  if (!synthesis_.play(drive, {32767, synthesis_settings().ramp_us, true})) return false;
+  if (!synthesis_.play(made, {32767, synthesis_settings().ramp_us, true})) return false;
   seen_fade_ = FadeCause::kNone;
   return true;
 }
@@ -111,79 +113,15 @@ void Device::advance_stream() {
   }
 }
 
-namespace {
-
-link_format::Status to_link(StoreStatus status) {
-  using Status = link_format::Status;
-  switch (status) {
-    case StoreStatus::kOk: return Status::kOk;
-    case StoreStatus::kTooLarge: return Status::kTooLarge;
-    case StoreStatus::kNotBegun: return Status::kNotBegun;
-    case StoreStatus::kWrongOffset: return Status::kWrongOffset;
-    case StoreStatus::kFlashFailed: return Status::kFlashFailed;
-    case StoreStatus::kRefused: return Status::kRefused;
-    case StoreStatus::kNoOther: return Status::kNoOther;
-  }
-  return Status::kMalformed;
-}
-
-}  // namespace
-
-link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc) {
-  using Status = link_format::Status;
-  if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
-  update_ms_ = awake_ms_;
-  if (!update_begin()) return Status::kBusy;
-  const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
-  if (status != Status::kOk) update_end();
-  return status;
-}
-
-link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
-  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
-  update_ms_ = awake_ms_;
-  // Sent twice, because the answer was lost: they are there.
-  const uint32_t next = store_.next_offset();
-  if (store_.is_updating() && offset <= next && count <= next - offset) {
-    return link_format::Status::kOk;
-  }
-  return to_link(store_.write(hal_, offset, bytes, count));
-}
-
-link_format::Status Device::table_commit() {
-  if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
-  const StoreStatus status = store_.commit(hal_, table_, config_.channels);
-  if (status != StoreStatus::kNotBegun) update_end();
-  return to_link(status);
-}
-
-link_format::Status Device::table_previous() {
-  update_ms_ = awake_ms_;
-  if (!update_begin()) return link_format::Status::kBusy;
-  const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
-  update_end();
-  return to_link(status);
-}
-
-void Device::watch_update() {
-  // The time that erasing took is no silence.
-  const bool is_silent = awake_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
-  if (state_ == DeviceState::kUpdating && is_silent) update_end();
-}
-
-void Device::touch(Place place) {
+Place Device::touch(Place place) {
   host_asks();
-  input_.hold(place);
+  const Place found = table_.is_loaded() ? table_.on_board(place) : place;
+  input_.hold(found);
+  return found;
 }
 
 void Device::lift() {
   if (input_.let_go()) touch_up(hal_.now_us(hal_.context));
-}
-
-ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes) {
-  Config wanted{};
-  const ConfigStatus status = parse_record(record, bytes, wanted);
-  return status == ConfigStatus::kOk ? save_config(hal_, wanted) : status;
 }
 
 void Device::command(const char* line) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace chladni {
@@ -47,14 +48,19 @@ struct Config {
   std::array<uint16_t, 16> full_rise_dk = {1000, 1000, 1000, 1000, 1000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};  // Its coil's rise then, 0.1 K.
   uint16_t limit_rise_dk = 600;  // No coil may rise further, 0.1 K.
   uint16_t heating_ds = 300;  // Time constant of that rise, 0.1 s.
+  std::array<int16_t, 16> coil_gain_q15 = {32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767, 32767};  // Of a channel's drive; negative for a coil that is wound the other way.
+  uint16_t wire_max_duty_q15 = 32768;  // The last one written by wire.
+  uint16_t wire_supply_ma = 20000;  // The same.
+  uint16_t wire_limit_rise_dk = 3000;  // The same.
+  std::array<uint8_t, 24> board_id = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};  // Board file it was set from: fingerprint and name, as in a table's header.
 };
 
 namespace config_format {
 
 constexpr uint32_t kMagic = 0x434C4843U;
-constexpr uint32_t kVersionMajor = 1U;
+constexpr uint32_t kVersionMajor = 2U;
 constexpr uint32_t kVersionMinor = 0U;
-constexpr uint32_t kRecordBytes = 162U;
+constexpr uint32_t kRecordBytes = 224U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
 constexpr uint32_t kAtVersionMajor = 4U;  // u8
@@ -101,7 +107,85 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 90, 0, 4095, config.full_current_ma) &&
          take(record + 122, 0, 65535, config.full_rise_dk) &&
          take(record + 154, 10, 3000, config.limit_rise_dk) &&
-         take(record + 156, 1, 36000, config.heating_ds);
+         take(record + 156, 1, 36000, config.heating_ds) &&
+         take(record + 158, -32767, 32767, config.coil_gain_q15) &&
+         take(record + 190, 1638, 32768, config.wire_max_duty_q15) &&
+         take(record + 192, 1, 20000, config.wire_supply_ma) &&
+         take(record + 194, 10, 3000, config.wire_limit_rise_dk) &&
+         take(record + 196, 0, 255, config.board_id);
+}
+
+// What a host on a network may set as it likes.
+inline void copy_harmless(const Config& from, Config& to) {
+  to.waveform = from.waveform;
+  to.on_move = from.on_move;
+  to.press_reports = from.press_reports;
+  to.level_q15 = from.level_q15;
+  to.attack_ms = from.attack_ms;
+  to.decay_ms = from.decay_ms;
+  to.sustain_q15 = from.sustain_q15;
+  to.release_ms = from.release_ms;
+  to.lift_pulse_ms = from.lift_pulse_ms;
+  to.lift_level_q15 = from.lift_level_q15;
+  to.lift_hold_ms = from.lift_hold_ms;
+}
+
+template <typename T>
+bool is_same(const T& one, const T& other) {
+  return one == other;
+}
+
+template <typename T, size_t kCount>
+bool is_same(const std::array<T, kCount>& one, const std::array<T, kCount>& other) {
+  for (size_t k = 0; k < kCount; ++k) {
+    if (one[k] != other[k]) return false;
+  }
+  return true;
+}
+
+inline bool are_same(const Config& one, const Config& other) {
+  return is_same(one.channels, other.channels) &&
+         is_same(one.pwm_bits, other.pwm_bits) &&
+         is_same(one.panel, other.panel) &&
+         is_same(one.panel_turns, other.panel_turns) &&
+         is_same(one.panel_mirrored, other.panel_mirrored) &&
+         is_same(one.waveform, other.waveform) &&
+         is_same(one.on_move, other.on_move) &&
+         is_same(one.press_reports, other.press_reports) &&
+         is_same(one.pwm_pins, other.pwm_pins) &&
+         is_same(one.sda_pin, other.sda_pin) &&
+         is_same(one.scl_pin, other.scl_pin) &&
+         is_same(one.interrupt_pin, other.interrupt_pin) &&
+         is_same(one.reset_pin, other.reset_pin) &&
+         is_same(one.i2c_khz, other.i2c_khz) &&
+         is_same(one.report_ms, other.report_ms) &&
+         is_same(one.panel_columns, other.panel_columns) &&
+         is_same(one.panel_rows, other.panel_rows) &&
+         is_same(one.panel_width_um, other.panel_width_um) &&
+         is_same(one.panel_length_um, other.panel_length_um) &&
+         is_same(one.panel_x_um, other.panel_x_um) &&
+         is_same(one.panel_y_um, other.panel_y_um) &&
+         is_same(one.link_baud, other.link_baud) &&
+         is_same(one.level_q15, other.level_q15) &&
+         is_same(one.attack_ms, other.attack_ms) &&
+         is_same(one.decay_ms, other.decay_ms) &&
+         is_same(one.sustain_q15, other.sustain_q15) &&
+         is_same(one.release_ms, other.release_ms) &&
+         is_same(one.lift_pulse_ms, other.lift_pulse_ms) &&
+         is_same(one.lift_level_q15, other.lift_level_q15) &&
+         is_same(one.lift_hold_ms, other.lift_hold_ms) &&
+         is_same(one.max_duty_q15, other.max_duty_q15) &&
+         is_same(one.min_on_ns, other.min_on_ns) &&
+         is_same(one.supply_ma, other.supply_ma) &&
+         is_same(one.full_current_ma, other.full_current_ma) &&
+         is_same(one.full_rise_dk, other.full_rise_dk) &&
+         is_same(one.limit_rise_dk, other.limit_rise_dk) &&
+         is_same(one.heating_ds, other.heating_ds) &&
+         is_same(one.coil_gain_q15, other.coil_gain_q15) &&
+         is_same(one.wire_max_duty_q15, other.wire_max_duty_q15) &&
+         is_same(one.wire_supply_ma, other.wire_supply_ma) &&
+         is_same(one.wire_limit_rise_dk, other.wire_limit_rise_dk) &&
+         is_same(one.board_id, other.board_id);
 }
 
 template <typename Put>
@@ -143,6 +227,11 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 122, config.full_rise_dk);
   put(record + 154, config.limit_rise_dk);
   put(record + 156, config.heating_ds);
+  put(record + 158, config.coil_gain_q15);
+  put(record + 190, config.wire_max_duty_q15);
+  put(record + 192, config.wire_supply_ma);
+  put(record + 194, config.wire_limit_rise_dk);
+  put(record + 196, config.board_id);
 }
 
 }  // namespace config_format

@@ -69,22 +69,28 @@ constexpr const char* to_text(TableStatus value) {
 // What became of a configuration.
 enum class ConfigStatus : uint8_t {
   kOk,
-  kNone,  // never written: the defaults hold
-  kDamaged,  // in both sectors: the defaults hold
-  kReadFailed,  // the defaults hold
+  kNone,  // outputs stay off
+  kDamaged,  // outputs stay off
+  kReadFailed,  // outputs stay off
   kWriteFailed,
   kBadPins,  // outputs stay off
+  kBadVersion,  // outputs stay off
+  kOlder,  // outputs stay off
+  kByWireOnly,  // what a network asked for was refused
 };
-constexpr uint32_t kConfigStatus = 6U;
+constexpr uint32_t kConfigStatus = 9U;
 
 constexpr const char* to_text(ConfigStatus value) {
   switch (value) {
     case ConfigStatus::kOk: return "ok";
-    case ConfigStatus::kNone: return "no configuration";
+    case ConfigStatus::kNone: return "never configured";
     case ConfigStatus::kDamaged: return "configuration damaged";
     case ConfigStatus::kReadFailed: return "flash read failed";
     case ConfigStatus::kWriteFailed: return "flash write failed";
     case ConfigStatus::kBadPins: return "pins that the chip cannot use so";
+    case ConfigStatus::kBadVersion: return "configuration of another version: set it again";
+    case ConfigStatus::kOlder: return "an older configuration, as the newest is damaged: set it again";
+    case ConfigStatus::kByWireOnly: return "limits, pins and carrier are set by wire only";
   }
   return "unknown";
 }
@@ -136,7 +142,7 @@ enum class FaultCause : uint8_t {
   kReset,  // by something else than power; detail: ResetCause
   kNoTable,  // the partition is blank
   kTableRefused,  // detail: TableStatus
-  kConfigRefused,  // the defaults hold; detail: ConfigStatus
+  kConfigRefused,  // outputs stay off; detail: ConfigStatus
   kPanelMissing,  // no panel answers at the panel's addresses
   kPanelFails,  // it answered, and fails now
   kPanelRange,  // it reported a place off its own pixels
@@ -150,8 +156,10 @@ enum class FaultCause : uint8_t {
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
   kBrownOut,  // the supply gave way; outputs stay off until a host plays
   kPowerOns,  // the same; detail: starts that did not last 10 s
+  kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
+  kOlderTable,  // the newest one is damaged; it plays on
 };
-constexpr uint32_t kFaultCauses = 17U;
+constexpr uint32_t kFaultCauses = 19U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -172,6 +180,8 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kInterruptStopped: return "interrupt stopped";
     case FaultCause::kBrownOut: return "brown-out";
     case FaultCause::kPowerOns: return "power lost in a row";
+    case FaultCause::kNotConfigured: return "never configured";
+    case FaultCause::kOlderTable: return "older table";
   }
   return "unknown";
 }

@@ -8,8 +8,8 @@
 
 namespace chladni::link_format {
 
-constexpr uint32_t kVersionMajor = 1U;
-constexpr uint32_t kVersionMinor = 2U;
+constexpr uint32_t kVersionMajor = 2U;
+constexpr uint32_t kVersionMinor = 0U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
@@ -66,7 +66,9 @@ constexpr uint32_t kAnswerFingerprint = 32U;  // u64
 constexpr uint32_t kAnswerBoard = 40U;  // char16
 constexpr uint32_t kAnswerRiseDk = 56U;  // u16x16
 constexpr uint32_t kAnswerStackFree = 88U;  // u32
-constexpr uint32_t kAnswerBytes = 92U;
+constexpr uint32_t kAnswerStanding = 92U;  // u32
+constexpr uint32_t kAnswerErases = 96U;  // u32
+constexpr uint32_t kAnswerBytes = 100U;
 }  // namespace info
 
 namespace faults {
@@ -81,7 +83,8 @@ constexpr uint32_t kCode = 4U;
 constexpr uint32_t kRequestTotal = 0U;  // u32
 constexpr uint32_t kRequestCrc = 4U;  // u32
 constexpr uint32_t kRequestBytes = 8U;
-constexpr uint32_t kAnswerBytes = 0U;
+constexpr uint32_t kAnswerTableStatus = 0U;  // u8
+constexpr uint32_t kAnswerBytes = 1U;
 }  // namespace table_begin
 
 namespace table_data {
@@ -113,13 +116,16 @@ constexpr uint32_t kCode = 8U;
 constexpr uint32_t kRequestXUm = 0U;  // i32
 constexpr uint32_t kRequestYUm = 4U;  // i32
 constexpr uint32_t kRequestBytes = 8U;
-constexpr uint32_t kAnswerBytes = 0U;
+constexpr uint32_t kAnswerXUm = 0U;  // i32
+constexpr uint32_t kAnswerYUm = 4U;  // i32
+constexpr uint32_t kAnswerBytes = 8U;
 }  // namespace touch
 
 namespace lift {
 constexpr uint32_t kCode = 9U;
 constexpr uint32_t kRequestBytes = 0U;
-constexpr uint32_t kAnswerBytes = 0U;
+constexpr uint32_t kAnswerPlayedMs = 0U;  // u32
+constexpr uint32_t kAnswerBytes = 4U;
 }  // namespace lift
 
 namespace frequency {

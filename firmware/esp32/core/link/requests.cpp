@@ -66,8 +66,13 @@ Status Requests::handle(uint32_t kind, const Request& request) {
 Status Requests::handle_table(uint32_t kind, const Request& request) {
   const uint8_t* const at = request.fields;
   if (kind == f::table_begin::kCode) {
-    if (request.size != f::table_begin::kRequestBytes) return Status::kMalformed;
-    return device_.table_begin(word(at, 4), word(at + f::table_begin::kRequestCrc, 4));
+    constexpr uint32_t kFixed = f::table_begin::kRequestBytes;
+    if (request.size != kFixed + table_format::kHeaderBytes) return Status::kMalformed;
+    TableStatus refused = TableStatus::kOk;
+    const uint32_t crc = word(at + f::table_begin::kRequestCrc, 4);
+    const Status status = device_.table_begin(word(at, 4), crc, at + kFixed, refused);
+    put(static_cast<uint32_t>(refused), 1);
+    return status;
   }
   if (kind == f::table_data::kCode) {
     if (request.size <= f::table_data::kRequestBytes) return Status::kMalformed;
@@ -87,12 +92,18 @@ Status Requests::handle_table(uint32_t kind, const Request& request) {
 Status Requests::handle_host(uint32_t kind, const Request& request) {
   const uint8_t* const at = request.fields;
   switch (kind) {
-    case f::touch::kCode:
+    case f::touch::kCode: {
       if (request.size != f::touch::kRequestBytes) return Status::kMalformed;
       if (!device_.table().is_loaded()) return Status::kNotNow;
-      device_.touch({signed_word(at), signed_word(at + 4)});
+      const Place place = device_.touch({signed_word(at), signed_word(at + 4)});
+      put(static_cast<uint32_t>(place.x_um), 4);
+      put(static_cast<uint32_t>(place.y_um), 4);
       return Status::kOk;
-    case f::lift::kCode: device_.lift(); return Status::kOk;
+    }
+    case f::lift::kCode:
+      device_.lift();
+      put(device_.played_ms(), 4);
+      return Status::kOk;
     case f::frequency::kCode: {
       if (request.size != f::frequency::kRequestBytes) return Status::kMalformed;
       if (device_.state() != DeviceState::kIdle) return Status::kNotNow;
@@ -107,7 +118,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       return device_.set_waveform(static_cast<Waveform>(at[0])) ? Status::kOk : Status::kRefused;
     case f::config_set::kCode: {
       if (!device_.is_quiet()) return Status::kNotNow;
-      const ConfigStatus status = device_.set_config(at, request.size);
+      const ConfigStatus status = device_.set_config(at, request.size, via_ == Via::kWire);
       put(static_cast<uint32_t>(status), 1);
       return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
     }
@@ -140,6 +151,8 @@ Status Requests::put_info() {
   for (uint32_t k = 8; k < Table::kIdentityBytes; ++k) put(has_table ? table.identity()[k] : 0U, 1);
   for (uint32_t k = 0; k < kMaxChannels; ++k) put(device_.heat().rise_dk(k), 2);
   put(device_.stack_free(), 4);
+  put(device_.faults().standing(), 4);
+  put(device_.erases(), 4);
   return Status::kOk;
 }
 

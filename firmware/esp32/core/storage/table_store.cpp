@@ -61,7 +61,11 @@ TableStore::Trailer TableStore::trailer_of(const Hal& hal, uint32_t slot, uint32
        at += f::kEntryBytes, entry += f::kEntryBytes) {
     if (is_blank(entry)) continue;
     found.end = at + f::kEntryBytes;
-    if (crc32(entry, f::kAtEntryCrc) != read_u32(entry + f::kAtEntryCrc)) continue;  // torn
+    if (crc32(entry, f::kAtEntryCrc) != read_u32(entry + f::kAtEntryCrc)) {
+      // What a cut tears has no last byte.
+      found.is_damaged = found.is_damaged || entry[f::kEntryBytes - 1U] != 0xFF;
+      continue;
+    }
     const uint32_t sequence = read_u32(entry + f::kAtSequence);
     if (!found.has_entry || is_after(sequence, found.newest)) found.newest = sequence;
     found.has_entry = true;
@@ -78,15 +82,24 @@ TableStatus TableStore::load(const Hal& hal, Table& table, uint32_t channels) {
   for (uint32_t slot = 0; slot < f::kSlots; ++slot) {
     uint32_t crc = 0;
     is_there[slot] = is_whole(hal, slot, crc);
-    if (is_there[slot]) trailers[slot] = trailer_of(hal, slot, crc);
+    trailers[slot] = trailer_of(hal, slot, is_there[slot] ? crc : 0U);
+    trailers[slot].is_entered = trailers[slot].is_entered && is_there[slot];
   }
   const Trailer &first = trailers[0], &second = trailers[1];
   if (first.is_entered || second.is_entered) {
     const bool is_newer = is_after(second.sequence, first.sequence);
     slot_ = second.is_entered && (is_newer || !first.is_entered) ? 1U : 0U;
   } else {
-    slot_ = !is_there[0] && is_there[1] ? 1U : 0U;
+    // Of two that are not whole the one that was entered last says what is wrong.
+    const bool is_second =
+        second.has_entry && (!first.has_entry || is_after(second.newest, first.newest));
+    slot_ = !is_there[0] && (is_there[1] || is_second) ? 1U : 0U;
   }
+  const Trailer &own = trailers[slot_], &other = trailers[1U - slot_];
+  const uint32_t counts = own.is_entered ? own.sequence : 0U;
+  is_older_ = (own.has_entry && is_after(own.newest, counts)) ||
+              (other.has_entry && is_after(other.newest, counts)) || own.is_damaged ||
+              other.is_damaged;
   // Whole and meant: what is wrong with it otherwise is for people to hear.
   return table.load(hal, channels, slot_ * f::kSlotBytes);
 }
@@ -101,15 +114,23 @@ StoreStatus TableStore::begin(const Hal& hal, uint32_t total_bytes, uint32_t tab
     return StoreStatus::kOk;
   }
   has_part_ = false;
+  total_bytes_ = total_bytes;
+  table_crc_ = table_crc;
+  // What is there already is not written again: flash wears, and the other table stays.
+  for (const uint32_t slot : {slot_, target}) {
+    uint32_t crc = 0;
+    if (slot >= f::kSlots || !is_whole(hal, slot, crc) || crc != table_crc) continue;
+    target_ = slot;
+    next_offset_ = total_bytes;
+    is_updating_ = true;
+    return StoreStatus::kOk;
+  }
   target_ = target;
   for (uint32_t done = 0; done < total_bytes; done += kSectorBytes) {
     const uint32_t offset = target_ * f::kSlotBytes + done;
-    if (!hal.erase_sector(hal.context, FlashArea::kTables, offset))
-      return StoreStatus::kFlashFailed;
+    if (!erase(hal, offset)) return StoreStatus::kFlashFailed;
   }
   is_updating_ = has_part_ = true;
-  total_bytes_ = total_bytes;
-  table_crc_ = table_crc;
   next_offset_ = 0;
   return StoreStatus::kOk;
 }
@@ -117,6 +138,8 @@ StoreStatus TableStore::begin(const Hal& hal, uint32_t total_bytes, uint32_t tab
 StoreStatus TableStore::write(const Hal& hal, uint32_t offset, const uint8_t* bytes,
                               uint32_t count) {
   if (!is_updating_) return StoreStatus::kNotBegun;
+  // Sent twice, because the answer was lost, or there from before.
+  if (offset <= next_offset_ && count <= next_offset_ - offset) return StoreStatus::kOk;
   if (offset != next_offset_ || count > total_bytes_ - offset) return StoreStatus::kWrongOffset;
   const uint32_t at = target_ * f::kSlotBytes + offset;
   if (!hal.program_flash(hal.context, FlashArea::kTables, at, bytes, count)) {
@@ -136,6 +159,7 @@ StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) 
   if (table.load(hal, channels, target_ * f::kSlotBytes) != TableStatus::kOk) {
     return StoreStatus::kRefused;
   }
+  if (target_ == slot_ && !is_older_) return StoreStatus::kOk;
   // A table that played without an entry gets one, so that there is a way back to it.
   if (slot_ < f::kSlots && is_whole(hal, slot_, current) &&
       !trailer_of(hal, slot_, current).is_entered && !enter(hal, slot_, current)) {
@@ -158,6 +182,11 @@ StoreStatus TableStore::restore_other(const Hal& hal, Table& table, uint32_t cha
   return enter(hal, other, crc) ? StoreStatus::kOk : StoreStatus::kFlashFailed;
 }
 
+bool TableStore::erase(const Hal& hal, uint32_t offset) {
+  ++erases_;
+  return hal.erase_sector(hal.context, FlashArea::kTables, offset);
+}
+
 // From now on the slot's table is the one that counts.
 bool TableStore::enter(const Hal& hal, uint32_t slot, uint32_t table_crc) {
   Trailer own = trailer_of(hal, slot, table_crc);
@@ -168,7 +197,7 @@ bool TableStore::enter(const Hal& hal, uint32_t slot, uint32_t table_crc) {
     // Full. A cut before the next entry leaves the other slot's table, which counts now.
     own.end = f::kTrailerOffset;
     const uint32_t trailer = slot * f::kSlotBytes + own.end;
-    if (!hal.erase_sector(hal.context, FlashArea::kTables, trailer)) return false;
+    if (!erase(hal, trailer)) return false;
   }
   std::array<uint8_t, f::kEntryBytes> entry{};
   put_word(&entry[f::kAtSequence], sequence, 4);

@@ -34,6 +34,8 @@ class TableStore {
 
   // The slot of what was loaded last; kSlots if nothing was.
   uint32_t slot() const { return slot_; }
+  // Whether a newer one was entered, which is damaged.
+  bool is_older() const { return is_older_; }
 
   // An update of so many bytes that end in `table_crc`, in order, and its end. A cut in between
   // costs the update only. `commit` and `restore_other` try a table out in `table`: whatever they
@@ -47,6 +49,8 @@ class TableStore {
   // What is under way is given up; nothing of it counts.
   void abandon() { is_updating_ = false; }
   bool is_updating() const { return is_updating_; }
+  // Sectors, since start.
+  uint32_t erases() const { return erases_; }
   uint32_t next_offset() const { return next_offset_; }
 
  private:
@@ -56,15 +60,19 @@ class TableStore {
     uint32_t sequence = 0;    // when, for the last time
     bool has_entry = false;   // of any table
     uint32_t newest = 0;      // the highest number among those
+    bool is_damaged = false;  // an entry that was whole once is not
     uint32_t end = 0;         // offset in the slot behind everything written
   };
 
   // Whether a slot holds a table with the right CRC, and which.
   static bool is_whole(const Hal& hal, uint32_t slot, uint32_t& crc);
   static Trailer trailer_of(const Hal& hal, uint32_t slot, uint32_t table_crc);
-  static bool enter(const Hal& hal, uint32_t slot, uint32_t table_crc);
+  bool enter(const Hal& hal, uint32_t slot, uint32_t table_crc);
+  bool erase(const Hal& hal, uint32_t offset);
 
   uint32_t slot_ = store_format::kSlots;
+  bool is_older_ = false;
+  uint32_t erases_ = 0;
   bool is_updating_ = false;
   bool has_part_ = false;  // of the table that is described below, up to `next_offset_`
   uint32_t target_ = 0;

@@ -93,6 +93,39 @@ uint32_t Table::section_bytes(uint32_t at) const {
   return f::kSectionBytes + bytes_[at + f::kSectionAtLabels] + cells_ * record_bytes_;
 }
 
+TableStatus Table::check_kind(const uint8_t* h) {
+  if (read_u32(h + f::kAtMagic) != f::kMagic) return TableStatus::kBadMagic;
+  const bool is_known =
+      h[f::kAtVersionMajor] == f::kVersionMajor && h[f::kAtVersionMinor] == f::kVersionMinor;
+  return is_known ? TableStatus::kOk : TableStatus::kBadVersion;
+}
+
+TableStatus Table::check_head(const uint8_t* header, uint32_t total_bytes, uint32_t channels) {
+  const TableStatus kind = check_kind(header);
+  if (kind != TableStatus::kOk) return kind;
+  const uint32_t total = read_u32(header + f::kAtTotalBytes);
+  if (total != total_bytes || !in_range(total, f::kSmallestFile, f::kLargestFile)) {
+    return TableStatus::kBadSize;
+  }
+  Table found;
+  if (!found.take_header(header)) return TableStatus::kBadField;
+  return found.actuators_ == channels ? TableStatus::kOk : TableStatus::kWrongActuators;
+}
+
+bool Table::is_intact() const {
+  const uint32_t covered = total_bytes_ - f::kCrcBytes;
+  return crc32(bytes_, covered) == crc_ && read_u32(bytes_ + covered) == crc_;
+}
+
+Place Table::on_board(Place place) const {
+  const auto clamp = [](int32_t value, const Axis& axis) {
+    const auto low = -static_cast<int32_t>(axis.half_um);
+    const auto high = static_cast<int32_t>(axis.last_um) + low;
+    return value < low ? low : (value > high ? high : value);
+  };
+  return {clamp(place.x_um, x_), clamp(place.y_um, y_)};
+}
+
 TableStatus Table::check(const Hal& hal, uint32_t channels, uint32_t base) {
   const auto map = [&](uint32_t count) {
     return hal.map_flash(hal.context, FlashArea::kTables, base, count);
@@ -100,10 +133,8 @@ TableStatus Table::check(const Hal& hal, uint32_t channels, uint32_t base) {
   const uint8_t* const h = map(f::kHeaderBytes);
   if (h == nullptr) return TableStatus::kReadFailed;
   if (is_all(h, f::kHeaderBytes, 0xFF)) return TableStatus::kNone;
-  if (read_u32(h + f::kAtMagic) != f::kMagic) return TableStatus::kBadMagic;
-  if (h[f::kAtVersionMajor] != f::kVersionMajor || h[f::kAtVersionMinor] != f::kVersionMinor) {
-    return TableStatus::kBadVersion;
-  }
+  const TableStatus kind = check_kind(h);
+  if (kind != TableStatus::kOk) return kind;
   total_bytes_ = read_u32(h + f::kAtTotalBytes);
   if (!in_range(total_bytes_, f::kSmallestFile, f::kLargestFile)) return TableStatus::kBadSize;
   bytes_ = map(total_bytes_);

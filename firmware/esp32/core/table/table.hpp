@@ -17,6 +17,11 @@ class Table {
   // Check the table that begins at `base` in the partition, all its sections, and use the drives of
   // the first. Unless kOk comes back there is no table.
   TableStatus load(const Hal& hal, uint32_t channels, uint32_t base = 0);
+  // What `load` would say of a table for so many channels that begins with these header bytes, as
+  // far as they tell.
+  static TableStatus check_head(const uint8_t* header, uint32_t total_bytes, uint32_t channels);
+  // Whether the bytes in use are still what was loaded.
+  bool is_intact() const;
   // Use the drives of another frequency instead; kNoSection, and all as before, if there are none.
   TableStatus select(uint32_t frequency_mhz);
 
@@ -28,6 +33,7 @@ class Table {
   uint32_t max_on_us() const { return max_on_us_; }
   uint32_t total_bytes() const { return total_bytes_; }
   uint32_t crc() const { return crc_; }
+  const uint8_t* bytes() const { return bytes_; }
   // Fingerprint and name of its board, as they stand in the header.
   static constexpr uint32_t kIdentityBytes = 8 + table_format::kBoardNameBytes;
   const uint8_t* identity() const { return bytes_ + table_format::kAtBoardFingerprint; }
@@ -35,6 +41,8 @@ class Table {
   // The drive of a place, interpolated between the regions around it that lie on one branch; places
   // off the board get that of the nearest place on it. Only the table's channels are written.
   void drive_at(Place place, Drive& result) const;
+  // The nearest place on the board.
+  Place on_board(Place place) const;
 
  private:
   // One direction across the board.
@@ -65,6 +73,7 @@ class Table {
     const uint8_t* records;
   };
 
+  static TableStatus check_kind(const uint8_t* header);
   TableStatus check(const Hal& hal, uint32_t channels, uint32_t base);
   bool take_header(const uint8_t* header);
   static bool take_axis(const uint8_t* header, uint32_t at_cells, uint32_t at_span, uint32_t flip,

@@ -17,8 +17,11 @@ from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import board_of, run_loop
-from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
+from chladni.host.emulation.emulator import LEVEL, Emulator, Hardware, TouchEvent
+from chladni.host.emulation.flash_file import FlashFile
+from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
 from chladni.tables.format import read_table
@@ -40,19 +43,33 @@ RecordingOption = Annotated[
 
 
 def emulate(
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")],
+    table: Annotated[
+        Path | None, typer.Argument(metavar="[TABLE]", help="Table file (.chl), unless --flash.")
+    ] = None,
     touch: TouchOption = None,
     ms: DurationOption = None,
     output: RecordingOption = None,
     serial: Annotated[
         bool, typer.Option("--serial", help="Offer the device on a pseudo-terminal instead.")
     ] = False,
+    flash: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --serial: a device that keeps its flash in this file; new if none."
+        ),
+    ] = None,
+    port_link: Annotated[
+        Path | None, typer.Option(help="With --serial: a link to the port, a name that stays.")
+    ] = None,
     key: Annotated[
         Path | None, typer.Option(help="With --serial: on UDP too, at 127.0.0.1, under this key.")
     ] = None,
     udp_port: Annotated[int, typer.Option(help="Where, with --key.")] = DEFAULT_PORT,
     lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
-    board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
+    board: Annotated[
+        str | None,
+        typer.Option(help="The table's board, if not shipped; with --flash, whose panel it has."),
+    ] = None,
     level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
     frequency: Annotated[
         float | None, typer.Option(help="Play the table's drives of this frequency, Hz.")
@@ -62,8 +79,9 @@ def emulate(
     """Run the firmware on touches, record its pins, and score the field they make."""
     if not 0.0 < level <= 1.0:
         raise InputError("--level", level, "a share of full amplitude from 0 to 1")
-    if key is not None and not serial:
-        raise MissingError("--serial", "--key is of the device that it serves")
+    for option, of_serial in (("--key", key), ("--flash", flash), ("--port-link", port_link)):
+        if of_serial is not None and not serial:
+            raise MissingError("--serial", f"{option} is of the device that it serves")
     if serial:
         for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
             if given:
@@ -71,9 +89,10 @@ def emulate(
         network = None
         if key is not None:
             network = NetworkSettings("emulated", "", read_key(key), udp_port)
-        _serve(table, board, ms, level, network, as_json=as_json)
+        device = _device(table, board, level, flash, network)
+        _serve(device, ms, port_link, as_json=as_json)
         return
-    loaded = read_table(table)
+    loaded = read_table(required("TABLE", table, "a table file (.chl)"))
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
     run_ms = required("--ms", ms, "how long to run, ms")
     file = check_output(required("-o", output, "a file to write (.npz)"), "-o", ARRAYS)
@@ -94,23 +113,40 @@ def emulate(
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _serve(
-    table: Path, board: str | None, ms: float | None, level: float,
-    network: NetworkSettings | None, *, as_json: bool,
-) -> None:  # fmt: skip
+def _device(
+    table: Path | None, board: str | None, level: float, flash: Path | None,
+    network: NetworkSettings | None,
+) -> VirtualPort:  # fmt: skip
+    """A device to serve: with a table and configured for it, or with what its flash file holds."""
+    if flash is None:
+        loaded = read_table(required("TABLE", table, "a table file (.chl), or --flash"))
+        owner = board_of(loaded, board, file=str(table))
+        return VirtualPort(Emulator(owner, loaded, level=level, network=network))
+    if table is not None:
+        raise ConflictError("TABLE", "--flash; flash the table to that device")
+    panel = load_board(board).panel if board is not None else None
+    model = panel.controller if panel is not None and panel.controller != "find" else "gt911"
+    held = FlashFile(flash)
+    emulator = Emulator(
+        DeviceConfig(), None, hardware=Hardware(panel=model), must_play=False,
+        flash=held.contents, network=network,
+    )  # fmt: skip
+    held.follow(emulator.core)
+    return VirtualPort(emulator, held)
+
+
+def _serve(port: VirtualPort, ms: float | None, port_link: Path | None, *, as_json: bool) -> None:
     """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
     if ms is not None and not 0.0 < ms < np.inf:
         raise InputError("--ms", ms, "more than 0")
-    loaded = read_table(table)
-    owner = board_of(loaded, board, file=str(table))
-    emulator = Emulator(owner, loaded, level=level, network=network)
-    port = VirtualPort(emulator)
     # A port that is announced is there.
     port.network.follow()
+    if port_link is not None:
+        _link(port_link, port.port)
     if as_json:
-        answer({"port": port.port, "udp_port": emulator.core.network_port}, as_json=True)
+        answer({"port": port.port, "udp_port": port.emulator.core.network_port}, as_json=True)
     else:
-        sys.stdout.write(port.port + "\n")
+        sys.stdout.write(f"{port_link or port.port}\n")
     sys.stdout.flush()
     end = None if ms is None else time.monotonic() + ms / 1e3
     try:
@@ -119,6 +155,20 @@ def _serve(
         pass
     finally:
         port.close()
+        if port_link is not None and port_link.is_symlink():
+            port_link.unlink()
+
+
+def _link(link: Path, port: str) -> None:
+    """Give a port a name of one's own; one that an earlier device left is replaced."""
+    try:
+        if link.is_symlink():
+            link.unlink()
+        link.symlink_to(port)
+    except OSError as error:
+        raise InputError(
+            "--port-link", str(link), f"a name that is free: {error.strerror}"
+        ) from None
 
 
 def _parse_touch(text: str) -> TouchEvent:

@@ -88,13 +88,13 @@ class AsyncDevice:
         """The last faults, oldest first."""
         return await self.do(Device.faults)
 
-    async def touch(self, x_mm: float, y_mm: float) -> None:
-        """Hold a finger there until `lift`."""
-        await self.do(lambda device: device.touch(x_mm, y_mm))
+    async def touch(self, x_mm: float, y_mm: float) -> tuple[float, float]:
+        """Hold a finger there until `lift`; the place that plays."""
+        return await self.do(lambda device: device.touch(x_mm, y_mm))
 
-    async def lift(self) -> None:
-        """Let go."""
-        await self.do(Device.lift)
+    async def lift(self) -> float:
+        """Let go; how long it played, s."""
+        return await self.do(Device.lift)
 
     async def live(
         self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine"
@@ -110,7 +110,9 @@ class AsyncDevice:
         """End a live drive or a stream."""
         await self.do(Device.stop)
 
-    async def flash(self, table: Table | bytes, progress: Progress | None = None) -> Flashed:
+    async def flash(
+        self, table: Table | bytes, progress: Progress | None = None, *, force: bool = False
+    ) -> Flashed:
         """Write a table; `progress` is called on the event loop."""
         told = progress
         if progress is not None:
@@ -119,7 +121,7 @@ class AsyncDevice:
             def told(done: int, total: int) -> None:
                 loop.call_soon_threadsafe(call, done, total)
 
-        return await self.do(lambda device: device.flash(table, told))
+        return await self.do(lambda device: device.flash(table, told, force=force))
 
     async def previous(self) -> int:
         """Go back to the other slot's table."""

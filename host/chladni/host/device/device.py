@@ -30,6 +30,7 @@ from chladni.host.protocol.link import (
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.coil.waveforms import WAVEFORMS
+from chladni.sim.errors import InputError
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
 
@@ -125,7 +126,11 @@ class Device:
             "fingerprint": f"{found['fingerprint']:#018x}",
             "table_crc": f"{found['table_crc']:#010x}",
             "coil_rise_k": [rise / 10.0 for rise in rises],
-        }
+            "standing": [
+                code.text for k, code in enumerate(FAULT_CAUSE.members)
+                if found["standing"] >> k & 1
+            ],
+        }  # fmt: skip
 
     def faults(self) -> list[dict[str, Any]]:
         """The last faults, oldest first."""
@@ -135,13 +140,14 @@ class Device:
             for cause, detail, at_ms in struct.iter_unpack("<III", tail)
         ]
 
-    def touch(self, x_mm: float, y_mm: float) -> None:
-        """Hold a finger there until `lift`."""
-        self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
+    def touch(self, x_mm: float, y_mm: float) -> tuple[float, float]:
+        """Hold a finger there until `lift`; the place that plays, mm: the nearest on the board."""
+        found = self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)).fields
+        return found["x_um"] / 1e3, found["y_um"] / 1e3
 
-    def lift(self) -> None:
-        """Let go."""
-        self.link.request("lift")
+    def lift(self) -> float:
+        """Let go; how long it played, s."""
+        return float(self.link.request("lift").fields["played_ms"]) / 1e3
 
     def select_frequency(self, frequency_hz: float) -> None:
         """Play the table's drives of another frequency from the next touch on."""
@@ -276,18 +282,45 @@ class Device:
         """Text that came between frames: the boot loader's, a panic's, the console's."""
         return self.link.splitter.text.decode("utf-8", "replace")
 
-    def flash(self, table: Table | bytes, progress: Progress | None = None) -> Flashed:
+    def check_table(self, table: Table, *, force: bool = False) -> None:
+        """Raise `InputError` if a table is not for this device; `force` lets another board's pass.
+
+        The device's board is that of the file which it was configured from, or else that of the
+        table which it plays.
+        """
+        config, info = self.config(), self.info()
+        if table.actuators != config["channels"]:
+            expected = f"{config['channels']}, the channels of the device"
+            raise InputError("actuators", table.actuators, expected)
+        known = config.board
+        if known is None and info["board"]:
+            known = int(info["fingerprint"], 16), info["board"]
+        if force or known is None or known[0] == table.board_fingerprint:
+            return
+        version = "" if known[1] != table.board_name else ", in another version of its file"
+        raise InputError(
+            "board", f"{table.board_name} ({table.board_fingerprint:#018x})",
+            f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}; set the "
+            "device's board by `device config set --from`, or give --force",
+        )  # fmt: skip
+
+    def flash(
+        self, table: Table | bytes, progress: Progress | None = None, *, force: bool = False
+    ) -> Flashed:
         """Write a table to the slot that is not in use; it plays once it is whole.
+
+        Nothing is sent of a table that is not for the device (`check_table`), and nothing is
+        written of one that is there already.
 
         Raises
         ------
         InputError
-            The bytes are no table.
+            The bytes are no table, or not one for this device.
         LinkError
             The device refused or fell silent; the old table plays on.
         """
         data = pack(table) if isinstance(table, Table) else table
-        unpack(data)
+        self.check_table(unpack(data), force=force)
         crc = int.from_bytes(data[-4:], "little")
         begun = self.wire.now_s()
         repeated = self.link.repeated

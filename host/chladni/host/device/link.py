@@ -11,6 +11,7 @@ from typing import Any
 from cobs import cobs
 
 from chladni.host.device.wire import Wire
+from chladni.host.protocol.codes import CONFIG_STATUS, TABLE_STATUS
 from chladni.host.protocol.link import (
     BY_NAME,
     CRC_BYTES,
@@ -131,7 +132,7 @@ class Link:
                 raise LinkError(f"{name}: the device stays busy", Status.BUSY)
             self.wait(BUSY_WAIT_S)
         if answer.status != Status.OK:
-            raise LinkError(f"{name}: {STATUS_TEXT[answer.status]}", answer.status)
+            raise refusal(name, answer)
         return answer
 
     def _ask(
@@ -175,6 +176,18 @@ class Link:
         end = self.wire.now_s() + seconds
         while self.wire.now_s() < end:
             self.poll(end - self.wire.now_s())
+
+
+def refusal(name: str, answer: Answer) -> LinkError:
+    """Why the device did not do what it was asked for, in its own words where it gave some."""
+    reasons = [
+        codes.text(answer.fields[field])
+        for field, codes in (("table_status", TABLE_STATUS), ("config_status", CONFIG_STATUS))
+        if answer.fields.get(field)
+    ]
+    refused = answer.status == Status.REFUSED and reasons
+    why = f"the device refuses it: {reasons[0]}" if refused else STATUS_TEXT[answer.status]
+    return LinkError(f"{name}: {why}", answer.status)
 
 
 def _frame(message: Message, sequence: int, tail: bytes, fields: dict[str, Any]) -> bytes:

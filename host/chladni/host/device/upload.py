@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from chladni.host.device.link import FIRST_WAIT_S, Answer, Link, LinkError
+from chladni.host.device.link import FIRST_WAIT_S, Answer, Link, LinkError, refusal
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, WINDOW, Status
 from chladni.host.protocol.table_store import SECTOR_BYTES
+from chladni.tables.layout import HEADER_BYTES
 
 Progress = Callable[[int, int], None]
 
@@ -31,6 +32,7 @@ class TableUpload:
             "total": len(data),
             "crc": int.from_bytes(data[-4:], "little"),
         }
+        self._head = data[:HEADER_BYTES]
         self._due = 0
         """Bytes that the device has."""
         self._sent = 0
@@ -49,7 +51,7 @@ class TableUpload:
         if not self._begin_with_data():
             self._link.repeated += len(self._waiting)
             self._waiting, self._sent, self._due = {}, 0, 0
-            self._link.request(_BEGIN.name, **self._request)
+            self._link.request(_BEGIN.name, self._head, **self._request)
         quiet = 0
         while self._due < len(self._data):
             self._fill_window(quiet)
@@ -69,7 +71,7 @@ class TableUpload:
         False if it did not go as hoped, which costs no more than that time: the device was busy, or
         something got lost. Nothing is repeated here, since a second begin would erase again.
         """
-        begin = self._link.send(_BEGIN, b"", self._request)
+        begin = self._link.send(_BEGIN, self._head, self._request)
         self._fill_window(0)
         sectors = -(-len(self._data) // SECTOR_BYTES)
         end = self._deadline + FIRST_WAIT_S + ERASE_S * sectors
@@ -80,6 +82,8 @@ class TableUpload:
                     return False
                 if (code, sequence) != (_BEGIN.code, begin):
                     continue
+                if answer.status == Status.REFUSED:
+                    raise refusal(_BEGIN.name, answer)
                 if answer.status != Status.OK:
                     return False
                 for also, number, piece in answers[k + 1 :]:

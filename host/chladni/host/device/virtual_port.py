@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from chladni.host.device.wire import WireError
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.emulation.flash_file import FlashFile
 
 STEP_S = 0.002
 LONGEST_STEP_US = 5_000
@@ -83,14 +84,20 @@ class VirtualPort:
 
     A pseudo-terminal has no baud rate: bytes take their virtual time on the emulator's wire.
 
+    Parameters
+    ----------
+    flash
+        Where it keeps its flash, if it is to outlast the process.
+
     Attributes
     ----------
     port
         What to open, as `/dev/pts/3`.
     """
 
-    def __init__(self, emulator: Emulator) -> None:
+    def __init__(self, emulator: Emulator, flash: FlashFile | None = None) -> None:
         self.emulator = emulator
+        self._flash = flash
         self.network = LoopbackNetwork(emulator)
         self._master, self._slave = os.openpty()
         # Kept open here: the other side may come and go.
@@ -119,6 +126,8 @@ class VirtualPort:
                 behind_us = LONGEST_STEP_US
             core.run_us(behind_us)
             core.take_duties()
+            if self._flash is not None:
+                self._flash.follow(core)
             data = core.uart_read()
             if data:
                 os.write(self._master, data)

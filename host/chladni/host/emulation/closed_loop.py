@@ -24,6 +24,7 @@ from chladni.host.emulation.emulator import (
     emulated_config,
     reported_um,
 )
+from chladni.host.protocol.config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.errors import InputError, MissingError
@@ -137,7 +138,8 @@ def run_loop(
     x_um, y_um = reported_um(emulated_config(board), last)
     promised = table.drive_at(section, x_um, y_um)
     phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
-    played = section.full_scale_gain * phasors
+    # The device makes up for polarity and trim, which the coils themselves then undo.
+    played = section.full_scale_gain * phasors / np.array(coil_gains(board))
     solved = solved_board(board).at_frequency(section.frequency_hz)
     fields = solved.fields.values
     wanted = target_field(solved.board, last, model=solved.model, allow_unmet=True).values[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hmac
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -154,6 +154,9 @@ class Emulator:
         Whether a table that the device refuses is an error.
     network
         What it finds in flash to be reached over a network; nothing by default.
+    flash
+        All of its flash, by area, in place of configuration, table and network: a device that has
+        been used before, or a new one if it is empty.
     **settings
         Of the configuration, by name, instead of the board's.
 
@@ -173,6 +176,7 @@ class Emulator:
         frequency_hz: float | None = None,
         must_play: bool = True,
         network: NetworkSettings | None = None,
+        flash: Mapping[str, bytes] | None = None,
         **settings: Any,
     ) -> None:
         settings = {"level_q15": round(level * 32767.0)} | settings
@@ -180,6 +184,7 @@ class Emulator:
             self.config = emulated_config(board, **settings)
         else:
             self.config = board.with_values(**settings)
+        self.config = self.config.by_wire()
         data = pack(table) if isinstance(table, Table) else table or b""
         if len(data) > SLOT_BYTES:
             raise InputError("table", f"{len(data)} bytes", f"at most {SLOT_BYTES}")
@@ -189,10 +194,11 @@ class Emulator:
             setattr(made, field.name, 0.0 if value is None else value)
         self.core = Core(made)
         self.core.set_hmac(_hmac_sha256)
-        self.core.program(0, data)
+        contents = {"tables": data, "config": pack_config(self.config)} if flash is None else flash
+        for area, held in contents.items():
+            self.core.program(0, held, area)
         if network is not None:
             self.core.program(0, pack_network(network), "network")
-        self.core.program(0, pack_config(self.config), "config")
         self.core.boot()
         status = self.core.table_status
         if status != "ok" and must_play:

@@ -6,7 +6,7 @@ flash (`rom_loader.py`).
 
 from __future__ import annotations
 
-from chladni.host.protocol.table_store import PARTITION_BYTES
+from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.errors import InputError
 from chladni.tables._firmware import FirmwareStore
 
@@ -25,8 +25,8 @@ def slot_in_use(image: bytes) -> int:
 def update(image: bytes, table: bytes) -> list[tuple[int, bytes]]:
     """Writes that put a table into the other slot and make it count, in order.
 
-    Each is of whole sectors, at an offset in the partition. The last one is the sector of the
-    slot's trailer: until it is whole, the other slot's table counts.
+    None if it plays already. Each is of whole sectors, at an offset in the partition. The last one
+    is the sector of the slot's trailer: until it is whole, the other slot's table counts.
 
     Raises
     ------
@@ -34,6 +34,9 @@ def update(image: bytes, table: bytes) -> list[tuple[int, bytes]]:
         The image is no tables partition, or the firmware's store refuses the table.
     """
     store = _store(image)
+    begin = store.slot * SLOT_BYTES
+    if image[begin : begin + len(table)] == table:
+        return []  # it plays already
     status = store.update(table)
     if status != "ok":
         raise InputError("table", f"{len(table)} bytes", f"a table for a slot: {status}")

@@ -96,8 +96,9 @@ def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
         if partition.size < PARTITION_BYTES:
             raise InputError("tables", partition.size, f"{PARTITION_BYTES} bytes at least")
         image = _read(esp, partition.offset, PARTITION_BYTES)
-        slot = 1 - slot_in_use(image)
-        for offset, data in update(image, table):
+        writes = update(image, table)
+        slot = slot_in_use(image) if not writes else 1 - slot_in_use(image)
+        for offset, data in writes:
             _write(esp, partition.offset + offset, data)
     return {"bytes": len(table), "slot": slot, "verified": True}
 
@@ -118,7 +119,7 @@ def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceCon
         found = [_record(image[k * SECTOR_BYTES :][:SECTOR_BYTES]) for k in range(CONFIG_SECTORS)]
         newest = newest_record(found)
         base, sequence = found[newest] or (DeviceConfig(), 0)
-        wanted = base.with_values(**changes)
+        wanted = base.with_values(**changes).by_wire()
         wanted.check_pins()
         sector = 1 - newest if found[newest] else 0
         record = pack_config(wanted, (sequence + 1) & 0xFFFFFFFF)

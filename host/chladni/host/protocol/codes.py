@@ -57,11 +57,16 @@ TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
 ))  # fmt: skip
 CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kOk", "ok"),
-    Code("kNone", "no configuration", "never written: the defaults hold"),
-    Code("kDamaged", "configuration damaged", "in both sectors: the defaults hold"),
-    Code("kReadFailed", "flash read failed", "the defaults hold"),
+    Code("kNone", "never configured", "outputs stay off"),
+    Code("kDamaged", "configuration damaged", "outputs stay off"),
+    Code("kReadFailed", "flash read failed", "outputs stay off"),
     Code("kWriteFailed", "flash write failed"),
     Code("kBadPins", "pins that the chip cannot use so", "outputs stay off"),
+    Code("kBadVersion", "configuration of another version: set it again", "outputs stay off"),
+    Code("kOlder", "an older configuration, as the newest is damaged: set it again",
+         "outputs stay off"),
+    Code("kByWireOnly", "limits, pins and carrier are set by wire only",
+         "what a network asked for was refused"),
 ))  # fmt: skip
 PANEL_HEALTH = Codes("PanelHealth", "How the touch panel does.", (
     Code("kNone", "no panel configured"),
@@ -81,7 +86,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kReset", "reset", "by something else than power; detail: ResetCause"),
     Code("kNoTable", "no table", "the partition is blank"),
     Code("kTableRefused", "table refused", "detail: TableStatus"),
-    Code("kConfigRefused", "configuration refused", "the defaults hold; detail: ConfigStatus"),
+    Code("kConfigRefused", "configuration refused", "outputs stay off; detail: ConfigStatus"),
     Code("kPanelMissing", "panel missing", "no panel answers at the panel's addresses"),
     Code("kPanelFails", "panel fails", "it answered, and fails now"),
     Code("kPanelRange", "panel out of range", "it reported a place off its own pixels"),
@@ -96,6 +101,9 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
          "outputs are cut until the next start; detail: ms without a sample"),
     Code("kBrownOut", "brown-out", "the supply gave way; outputs stay off until a host plays"),
     Code("kPowerOns", "power lost in a row", "the same; detail: starts that did not last 10 s"),
+    Code("kNotConfigured", "never configured",
+         "outputs stay off until `chladni device config set --from BOARD`"),
+    Code("kOlderTable", "older table", "the newest one is damaged; it plays on"),
 ))  # fmt: skip
 WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
     Code(f"k{name.capitalize()}", name) for name in WAVEFORMS

@@ -19,22 +19,23 @@ from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.gpio import PinFault, pin_fault
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
-from chladni.tables.layout import MAX_ACTUATORS, Field, offsets
+from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS, Field, offsets
 
 MAGIC = b"CHLC"
-VERSION_MAJOR, VERSION_MINOR = 1, 0
+VERSION_MAJOR, VERSION_MINOR = 2, 0
 PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
 
 TIMER_HZ = 80_000_000
 """Clock of the ESP32's LEDC timers."""
+ID_BYTES = 8 + BOARD_NAME_BYTES
 CARRIER_PERIODS_PER_FRAME = 8
 """Of a stream: two samples a frame, four periods a sample."""
 
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLC".'),
-    Field("version_major", "u8", "1. A reader refuses another."),
-    Field("version_minor", "u8", "0. 1.x may append fields, no more."),
+    Field("version_major", "u8", "2. A reader refuses another."),
+    Field("version_minor", "u8", "0. 2.x may append fields, no more."),
     Field("total_bytes", "u16", "Whole record, its CRC included."),
     Field("sequence", "u32", "The record with the higher one counts."),
 )
@@ -99,7 +100,27 @@ SETTINGS = (
     _setting("full_rise_dk", "u16x16", 0, 65535, _each(1000), "Its coil's rise then, 0.1 K."),
     _setting("limit_rise_dk", "u16", 10, 3000, 600, "No coil may rise further, 0.1 K."),
     _setting("heating_ds", "u16", 1, 36_000, 300, "Time constant of that rise, 0.1 s."),
-)
+    _setting("coil_gain_q15", "i16x16", -32767, 32767, (32767,) * MAX_ACTUATORS,
+             "Of a channel's drive; negative for a coil that is wound the other way."),
+    _setting("wire_max_duty_q15", "u16", 1638, 32768, 32768, "The last one written by wire."),
+    _setting("wire_supply_ma", "u16", 1, 20_000, 20_000, "The same."),
+    _setting("wire_limit_rise_dk", "u16", 10, 3000, 3000, "The same."),
+    _setting("board_id", f"u8x{ID_BYTES}", 0, 255, (0,) * ID_BYTES,
+             "Board file it was set from: fingerprint and name, as in a table's header."),
+)  # fmt: skip
+CEILINGS = {
+    "max_duty_q15": "wire_max_duty_q15",
+    "supply_ma": "wire_supply_ma",
+    "limit_rise_dk": "wire_limit_rise_dk",
+}
+"""What a host on a network may ask for less of; the device itself keeps the most there may be."""
+HARMLESS = (
+    "waveform", "on_move", "press_reports", "level_q15", "attack_ms", "decay_ms", "sustain_q15",
+    "release_ms", "lift_pulse_ms", "lift_level_q15", "lift_hold_ms",
+)  # fmt: skip
+"""What a host on a network may set as it likes: how a touch feels."""
+OWN = (*CEILINGS.values(), "board_id")
+"""Settings that no one writes by hand."""
 FIELDS = (*HEADER_FIELDS, *(setting.field for setting in SETTINGS))
 _STRUCT = struct.Struct("<" + "".join(field.code for field in FIELDS))
 CRC_BYTES = 4
@@ -161,6 +182,18 @@ class DeviceConfig:
         if fault is not None:
             raise InputError("pins", fault.pin, fault.expected)
 
+    @property
+    def board(self) -> tuple[int, str] | None:
+        """Fingerprint and name of the board that it was set from; None if from none."""
+        own = bytes(self["board_id"])
+        if not any(own):
+            return None
+        return int.from_bytes(own[:8], "little"), own[8:].rstrip(b"\0").decode("ascii", "replace")
+
+    def by_wire(self) -> DeviceConfig:
+        """As the device keeps it when it comes by wire: its limits are the most there may be."""
+        return self.with_values(**{own: self[name] for name, own in CEILINGS.items()})
+
     def with_values(self, **changes: Any) -> DeviceConfig:
         """The same but for these settings."""
         return DeviceConfig(**{**self.values, **changes})
@@ -180,8 +213,28 @@ def _checked(setting: Setting, value: Any) -> int | tuple[int, ...]:
     return int(items[0]) if count == 1 else tuple(items)
 
 
+def coil_gains(board: Board) -> tuple[float, ...]:
+    """What the device multiplies each drive with, so that coils do what they are drawn with.
+
+    Polarity and trim, all of them lowered until none is above 1: no coil can do more than all.
+    """
+    wanted = [1.0 / actuator.strength for actuator in board.actuators]
+    most = max(1.0, *map(abs, wanted))
+    return tuple(gain / most for gain in wanted)
+
+
+def board_id(fingerprint: int, name: str) -> tuple[int, ...]:
+    """Who a board is, as a table's header has it."""
+    return tuple(fingerprint.to_bytes(8, "little") + name.encode().ljust(BOARD_NAME_BYTES, b"\0"))
+
+
 def config_of(board: Board, **changes: Any) -> DeviceConfig:
     """What a board's file says of its device; `changes` by a setting's name."""
+    return DeviceConfig(**{**board_settings(board), **changes})
+
+
+def board_settings(board: Board) -> dict[str, Any]:
+    """The settings that a board's file knows."""
     electronics = board.electronics
     count = len(board.actuators)
     full_a = electronics.supply_v / electronics.coil_ohm
@@ -198,6 +251,11 @@ def config_of(board: Board, **changes: Any) -> DeviceConfig:
         "full_rise_dk": _each(min(round(rise_k * 10.0), 65535), count),
         "limit_rise_dk": round(electronics.coil_limit_k * 10.0),
         "heating_ds": round(electronics.coil_heating_s * 10.0),
+        "board_id": board_id(board.fingerprint(), board.name),
+        "coil_gain_q15": (
+            *(round(gain * 32767.0) for gain in coil_gains(board)),
+            *(32767,) * (MAX_ACTUATORS - count),
+        ),
     }
     panel = board.panel
     if panel is not None:
@@ -217,7 +275,7 @@ def config_of(board: Board, **changes: Any) -> DeviceConfig:
             "panel_x_um": round(panel.offset[0] * 1e6),
             "panel_y_um": round(panel.offset[1] * 1e6),
         }
-    return DeviceConfig(**{**values, **changes})
+    return values
 
 
 def pack_config(config: DeviceConfig, sequence: int = 1) -> bytes:

@@ -15,7 +15,7 @@ from enum import IntEnum
 
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 1, 2
+VERSION_MAJOR, VERSION_MINOR = 2, 0
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -98,15 +98,19 @@ MESSAGES = (
              Field("fingerprint", "u64", "Of the table's board."),
              Field("board", "char16", "Its name."),
              Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K."),
-             Field("stack_free", "u32", "Never used of the main task's, bytes; 0 unknown.")),
+             Field("stack_free", "u32", "Never used of the main task's, bytes; 0 unknown."),
+             Field("standing", "u32", "Faults that stand: bit k for the k-th cause."),
+             Field("erases", "u32", "Sectors of flash, since power came on.")),
             "",
             "State, table, heat."),
     Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),
             "each: cause u8, three zeros, detail u32, milliseconds since start u32",
             "The last sixteen, oldest first."),
     Message(4, "table_begin", (Field("total", "u32", "Bytes of the whole table."),
-                               Field("crc", "u32", "Its last four bytes.")), "", (), "",
-            "Outputs go off first: busy until they are. Erases the other slot, unless the same "
+                               Field("crc", "u32", "Its last four bytes.")),
+            "the table's header", (Field("table_status", "u8", "0 is ok."),), "",
+            "A table for other channels is refused, and nothing is lost. Outputs go off first: "
+            "busy until they are. Erases the other slot, unless the same "
             "table broke off there since the last start: `table_data` says what is there already."),
     Message(5, "table_data", (Field("offset", "u32", "Of these bytes in the table."),),
             "bytes of the table", (Field("next", "u32", "Offset that is due."),), "",
@@ -117,8 +121,10 @@ MESSAGES = (
     Message(7, "table_previous", (), "", (Field("slot", "u8", "In use now."),
                                           Field("table_status", "u8", "0 is ok.")), "",
             "Back to the other slot's table."),
-    Message(8, "touch", _PLACE, "", (), "", "As a finger, until lift."),
-    Message(9, "lift", (), "", (), "", ""),
+    Message(8, "touch", _PLACE, "", _PLACE, "",
+            "As a finger, until lift. The answer is the nearest place on the board: that plays."),
+    Message(9, "lift", (), "", (Field("played_ms", "u32", "From touch-down until now, or until "
+                                      "something ended it."),), "", ""),
     Message(10, "frequency", (Field("mhz", "u32", "Millihertz; one of the table's."),), "",
             (Field("table_status", "u8", "0 is ok."),), "", "Of touches from now on."),
     Message(11, "waveform", (Field("waveform", "u8", "0 sine, 1 triangle, 2 square, 3 ramp."),),

@@ -6,6 +6,7 @@ it is so, and what it does not protect from, is in docs/security.md.
 
 from __future__ import annotations
 
+import os
 import secrets
 import struct
 import zlib
@@ -126,11 +127,17 @@ def read_key(path: Path) -> bytes:
         key = bytes.fromhex(text)
     except OSError as error:
         raise InputError("--key", error.strerror, "a readable file", file=str(path)) from None
+    except UnicodeDecodeError:
+        text, key = "", b""
     except ValueError:
         key = b""
+    if len(key) == KEY_BYTES and os.name == "posix" and path.stat().st_mode & 0o077:
+        mode = f"mode {path.stat().st_mode & 0o777:o}"
+        raise InputError("--key", mode, "a file that only you may read: chmod 600", file=str(path))
     if len(key) != KEY_BYTES:
         expected = f"{2 * KEY_BYTES} hexadecimal digits"
-        raise InputError("--key", "something else", expected, file=str(path))
+        found = f"{len(text)} characters"
+        raise InputError("--key", found, expected, file=str(path))
     return key
 
 

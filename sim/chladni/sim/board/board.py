@@ -55,6 +55,10 @@ class Board(BoardParts):
         if self.coil is not None and self.coil.motion_acts_back:
             own = self.coil
             physical["coil"] = [own.resistance, own.inductance, own.force_factor]
+        physical["actuators"] = [
+            {key: value for key, value in actuator.items() if key not in ("polarity", "trim_db")}
+            for actuator in physical["actuators"]
+        ]
         text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
 

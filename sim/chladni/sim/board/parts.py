@@ -146,10 +146,22 @@ class Magnet:
 
 @dataclass(frozen=True)
 class Actuator:
-    """One coil, by name and place (m)."""
+    """One coil, by name and place (m), and how it differs from the others once it is built.
+
+    `polarity` is −1 for one that was wound or connected the other way. `trim_db` is what its drive
+    needs more than drawn: 1.5 for a coil that came out 1.5 dB weak. The device makes up for both,
+    so tables do not depend on them.
+    """
 
     name: str
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    polarity: int = quantity("polarity", 1.0, -1, 1, integer=True, default=1)
+    trim_db: float = quantity("trim_db", 1.0, -12.0, 12.0, default=0.0)
+
+    @property
+    def strength(self) -> float:
+        """Force per newton that it is drawn with, as polarity and trim say it is."""
+        return float(self.polarity * 10.0 ** (-self.trim_db / 20.0))
 
 
 @dataclass(frozen=True)

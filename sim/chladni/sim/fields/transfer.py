@@ -35,6 +35,10 @@ cautious: the error itself comes out around 1e-4 on `prototype`, a fortieth of a
 step, and 1e-3 of the amplitude is 0.01 dB against the 2.3 dB a finger tells apart."""
 
 
+BESIDE = 1.5
+"""Radii from a screw's centre: the plate is clamped up to 1."""
+
+
 @dataclass(frozen=True)
 class TransferFields:
     """Displacement per newton from each actuator to every image point.
@@ -242,14 +246,17 @@ def target_fields(
 ) -> Response:
     """The same for several places at once, shape (places, nx, ny).
 
+    Nothing can vibrate on a clamped screw: a place there means the nearest one beside it.
+
     Raises
     ------
     InputError
         A place is not on the board.
     """
     radius = board.magnet.radius if board.magnet else 0.0
+    places = [off_screws(board, place, radius) for place in targets_mm]
     return disc_fields(
-        board, targets_mm, radius, frequency_hz=frequency_hz, tolerance=tolerance, model=model,
+        board, places, radius, frequency_hz=frequency_hz, tolerance=tolerance, model=model,
         allow_unmet=allow_unmet,
     )  # fmt: skip
 
@@ -293,6 +300,24 @@ def check_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, f
             f"a place on the board in mm: |x| up to {half_x:g}, |y| up to {half_y:g}",
         )
     return x, y
+
+
+def off_screws(
+    board: Board, place_mm: tuple[float, float], radius: float = 0.0
+) -> tuple[float, float]:
+    """A place (mm), or, if a disc of a radius (m) there lies on a clamped screw, one beside it."""
+    for screw in board.screws:
+        offset = np.array(place_mm) * MM - screw.at
+        apart = float(np.hypot(*offset))
+        if screw.support != "clamped" or apart + radius > screw.radius:
+            continue
+        # In the middle of a screw every direction is as near: inwards there is plate for certain.
+        ahead = offset if apart > 0.0 else -np.array(screw.at)
+        ahead = ahead if np.hypot(*ahead) > 0.0 else np.array((1.0, 0.0))
+        found = np.array(screw.at) + BESIDE * screw.radius * ahead / np.hypot(*ahead)
+        if board.contains(*found):
+            return float(found[0] / MM), float(found[1] / MM)
+    return place_mm
 
 
 def _respond(

@@ -71,6 +71,11 @@ def _text(value: Any) -> str:
     return "–" if value is None else str(value)
 
 
+def say(text: str) -> None:
+    """A line on stderr: what a command is doing, beside its answer."""
+    sys.stderr.write(f"chladni: {text}\n")
+
+
 def say_unmet(estimate: float, tolerance: float) -> None:
     """One line on stderr if fields are less exact than was asked for."""
     if estimate > tolerance:

@@ -9,42 +9,39 @@ from typing import Annotated, Any
 import typer
 from serial.tools import list_ports
 
-from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.device.config import config
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.device.first_boot import walk
 from chladni.host.cli.device.flash import flash
 from chladni.host.cli.device.network import network
+from chladni.host.cli.device.playing import self_test, stream
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.device.stream_sources import (
-    load_script,
-    parse_drive,
-    read_duties,
-    scripted_duties,
-)
 from chladni.host.device.wire import SerialWire
-from chladni.host.protocol.config import SETTINGS, DeviceConfig
+from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import ChladniError, ConflictError, InputError, check_one_of
+from chladni.sim.errors import ChladniError, ConflictError, InputError
 
-REPEAT_S = 0.05
-SELF_TEST_S = 0.6
 FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
-SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
-SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 15
-"""A busy machine may leave a gap in a drive, so once is not enough; and what is near enough."""
+MOVED_MM = 0.0015
+"""More than a place is rounded by on its way to the device."""
 USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
 """Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
 
 device_app = typer.Typer(help="Ask a device and tell it what to do.", no_args_is_help=True)
+key_app = typer.Typer(help="Keys that hosts on a network prove themselves with.",
+                      no_args_is_help=True)  # fmt: skip
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("flash")(flash)
-    device_app.command("network")(network)
+    for name, command in (("network", network), ("config", config), ("stream", stream),
+                          ("self-test", self_test)):  # fmt: skip
+        device_app.command(name)(command)
+    device_app.add_typer(key_app, name="key")
     app.add_typer(device_app, name="device")
 
 
@@ -59,7 +56,47 @@ def info(
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
-    answer(result, as_json=as_json, title="Device")
+    answer(result if as_json else _in_units(result), as_json=as_json, title="Device")
+
+
+def _in_units(info: dict[str, Any]) -> dict[str, Any]:
+    """What a device says of itself, for people."""
+    table = "none"
+    if info["table_bytes"]:
+        table = (f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
+                 f"{info['frequency_mhz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
+    elif info["table_status"] != "no table":
+        table = info["table_status"]
+    return {
+        "state": info["state"],
+        "in the way of playing": ", ".join(info["standing"]) or "nothing",
+        "table": table,
+        "configuration": info["config_status"],
+        "panel": info["panel_health"],
+        "channels": info["channels"],
+        "supply": f"{info['supply_ma']} mA",
+        "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",
+        "up for": f"{info['uptime_ms'] / 1e3:.1f} s",
+        "samples missed": info["missed"],
+        "flash": f"{info['erases']} sectors erased since power came on",
+        "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
+        "link": info["link"],
+        "faults": "; ".join(f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s"
+                            for f in info["faults"]) or "none",
+    }  # fmt: skip
+
+
+def why_silent(info: dict[str, Any], *, is_emulated: bool) -> str | None:
+    """What keeps a device from playing a touch, and what to do; None if nothing does."""
+    if not info["standing"] or info["state"] != "fault":
+        return None
+    text = f"the device plays nothing: {', '.join(info['standing'])}"
+    if "no table" in info["standing"]:
+        here = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
+        return f"{text}; {here}"
+    if "never configured" in info["standing"]:
+        return f"{text}; chladni device config set --from BOARD"
+    return text
 
 
 @device_app.command("touch", context_settings={"ignore_unknown_options": True})
@@ -77,133 +114,69 @@ def touch(
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     with connection.device() as device:
-        device.touch(x, y)
+        why = why_silent(device.info(), is_emulated=connection.emulator)
+        if why is not None:
+            raise LinkError(why)
+        place_mm = device.touch(x, y)
         try:
             device.link.wait(seconds)
             state = device.info()["state"]
             faults = device.faults()
         finally:
             # Also when it is interrupted; a finger that is not lifted stays until `max_on_s`.
-            device.lift()
+            played_s = device.lift()
     if state != "playing":
         why = f", {faults[-1]['cause']}" if faults else ""
-        raise LinkError(f"the device did not play: {state}{why}")
-    answer({"place_mm": [x, y], "seconds": seconds, "state": state}, as_json=as_json, title="Touch")
+        raise LinkError(f"the device stopped after {played_s:.2f} s: {state}{why}")
+    moved = max(abs(place_mm[0] - x), abs(place_mm[1] - y)) > MOVED_MM
+    result = {"place_mm": list(place_mm), "asked_mm": [x, y], "moved": moved,
+              "seconds": seconds, "played_s": played_s, "state": state}  # fmt: skip
+    if not as_json:
+        at = f"{place_mm[0]:g}, {place_mm[1]:g} mm"
+        off = f"; {x:g}, {y:g} lies off the board" if moved else ""
+        result = {"place": at + off, "played for": f"{played_s:.2f} s"}
+    answer(result, as_json=as_json, title="Touch")
 
 
-@device_app.command("stream")
+@device_app.command("frequency")
 @connecting
-def stream(
+def frequency(
     connection: Connection,
-    drive: Annotated[
-        str | None, typer.Argument(help="Gain@degrees per channel: 1@0,0.5@90,…")
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option("--csv", help="Duties instead, 0 to 1: a row per frame.")
-    ] = None,
-    script: Annotated[
-        Path | None,
-        typer.Option("--script", help="A Python file with duties(t): times in s to duties."),
-    ] = None,
-    frequency: Annotated[float, typer.Option(help="Hz.")] = 160.0,
-    waveform: Annotated[str, typer.Option(help="sine, triangle, square or ramp.")] = "sine",
-    seconds: Annotated[float, typer.Option(help="How long a drive or a script plays.")] = 1.0,
+    hertz: Annotated[float, typer.Argument(metavar="HZ", help="One of the table's, Hz.")],
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Play a drive from here, as the paper's host did, or raw duties at carrier/8 a second."""
-    check_one_of(
-        "what to play", DRIVE=drive is not None, csv=csv is not None, script=script is not None
-    )
-    if not 1.0 <= frequency <= 1000.0:
-        raise InputError("--frequency", frequency, "1 to 1000 Hz")
-    if waveform not in WAVEFORMS:
-        raise InputError("--waveform", waveform, ", ".join(WAVEFORMS))
-    if not 0.0 < seconds <= 600.0:
-        raise InputError("--seconds", seconds, "more than 0, at most 600")
-    gains = parse_drive(drive) if drive is not None else None
-    duties = None if csv is None else read_duties(csv)
-    function = None if script is None else load_script(script)
+    """Play the table's drives of another frequency, until the next start."""
+    if not 1.0 <= hertz <= 1000.0:
+        raise InputError("HZ", hertz, "1 to 1000 Hz")
     with connection.device() as device:
-        info = device.info()
-        channels, before = info["channels"], info["faults"]
-        if function is not None:
-            duties = scripted_duties(function, device.config().frame_rate_hz, seconds)
-        if gains is not None and len(gains) != channels:
-            raise InputError("DRIVE", len(gains), f"{channels} channels")
-        if duties is not None and duties.shape[1] != channels:
-            name = "--csv" if script is None else "--script"
-            raise InputError(name, duties.shape[1], f"{channels} channels")
-        result: dict[str, Any] = {}
-        if duties is not None:
-            result["frames"] = device.stream(duties)
-        elif gains is not None:
-            _play(device, gains, frequency, waveform, seconds)
-            result["seconds"] = seconds
-        result["supply_ma"] = device.info()["supply_ma"]
-        device.stop()
-        result["faults"] = _faults_since(device, before)
-    answer(result, as_json=as_json, title="Stream")
+        device.select_frequency(hertz)
+        found = device.info()["frequency_mhz"] / 1e3
+    answer({"frequency_hz": found}, as_json=as_json, title="Touches play")
 
 
-@device_app.command("self-test")
+@device_app.command("waveform")
 @connecting
-def self_test(
+def waveform(
     connection: Connection,
-    first_boot: Annotated[
-        bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
-    ] = False,
+    name: Annotated[str, typer.Argument(metavar="NAME", help=f"{', '.join(WAVEFORMS)}.")],
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
-    if first_boot:
-        with connection.device() as device:
-            found = walk(device)
-        answer({"steps": found}, as_json=as_json, title="First boot")
-        return
+    """Play touches with another wave, until the next start."""
+    if name not in WAVEFORMS:
+        raise InputError("NAME", name, f"one of: {', '.join(WAVEFORMS)}")
     with connection.device() as device:
-        channels, config = device.info()["channels"], device.config()
-        before = device.info()["faults"]
-        rows = []
-        for channel in range(channels):
-            full_ma = config["full_current_ma"][channel]
-            # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
-            expected = round(full_ma * SELF_TEST_GAIN / 2.0)
-            for _ in range(SELF_TEST_TRIES):
-                drawn = _draw(device, channel, channels)
-                is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)
-                if is_ok:
-                    break
-            rows.append(
-                {"channel": channel, "ok": is_ok, "supply_ma": drawn, "expected_ma": expected,
-                 "full_current_ma": full_ma}
-            )  # fmt: skip
-        faults = _faults_since(device, before)
-    answer(
-        {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
-        as_json=as_json, title="Self-test",
-    )  # fmt: skip
-    failed = [str(row["channel"]) for row in rows if not row["ok"]]
-    if failed:
-        raise LinkError(f"channels that draw something else: {', '.join(failed)}")
+        device.set_waveform(name)
+    answer({"waveform": name}, as_json=as_json, title="Touches play")
 
 
-def _draw(device: Device, channel: int, channels: int) -> int:
-    """Bring one channel up to half amplitude; mA that the device then estimates."""
-    # The last step twice: the device's estimate is a mean of what went before.
-    for step in (*range(1, SELF_TEST_STEPS + 1), SELF_TEST_STEPS):
-        gains = [0j] * channels
-        gains[channel] = complex(SELF_TEST_GAIN * step / SELF_TEST_STEPS)
-        _play(device, gains, 160.0, "sine", SELF_TEST_S / SELF_TEST_STEPS)
-    drawn = int(device.info()["supply_ma"])
-    device.stop()
-    device.link.wait(0.1)
-    return drawn
-
-
-def _faults_since(device: Device, before: int) -> list[dict[str, Any]]:
-    """What was noted after there were so many; the device keeps the last sixteen."""
-    count = device.info()["faults"] - before
-    return device.faults()[-count:] if count > 0 else []
+@key_app.command("new")
+def new_key(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="To make; only you may read it.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Make a key for `device network set --key`."""
+    key = make_key(file)
+    answer({"path": str(file), "bytes": len(key)}, as_json=as_json, title="A new key")
 
 
 @device_app.command("log")
@@ -220,59 +193,6 @@ def log(
     with connection.device() as device:
         device.link.wait(seconds)
         sys.stdout.write(device.log)
-
-
-@device_app.command("config")
-@connecting
-def config(
-    connection: Connection,
-    action: Annotated[str, typer.Argument(metavar="get|set", help="Show, or change.")] = "get",
-    settings: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME=VALUE]…", help="Settings to change.")
-    ] = None,
-    rom: Annotated[
-        bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
-    ] = False,
-    as_json: JsonOption = False,
-) -> None:  # fmt: skip
-    """Show the configuration, or change settings and restart the device."""
-    if action not in ("get", "set") or (action == "set" and not settings):
-        raise InputError("get|set", action, "get, or set with at least one NAME=VALUE")
-    changes = dict(map(parse_setting, settings or [])) if action == "set" else {}
-    known = [setting.field.name for setting in SETTINGS]
-    for name in (settings or []) if action == "get" else []:
-        if name not in known:
-            raise InputError("NAME", name, f"one of: {', '.join(known)}")
-    if rom:
-        found = _set_by_rom(connection, action, changes)
-        written: dict[str, Any] = {name: found.values[name] for name in changes}
-        answer(written, as_json=as_json, title="Written; the device starts with it")
-        return
-    with connection.device() as device:
-        found = device.config()
-        if changes:
-            wanted = found.with_values(**changes)
-            wanted.check_pins()
-            device.set_config(wanted)
-            device.restart()
-            device.link.wait(1.0)
-            found = device.config()
-            if found != wanted:
-                raise LinkError("the device started with another configuration")
-    shown = settings if action == "get" and settings else known
-    values = {name: list(v) if isinstance(v := found.values[name], tuple) else v for name in shown}
-    answer(values, as_json=as_json, title="Configuration")
-
-
-def _set_by_rom(connection: Connection, action: str, changes: dict[str, Any]) -> DeviceConfig:
-    from chladni.host.flashing import rom_loader  # noqa: PLC0415  (esptool takes a second to load)
-
-    if action != "set":
-        raise ConflictError("--rom", "get; reading needs a running device")
-    if connection.udp is not None or connection.emulator:
-        raise ConflictError("--rom", "--udp and --emulator; the loader is at a --port")
-    port = required("--port", connection.port, "where the chip's loader is")
-    return rom_loader.change_config(port, connection.baud, changes)
 
 
 @device_app.command("list")
@@ -294,34 +214,3 @@ def who_answers(port: str) -> dict[str, str | None]:
     except ChladniError as error:
         return {"board": None, "why": str(error)}
     return {"board": found["board"] or "no table", "why": None}
-
-
-def parse_setting(text: str) -> tuple[str, int | tuple[int, ...]]:
-    """A name and its whole number, or numbers with commas.
-
-    Raises
-    ------
-    InputError
-        No such setting, or not of that form.
-    """
-    name, _, value = text.partition("=")
-    known = {setting.field.name: setting for setting in SETTINGS}
-    if name not in known:
-        raise InputError(name, value, f"a setting: one of {', '.join(known)}")
-    try:
-        numbers = tuple(int(item, 0) for item in value.split(","))
-    except ValueError:
-        raise InputError(name, value, "whole numbers") from None
-    parsed: int | tuple[int, ...] = numbers if known[name].field.count > 1 else numbers[0]
-    DeviceConfig(**{name: parsed})
-    return name, parsed
-
-
-def _play(
-    device: Device, gains: list[complex], frequency_hz: float, waveform: str, seconds: float
-) -> None:
-    """Repeat a live drive for a while, well within the device's timeout."""
-    end = device.wire.now_s() + seconds
-    while device.wire.now_s() < end:
-        device.live(gains, frequency_hz, waveform)
-        device.link.wait(REPEAT_S)

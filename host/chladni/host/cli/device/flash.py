@@ -32,6 +32,9 @@ def flash(
     firmware: Annotated[
         Path | None, typer.Option("--firmware", help="The firmware itself, through the loader.")
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Also a table of another board, if channels agree.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a table to a device; until it is whole the old one stays."""
@@ -43,13 +46,18 @@ def flash(
         return
     loaded = None if table is None else read_table(table)
     with connection.device() as device:
+        if loaded is not None:
+            try:
+                device.check_table(loaded, force=force)
+            except InputError as error:
+                raise error.in_file(str(table)) from None
         if loaded is None:
             slot = device.previous()
             result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
             answer(result, as_json=as_json, title="The previous table plays")
             return
         with progress_bar("flash") as progress:
-            done = device.flash(loaded, progress)
+            done = device.flash(loaded, progress, force=force)
         if not done.verified:
             raise LinkError("the device does not say that it plays this table")
     answer(asdict(done), as_json=as_json, title=f"{table} plays")

@@ -65,8 +65,6 @@ def _settings(
     except OSError as error:
         raise InputError("--key", str(error), "a readable file", file=str(file)) from None
     key = read_key(file) if is_there else make_key(file)
-    if is_there and file.stat().st_mode & 0o077:
-        sys.stderr.write(f"chladni: {file}: others may read this key; chmod 600 it\n")
     return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
 
 

@@ -1,0 +1,162 @@
+"""`chladni device config`: what a device is told about its board, one setting or all of them."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated, Any
+
+import typer
+
+from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.output import answer, say
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.link import LinkError
+from chladni.host.protocol.config import DeviceConfig, board_settings
+from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import ConflictError, InputError, MissingError
+
+ACTIONS = ("get", "describe", "set")
+
+
+@connecting
+def config(
+    connection: Connection,
+    action: Annotated[
+        str, typer.Argument(metavar="get|describe|set", help="Show, explain, or change.")
+    ] = "get",
+    settings: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME[=VALUE]]…", help="Settings; with units, as level=0.8."),
+    ] = None,
+    source: Annotated[
+        str | None, typer.Option("--from", metavar="BOARD", help="Set all that a board file knows.")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask back.")] = False,
+    rom: Annotated[
+        bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Show the configuration, explain it, or change it and restart the device."""
+    names = settings or []
+    if action not in ACTIONS or (action == "set" and not (names or source)):
+        expected = "get, describe, or set with --from BOARD or at least one NAME=VALUE"
+        raise InputError("get|describe|set", action, expected)
+    if action != "set" and source is not None:
+        raise ConflictError("--from", f"{action}; a board file is for set")
+    if action == "describe":
+        _describe(names, as_json=as_json)
+    elif action == "get":
+        if rom:
+            raise ConflictError("--rom", "get; reading needs a running device")
+        _show(connection, names, as_json=as_json)
+    else:
+        _set(connection, names, source, yes=yes, rom=rom, as_json=as_json)
+
+
+def _describe(names: list[str], *, as_json: bool) -> None:
+    """What settings there are; no device is needed."""
+    wanted = {find(name).raw_name for name in names}
+    rows = [row for row in described() if not wanted or row["record"] in wanted]
+    if as_json:
+        answer({"settings": rows}, as_json=True)
+        return
+    shown = {
+        row["name"]: f"{row['meaning']} {row['expected']}. Default {row['default']}."
+        for row in rows
+    }
+    answer(shown, as_json=False, title="Settings")
+
+
+def _show(connection: Connection, names: list[str], *, as_json: bool) -> None:
+    asked = {name: find(name) for name in names} or {
+        raw if as_json else own.name: own for raw, own in SHOWN.items()
+    }
+    with connection.device() as device:
+        found = device.config()
+        known = found.board
+    if not as_json:
+        values: dict[str, Any] = {"board": known[1] if known else "none; never set from a file"}
+        count = found["channels"]
+        values |= {
+            name: own.text(found[own.raw_name], count)
+            for name, own in asked.items() if own.raw_name != "board_id"
+        }  # fmt: skip
+        answer(values, as_json=False, title="Configuration")
+        return
+    raw = {name: found[own.raw_name] for name, own in asked.items()}
+    answer({name: list(v) if isinstance(v, tuple) else v for name, v in raw.items()}, as_json=True)
+
+
+def _set(
+    connection: Connection, names: list[str], source: str | None, *, yes: bool, rom: bool,
+    as_json: bool,
+) -> None:  # fmt: skip
+    wanted: dict[str, Any] = {} if source is None else _of_board(source)
+    for name in names:
+        wanted |= parse_setting(name)
+    if rom:
+        _set_by_rom(connection, wanted, as_json=as_json)
+        return
+    with connection.device() as device:
+        before = device.config()
+        after = before.with_values(**wanted)
+        after.check_pins()
+        if connection.udp is None:
+            after = after.by_wire()
+        changed = changes(before, after)
+        never = device.info()["config_status"] != "ok"
+        if not never and before == after:
+            answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
+            return
+        if source is not None and not yes:
+            _ask_back(changed)
+        device.set_config(after)
+        device.restart()
+        device.link.wait(1.0)
+        if device.config() != after:
+            raise LinkError("the device started with another configuration")
+        standing = device.info()["standing"]
+    result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
+    if after.board is not None:
+        result["board"] = after.board[1]
+    answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
+
+
+def _of_board(name: str) -> dict[str, Any]:
+    board = load_board(name)
+    if not board.electronics.pwm_pins:
+        raise MissingError("electronics.pwm_pins", f"board {board.name!r} says no pins to drive")
+    return board_settings(board)
+
+
+def _ask_back(changed: list[dict[str, Any]]) -> None:
+    """Show what is about to change, and go on only if told to."""
+    for row in changed:
+        say(f"{row['name']}: {row['from']} -> {row['to']}")
+    if not sys.stdin.isatty():
+        raise MissingError("--yes", "no one is there to ask; nothing was written")
+    if not typer.confirm("Write these and restart the device?", err=True):
+        raise InputError("answer", "no", "yes; nothing was written")
+
+
+def _in_words(result: dict[str, Any]) -> dict[str, Any]:
+    rows = {row["name"]: f"{row['from']} -> {row['to']}" for row in result["changed"]}
+    standing = ", ".join(result["standing"]) or "nothing"
+    known = {"board": result["board"]} if "board" in result else {}
+    return known | rows | {"in the way of playing": standing}
+
+
+def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
+    from chladni.host.flashing import rom_loader  # noqa: PLC0415  (esptool takes a second to load)
+
+    if connection.udp is not None or connection.emulator:
+        raise ConflictError("--rom", "--udp and --emulator; the loader is at a --port")
+    port = required("--port", connection.port, "where the chip's loader is")
+    found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes)
+    written = {name: found[name] for name in changes}
+    answer(
+        {name: list(v) if isinstance(v, tuple) else v for name, v in written.items()},
+        as_json=as_json, title="Written; the device starts with it",
+    )  # fmt: skip

@@ -1,0 +1,84 @@
+"""The emulated device's flash in a file: what it keeps when its power goes."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from pathlib import Path
+
+from chladni.host.emulation._emulator import SECTOR_BYTES
+from chladni.host.emulation._emulator import Emulator as Core
+from chladni.host.protocol.table_store import PARTITION_BYTES
+from chladni.sim.errors import InputError
+
+AREAS = {"tables": PARTITION_BYTES, "config": 8192, "network": 4096, "boots": 4096}
+"""Partitions in the order in which they lie in the file, and their bytes."""
+BLANK = b"\xff"
+
+
+class FlashFile:
+    """A file of all partitions, one behind the other; made blank if it is not there.
+
+    Every change is in the file within milliseconds, so a device whose process is killed finds on
+    its next start what a board finds after its plug was pulled.
+
+    Raises
+    ------
+    InputError
+        It cannot be read or made, has another size, or another device runs on it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        size = sum(AREAS.values())
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._file)
+            raise InputError(
+                "--flash", "in use", "a file that no other device runs on", file=str(path)
+            ) from None
+        except OSError as error:
+            raise InputError(
+                "--flash", error.strerror, "a file that can be written, or made", file=str(path)
+            ) from None
+        found = os.fstat(self._file).st_size
+        if found == 0:
+            os.pwrite(self._file, BLANK * size, 0)
+        elif found != size:
+            os.close(self._file)
+            raise InputError(
+                "--flash", f"{found} bytes", f"the {size} bytes of a flash file, or none",
+                file=str(path),
+            )  # fmt: skip
+        self._held = {area: self._read(area) for area in AREAS}
+        self._changes = 0
+
+    @property
+    def contents(self) -> dict[str, bytes]:
+        """What lies in each partition."""
+        return dict(self._held)
+
+    def follow(self, core: Core) -> None:
+        """Write what has changed in the device since the last call."""
+        if core.flash_changes == self._changes:
+            return
+        self._changes = core.flash_changes
+        for area in AREAS:
+            now, before = core.flash_bytes(area), self._held[area]
+            for at in range(0, len(now), SECTOR_BYTES):
+                sector = now[at : at + SECTOR_BYTES]
+                if sector != before[at : at + SECTOR_BYTES]:
+                    os.pwrite(self._file, sector, self._begin(area) + at)
+            self._held[area] = now
+
+    def close(self) -> None:
+        """Let another device have it."""
+        os.close(self._file)
+
+    def _read(self, area: str) -> bytes:
+        return os.pread(self._file, AREAS[area], self._begin(area))
+
+    def _begin(self, area: str) -> int:
+        names = list(AREAS)
+        return sum(AREAS[name] for name in names[: names.index(area)])
