@@ -32,12 +32,22 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00")
 
 
 FORMATS = (".png", ".svg", ".pdf")
+UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+"""Metadata without the time, by format."""
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure whole, in the format its name asks for."""
+    """Write a figure whole, in the format its name asks for; the same figure is the same bytes.
+
+    An SVG's texts stay texts, which can be searched.
+    """
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=path.suffix.lstrip(".") or "png", dpi=150, bbox_inches="tight")
+    kind = path.suffix.lstrip(".") or "png"
+    # matplotlib names an SVG's parts at random unless it is given a salt.
+    with mpl.rc_context({"svg.hashsalt": "chladni", "svg.fonttype": "none"}):
+        figure.savefig(
+            buffer, format=kind, dpi=150, bbox_inches="tight", metadata=UNDATED.get(kind)
+        )
     write_whole(path, buffer.getvalue())
 
 
