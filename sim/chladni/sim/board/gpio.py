@@ -16,6 +16,12 @@ INPUTS = (*OUTPUTS, 34, 35, 36, 37, 38, 39)
 BUS = tuple(pin for pin in OUTPUTS if pin not in (2, 12))
 """Without straps that the bus's pull-ups would hold the wrong way."""
 
+RESET_PULL_UPS = (5, 14, 15)
+"""Gates that something inside the chip pulls up before any firmware runs: the straps 5 and 15 by
+the data sheet, 14 (JTAG's TMS) by reports of boards on which it is high at start."""
+NOT_BESIDE_PSRAM = (16, 17)
+"""The PSRAM's on a WROVER, the flash's on a PICO-D4."""
+
 REASONS = {
     0: "it must be high at reset, where a gate's pull-down holds it low",
     1: "it is UART0's, the link's own line",

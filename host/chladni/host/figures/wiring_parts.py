@@ -1,0 +1,118 @@
+"""The parts list of a board: what, how many, which value, and what the value follows from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from chladni.host.figures.wiring_values import (
+    LOGIC_V,
+    RADIO_A,
+    Values,
+    pulled_up_gates,
+    wiring_values,
+)
+from chladni.sim.board.board import Board
+from chladni.sim.board.gpio import NOT_BESIDE_PSRAM
+
+
+@dataclass(frozen=True)
+class Part:
+    """A line of the parts list: what, how many, which value, and what the value follows from."""
+
+    part: str
+    count: int
+    value: str
+    why: str
+
+
+def engineering(value: float, unit: str) -> str:
+    """A value in steps of a thousand, to three digits: 3300 Ω is 3.3 kΩ."""
+    power = max(-4, min(2, math.floor(math.log10(abs(value)) / 3.0 + 1e-9))) if value else 0
+    return f"{float(f'{value / 1000.0**power:.3g}'):g} {'pnµm kM'[power + 4].strip()}{unit}"
+
+
+def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
+    """What has to be bought for a board, magnets, plate and screws aside.
+
+    Parameters
+    ----------
+    values
+        Of this very board, where they are known already.
+    """
+    own = values or wiring_values(board)
+    return (*_supply_parts(board, own), *_channel_parts(board, own), *_panel_parts(board, own))
+
+
+def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
+    settings = board.electronics
+    volts, from_coils = f"{settings.supply_v:g} V", engineering(own.logic_a, "A")
+    taken = sorted(set(settings.pwm_pins) & set(NOT_BESIDE_PSRAM))
+    free = (
+        f"GPIO {' and '.join(map(str, taken))} must be free: no PSRAM" if taken else "any will do"
+    )
+    made = {
+        "linear": f"at least 500 mA, linear: ({volts} − 3.3 V) · 0.5 A is below 1 W",
+        "buck": f"at least 500 mA, a buck converter: a linear one would lose "
+        f"{engineering((settings.supply_v - LOGIC_V) * RADIO_A, 'W')}",
+        "separate": f"a supply of its own, at least 500 mA: {volts} is too little for a regulator",
+    }[own.regulator]
+    regulator, _, why = made.partition(": ")
+    return (
+        Part("supply", 1, f"{volts}, {own.supply_a:g} A",
+             f"{engineering(own.crest_a, 'A')} in the crest of a wave, "
+             f"{engineering(own.mean_a, 'A')} mean, and {from_coils} for the ESP32"),
+        Part("fuse, slow", 1, f"{own.fuse_a:g} A",
+             f"√(mean · crest) of the coils' current and {from_coils}, over 0.75"),
+        Part("bulk capacitor", 1,
+             f"{engineering(own.bulk_f, 'F')}, {own.bulk_v:g} V, "
+             f"{engineering(own.bulk_ripple_a, 'A')} of ripple",
+             f"1 % of {volts} for pulses at {engineering(80e6 / 2**settings.pwm_bits, 'Hz')}, 5 % "
+             "for a jump of the drive until the supply follows, 50 µs"),
+        Part("3.3 V regulator", 1, regulator, why),
+        Part("ESP32 module", 1, "WROOM-32 (ESP32)", free),
+        Part("USB–serial bridge", 1, "3.3 V levels", "the link; development boards carry one"),
+    )  # fmt: skip
+
+
+def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
+    settings, count, gate = board.electronics, len(board.actuators), own.gate
+    pulled_up = pulled_up_gates(board)
+    if pulled_up:
+        which = f"GPIO {', '.join(map(str, pulled_up))} pulled up through reset"
+    else:
+        which = "any pin may be pulled up through reset"
+    down = f"{which}: {gate.reset_v:.2f} V at the gate (typical), 0.5 V may switch it"
+    if not gate.reset_v:
+        down = "no gate's GPIO is pulled up through reset: it only drains what leaks"
+    switch = f"at least {own.switch_v:g} V, {own.switch_a:g} A"
+    on = (f" and {engineering(gate.input_f, 'F')}",
+          f"on within {settings.min_on_ns:g} ns (min_on_ns)")  # fmt: skip
+    if not gate.input_f:
+        on = ("", "a min_on_ns of 0 leaves no time for its gate")
+    return (
+        Part("coil", count, f"{settings.coil_ohm:g} Ω",
+             f"the board file's; {engineering(own.coil_a, 'A')} at full duty"),
+        Part("N-MOSFET, logic level", count,
+             f"{switch}; at most {engineering(own.switch_ohm, 'Ω')} at 2.5 V{on[0]}",
+             f"twice {settings.supply_v:g} V and a diode's drop, twice "
+             f"{engineering(own.coil_a, 'A')}, 2 % of the coil, {on[1]}"),
+        Part("flyback diode, Schottky", count, switch,
+             "as the MOSFET; it carries the coil's current in every carrier period"),
+        Part("gate resistor", count, engineering(gate.series_ohm, "Ω"),
+             "a pin gives at most 40 mA: 3.3 V/40 mA = 83 Ω"),
+        Part("gate pull-down", count, engineering(gate.pull_down_ohm, "Ω"), down),
+    )  # fmt: skip
+
+
+def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
+    panel = board.panel
+    if panel is None or own.bus_ohm is None:
+        return ()
+    size = " × ".join(f"{side * 1e3:g}" for side in panel.size)
+    kinds = {"find": "FT6x36 or GT911", "ft6x36": "FT6x36", "gt911": "GT911"}
+    return (
+        Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm", "the board file's"),
+        Part("bus pull-up", 2, engineering(own.bus_ohm, "Ω"),
+             "I²C at 400 kHz: 300 ns/(0.85 · 100 pF) = 3.5 kΩ at most, 0.97 kΩ at least"),
+    )  # fmt: skip
