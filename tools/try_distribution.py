@@ -41,6 +41,7 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
     "board sensitivity": ("paper",),
+    "board wiring": ("prototype", "-o", "wiring.svg"),
     "modes": ("prototype", "--count", "4", "--figure", "modes.png"),
     "field": ("prototype", "--target", "10,25", "-o", "f.npz"),
     "solve": ("prototype", "--target", "10,25"),

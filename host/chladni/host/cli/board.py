@@ -1,11 +1,12 @@
-"""Commands about a board as such: `board show` and `board sensitivity`."""
+"""Commands about a board as such: `board show`, `board sensitivity` and `board wiring`."""
 
 from __future__ import annotations
 
 import sys
 import time
 from dataclasses import asdict
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -22,9 +23,11 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )  # fmt: skip
-from chladni.host.cli.common.output import answer, progress_bar, say_unmet
+from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
 from chladni.host.figures.boards import sensitivity_figure
 from chladni.host.figures.fields import save
+from chladni.host.figures.wiring import channels, wiring_figure
+from chladni.host.figures.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -84,6 +87,26 @@ def board_sensitivity(
         "seconds": time.perf_counter() - started,
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts within their tolerances")
+
+
+@board_app.command("wiring")
+def board_wiring(
+    board: BoardArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Drawing to write (.svg, .png, .pdf).")
+    ],
+    as_json: JsonOption = False,
+) -> None:
+    """Draw how a board is wired, and list its parts with their values."""
+    check_output(output, "-o", (".png", ".pdf", ".svg"))
+    loaded = load_board(board)
+    save(wiring_figure(loaded), output)
+    result = {
+        "path": str(output),
+        "channels": [asdict(channel) for channel in channels(loaded)],
+        "parts": [asdict(part) for part in parts_list(loaded)],
+    }
+    answer(result, as_json=as_json, title=f"{loaded.name}: wiring")
 
 
 def foundation_report(board: Board) -> dict[str, Any]:

@@ -1,0 +1,272 @@
+"""A wiring drawing, made from a board file: supply, ESP32, a switch a channel, panel, link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+
+from chladni.host.figures.wiring_parts import Part, engineering, parts_list
+from chladni.host.figures.wiring_symbols import PLAIN, THICK, Sheet
+from chladni.host.figures.wiring_values import Values, wiring_values
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import NOT_WIRED, Panel
+from chladni.sim.board.quantity import MM
+
+UNIT_IN = 0.3
+"""Of the sheet, in inches; text is of a fixed size beside it."""
+CHIP, LOGIC, SENSE = "#e6e0f0", "#fcefc9", "#dbe9f6"
+POSITIVE, WARN = "#b03a00", "#c00000"
+
+# Columns, from the left.
+BLOCK_X, BLOCK_WIDTH = 0.6, 4.8
+PULL_UP_X, CHIP_X, CHIP_WIDTH = 7.6, 9.6, 5.2
+CHIP_END = CHIP_X + CHIP_WIDTH
+GATE_X, SWITCH_X, SWITCH_WIDTH = 21.0, 19.2, 3.6
+BUS_X, CHANNEL_X, PLACE_X, NAME_X = 29.4, 30.0, 31.8, 35.6
+# Rows, downwards from the supply's rail at 0.
+CHIP_TOP, COIL_Y, GATE_Y, ROWS_Y, ROW = -3.6, -3.8, -5.7, -10.2, 1.5
+SERIAL_Y, PANEL_Y, BUS_PITCH, PIN_PITCH = -6.0, -12.0, 3.0, 1.2
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An output: its number, its actuator's name and place (mm), its GPIO if it has one."""
+
+    channel: int
+    actuator: str
+    gpio: int | None
+    at_mm: tuple[float, float]
+
+
+def channels(board: Board) -> tuple[Channel, ...]:
+    """A board's channels in order; `gpio` is None where the board file names no pins."""
+    pins = board.electronics.pwm_pins or (None,) * len(board.actuators)
+    return tuple(
+        Channel(k, own.name, pin, (round(own.at[0] / MM, 9), round(own.at[1] / MM, 9)))
+        for k, (own, pin) in enumerate(zip(board.actuators, pins, strict=True))
+    )
+
+
+def wiring_figure(board: Board) -> Figure:
+    """Draw how a board is wired.
+
+    Channel 0's switch is drawn in full and the others as a row each. Lines of the panel that are
+    not wired are left out, and a board file without pins gets none.
+    """
+    values = wiring_values(board)
+    parts = {part.part: part for part in parts_list(board, values)}
+    lowest = min(ROWS_Y - ROW * (len(board.actuators) - 1), _left_end(board)) - 0.6
+    width, height = NAME_X + 6.0, 3.0 - lowest + 4.0
+    figure = Figure(figsize=(width * UNIT_IN, height * UNIT_IN))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_xlim(-1.0, width - 1.0)
+    axes.set_ylim(lowest - 4.0, 3.0)
+    axes.set_axis_off()
+    sheet = Sheet(axes)
+    sheet.text(-0.4, 2.2, f"{board.name}: wiring", size=13.0, bold=True)
+    _draw_supply(sheet, board, values, parts)
+    _draw_chip(sheet, board, lowest)
+    _draw_full_channel(sheet, board, values)
+    _draw_rows(sheet, board)
+    _draw_link(sheet)
+    if board.panel:
+        _draw_panel(sheet, board.panel, parts)
+    sheet.lines(-0.4, lowest - 1.6, _notes(board))
+    return figure
+
+
+def _left_end(board: Board) -> float:
+    """The lowest wire on the ESP32's left."""
+    if board.panel is None:
+        return SERIAL_Y - PIN_PITCH
+    return PANEL_Y - BUS_PITCH - PIN_PITCH * len(_single_lines(board.panel))
+
+
+def _single_lines(panel: Panel) -> list[tuple[str, int]]:
+    """Names and GPIOs of the panel's wired lines that need no pull-up."""
+    lines = (("INT", panel.interrupt_pin), ("RST", panel.reset_pin))
+    return [(name, pin) for name, pin in lines if pin != NOT_WIRED]
+
+
+def _draw_supply(sheet: Sheet, board: Board, values: Values, parts: dict[str, Part]) -> None:
+    """Terminals, fuse, rail, bulk capacitor and the regulator of the ESP32's 3.3 V."""
+    volts = f"{board.electronics.supply_v:g} V"
+    sheet.fuse((2.6, 0.0))
+    sheet.wire((0.0, 0.0), (2.0, 0.0), width=THICK, colour=POSITIVE)
+    last = COIL_Y if len(board.actuators) == 1 else ROWS_Y - ROW * (len(board.actuators) - 2)
+    rail = ((3.2, 0.0), (BUS_X, 0.0), (BUS_X, last))
+    sheet.wire(*rail, width=THICK, colour=POSITIVE)
+    sheet.text(-0.4, 1.2, f"supply {parts['supply'].value}", size=PLAIN)
+    sheet.text(-0.2, 0.0, "+", left=False, size=PLAIN)
+    sheet.text(-0.2, -1.4, "−", left=False, size=PLAIN)
+    sheet.wire((0.0, -1.4), (0.8, -1.4), (0.8, -2.0))
+    sheet.ground(0.8, -2.0)
+    sheet.text(2.6, 0.55, parts["fuse, slow"].value, middle=True)
+    sheet.dot(5.0, 0.0, POSITIVE)
+    sheet.wire((5.0, 0.0), (5.0, -0.4))
+    sheet.capacitor(5.0, -1.2)
+    sheet.ground(5.0, -2.0)
+    sheet.lines(5.8, -0.95, (engineering(values.bulk_f, "F"), f"{values.bulk_v:g} V"))
+    middle = CHIP_X + CHIP_WIDTH / 2.0
+    sheet.box(CHIP_X, -2.3, CHIP_WIDTH, 1.4, fill=LOGIC)
+    if values.regulator == "separate":
+        kind = "a supply of its own"
+    else:
+        kind = f"{values.regulator}, 500 mA"
+        sheet.dot(middle, 0.0, POSITIVE)
+        sheet.wire((middle, 0.0), (middle, -0.9))
+    sheet.text(middle, -1.35, "3.3 V for the ESP32", middle=True)
+    sheet.text(middle, -1.85, kind, middle=True)
+    sheet.wire((CHIP_END, -1.6), (CHIP_END + 0.6, -1.6), (CHIP_END + 0.6, -2.0))
+    sheet.ground(CHIP_END + 0.6, -2.0)
+    sheet.wire((middle, -2.3), (middle, CHIP_TOP))
+    sheet.text(BUS_X, 0.5, volts, middle=True, colour=POSITIVE, size=PLAIN)
+
+
+def _draw_chip(sheet: Sheet, board: Board, lowest: float) -> None:
+    """The module with the GPIOs of its gates."""
+    middle = CHIP_X + CHIP_WIDTH / 2.0
+    sheet.box(CHIP_X, lowest, CHIP_WIDTH, CHIP_TOP - lowest, fill=CHIP)
+    sheet.text(middle, CHIP_TOP - 0.4, "3V3", middle=True)
+    sheet.text(middle, CHIP_TOP - 1.1, "ESP32-WROOM-32", middle=True, bold=True)
+    sheet.text(middle, lowest + 0.4, "GND", middle=True)
+    sheet.wire((middle, lowest), (middle, lowest - 0.4))
+    sheet.ground(middle, lowest - 0.4)
+    for own in channels(board):
+        if own.gpio is not None:
+            sheet.text(CHIP_END - 0.2, _row_y(own.channel), f"GPIO {own.gpio}", left=False)
+    if not board.electronics.pwm_pins:
+        named = ("no GPIO: pwm_pins of", "the board file is empty")
+        sheet.lines(CHIP_END + 0.4, COIL_Y + 0.2, named, colour=WARN)
+
+
+def _row_y(channel: int) -> float:
+    """Height of a channel's gate wire."""
+    return GATE_Y if channel == 0 else ROWS_Y - ROW * (channel - 1)
+
+
+def _gate_start(board: Board) -> float:
+    """Where gate wires begin: at the ESP32, or in the open where the board file names no pins."""
+    return CHIP_END if board.electronics.pwm_pins else CHIP_END + 1.2
+
+
+def _draw_full_channel(sheet: Sheet, board: Board, values: Values) -> None:
+    """Channel 0: gate resistor, pull-down, MOSFET, coil with its flyback diode."""
+    own, gate = channels(board)[0], values.gate
+    node = GATE_X - 0.8
+    sheet.wire((_gate_start(board), GATE_Y), (node - 2.6, GATE_Y))
+    sheet.resistor((node - 1.6, GATE_Y), upright=False)
+    sheet.text(node - 1.6, GATE_Y + 0.5, engineering(gate.series_ohm, "Ω"), middle=True)
+    sheet.wire((node - 0.6, GATE_Y), (GATE_X, GATE_Y))
+    sheet.dot(node, GATE_Y)
+    sheet.wire((node, GATE_Y), (node, GATE_Y - 0.4))
+    sheet.resistor((node, GATE_Y - 1.4), upright=True)
+    sheet.text(node - 0.4, GATE_Y - 1.4, engineering(gate.pull_down_ohm, "Ω"), left=False)
+    sheet.ground(node, GATE_Y - 2.4)
+    drain_x, drain_y = sheet.mosfet(GATE_X, GATE_Y)
+    sheet.wire((drain_x, GATE_Y - 0.9), (drain_x, GATE_Y - 2.4))
+    sheet.ground(drain_x, GATE_Y - 2.4)
+    sheet.lines(
+        drain_x + 0.5, GATE_Y + 0.6,
+        ("N-MOSFET, logic level", f"at least {values.switch_v:g} V, {values.switch_a:g} A",
+         f"at most {engineering(values.switch_ohm, 'Ω')} at 2.5 V"),
+    )  # fmt: skip
+    diode_y = COIL_Y + 1.4
+    sheet.wire((drain_x, drain_y), (drain_x, diode_y))
+    sheet.dot(drain_x, COIL_Y)
+    sheet.coil(drain_x, BUS_X, COIL_Y)
+    sheet.dot(BUS_X, COIL_Y, POSITIVE)
+    sheet.diode(drain_x, BUS_X, diode_y)
+    sheet.dot(BUS_X, diode_y, POSITIVE)
+    middle = (drain_x + BUS_X) / 2.0
+    sheet.text(middle, diode_y + 0.65, f"Schottky, at least {values.switch_v:g} V, "
+               f"{values.switch_a:g} A", middle=True)  # fmt: skip
+    sheet.text(middle, COIL_Y - 0.4, f"coil, {board.electronics.coil_ohm:g} Ω", middle=True)
+    for x, heading in ((CHANNEL_X, "channel"), (PLACE_X, "at, mm"), (NAME_X, "actuator")):
+        sheet.text(x, COIL_Y + 0.7, heading, bold=True)
+    _say_actuator(sheet, own, COIL_Y)
+
+
+def _draw_rows(sheet: Sheet, board: Board) -> None:
+    """The other channels, a row each."""
+    for own in channels(board)[1:]:
+        y = _row_y(own.channel)
+        sheet.wire((_gate_start(board), y), (SWITCH_X, y))
+        sheet.box(SWITCH_X, y - 0.38, SWITCH_WIDTH, 0.76, fill="white")
+        sheet.text(SWITCH_X + SWITCH_WIDTH / 2.0, y, "as channel 0", middle=True)
+        sheet.wire((SWITCH_X + 0.5, y - 0.38), (SWITCH_X + 0.5, y - 0.6))
+        sheet.ground(SWITCH_X + 0.5, y - 0.6)
+        sheet.coil(SWITCH_X + SWITCH_WIDTH, BUS_X, y)
+        sheet.dot(BUS_X, y, POSITIVE)
+        _say_actuator(sheet, own, y)
+
+
+def _say_actuator(sheet: Sheet, own: Channel, y: float) -> None:
+    sheet.text(CHANNEL_X, y, str(own.channel), size=PLAIN)
+    sheet.text(PLACE_X, y, "{:.6g}, {:.6g}".format(*own.at_mm).replace("-", "−"), size=PLAIN)
+    sheet.text(NAME_X, y, own.actuator, size=PLAIN)
+
+
+def _draw_link(sheet: Sheet) -> None:
+    """USB and serial: UART0, which has its pins for ever."""
+    end, low = BLOCK_X + BLOCK_WIDTH, SERIAL_Y - PIN_PITCH - 0.7
+    sheet.text(BLOCK_X, SERIAL_Y + 1.1, "link, 3.3 V levels", bold=True)
+    sheet.box(BLOCK_X, low, BLOCK_WIDTH, SERIAL_Y + 0.7 - low, fill=SENSE)
+    sheet.lines(BLOCK_X + 0.3, SERIAL_Y - 0.1, ("USB–serial", "bridge"))
+    sheet.wire((BLOCK_X - 0.6, low + 0.4), (BLOCK_X, low + 0.4), width=2.4)
+    sheet.text(BLOCK_X + 0.3, low + 0.4, "USB")
+    for k, (name, pin) in enumerate((("RXD", "GPIO 1 (TXD0)"), ("TXD", "GPIO 3 (RXD0)"))):
+        _draw_line(sheet, SERIAL_Y - PIN_PITCH * k, name, pin)
+    sheet.wire((end - 0.6, low), (end - 0.6, low - 0.3))
+    sheet.ground(end - 0.6, low - 0.3)
+
+
+def _draw_line(sheet: Sheet, y: float, name: str, pin: str) -> None:
+    """A wire from a block on the left to a pin of the ESP32."""
+    end = BLOCK_X + BLOCK_WIDTH
+    sheet.wire((end, y), (CHIP_X, y))
+    sheet.text(end - 0.2, y, name, left=False)
+    sheet.text(CHIP_X + 0.2, y, pin)
+
+
+def _draw_panel(sheet: Sheet, panel: Panel, parts: dict[str, Part]) -> None:
+    """The touch panel's bus with its pull-ups, and its other lines if they are wired."""
+    bus = ((PANEL_Y, "SDA", panel.sda_pin), (PANEL_Y - BUS_PITCH, "SCL", panel.scl_pin))
+    for y, name, pin in bus:
+        _draw_line(sheet, y, name, f"GPIO {pin}")
+        sheet.dot(PULL_UP_X, y)
+        sheet.wire((PULL_UP_X, y), (PULL_UP_X, y + 0.1))
+        sheet.resistor((PULL_UP_X, y + 1.0), upright=True)
+        sheet.text(PULL_UP_X - 0.35, y + 1.0, parts["bus pull-up"].value, left=False)
+        sheet.rail(PULL_UP_X, y + 2.0, "3.3 V")
+    low = bus[-1][0]
+    for name, pin in _single_lines(panel):
+        low -= PIN_PITCH
+        _draw_line(sheet, low, name, f"GPIO {pin}")
+    low -= 0.7
+    sheet.box(BLOCK_X, low, BLOCK_WIDTH, PANEL_Y + 0.8 - low, fill=SENSE)
+    kind, _, size = parts["touch panel"].value.partition(", ")
+    sheet.text(BLOCK_X + 1.6, PANEL_Y + 1.2, "touch panel", bold=True)
+    sheet.lines(BLOCK_X + 0.3, PANEL_Y - 1.0, (kind, size))
+    sheet.wire((BLOCK_X + 0.8, PANEL_Y + 0.8), (BLOCK_X + 0.8, PANEL_Y + 1.2))
+    sheet.rail(BLOCK_X + 0.8, PANEL_Y + 1.2, "3.3 V")
+    sheet.wire((BLOCK_X + 0.8, low), (BLOCK_X + 0.8, low - 0.3))
+    sheet.ground(BLOCK_X + 0.8, low - 0.3)
+
+
+def _notes(board: Board) -> list[str]:
+    notes = [
+        "All ground signs are one ground. The coils' current returns to the bulk capacitor, not "
+        "through the ESP32.",
+        "Values follow from the board file; a module without a development board needs its own "
+        "capacitors at 3V3 and EN.",
+    ]
+    if len(board.actuators) > 1:
+        notes.insert(0, "Every other channel is switched as channel 0: gate resistor, pull-down, "
+                     "MOSFET, and a flyback diode across the coil.")  # fmt: skip
+    if board.panel is None:
+        notes.append("The board file has no [panel]: touches come over the link.")
+    elif board.panel.interrupt_pin == NOT_WIRED:
+        notes.append("The panel's interrupt line is not wired: the panel is polled.")
+    return notes
