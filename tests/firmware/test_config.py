@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -224,7 +225,7 @@ def test_a_cut_before_the_older_record_is_marked_is_made_up_for_at_the_next_star
 
 
 def test_a_configuration_that_rots_while_it_runs_is_found_within_a_minute() -> None:
-    emulator = powered(pack(make_table([[1.0] * 5])))
+    emulator = powered(pack(make_table(np.ones((1, 5)))))
     core = emulator.core
     core.program(40, bytes([core.flash_bytes("config")[40] & 0]), "config")
     emulator.run(61_000.0)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import draw_wiring
 import numpy as np
 import pytest
 from draw_wiring import texts_of
@@ -18,7 +20,7 @@ from chladni.host.figures.wiring import channels, wiring_figure
 from chladni.host.figures.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import GATES
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 from wired_boards import board_with
 
 
@@ -188,3 +190,16 @@ def test_a_drawing_that_fails_leaves_the_last_one(
     assert chladni("board", "wiring", "prototype", "-o", drawing).code == 1
     assert drawing.read_text(encoding="utf-8") == "the last one"
     assert list(tmp_path.iterdir()) == [drawing]
+
+
+def test_page_and_drawing_say_what_the_board_file_says() -> None:
+    assert draw_wiring.faults(ROOT / "docs") == [], "run tools/draw_wiring.py"
+
+
+def test_the_check_of_the_page_sees_another_value_and_another_pin(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "docs", tmp_path / "docs")
+    page = tmp_path / "docs" / "hardware.md"
+    picture = tmp_path / "docs" / "images" / "wiring.svg"
+    page.write_text(page.read_text(encoding="utf-8").replace("| 3.3 kΩ |", "| 10 kΩ |"), "utf-8")
+    picture.write_text(picture.read_text(encoding="utf-8").replace("GPIO 15", "GPIO 18"), "utf-8")
+    assert draw_wiring.faults(tmp_path / "docs") == ["docs/images/wiring.svg", "docs/hardware.md"]
