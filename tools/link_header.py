@@ -15,6 +15,8 @@ def link_header() -> str:
         "kVersionMajor": link_protocol.VERSION_MAJOR,
         "kVersionMinor": link_protocol.VERSION_MINOR,
         "kMaxPayload": link_protocol.MAX_PAYLOAD,
+        "kLeastTarget": link_protocol.LEAST_TARGET,
+        "kMostTarget": link_protocol.MOST_TARGET,
         "kWindow": link_protocol.WINDOW,
         "kHeadBytes": link_protocol.HEAD_BYTES,
         "kCrcBytes": link_protocol.CRC_BYTES,

@@ -97,7 +97,7 @@ def test_a_script_that_gives_no_duties_is_named(
         (("device", "info"), 2, "one of --port, --udp and --emulator is required"),
         (("device", "info", "--port", "/dev/nothing"), 1, "no such port"),
         (("device", "touch", "10", "--emulator"), 2, "X,Y"),
-        (("device", "touch", "1,1", "--emulator"), 1, "not in this state"),
+        (("device", "touch", "1,1", "--emulator"), 1, "no table; give it one by --table"),
         (("device", "stream", "1@0", "--emulator"), 2, "5 channels"),
         (("device", "stream", "2@0", "--emulator"), 2, "gain from 0 to 1"),
         (("device", "config", "set", "colour=3", "--emulator"), 2, "colour"),

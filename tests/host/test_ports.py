@@ -91,6 +91,7 @@ def test_a_key_set_over_the_wire_opens_the_network(
     assert chladni("device", "touch", "5,5", "--seconds", "0.3", *there).code == 0
     other = tmp_path / "other.key"
     other.write_text("ab" * 32)
+    other.chmod(0o600)
     refused = chladni("device", "info", "--udp", there[1], "--key", other)
     assert (refused.code, "the key its own" in refused.err) == (1, True)
     assert chladni("device", "network", "off", "--port", port, "--json").json["state"] == "off"

@@ -68,7 +68,7 @@ class Device {
   [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
 
   // A host drives the outputs, with frames of duties, half as many as samples (duty_ring.hpp) …
-  bool stream_begin();
+  bool stream_begin(uint32_t target = kStreamTarget);
   bool stream_push(const uint16_t* duties_q16);
   // … or with a drive that it must repeat within the touch timeout.
   bool play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform);
@@ -196,6 +196,7 @@ class Device {
   // A host that drives the outputs, and when it was last heard.
   HostDrive host_drive_ = HostDrive::kNone;
   uint32_t host_us_ = 0;
+  uint32_t stream_target_ = kStreamTarget;
   uint32_t uptime_ms_ = 0;
   uint32_t awake_ms_ = 0;
   uint32_t ticked_us_ = 0;

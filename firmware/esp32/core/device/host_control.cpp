@@ -34,12 +34,13 @@ void Device::host_asks() {
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
 
-bool Device::stream_begin() {
+bool Device::stream_begin(uint32_t target) {
   host_asks();
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
   ask_for(Post::kRelease);
   host_drive_ = HostDrive::kClearing;
+  stream_target_ = target;
   host_is_heard();
   return true;
 }
@@ -102,6 +103,7 @@ void Device::advance_stream() {
   if (host_drive_ == HostDrive::kWaves) return;
   if (host_drive_ == HostDrive::kClearing) {
     if (post_ == Post::kRelease || !synthesis_.is_quiet()) return;
+    synthesis_.stream().aim(stream_target_);
     synthesis_.stream().clear();
     host_drive_ = HostDrive::kFilling;
   }

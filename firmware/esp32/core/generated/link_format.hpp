@@ -11,6 +11,8 @@ namespace chladni::link_format {
 constexpr uint32_t kVersionMajor = 2U;
 constexpr uint32_t kVersionMinor = 0U;
 constexpr uint32_t kMaxPayload = 1024U;
+constexpr uint32_t kLeastTarget = 16U;
+constexpr uint32_t kMostTarget = 384U;
 constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
 constexpr uint32_t kCrcBytes = 4U;
@@ -164,7 +166,8 @@ constexpr uint32_t kAnswerBytes = 0U;
 
 namespace stream_begin {
 constexpr uint32_t kCode = 15U;
-constexpr uint32_t kRequestBytes = 0U;
+constexpr uint32_t kRequestTarget = 0U;  // u16
+constexpr uint32_t kRequestBytes = 2U;
 constexpr uint32_t kAnswerBytes = 0U;
 }  // namespace stream_begin
 

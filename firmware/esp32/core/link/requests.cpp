@@ -123,7 +123,12 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
     }
     case f::restart::kCode: device_.restart_soon(); return Status::kOk;
-    case f::stream_begin::kCode: return device_.stream_begin() ? Status::kOk : Status::kNotNow;
+    case f::stream_begin::kCode: {
+      if (request.size != f::stream_begin::kRequestBytes) return Status::kMalformed;
+      const uint32_t target = word(at, 2);
+      if (target < f::kLeastTarget || target > f::kMostTarget) return Status::kMalformed;
+      return device_.stream_begin(target) ? Status::kOk : Status::kNotNow;
+    }
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;
     case f::live::kCode: return take_live(request);

@@ -34,7 +34,7 @@ void DutyRing::clear() {
   tail_.store(0, std::memory_order_relaxed);
   rate_.store(kHalf, std::memory_order_relaxed);
   between_u32_ = 0;
-  mean_fill_q8_ = static_cast<int32_t>(kStreamTarget << 8);
+  mean_fill_q8_ = static_cast<int32_t>(target_ << 8);
   drift_sum_ = 0;
   mean_q24_.fill(0);
   square_q24_.fill(0);
@@ -65,7 +65,7 @@ void DutyRing::loads(Loads& loads) const {
 void DutyRing::steer() {
   const auto fill_q8 = static_cast<int32_t>(filled() << 8);
   mean_fill_q8_ += (fill_q8 - mean_fill_q8_) >> kMeanShift;
-  const int32_t error_q8 = mean_fill_q8_ - static_cast<int32_t>(kStreamTarget << 8);
+  const int32_t error_q8 = mean_fill_q8_ - static_cast<int32_t>(target_ << 8);
   const int32_t wanted = error_q8 * kPushPerQ8 + drift_sum_;
   const int32_t drift = clamp_to(wanted, kMostDrift);
   // What is learned while more is wanted than allowed would have to be unlearned.

@@ -14,7 +14,7 @@
 namespace chladni {
 
 constexpr uint32_t kStreamFrames = 512;  // 52 ms at 10 bits
-// Filled so far before playing begins; where `steer` keeps it.
+// Filled so far before playing begins, and where `steer` keeps it, unless the host asks for another.
 constexpr uint32_t kStreamTarget = 96;
 
 struct Load;
@@ -32,7 +32,9 @@ class DutyRing {
   uint32_t filled() const { return head_.load(std::memory_order_acquire) - tail(); }
   // Frames per sample less one half, in 2^-32: what the host's clock is off by.
   int32_t drift() const { return static_cast<int32_t>(rate_u32() - kHalf); }
-  bool is_ready() const { return filled() >= kStreamTarget; }
+  bool is_ready() const { return filled() >= target_; }
+  // Frames to hold from the next `clear` on: few are heard soon, many outlast a host that is late.
+  void aim(uint32_t target) { target_ = target; }
   // Forget everything; only while the interrupt does not read.
   void clear();
 
@@ -47,6 +49,7 @@ class DutyRing {
   uint32_t rate_u32() const { return rate_.load(std::memory_order_relaxed); }
 
   uint32_t channels_ = 0;
+  uint32_t target_ = kStreamTarget;
   std::array<Frame, kStreamFrames> frames_{};
   std::atomic<uint32_t> head_{0};  // frames pushed; written by the main loop
   std::atomic<uint32_t> tail_{0};  // frames left behind; written by the interrupt

@@ -24,7 +24,9 @@ from chladni.host.protocol.codes import (
 )
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.link import (
+    LEAST_TARGET,
     MAX_PAYLOAD,
+    MOST_TARGET,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
@@ -38,8 +40,9 @@ NETWORK_STATES = ("off", "not on the network", "on")
 RESTART_TRIES, RESTART_S = 3, 1.0
 STREAM_WAIT_S = 0.03
 """For the answer to a piece of a stream: its frames are wanted in 10 ms."""
-STREAM_TARGET = 96
-"""Frames that the device keeps in its ring on the average (core/synthesis/duty_ring.hpp): 10 ms."""
+STREAM_BUFFER_S = 0.005
+"""Of frames that the device keeps in its ring on the average. A host that is late for longer than
+this less half a piece makes an underrun."""
 STREAM_RING = 512
 """Frames that it holds; so many may come on any wire."""
 STREAM_TURN_S = 0.002
@@ -48,8 +51,8 @@ STREAM_SHARE = 0.8
 """Of the time that frames take to play, for sending them."""
 STREAM_SETTLED = 8
 """Pieces after which the device plays for certain."""
-SMALLEST_PIECE = 40
-"""Frames at once, 4 ms: smaller pieces would only cost more requests."""
+SMALLEST_PIECE = 20
+"""Frames at once, 2 ms: smaller pieces cost more requests, and are late as often."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +210,7 @@ class Device:
             "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
         )
 
-    def stream(self, duties: NDArray[np.float64]) -> int:
+    def stream(self, duties: NDArray[np.float64], *, buffer_s: float = STREAM_BUFFER_S) -> int:
         """Play raw duties at carrier/8 frames a second of this machine's clock.
 
         Parameters
@@ -215,6 +218,9 @@ class Device:
         duties
             Shares of a carrier period, 0 to 1, shape (frames, channels). The device rounds to 10
             bits and follows this clock within 1000 ppm.
+        buffer_s
+            Of frames that the device holds: what comes late by less is not heard, and all is heard
+            that much later.
 
         Returns
         -------
@@ -226,18 +232,22 @@ class Device:
         LinkError
             The wire is too slow for so many channels, or the device ended the stream.
         """
-        return sum(step.taken for step in self.stream_steps(duties))
+        return sum(step.taken for step in self.stream_steps(duties, buffer_s=buffer_s))
 
-    def stream_steps(self, duties: NDArray[np.float64]) -> Iterator[StreamStep]:
+    def stream_steps(
+        self, duties: NDArray[np.float64], *, buffer_s: float = STREAM_BUFFER_S
+    ) -> Iterator[StreamStep]:
         """The same, piece by piece: what a request came to."""
         rate_hz = self.config().frame_rate_hz
         words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
         piece = self._stream_piece(len(words), words.shape[1], rate_hz)
-        self.link.request("stream_begin")
+        # On a slow wire pieces are long, and the ring has to hold one while the next travels.
+        target = int(np.clip(round(buffer_s * rate_hz), max(LEAST_TARGET, piece), MOST_TARGET))
+        self.link.request("stream_begin", target=target)
         # Each piece goes out so early that the ring holds its target on the average. How long the
         # device takes to begin shows in what it holds then, and is made up for; so is a ring that
         # stays too full because the device, short of frames, had to begin again.
-        lead, sent, begun = STREAM_TARGET + piece // 2, 0, self.wire.now_s()
+        lead, sent, begun = target + piece // 2, 0, self.wire.now_s()
         for number in itertools.count():
             if sent == len(words):
                 return

@@ -29,6 +29,8 @@ SILENCE_MS = 100
 UPDATE_SILENCE_MS = 5000
 """An update that hears nothing for so long is dropped; the old table plays on."""
 RESPONSE = 0x80
+LEAST_TARGET, MOST_TARGET = 16, 384
+"""Frames of a stream that a device may be asked to keep: its ring has 512."""
 
 
 class Status(IntEnum):
@@ -133,7 +135,9 @@ MESSAGES = (
     Message(13, "config_set", (), "a configuration record",
             (Field("config_status", "u8", "0 is ok."),), "", "In force from the next start."),
     Message(14, "restart", (), "", (), "", "Answered first."),
-    Message(15, "stream_begin", (), "", (), "", "Takes over from a finger."),
+    Message(15, "stream_begin",
+            (Field("target", "u16", f"Frames kept in the ring, {LEAST_TARGET} to {MOST_TARGET}."),),
+            "", (), "", "Takes over from a finger."),
     Message(16, "stream_data", (), "frames of duties, 10 bits each, packed from the lowest bit",
             (Field("taken", "u16", "Frames."), Field("filled", "u16", "Frames in the ring.")), "",
             "As many as the ring has room for."),

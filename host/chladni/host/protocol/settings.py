@@ -170,9 +170,8 @@ def described() -> list[dict[str, Any]]:
 
 def changes(before: DeviceConfig, after: DeviceConfig) -> list[dict[str, Any]]:
     """Settings in which two configurations differ, as people read them."""
-    count = max(before["channels"], after["channels"])
     return [
-        {"name": shown.name, "from": shown.text(before[raw], count),
-         "to": shown.text(after[raw], count)}
+        {"name": shown.name, "from": shown.text(before[raw], before["channels"]),
+         "to": shown.text(after[raw], after["channels"])}
         for raw, shown in SHOWN.items() if raw not in OWN and before[raw] != after[raw]
     ]  # fmt: skip

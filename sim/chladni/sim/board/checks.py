@@ -158,8 +158,9 @@ def _check_actuators(board: BoardParts) -> None:
         check_ranges(actuator, f"actuators[{index}]")
         if not isinstance(actuator.name, str) or not actuator.name:
             raise InputError(f"actuators[{index}].name", actuator.name, "a name")
-        if actuator.polarity == 0:
-            raise InputError(f"actuators[{index}].polarity", 0, "1, or -1 for the other way round")
+        if actuator.polarity not in (1, -1):
+            at = f"actuators[{index}].polarity"
+            raise InputError(at, actuator.polarity, "1, or -1 for the other way round")
         if actuator.name in names[:index]:
             raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
         for other in board.actuators[:index]:

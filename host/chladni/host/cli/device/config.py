@@ -121,6 +121,8 @@ def _set(
     result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
     if after.board is not None:
         result["board"] = after.board[1]
+    if as_json and source is None:
+        result |= {name: list(v) if isinstance(v, tuple) else v for name, v in wanted.items()}
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
 
 

@@ -1,0 +1,170 @@
+"""From a board file to a device that plays, on an emulated one whose flash is a file."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from chladni.host.emulation.flash_file import AREAS, FlashFile
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
+from chladni.tables.build import build_table
+from chladni.tables.format import pack
+from conftest import CommandLine
+
+OWN = Path(__file__).parent / "own.toml"
+
+
+class Desk:
+    """A device at a port with a name, that can be switched off and on."""
+
+    def __init__(self, folder: Path, board: str | Path) -> None:
+        self.flash, self.port = folder / "own.flash", folder / "own.port"
+        self._board = board
+        self._process: subprocess.Popen[str] | None = None
+
+    def on(self) -> None:
+        """Plug it in."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "chladni.host.cli.app", "emulate", "--serial", "--flash",
+             str(self.flash), "--board", str(self._board), "--port-link", str(self.port)],
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline().strip() == str(self.port)
+
+    def off(self) -> None:
+        """Pull the plug, without a word before."""
+        if self._process is not None:
+            self._process.send_signal(signal.SIGKILL)
+            self._process.wait()
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Iterator[Desk]:
+    own = Desk(tmp_path, OWN)
+    yield own
+    own.off()
+
+
+@pytest.mark.slow
+def test_a_board_of_ones_own_plays_in_six_commands(
+    chladni: CommandLine, desk: Desk, tmp_path: Path
+) -> None:
+    desk.on()  # the first
+    at, table = ("--port", desk.port), tmp_path / "own.chl"
+    silent = chladni("device", "touch", "5,5", *at)
+    assert silent.code == 1
+    assert "never configured" in silent.err
+    asked = chladni("device", "config", "set", "--from", OWN, *at)
+    assert asked.code == 2
+    assert "pwm_pins: 2, 4, 15, 16, 17 -> 25, 26, 27, 32" in asked.err
+    assert "--yes is required" in asked.err
+    done = chladni("device", "config", "set", "--from", OWN, "--yes", *at, "--json")
+    assert done.code == 0, done.err
+    assert (done.json["board"], done.json["standing"]) == ("own", ["no table"])
+    changed = {row["name"]: row["to"] for row in done.json["changed"]}
+    assert changed["coil_gain"] == "0.8414, -0.8414, 1, 0.8414"
+    assert changed["panel"] == "ft6x36"
+    again = chladni("device", "config", "set", "--from", OWN, "--yes", *at, "--json")
+    assert again.json == {"written": False, "changed": []}
+    assert chladni("table", "build", OWN, "-o", table).code == 0
+    assert chladni("flash", table, *at, "--json").json["verified"]
+    touched = chladni("device", "touch", "50,10", "--seconds", "0.3", *at, "--json")
+    assert touched.json["state"] == "playing"
+    assert touched.json["moved"]
+    assert touched.json["place_mm"] == pytest.approx([30.0, 10.0], abs=0.002)
+    assert touched.json["played_s"] == pytest.approx(0.3, abs=0.15)
+    shown = chladni("device", "info", *at)
+    assert "for own" in shown.out
+    assert "panel fine" in shown.out
+
+
+@pytest.mark.slow
+def test_what_was_written_outlasts_a_pulled_plug(
+    chladni: CommandLine, desk: Desk, tmp_path: Path
+) -> None:
+    """Configuration and table are there after it; a second device on the same flash is refused."""
+    at, table = ("--port", desk.port), tmp_path / "own.chl"
+    table.write_bytes(pack(build_table(load_board(OWN))[0]))
+    desk.on()
+    assert chladni("device", "config", "set", "--from", OWN, "--yes", *at).code == 0
+    assert chladni("flash", table, *at).code == 0
+    with pytest.raises(InputError, match="no other device"):
+        FlashFile(desk.flash)
+    desk.off()
+    desk.on()
+    shown = chladni("device", "info", *at, "--json").json
+    assert (shown["board"], shown["config_status"], shown["state"]) == ("own", "ok", "idle")
+    assert chladni("device", "touch", "5,5", "--seconds", "0.3", *at).code == 0
+
+
+@pytest.mark.slow
+def test_a_table_for_another_board_is_refused_before_anything_is_sent(
+    chladni: CommandLine, desk: Desk, tmp_path: Path, table_file: Path
+) -> None:
+    board = load_board(OWN)
+    own, moved = build_table(board)[0], tmp_path / "moved.chl"
+    first, *rest = board.actuators
+    other = replace(board, name="other", actuators=(replace(first, at=(0.0, 0.0)), *rest))
+    moved.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint(), board_name="other")))
+    edited = tmp_path / "edited.chl"
+    edited.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint())))
+    desk.on()
+    at = ("--port", desk.port)
+    assert chladni("device", "config", "set", "--from", OWN, "--yes", *at).code == 0
+    before = desk.flash.read_bytes()
+    for file, words in (
+        (table_file, "actuators: expected 4, the channels of the device, got 5"),
+        (moved, "expected a table for own"),
+        (edited, "in another version of its file"),
+    ):
+        refused = chladni("flash", file, *at)
+        assert refused.code == 2
+        assert words in " ".join(refused.err.split())
+        assert str(file) in refused.err
+    # Not even --force makes five coils of four.
+    assert chladni("flash", table_file, "--force", *at).code == 2
+    assert desk.flash.read_bytes() == before
+    assert chladni("flash", moved, "--force", *at).code == 0
+
+
+def test_a_file_that_is_no_flash_is_refused_and_stays(chladni: CommandLine, tmp_path: Path) -> None:
+    text, link = tmp_path / "notes", tmp_path / "link"
+    text.write_text("not flash")
+    link.symlink_to(text)
+    for file in (text, link, tmp_path):
+        done = chladni("emulate", "--serial", "--flash", file, "--ms", "10")
+        assert done.code == 2
+        assert "--flash" in done.err
+    assert text.read_text() == "not flash"
+    both = chladni("emulate", "t.chl", "--serial", "--flash", tmp_path / "new", "--ms", "10")
+    assert (both.code, "does not go with --flash" in both.err) == (2, True)
+
+
+def test_a_new_flash_file_is_blank(tmp_path: Path) -> None:
+    path = tmp_path / "new"
+    held = FlashFile(path)
+    assert path.read_bytes() == b"\xff" * sum(AREAS.values())
+    assert {area: len(data) for area, data in held.contents.items()} == AREAS
+    held.close()
+    FlashFile(path).close()
+
+
+def test_a_board_without_pins_or_with_others_than_the_chip_has_is_refused(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    no_pins, wrong = tmp_path / "no-pins.toml", tmp_path / "wrong.toml"
+    text = OWN.read_text()
+    no_pins.write_text(text.replace("pwm_pins = [25, 26, 27, 32]\n", ""))
+    wrong.write_text(text.replace("25, 26, 27, 32", "25, 26, 27, 34"))
+    for file, words in ((no_pins, "pwm_pins is required"), (wrong, "got 34")):
+        done = chladni("device", "config", "set", "--from", file, "--yes", "--emulator")
+        assert done.code == 2
+        assert words in " ".join(done.err.split()), done.err
