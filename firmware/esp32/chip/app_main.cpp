@@ -35,6 +35,9 @@ Link host_link(device);
 Datagrams datagrams(device);
 TaskHandle_t main_task = nullptr;
 
+// Keeps its content through a restart, a panic and the watchdogs; the reset pin takes it.
+RTC_NOINIT_ATTR std::array<uint8_t, kRetainedBytes> retained;
+
 void IRAM_ATTR set_duties(void*, const uint32_t* duties) { chip::pwm_set_duties(duties); }
 
 ResetCause reset_cause(void*) {
@@ -55,6 +58,7 @@ Hal make_hal() {
   hal.now_us = [](void*) { return static_cast<uint32_t>(esp_timer_get_time()); };
   hal.set_duties = set_duties;
   hal.cut_outputs = [](void*) { chip::cut_outputs(); };
+  hal.retained = [](void*) { return retained.data(); };
   hal.i2c = [](void*, uint8_t address, const uint8_t* written, uint32_t write_count, uint8_t* read,
                uint32_t read_count) {
     return chip::panel_bus_transfer(address, written, write_count, read, read_count);

@@ -31,6 +31,7 @@ enum class FlashArea : uint8_t {
 };
 
 constexpr uint32_t kSectorBytes = 4096;
+constexpr uint32_t kRetainedBytes = 80;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
@@ -68,6 +69,9 @@ struct Hal {
 
   // Why the processor started.
   ResetCause (*reset_cause)(void* context);
+
+  // kRetainedBytes that outlast every reset but a loss of power; anything may lie there after one.
+  uint8_t* (*retained)(void* context);
 
   // Bytes to the host; they may wait for the wire.
   void (*send)(void* context, const uint8_t* bytes, uint32_t count);

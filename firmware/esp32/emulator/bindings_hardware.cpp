@@ -35,6 +35,7 @@ void bind_board(nb::module_& m) {
       .def_rw("restart_us", &Hardware::restart_us)
       .def_rw("watchdog_us", &Hardware::watchdog_us)
       .def_rw("baud", &Hardware::baud)
+      .def_rw("is_rested", &Hardware::is_rested)
       .def_rw("seed", &Hardware::seed);
   nb::class_<PanelFaults>(m, "PanelFaults")
       .def_rw("is_absent", &PanelFaults::is_absent)

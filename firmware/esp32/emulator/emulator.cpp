@@ -35,8 +35,18 @@ double Emulator::random() {
   return static_cast<double>(random_) / 4294967296.0;
 }
 
+// Of a power-on, or of anything that takes the power with it.
+void Emulator::lose_memory() {
+  if (hardware_.is_rested) {
+    keep(hal(), {});
+    return;
+  }
+  for (uint8_t& byte : retained_) byte = static_cast<uint8_t>(256.0 * random());
+}
+
 void Emulator::boot(ResetCause cause) {
   reset_cause_ = cause;
+  if (cause == ResetCause::kPowerOn) lose_memory();
   has_called_ = false;
   wake_at_us_ = UINT64_MAX;
   is_main_loop_hung_ = false;
@@ -217,7 +227,7 @@ void Emulator::receive_datagrams() {
     datagrams_in_.pop_front();
     peer_ = datagram.peer;
     datagrams_.receive(reinterpret_cast<const uint8_t*>(datagram.bytes.data()),
-                       static_cast<uint32_t>(datagram.bytes.size()));
+                       static_cast<uint32_t>(datagram.bytes.size()), datagram.peer);
   }
 }
 

@@ -42,6 +42,9 @@ struct Hardware {
   double restart_us = 300000;  // from a reset to the firmware
   double watchdog_us = 5e6;    // a main loop that hangs for so long is reset
   double baud = 0.0;           // of the console and link; 0 for the configuration's
+  // After a power-on the coils are known to be cold, as after a rest that the device has seen; else
+  // its memory of them is lost with the power.
+  bool is_rested = true;
   uint32_t seed = 1;
 };
 
@@ -133,11 +136,13 @@ class Emulator {
   void receive_datagrams();
   Flash& area(FlashArea area);
   double random();
+  void lose_memory();
   void note(const std::string& fault) {
     if (fault_.empty()) fault_ = fault;
   }
 
   Hardware hardware_;
+  std::array<uint8_t, kRetainedBytes> retained_{};
   Flash tables_;
   Flash config_;
   Flash network_;

@@ -20,6 +20,7 @@ Hal Emulator::hal() {
   };
   hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void* context) { from(context).pwm_.cut(); };
+  hal.retained = [](void* context) { return from(context).retained_.data(); };
   hal.restart = [](void* context) { from(context).must_restart_ = true; };
   hal.reset_cause = [](void* context) { return from(context).reset_cause_; };
   add_bus(hal);

@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       std::memset(datagram.data() + count, 0, network_format::kMacBytes);
       count += network_format::kMacBytes;
     }
-    datagrams->receive(datagram.data(), count);
+    datagrams->receive(datagram.data(), count, 1);
     board.now_us += 1000;
     device->poll();
     device->sample(0);

@@ -11,6 +11,7 @@
 #include "core/generated/network_format.hpp"
 #include "core/generated/store_format.hpp"
 #include "core/hal.hpp"
+#include "core/storage/retained.hpp"
 
 namespace chladni::fuzz {
 
@@ -18,6 +19,7 @@ struct Board {
   std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kPartitionBytes, 0xFF);
   std::vector<uint8_t> config = std::vector<uint8_t>(2 * kSectorBytes, 0xFF);
   std::vector<uint8_t> network = std::vector<uint8_t>(kSectorBytes, 0xFF);
+  std::array<uint8_t, kRetainedBytes> retained{};
   uint32_t now_us = 0;
   // What the panel's bus reads, over and over.
   const uint8_t* bus = nullptr;
@@ -90,6 +92,8 @@ inline Hal make_hal(Board& board) {
   hal.set_duties = [](void*, const uint32_t*) {};
   hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void*) {};
+  hal.retained = [](void* context) { return board_of(context).retained.data(); };
+  keep(hal, {});  // cold coils
   hal.i2c = [](void* context, uint8_t, const uint8_t*, uint32_t, uint8_t* read, uint32_t count) {
     Board& own = board_of(context);
     const uint8_t said = own.next();

@@ -41,6 +41,7 @@ namespace {
 
 constexpr uint32_t kPlaces = 4000;
 
+uint8_t retained_bytes[chladni::kRetainedBytes];
 uint8_t config_record[chladni::config_format::kRecordBytes];
 
 bool read_flash(void*, chladni::FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
@@ -110,6 +111,8 @@ class Scenario {
     };
     hal.stack_free = [](void*) -> uint32_t { return 0; };
     hal.cut_outputs = [](void*) {};
+    hal.retained = [](void*) -> uint8_t* { return retained_bytes; };
+    chladni::keep(hal, {});  // cold coils
     hal.read_flash = read_flash;
     hal.map_flash = map_flash;
     hal.reset_cause = [](void*) { return chladni::ResetCause::kPowerOn; };

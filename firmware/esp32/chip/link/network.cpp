@@ -102,7 +102,7 @@ void network_poll(Datagrams& datagrams, NetworkState& state) {
     const int count = recvfrom(udp_socket, bytes.data(), bytes.size(), MSG_DONTWAIT,
                                reinterpret_cast<sockaddr*>(&peer), &size);
     if (count < 0) return;
-    datagrams.receive(bytes.data(), static_cast<uint32_t>(count));
+    datagrams.receive(bytes.data(), static_cast<uint32_t>(count), peer.sin_addr.s_addr);
   }
 }
 

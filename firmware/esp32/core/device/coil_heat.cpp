@@ -10,17 +10,37 @@ constexpr int32_t kUkPerDk = 100000;
 
 }  // namespace
 
-void CoilHeat::start(const Config& config, bool is_warm) {
+void CoilHeat::start(const Config& config, const uint32_t* known) {
   *this = CoilHeat{};
   channels_ = config.channels;
   full_current_ma_ = config.full_current_ma;
   full_rise_dk_ = config.full_rise_dk;
   limit_uk_ = config.limit_rise_dk * kUkPerDk;
   heating_ms_ = config.heating_ds * 100;
-  if (is_warm) rise_uk_.fill(limit_uk_ / 2);
+  max_square_q15_ = (config.max_duty_q15 * config.max_duty_q15) >> 15;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const bool is_known = known != nullptr && known[k] < static_cast<uint32_t>(limit_uk_);
+    rise_uk_[k] = is_known ? static_cast<int32_t>(known[k]) : limit_uk_;
+  }
 }
 
-void CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
+// What came after the last count of before is not known: it may have been all there can be.
+void CoilHeat::set_reaction(uint32_t milliseconds) {
+  const bool is_first = reaction_ms_ == 0;
+  reaction_ms_ = milliseconds + 2U * kWindowMs;
+  for (uint32_t k = 0; is_first && k < channels_; ++k) {
+    const int32_t room = limit_uk_ - rise_uk_[k], lead = lead_uk(k);
+    rise_uk_[k] += lead < room ? lead : room;
+  }
+}
+
+int32_t CoilHeat::lead_uk(uint32_t channel) const {
+  const uint64_t full_uk = uint64_t{full_rise_dk_[channel]} * kUkPerDk * max_square_q15_ >> 15;
+  const uint64_t lead = full_uk * reaction_ms_ / static_cast<uint32_t>(heating_ms_);
+  return lead < kMostUk ? static_cast<int32_t>(lead) : static_cast<int32_t>(kMostUk);
+}
+
+bool CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
   // A main loop that stood still for long counts as a second: sums fit, and outputs were off.
   const uint32_t passed = milliseconds < 1000U ? milliseconds : 1000U;
   for (uint32_t k = 0; k < channels_; ++k) {
@@ -28,7 +48,7 @@ void CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
     sums_[k].square_q16 += loads[k].square_q16 * passed;
   }
   window_ms_ += passed;
-  if (window_ms_ < kWindowMs) return;
+  if (window_ms_ < kWindowMs) return false;
   uint32_t supply_ma = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
     supply_ma += ((sums_[k].mean_q16 / window_ms_) * full_current_ma_[k]) >> 16;
@@ -37,26 +57,30 @@ void CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
     const uint32_t target = ((square_q16 >> 1) * full_rise_dk_[k]) >> 11;
     constexpr uint32_t kMost = kMostUk / 6250;
     const auto target_uk = static_cast<int32_t>((target < kMost ? target : kMost) * 6250U);
-    // The straight step is a little more than the exponential one, which is the safe side, and
-    // never passes the target.
-    const int32_t steps = heating_ms_ / static_cast<int32_t>(window_ms_);
-    rise_uk_[k] += (target_uk - rise_uk_[k]) / (steps > 1 ? steps : 1);
+    // Upwards a step of w/τ, a little more than the exponential one, and never past the target;
+    // downwards one of w/(τ + w), a little less: both are the safe side.
+    const auto window = static_cast<int32_t>(window_ms_);
+    const int32_t change = target_uk - rise_uk_[k];
+    const int32_t up = heating_ms_ / window;
+    const int32_t down = (heating_ms_ + window - 1) / window + 1;
+    rise_uk_[k] += change / (change > 0 ? (up > 1 ? up : 1) : down);
   }
   supply_ma_ = supply_ma;
   sums_.fill({0, 0});
   window_ms_ = 0;
+  return true;
 }
 
 uint32_t CoilHeat::hot_channel() const {
   for (uint32_t k = 0; k < channels_; ++k) {
-    if (rise_uk_[k] > limit_uk_) return k;
+    if (rise_uk_[k] > limit_uk_ - lead_uk(k)) return k;
   }
   return kMaxChannels;
 }
 
 bool CoilHeat::has_cooled() const {
   for (uint32_t k = 0; k < channels_; ++k) {
-    if (rise_uk_[k] > limit_uk_ / 4 * 3) return false;
+    if (rise_uk_[k] > (limit_uk_ - lead_uk(k)) / 8 * 7) return false;
   }
   return true;
 }

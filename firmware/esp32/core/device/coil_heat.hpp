@@ -15,18 +15,24 @@ namespace chladni {
 
 class CoilHeat {
  public:
-  // `is_warm`: coils may have been driven a moment ago, and how long is not known.
-  void start(const Config& config, bool is_warm);
-  // What the coils have got in the last milliseconds.
-  void add(const Loads& loads, uint32_t milliseconds);
+  // `known` is how warm they were a moment ago, in microkelvin; null if no one knows: then they are
+  // as warm as they may be.
+  void start(const Config& config, const uint32_t* known);
+  // The longest that outputs may go on unwatched: a main loop that hangs, and the ramp after it.
+  // Coils must not pass their limit in that time either.
+  void set_reaction(uint32_t milliseconds);
+  // What the coils have got in the last milliseconds. Whether that was counted: it is once in so
+  // many.
+  bool add(const Loads& loads, uint32_t milliseconds);
 
   // Rise above the air, 0.1 K.
   uint32_t rise_dk(uint32_t channel) const {
     return static_cast<uint32_t>(rise_uk_[channel]) / 100000U;
   }
-  // The first channel above its limit, or kMaxChannels.
+  uint32_t rise_uk(uint32_t channel) const { return static_cast<uint32_t>(rise_uk_[channel]); }
+  // The first channel that could pass its limit before outputs are off, or kMaxChannels.
   uint32_t hot_channel() const;
-  // Whether all have cooled to three quarters of it.
+  // Whether all have cooled to seven eighths of what makes them hot.
   bool has_cooled() const;
   // Sum of all channels' mean currents over the last window.
   uint32_t supply_ma() const { return supply_ma_; }
@@ -38,7 +44,12 @@ class CoilHeat {
   uint32_t channels_ = 0;
   std::array<uint16_t, kMaxChannels> full_current_ma_{};
   std::array<uint16_t, kMaxChannels> full_rise_dk_{};
+  // How much further it may rise before outputs are off.
+  int32_t lead_uk(uint32_t channel) const;
+
   int32_t limit_uk_ = 0;
+  uint32_t reaction_ms_ = 0;
+  uint32_t max_square_q15_ = 32768;
   int32_t heating_ms_ = 1;
   std::array<int32_t, kMaxChannels> rise_uk_{};  // microkelvin
   uint32_t window_ms_ = 0;

@@ -35,7 +35,11 @@ void Device::start(const Hal& hal) {
   } else if (!is_configured()) {
     stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
   }
-  heat_.start(config_, reset != ResetCause::kPowerOn);
+  Retained before;
+  const bool is_known = recall(hal_, before);
+  heat_.start(config_, is_known ? before.rise_uk.data() : nullptr);
+  writes_.start(is_known ? before.write_credit_ms : WriteBudget::kMostMs);
+  erased_before_ = is_known ? before.erases : 0U;
   load_table();
   start_outputs();
   input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
@@ -53,6 +57,9 @@ void Device::start_outputs() {
   }
   synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
   envelope_.start(config_, settings.ramp_us);
+  const uint32_t ramp_ms = settings.ramp_us / 1000U + 1U;
+  const uint32_t release_ms = config_.release_ms > ramp_ms ? config_.release_ms : ramp_ms;
+  heat_.set_reaction(settings.touch_timeout_us / 1000U + release_ms);
 }
 
 SynthesisSettings Device::synthesis_settings() const {
@@ -163,7 +170,15 @@ void Device::watch_outputs() {
         stream_end();
       }
       break;
-    case FadeCause::kMaxOn: stand(FaultCause::kTouchTooLong, 0); break;
+    case FadeCause::kMaxOn:
+      // A finger has to lift first; a host may have died, and must not be in the next finger's way.
+      if (input_.let_go() && is_of_a_finger()) {
+        note(FaultCause::kTouchTooLong, 0);
+        end_touch();
+      } else {
+        stand(FaultCause::kTouchTooLong, 0);
+      }
+      break;
     case FadeCause::kLate: stand(FaultCause::kInterruptLate, synthesis_.missed()); break;
     case FadeCause::kUnderrun:
       note(FaultCause::kUnderrun, 0);
@@ -179,7 +194,8 @@ void Device::watch_coils(uint32_t passed_ms) {
   if (passed_ms > 0) {
     Loads loads;
     synthesis_.take_loads(loads, passed_ms);
-    heat_.add(loads, passed_ms);
+    if (heat_.add(loads, passed_ms)) keep_retained();
+    writes_.pass(passed_ms);
   }
   const uint32_t hot = heat_.hot_channel();
   if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {

@@ -12,7 +12,9 @@
 #include "core/storage/boot_log.hpp"
 #include "core/storage/flash_check.hpp"
 #include "core/storage/network_record.hpp"
+#include "core/storage/retained.hpp"
 #include "core/storage/table_store.hpp"
+#include "core/storage/write_budget.hpp"
 #include "core/synthesis/envelope.hpp"
 #include "core/synthesis/synthesis.hpp"
 #include "core/table/table.hpp"
@@ -89,7 +91,7 @@ class Device {
   uint32_t table_next() const { return store_.next_offset(); }
   uint32_t slot() const { return store_.slot(); }
   // Sectors of flash, since power came on.
-  uint32_t erases() const { return store_.erases() + config_erases_; }
+  uint32_t erases() const { return erased_before_ + store_.erases() + other_erases_; }
 
   // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
   // and how long the last touch has played or did.
@@ -100,9 +102,9 @@ class Device {
   bool is_quiet() const { return synthesis_.is_quiet(); }
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire);
   // The same for a record that `parse_network` takes, or none.
-  bool set_network(const uint8_t* record, uint32_t size) const {
-    return save_network(hal_, record, size);
-  }
+  bool set_network(const uint8_t* record, uint32_t size);
+  // Whether flash may be written once more this hour.
+  bool may_write() const { return writes_.is_left(); }
   NetworkState& network() { return network_; }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
@@ -159,6 +161,7 @@ class Device {
   void watch_update();
   void watch_flash();
   void check_config();
+  void keep_retained() const;
   void table_is_damaged();
   void watch_restart();
   void post_drive();
@@ -204,7 +207,9 @@ class Device {
   uint32_t restart_ms_ = 0;  // when a restart was asked for
   uint32_t touch_ms_ = 0;    // since when a finger plays
   uint32_t played_ms_ = 0;   // how long the last one did
-  uint32_t config_erases_ = 0;
+  uint32_t erased_before_ = 0;
+  uint32_t other_erases_ = 0;
+  WriteBudget writes_;
   bool must_load_ = false;  // a damaged table is in use, until outputs are off
   FlashCheck flash_check_;
   NetworkState network_;

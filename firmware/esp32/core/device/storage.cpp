@@ -67,11 +67,17 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
   using Status = link_format::Status;
   if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
   // Before anything is erased: what would be refused must not cost the table to go back to.
+  if (!may_write()) return Status::kTooOften;
   refused = Table::check_head(header, total_bytes, config_.channels);
   if (refused != TableStatus::kOk) return Status::kRefused;
   update_ms_ = awake_ms_;
   if (!update_begin()) return Status::kBusy;
+  const uint32_t before = store_.erases();
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
+  if (store_.erases() != before) {
+    writes_.spend();
+    keep_retained();
+  }
   if (status != Status::kOk) update_end();
   return status;
 }
@@ -112,7 +118,27 @@ ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_b
   } else if (!is_configured() || !may_ask_over_network(config_, wanted)) {
     return ConfigStatus::kByWireOnly;
   }
-  return save_config(hal_, wanted, config_erases_);
+  const uint32_t before = other_erases_;
+  const ConfigStatus saved = save_config(hal_, wanted, other_erases_);
+  if (other_erases_ != before) {
+    writes_.spend();
+    keep_retained();
+  }
+  return saved;
+}
+
+bool Device::set_network(const uint8_t* record, uint32_t size) {
+  ++other_erases_;
+  writes_.spend();
+  return save_network(hal_, record, size);
+}
+
+void Device::keep_retained() const {
+  Retained state;
+  for (uint32_t k = 0; k < config_.channels; ++k) state.rise_uk[k] = heat_.rise_uk(k);
+  state.erases = erases();
+  state.write_credit_ms = writes_.credit_ms();
+  keep(hal_, state);
 }
 
 // One pass a minute, a little of it each turn. What a bit has flipped in is not played from then

@@ -34,6 +34,7 @@ enum class Status : uint8_t {
   kNotBegun = 9,  // nothing under way
   kNoOther = 10,  // no other table
   kNotNow = 11,  // not in this state
+  kTooOften = 12,  // flash was written 60 times within an hour; it may be again in a minute
 };
 
 namespace hello {

@@ -118,6 +118,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       return device_.set_waveform(static_cast<Waveform>(at[0])) ? Status::kOk : Status::kRefused;
     case f::config_set::kCode: {
       if (!device_.is_quiet()) return Status::kNotNow;
+      if (!device_.may_write()) return Status::kTooOften;
       const ConfigStatus status = device_.set_config(at, request.size, via_ == Via::kWire);
       put(static_cast<uint32_t>(status), 1);
       return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
@@ -198,6 +199,7 @@ Status Requests::put_network() {
 Status Requests::set_network(const Request& request) {
   if (via_ != Via::kWire) return Status::kRefused;
   if (!device_.is_quiet()) return Status::kNotNow;
+  if (!device_.may_write()) return Status::kTooOften;
   Network parsed;
   if (request.size > 0 && !parse_network(request.fields, request.size, parsed)) {
     return Status::kMalformed;

@@ -12,6 +12,12 @@ using f::Kind;
 constexpr uint32_t kWindowBits = 32;
 // A host that streams or plays live is heard more often than this.
 constexpr uint32_t kBusyMs = 200;
+// A number handed out opens a session in this epoch or the next; a session lasts longer than that,
+// so that none is opened twice by what was recorded of it.
+constexpr uint32_t kEpochMs = 2000;
+static_assert(f::kSessionSilenceMs > 2U * kEpochMs);
+// Hellos of one source: so many at once, and then one each 100 ms.
+constexpr uint32_t kHelloMs = 100, kHellosAtOnce = 20;
 constexpr uint32_t kWelcomeBytes = f::kHelloBytes - f::kHeadBytes - f::kMacBytes;
 
 }  // namespace
@@ -41,21 +47,25 @@ void Datagrams::start(const Hal& hal) {
   state.is_on = hal_.hmac_sha256(hal_.context, key_.data(), mac.data(), 1, mac.data());
   state.port = network.port;
   state.ssid = network.ssid;
+  for (uint32_t k = 0; k < secret_.size(); k += 4) {
+    put_word(&secret_[k], hal_.random(hal_.context), 4);
+  }
   for (Session& session : sessions_) session = {};
+  for (Source& source : sources_) source = {};
 }
 
-void Datagrams::receive(const uint8_t* bytes, uint32_t count) {
+void Datagrams::receive(const uint8_t* bytes, uint32_t count, uint32_t source) {
   NetworkState& state = device_.network();
   if (!state.is_on) return;
   end_old_sessions();
-  if (take(bytes, count)) {
+  if (take(bytes, count, source)) {
     ++state.accepted;
   } else {
     ++state.rejected;
   }
 }
 
-bool Datagrams::take(const uint8_t* bytes, uint32_t count) {
+bool Datagrams::take(const uint8_t* bytes, uint32_t count, uint32_t source) {
   // What costs nothing to tell comes first.
   if (count < f::kHeadBytes + f::kMacBytes || count > f::kMaxDatagram) return false;
   if (read_u16(bytes + f::kAtMagic) != f::kDatagramMagic || bytes[f::kAtVersion] != f::kVersion) {
@@ -63,7 +73,8 @@ bool Datagrams::take(const uint8_t* bytes, uint32_t count) {
   }
   switch (static_cast<Kind>(bytes[f::kAtKind])) {
     case Kind::kHello:
-      return count == f::kHelloBytes && is_genuine(bytes, count) && take_hello(bytes);
+      return count == f::kHelloBytes && may_greet(source) && is_genuine(bytes, count) &&
+             take_hello(bytes);
     case Kind::kRequest: return take_request(bytes, count);
     case Kind::kAnswer:
     case Kind::kWelcome: break;
@@ -85,13 +96,44 @@ bool Datagrams::is_genuine(const uint8_t* bytes, uint32_t count) const {
   return differences == 0;
 }
 
+// One who floods uses up what is his own; addresses can be forged, so this spares work and proves
+// nothing.
+bool Datagrams::may_greet(uint32_t source) {
+  const uint32_t now_ms = device_.now_ms();
+  Source* found = nullptr;
+  for (Source& own : sources_) {
+    if (own.address == source && own.heard_ms != 0) found = &own;
+  }
+  if (found == nullptr) {
+    found = &sources_[0];
+    for (Source& own : sources_) {
+      if (now_ms - own.heard_ms > now_ms - found->heard_ms) found = &own;
+    }
+    *found = {source, now_ms, kHelloMs * kHellosAtOnce};
+  }
+  const uint32_t room = kHelloMs * kHellosAtOnce - found->credit_ms;
+  const uint32_t passed = now_ms - found->heard_ms;
+  found->credit_ms += passed < room ? passed : room;
+  found->heard_ms = now_ms == 0 ? 1U : now_ms;
+  if (found->credit_ms < kHelloMs) return false;
+  found->credit_ms -= kHelloMs;
+  return true;
+}
+
 // A request that was held back must not count for ever: a session without any is over, and its host
 // begins another.
 void Datagrams::end_old_sessions() {
   for (Session& session : sessions_) {
     const bool is_silent = device_.now_ms() - session.heard_ms >= f::kSessionSilenceMs;
-    if (is_silent || session.taken.highest() >= f::kRenewAt) session.is_open = false;
+    const bool is_over = is_silent || session.taken.highest() >= f::kRenewAt;
+    if (session.is_open && is_over) end(session);
   }
+}
+
+// What a host holds ends with it.
+void Datagrams::end(Session& session) {
+  session.is_open = false;
+  if (session.holds_touch) device_.lift();
 }
 
 Datagrams::Session* Datagrams::find(const uint8_t* id) {
@@ -103,17 +145,39 @@ Datagrams::Session* Datagrams::find(const uint8_t* id) {
   return nullptr;
 }
 
-// In place of one that is over; else of the oldest hello that nothing came of; else of the host
-// that has been silent longest, unless all of them are at it.
-Datagrams::Session* Datagrams::open() {
+uint32_t Datagrams::epoch() const { return device_.now_ms() / kEpochMs; }
+
+Datagrams::Id Datagrams::make_id(uint32_t drawn, uint32_t epoch) const {
+  std::array<uint8_t, 8> bytes{};
+  put_word(bytes.data(), drawn, 4);
+  put_word(bytes.data() + 4, epoch, 4);
+  Mac mac{};
+  hal_.hmac_sha256(hal_.context, secret_.data(), bytes.data(), 8, mac.data());
+  Id id{};
+  for (uint32_t k = 0; k < 4; ++k) {
+    id[k] = bytes[k];
+    id[4 + k] = mac[k];
+  }
+  return id;
+}
+
+bool Datagrams::is_own_id(const uint8_t* id) const {
+  for (uint32_t back = 0; back < 2; ++back) {
+    const Id own = make_id(read_u32(id), epoch() - back);
+    if (read_u32(own.data() + 4) == read_u32(id + 4)) return true;
+  }
+  return false;
+}
+
+// In place of one that is over, else of the host that has been silent longest, unless all of them
+// are at it, or have only just come: a number that still counts must not lose its session.
+Datagrams::Session* Datagrams::open(const uint8_t* id) {
   Session* found = nullptr;
   uint32_t best = 0;
   for (Session& session : sessions_) {
     const uint32_t silence_ms = device_.now_ms() - session.heard_ms;
-    // Each kind of place goes before all of the next; silences are shorter than a session may be.
-    uint32_t rank = silence_ms;
-    if (session.is_in_use && silence_ms < kBusyMs) rank = 0;
-    if (!session.is_in_use) rank += f::kSessionSilenceMs + 1U;
+    const bool is_new = device_.now_ms() - session.opened_ms < 2U * kEpochMs;
+    uint32_t rank = is_new || silence_ms < kBusyMs ? 0U : silence_ms;
     if (!session.is_open) rank = UINT32_MAX;
     if (rank > best) {
       best = rank;
@@ -121,38 +185,49 @@ Datagrams::Session* Datagrams::open() {
     }
   }
   if (found == nullptr) return nullptr;
+  if (found->is_open) end(*found);
   *found = {};
-  for (uint32_t k = 0; k < found->id.size(); k += 4) {
-    put_word(&found->id[k], hal_.random(hal_.context), 4);
-  }
+  for (uint32_t k = 0; k < found->id.size(); ++k) found->id[k] = id[k];
   found->is_open = true;
-  found->heard_ms = device_.now_ms();
+  found->opened_ms = found->heard_ms = device_.now_ms();
   return found;
 }
 
 bool Datagrams::take_request(const uint8_t* bytes, uint32_t count) {
-  Session* const session = find(bytes + f::kAtSession);
-  if (session == nullptr || !is_genuine(bytes, count)) return false;
+  // A session takes room only once a request of it has come, which none but who has the key can
+  // send: a hello that was recorded and is sent again opens nothing.
+  const uint8_t* const id = bytes + f::kAtSession;
+  Session* session = find(id);
+  if (session == nullptr && !is_own_id(id)) return false;
+  if (!is_genuine(bytes, count)) return false;
+  if (session == nullptr) session = open(id);
+  if (session == nullptr) return false;
   const uint32_t size = count - f::kHeadBytes - f::kMacBytes;
   const uint8_t* const request = bytes + f::kHeadBytes;
   // Pieces of a table say where they belong; whatever else was overtaken is out of date.
   const bool may_be_late = size > 0 && request[0] == link_format::table_data::kCode;
   if (!session->taken.take(read_u32(bytes + f::kAtCounter), may_be_late)) return false;
-  session->is_in_use = true;
   session->heard_ms = device_.now_ms();
   if (!requests_.take(session->host, request, size)) return false;
+  note_touch(*session, request);
   send(Kind::kAnswer, ++session->answers, session->id.data(), session->host.answer.data(),
        session->host.answer_size);
   return true;
 }
 
-// Answered with the session the host has, if that runs on, or with a new one.
+void Datagrams::note_touch(Session& session, const uint8_t* request) const {
+  const bool is_ok = session.host.answer[2] == static_cast<uint8_t>(link_format::Status::kOk);
+  if (request[0] == link_format::touch::kCode && is_ok) session.holds_touch = true;
+  if (request[0] == link_format::lift::kCode) session.holds_touch = false;
+}
+
+// Answered with the session the host has, if that runs on, or with the number of a new one. Nothing
+// is kept of it here.
 bool Datagrams::take_hello(const uint8_t* bytes) {
-  const Session* session = find(bytes + f::kHeadBytes);
-  if (session == nullptr) session = open();
-  if (session == nullptr) return false;
+  const Session* const session = find(bytes + f::kHeadBytes);
+  const Id id = session != nullptr ? session->id : make_id(hal_.random(hal_.context), epoch());
   std::array<uint8_t, kWelcomeBytes> body{};
-  for (uint32_t k = 0; k < session->id.size(); ++k) body[k] = session->id[k];
+  for (uint32_t k = 0; k < id.size(); ++k) body[k] = id[k];
   send(Kind::kWelcome, 0, bytes + f::kAtSession, body.data(), kWelcomeBytes);
   return true;
 }

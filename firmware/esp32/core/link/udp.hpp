@@ -32,12 +32,15 @@ class Datagrams {
   // Reads the record; without a whole one, or without a way to make a MAC, it stays off.
   void start(const Hal& hal);
 
-  // One datagram, in the main loop.
-  void receive(const uint8_t* bytes, uint32_t count);
+  // One datagram, in the main loop; `source` tells who sent it, as far as that can be believed.
+  void receive(const uint8_t* bytes, uint32_t count, uint32_t source);
 
  private:
-  // Hosts at once, and hellos whose first request has not come yet.
+  // Hosts at once.
   static constexpr uint32_t kSessions = 6;
+  // Sources whose hellos are counted apart; who comes beyond takes the place of who was silent
+  // longest.
+  static constexpr uint32_t kSources = 8;
   static constexpr uint32_t kMostSent =
       network_format::kHeadBytes + Conversation::kMostAnswer + network_format::kMacBytes;
   using Mac = std::array<uint8_t, 32>;
@@ -48,20 +51,36 @@ class Datagrams {
   struct Session {
     Id id{};
     bool is_open = false;
-    bool is_in_use = false;  // a request has come: hellos, which anybody may replay, do not end it
+    bool holds_touch = false;
+    uint32_t opened_ms = 0;
     uint32_t heard_ms = 0;
     ReplayWindow taken;
     uint32_t answers = 0;
     Conversation host;
   };
 
-  bool take(const uint8_t* bytes, uint32_t count);
+  // How many more hellos a source may send just now.
+  struct Source {
+    uint32_t address = 0;
+    uint32_t heard_ms = 0;
+    uint32_t credit_ms = 0;
+  };
+
+  bool take(const uint8_t* bytes, uint32_t count, uint32_t source);
+  bool may_greet(uint32_t source);
   bool is_genuine(const uint8_t* bytes, uint32_t count) const;
   bool take_request(const uint8_t* bytes, uint32_t count);
   bool take_hello(const uint8_t* bytes);
   void end_old_sessions();
   Session* find(const uint8_t* id);
-  Session* open();
+  Session* open(const uint8_t* id);
+  // A number that only this device can have made, and that it need not remember: it is of use for a
+  // few seconds, to whoever has the key.
+  Id make_id(uint32_t drawn, uint32_t epoch) const;
+  bool is_own_id(const uint8_t* id) const;
+  uint32_t epoch() const;
+  void end(Session& session);
+  void note_touch(Session& session, const uint8_t* request) const;
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 
@@ -69,7 +88,10 @@ class Datagrams {
   Requests requests_;
   Hal hal_{};
   std::array<uint8_t, network_format::kKeyBytes> key_{};
+  // Drawn at each start.
+  std::array<uint8_t, network_format::kKeyBytes> secret_{};
   std::array<Session, kSessions> sessions_{};
+  std::array<Source, kSources> sources_{};
 };
 
 }  // namespace chladni

@@ -128,7 +128,7 @@ def _device(
     model = panel.controller if panel is not None and panel.controller != "find" else "gt911"
     held = FlashFile(flash)
     emulator = Emulator(
-        DeviceConfig(), None, hardware=Hardware(panel=model), must_play=False,
+        DeviceConfig(), None, hardware=Hardware(panel=model, is_rested=False), must_play=False,
         flash=held.contents, network=network,
     )  # fmt: skip
     held.follow(emulator.core)

@@ -30,6 +30,7 @@ class Hardware:
     restart_us: float
     watchdog_us: float
     baud: float
+    is_rested: bool
     seed: int
 
 class PanelFaults:

@@ -57,6 +57,8 @@ class Hardware:
         A main loop that hangs for so long is reset.
     baud
         Of the console and link, bits per second of virtual time; the configuration's by default.
+    is_rested
+        Whether the device knows after a power-on that its coils are cold; a real one cannot.
     seed
         Of the jitter.
     """
@@ -72,6 +74,7 @@ class Hardware:
     restart_us: float = 300_000.0
     watchdog_us: float = 5e6
     baud: float | None = None
+    is_rested: bool = True
     seed: int = 1
 
 

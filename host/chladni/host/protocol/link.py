@@ -48,6 +48,7 @@ class Status(IntEnum):
     NOT_BEGUN = 9
     NO_OTHER = 10
     NOT_NOW = 11
+    TOO_OFTEN = 12
 
 
 STATUS_TEXT = {
@@ -63,6 +64,7 @@ STATUS_TEXT = {
     Status.NOT_BEGUN: "nothing under way",
     Status.NO_OTHER: "no other table",
     Status.NOT_NOW: "not in this state",
+    Status.TOO_OFTEN: "flash was written 60 times within an hour; it may be again in a minute",
 }
 
 

@@ -71,7 +71,7 @@ class Shown:
             return self.words[value]
         if self._may_be_unwired and value == NOT_WIRED:
             return "none"
-        return f"{value / self.scale:.4g}" if self.scale != 1.0 else str(value)
+        return f"{value / self.scale:.5g}" if self.scale != 1.0 else str(value)
 
     def parse(self, text: str) -> Raw:
         """A value of the record, of what people write.

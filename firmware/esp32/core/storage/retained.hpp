@@ -1,0 +1,26 @@
+// What outlasts a restart without flash: how warm the coils are, and how often flash was written.
+//
+// It lies in memory that keeps its content through resets and loses it with the power. Which of the
+// two a start comes after cannot be told (a reset pin powers the chip off and on), so only the CRC
+// says whether it counts. Without it coils are taken to be as hot as they may be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/table_format.hpp"
+#include "core/hal.hpp"
+
+namespace chladni {
+
+struct Retained {
+  std::array<uint32_t, table_format::kMaxActuators> rise_uk{};  // above the air
+  uint32_t erases = 0;                                          // sectors, since power came on
+  uint32_t write_credit_ms = UINT32_MAX;                        // all of it; see WriteBudget
+};
+
+// False if what lies there was not written by `keep`.
+bool recall(const Hal& hal, Retained& found);
+void keep(const Hal& hal, const Retained& state);
+
+}  // namespace chladni
