@@ -235,3 +235,14 @@ def met_by_polynomials(edges: FloatArray) -> FloatArray:
         return np.zeros((0, edges.shape[0]))
     left, singular, _ = np.linalg.svd(edges, full_matrices=False)
     return np.asarray(left[:, singular > CORNER_FLOOR * singular[0]].T)
+
+
+def released_by_fewer(met: FloatArray, by_fewer: FloatArray) -> FloatArray:
+    """What of the combinations `met_by_polynomials` fewer polynomials need not meet.
+
+    Fewer polynomials can meet a part of the span of `met`. What is perpendicular to that part is
+    released, as columns of shares of the combinations; shape (combinations, released).
+    """
+    if not by_fewer.size:
+        return np.eye(met.shape[0])
+    return np.asarray(np.linalg.qr(met @ by_fewer.T, mode="complete")[0][:, by_fewer.shape[0] :])

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lu_factor, lu_solve, qr
+from scipy.linalg import block_diag, lu_factor, lu_solve, qr
 
-from chladni.sim.ritz.basis import met_by_polynomials
+from chladni.sim.ritz.basis import met_by_polynomials, released_by_fewer
 from chladni.sim.ritz.load_cases import ClassLoad
 
 FloatArray = NDArray[np.float64]
@@ -31,13 +31,13 @@ SOLVED_BEFORE_MODES = 3
 
 @dataclass(frozen=True)
 class _LeftOut:
-    """Unknowns that a coarser basis has not, and what takes them out of a solution.
+    """Directions of unknowns that a coarser basis has not, and what takes them out of a solution.
 
-    `at` is the (omega, loss factor) it holds for, `block` of shape (all unknowns, those left out).
+    `at` is the (omega, loss factor) it holds for; both others have shape (unknowns, left out).
     """
 
     at: tuple[float, float]
-    unknowns: NDArray[np.intp]
+    directions: FloatArray
     block: ComplexArray
 
 
@@ -81,7 +81,6 @@ class ClassModes:
         self._rows = rows
         own = supports[np.ix_(rows, subset)] * self._scale
         self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
-        self._polynomials = int(np.count_nonzero(subset < polynomials))
         self._met = met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
         self._supports = self._independent(own)
         norms = np.linalg.norm(self._supports, axis=1)
@@ -236,34 +235,36 @@ class ClassModes:
     ) -> ComplexArray:
         """The solution in a part of this basis; after `solve` it takes no factors of its own.
 
-        Unknowns that are left out, multipliers of conditions among them, are forced to be zero: a
-        block of the inverse as large as their number does that.
+        What is left out, multipliers of conditions among it, is forced to be zero: a block of the
+        inverse as large as its number does that.
         """
-        # Edges' conditions go with the polynomials, and are combinations that none stands for.
-        same_edges = not self._edges or coarser._polynomials == self._polynomials
-        is_plain = same_edges and self._has_plain_rows
-        if not is_plain or not self._is_factored(omega, loss_factor):
+        if not self._has_plain_rows or not self._is_factored(omega, loss_factor):
             return coarser.solve(load, omega, loss_factor)
         whole = self._back(self._loaded(load, omega, loss_factor))
-        left_out = coarser._left_out_of(self, omega, loss_factor)
-        return self._functions(whole - left_out.block @ whole[left_out.unknowns])
+        out = coarser._left_out_of(self, omega, loss_factor)
+        return self._functions(whole - out.block @ (out.directions.T @ whole))
 
     def _left_out_of(self, finer: ClassModes, omega: float, loss_factor: float) -> _LeftOut:
-        """Unknowns of a finer basis that this one has not."""
+        """What of a finer basis this one has not."""
         if self._left_out is None or self._left_out.at != (omega, loss_factor):
-            functions = np.setdiff1d(finer._subset, self._subset)
-            # Rows of edges come last and stay.
-            others = finer._rows[: finer._rows.size - finer._edges]
-            others = others[finer._kept[: others.size]]
-            rows = np.flatnonzero(~np.isin(others, self._rows))
-            size = finer._subset.size
-            out = np.concatenate((np.searchsorted(finer._subset, functions), size + rows))
-            units = np.zeros((size + finer._constraints.shape[0], out.size), dtype=np.complex128)
-            units[out, np.arange(out.size)] = 1.0
-            columns = finer._back(units)
-            block = np.asarray(np.linalg.solve(columns[out].T, columns.T).T)
-            self._left_out = _LeftOut((omega, loss_factor), out, block)
+            directions = self._beyond(finer)
+            columns = finer._back(directions.astype(np.complex128))
+            block = np.asarray(np.linalg.solve((directions.T @ columns).T, columns.T).T)
+            self._left_out = _LeftOut((omega, loss_factor), directions, block)
         return self._left_out
+
+    def _beyond(self, finer: ClassModes) -> FloatArray:
+        """Directions of a finer basis's unknowns that are none of this one's."""
+        count = finer._rows.size - finer._edges
+        others = finer._rows[:count][finer._kept[:count]]
+        here = np.isin(finer._subset, self._subset), np.isin(others, self._rows)
+        is_out = ~np.concatenate(here)
+        units = np.zeros((is_out.size, np.count_nonzero(is_out)))
+        units[is_out] = np.eye(units.shape[1])
+        edges = released_by_fewer(finer._met[finer._kept[count:]], self._met)
+        # A multiplier acts on its combination times the row's scale.
+        edges *= finer._row_scale[others.size :, None]
+        return np.asarray(block_diag(units, edges))
 
     def _loaded(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """A load's right-hand side for `_back`; support moments are to be cancelled."""
