@@ -123,13 +123,12 @@ def evaluate_circles(
         functions = own.continued if is_smooth else own.functions
         for first in range(0, len(members), together):
             some = members[first : first + together]
-            radii = np.array([[circles[k].radius] for k in some])
             for start in range(0, x.size, AT_ONCE):
                 at = slice(start, start + AT_ONCE)
                 split = SplitPoints.at(np.array([circles[k].local(x[at], y[at]) for k in some]))
                 rows = ends[some]
                 for function in functions:
-                    values = split.evaluate(function, derivative) / radii ** sum(derivative)
+                    values = split.evaluate(function, derivative)
                     result[rows, at] = values.real
                     rows = rows + 1
                     if function.order > 0:
@@ -138,6 +137,9 @@ def evaluate_circles(
     for k, circle in enumerate(circles):
         if circle.held is not None:
             result[ends[k] : ends[k + 1]] += _image(circle, circle.held, x, y, derivative)
+    if sum(derivative) > 0:
+        radii = np.repeat([circle.radius for circle in circles], np.diff(ends))
+        result /= radii[:, None] ** sum(derivative)
     return result.T
 
 
@@ -149,23 +151,23 @@ def _image(
     On an endless edge a supported plate answers with −f at the mirrored place, a clamped one with
     −f − 2s f' − s² Δf there, s being the distance from the edge along its normal axis (R. Duffin,
     Continuation of biharmonic functions by reflection, Duke Math. J. 22, 1955): biharmonic like f,
-    and singular only off the plate.
+    and singular only off the plate. Lengths are in radii of the circle, derivatives' too.
     """
     place = [x, y]
-    s = place[edge.axis] - edge.at
-    place[edge.axis] = edge.at - s
+    place[edge.axis] = 2.0 * edge.at - place[edge.axis]
+    s = (edge.at - place[edge.axis]) / circle.radius
     points = circle.local(*place)
-    answer = _answer(edge, derivative, circle.radius)
+    answer = _answer(edge, derivative)
     result = np.empty((len(circle.members), points.size))
     for start in range(0, points.size, AT_ONCE):
         at = slice(start, start + AT_ONCE)
-        split = SplitPoints.at(points[at])
-        weights = {power: s[at] ** power for power in answer}
+        # What is on the plate is mirrored to where no circle is.
+        powers, weights = Powers(points[at]), [s[at] ** k for k in range(len(answer))]
         row = 0
         for function in circle.own.functions:
-            values = np.zeros(split.is_inside.shape, dtype=np.complex128)
-            for power, operator in answer.items():
-                values += weights[power] * split.apply(function, operator)
+            values = _differentiate(function.outside, powers, answer[0])
+            for weight, operator in zip(weights[1:], answer[1:], strict=True):
+                values = values + weight * _differentiate(function.outside, powers, operator)
             result[row, at] = values.real
             if function.order > 0:
                 result[row + 1, at] = -values.imag
@@ -173,13 +175,13 @@ def _image(
     return result
 
 
-def _answer(edge: HeldEdge, derivative: Derivative, radius: float) -> dict[int, Wirtinger]:
+def _answer(edge: HeldEdge, derivative: Derivative) -> list[Wirtinger]:
     """What acts on f at the mirrored place, by the power of s that it is multiplied with.
 
     By Leibniz s and s² are differentiated too, and a derivative across turns the sign.
     """
     n, along = derivative[edge.axis], derivative[1 - edge.axis]
-    sign = (-1.0) ** n / radius ** (n + along)
+    sign = (-1.0) ** n
 
     def by_place(across: int, factor: float) -> Wirtinger:
         operator = WIRTINGER[(across, along) if edge.axis == 0 else (along, across)]
@@ -189,42 +191,47 @@ def _answer(edge: HeldEdge, derivative: Derivative, radius: float) -> dict[int, 
         return tuple((j + 1, k + 1, 4.0 * c) for j, k, c in by_place(across, factor))
 
     if not edge.is_clamped:
-        return {0: by_place(n, -sign)}
-    answer = {
-        0: by_place(n, sign * (2.0 * n - 1.0)),
-        1: by_place(n + 1, -2.0 * sign / radius),
-        2: laplacian(n, -sign / radius**2),
-    }
+        return [by_place(n, -sign)]
+    answer = [
+        by_place(n, sign * (2.0 * n - 1.0)),
+        by_place(n + 1, -2.0 * sign),
+        laplacian(n, -sign),
+    ]
     # f'' and the derivatives along that come from Δf of one order less make Δf once more.
     if n >= 1:
-        answer[1] += laplacian(n - 1, 2.0 * n * sign / radius)
+        answer[1] += laplacian(n - 1, 2.0 * n * sign)
     if n >= 2:
         answer[0] += laplacian(n - 2, -n * (n - 1) * sign)
     return answer
 
 
 class Powers:
-    """Integer powers of z and of z̄, and ln|z|, each computed once."""
+    """Monomials of z and z̄, and ln|z|, each computed once."""
 
     def __init__(self, z: ComplexArray) -> None:
         self.z = z
-        self._powers: dict[int, ComplexArray] = {0: np.ones(z.shape, dtype=np.complex128), 1: z}
+        self._powers: dict[tuple[int, int], ComplexArray] = {
+            (0, 0): np.ones(z.shape, dtype=np.complex128),
+            (1, 0): z,
+        }
 
     @cached_property
     def log(self) -> FloatArray:
         """ln|z|."""
         return np.asarray(np.log(np.abs(self.z)))
 
-    def of_z(self, exponent: int) -> ComplexArray:
-        """z^exponent."""
-        if exponent not in self._powers:
-            if exponent == -1:
-                value = 1.0 / self.z
+    def of(self, p: int, q: int) -> ComplexArray:
+        """The monomial zᵖ z̄^q."""
+        if (p, q) not in self._powers:
+            if q == 0:
+                step = 1 if p > 0 else -1
+                value = 1.0 / self.z if p == -1 else self.of(p - step, 0) * self.of(step, 0)
+            elif p == 0:
+                value = self.of(q, 0).conj()
             else:
-                step = 1 if exponent > 0 else -1
-                value = self.of_z(exponent - step) * self.of_z(step)
-            self._powers[exponent] = value
-        return self._powers[exponent]
+                value = self.of(p, 0) * self.of(0, q)
+            self._powers[p, q] = value
+        return self._powers[p, q]
 
 
 @dataclass(frozen=True)
@@ -239,7 +246,9 @@ class SplitPoints:
     def at(cls, z: NDArray[Any]) -> SplitPoints:
         """Sort points z; the rim itself counts as outside."""
         is_inside = np.abs(z) < 1.0
-        return cls(is_inside, Powers(z[is_inside]), Powers(z[~is_inside]))
+        # Most points have most circles on one side: then nothing is sorted.
+        outside = z[~is_inside] if is_inside.any() else z
+        return cls(is_inside, Powers(z[is_inside]), Powers(outside))
 
     def evaluate(self, function: RadialFunction, derivative: Derivative) -> ComplexArray:
         """∂ₓᵃ∂ᵧᵇ of one function by z (not yet divided by Rᵃ⁺ᵇ); shape (points,)."""
@@ -247,6 +256,8 @@ class SplitPoints:
 
     def apply(self, function: RadialFunction, operator: Wirtinger) -> ComplexArray:
         """A sum of derivatives by z and z̄; shape (points,)."""
+        if function.outside and not self.inside.z.size:
+            return _differentiate(function.outside, self.outside, operator)
         result = np.zeros(self.is_inside.shape, dtype=np.complex128)
         if function.inside and self.inside.z.size:
             result[self.is_inside] = _differentiate(function.inside, self.inside, operator)
@@ -256,19 +267,18 @@ class SplitPoints:
 
 
 def _differentiate(terms: tuple[Term, ...], powers: Powers, operator: Wirtinger) -> ComplexArray:
-    total = np.zeros(powers.z.shape, dtype=np.complex128)
+    total: ComplexArray | None = None
     for p, q, plain, by_log in _monomials(terms, operator):
-        factor = np.asarray(plain + by_log * powers.log if by_log else plain)
-        if q == 0:
-            total += factor * powers.of_z(p)
-        elif p == 0:
-            total += factor * powers.of_z(q).conj()
-        else:
-            total += factor * powers.of_z(p) * powers.of_z(q).conj()
-    return total
+        value = powers.of(p, q)
+        if by_log:
+            value = value * (plain + by_log * powers.log)
+        elif plain != 1.0:
+            value = value * plain
+        total = value if total is None else total + value
+    return np.zeros(powers.z.shape, dtype=np.complex128) if total is None else total
 
 
-@lru_cache(maxsize=1 << 12)
+@lru_cache(maxsize=1 << 14)
 def _monomials(
     terms: tuple[Term, ...], operator: Wirtinger
 ) -> tuple[tuple[int, int, complex, complex], ...]:

@@ -18,8 +18,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
-BLOCK_VALUES = 1 << 21
-"""Of circle functions at once, where they are not kept: 16 MB."""
+BLOCK_VALUES = 1 << 22
+"""Of circle functions at once, where they are not kept: 32 MB."""
 KEPT_AT_ONCE = 1 << 24
 """Of circle functions that are kept from the first time on."""
 
