@@ -34,10 +34,10 @@ def networked() -> Emulator:
     return powered(OLD, network=LAB)
 
 
-def exchange(emulator: Emulator, *datagrams: bytes) -> list[bytes]:
-    """What the device answers within 5 ms."""
-    for data in datagrams:
-        emulator.core.udp_write(data)
+def exchange(emulator: Emulator, *datagrams: bytes, apart: bool = False) -> list[bytes]:
+    """What the device answers within 5 ms; `apart`, to sources of their own."""
+    for k, data in enumerate(datagrams):
+        emulator.core.udp_write(data, k if apart else 0)
     emulator.run(5.0)
     return [data for _, data in emulator.core.udp_read()]
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
+import zlib
 from pathlib import Path
 
 from conftest import ROOT
@@ -55,12 +57,21 @@ RESET_PIN = 13
 """Of the panel, whose line is high while the panel runs: no gate."""
 
 
+def retained_bytes(rise_k: float = 0.0) -> bytes:
+    """What RTC memory holds of coils that are so warm (core/storage/retained.cpp)."""
+    words = [0x52484C43, *[round(rise_k * 1e6)] * 16, 0, 0, 0xFFFFFFFF]
+    held = struct.pack("<20I", *words)
+    return held + struct.pack("<I", zlib.crc32(held))
+
+
 class Chip:
     """A chip with these partitions, of which one call fails."""
 
     def __init__(
         self, program: Path, *, fail: str = "", options: tuple[str, ...] = (), **partitions: bytes
     ) -> None:
+        if not any(option.startswith("retained=") for option in options):
+            options = (f"retained={retained_bytes().hex()}", *options)
         arguments = [f"{name}:{data.hex()}" for name, data in partitions.items()] + [*options]
         if fail:
             arguments.append(f"fail={fail}")

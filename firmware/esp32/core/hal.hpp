@@ -31,7 +31,7 @@ enum class FlashArea : uint8_t {
 };
 
 constexpr uint32_t kSectorBytes = 4096;
-constexpr uint32_t kRetainedBytes = 80;
+constexpr uint32_t kRetainedBytes = 84;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call

@@ -24,6 +24,8 @@ const char* esp_err_to_name(esp_err_t status);
 
 #define IRAM_ATTR
 #define DRAM_ATTR
+// What RTC memory holds after a start is up to the scenario.
+#define RTC_NOINIT_ATTR __attribute__((section("rtc_noinit")))
 
 namespace fake {
 

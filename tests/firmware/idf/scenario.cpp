@@ -111,8 +111,12 @@ void on_turn(int turn) {
 
 }  // namespace
 
+// The linker's names for the section of RTC_NOINIT_ATTR.
+extern "C" uint8_t __start_rtc_noinit[];
+
 // Arguments: name:hex of a partition ("small" for tables that are too few), fail=CALL:K, reset=WHY,
-// mute for a panel that does not answer, stuck for one that holds its line.
+// retained=hex of what RTC memory still holds, mute for a panel that does not answer, stuck for one
+// that holds its line.
 int main(int count, char** arguments) {
   bool is_panel_mute = false;
   for (int k = 1; k < count; ++k) {
@@ -121,6 +125,11 @@ int main(int count, char** arguments) {
     if (text.rfind("fail=", 0) == 0) {
       chip.failing = text.substr(5, mark - 5);
       chip.failing_at = std::stoi(text.substr(mark + 1));
+      continue;
+    }
+    if (text.rfind("retained=", 0) == 0) {
+      const std::vector<uint8_t> held = bytes_of(text.substr(9));
+      std::copy(held.begin(), held.end(), __start_rtc_noinit);
       continue;
     }
     if (text.rfind("reset=", 0) == 0) {

@@ -10,13 +10,14 @@ constexpr int32_t kUkPerDk = 100000;
 
 }  // namespace
 
-void CoilHeat::start(const Config& config, const uint32_t* known) {
+void CoilHeat::start(const Config& config, const uint32_t* known, bool were_on) {
   *this = CoilHeat{};
   channels_ = config.channels;
   full_current_ma_ = config.full_current_ma;
   full_rise_dk_ = config.full_rise_dk;
   limit_uk_ = config.limit_rise_dk * kUkPerDk;
   heating_ms_ = config.heating_ds * 100;
+  were_on_ = were_on;
   max_square_q15_ = (config.max_duty_q15 * config.max_duty_q15) >> 15;
   for (uint32_t k = 0; k < channels_; ++k) {
     const bool is_known = known != nullptr && known[k] < static_cast<uint32_t>(limit_uk_);
@@ -24,20 +25,25 @@ void CoilHeat::start(const Config& config, const uint32_t* known) {
   }
 }
 
-// What came after the last count of before is not known: it may have been all there can be.
+// What came before this start and was not counted may have been all there can be.
 void CoilHeat::set_reaction(uint32_t milliseconds) {
-  const bool is_first = reaction_ms_ == 0;
   reaction_ms_ = milliseconds + 2U * kWindowMs;
-  for (uint32_t k = 0; is_first && k < channels_; ++k) {
+  for (uint32_t k = 0; were_on_ && k < channels_; ++k) {
     const int32_t room = limit_uk_ - rise_uk_[k], lead = lead_uk(k);
     rise_uk_[k] += lead < room ? lead : room;
   }
+  were_on_ = false;
 }
 
+// All in 32 bits, rounded up: a rise of 6553.5 K times 1024 fits 27.
 int32_t CoilHeat::lead_uk(uint32_t channel) const {
-  const uint64_t full_uk = uint64_t{full_rise_dk_[channel]} * kUkPerDk * max_square_q15_ >> 15;
-  const uint64_t lead = full_uk * reaction_ms_ / static_cast<uint32_t>(heating_ms_);
-  return lead < kMostUk ? static_cast<int32_t>(lead) : static_cast<int32_t>(kMostUk);
+  const uint32_t full_dk = ((full_rise_dk_[channel] * max_square_q15_) >> 15) + 1U;
+  const auto heating_ms = static_cast<uint32_t>(heating_ms_);
+  const uint32_t share_q10 =
+      reaction_ms_ < heating_ms ? reaction_ms_ * 1024U / heating_ms + 1U : 1024U;
+  const uint32_t scaled = (full_dk * share_q10 + 63U) / 64U;  // 0.1 K in sixteenths
+  constexpr uint32_t kMost = kMostUk / 6250U;
+  return static_cast<int32_t>((scaled < kMost ? scaled : kMost) * 6250U);
 }
 
 bool CoilHeat::add(const Loads& loads, uint32_t milliseconds) {

@@ -15,9 +15,9 @@ namespace chladni {
 
 class CoilHeat {
  public:
-  // `known` is how warm they were a moment ago, in microkelvin; null if no one knows: then they are
-  // as warm as they may be.
-  void start(const Config& config, const uint32_t* known);
+  // `known` is how warm they were when it was last counted, in microkelvin; null if no one knows:
+  // then they are as warm as they may be. `were_on`: more has come since.
+  void start(const Config& config, const uint32_t* known, bool were_on);
   // The longest that outputs may go on unwatched: a main loop that hangs, and the ramp after it.
   // Coils must not pass their limit in that time either.
   void set_reaction(uint32_t milliseconds);
@@ -49,6 +49,7 @@ class CoilHeat {
 
   int32_t limit_uk_ = 0;
   uint32_t reaction_ms_ = 0;
+  bool were_on_ = false;
   uint32_t max_square_q15_ = 32768;
   int32_t heating_ms_ = 1;
   std::array<int32_t, kMaxChannels> rise_uk_{};  // microkelvin

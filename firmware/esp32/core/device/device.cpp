@@ -37,7 +37,7 @@ void Device::start(const Hal& hal) {
   }
   Retained before;
   const bool is_known = recall(hal_, before);
-  heat_.start(config_, is_known ? before.rise_uk.data() : nullptr);
+  heat_.start(config_, is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
   writes_.start(is_known ? before.write_credit_ms : WriteBudget::kMostMs);
   erased_before_ = is_known ? before.erases : 0U;
   load_table();
@@ -194,7 +194,7 @@ void Device::watch_coils(uint32_t passed_ms) {
   if (passed_ms > 0) {
     Loads loads;
     synthesis_.take_loads(loads, passed_ms);
-    if (heat_.add(loads, passed_ms)) keep_retained();
+    if (heat_.add(loads, passed_ms)) keep_retained(!synthesis_.is_quiet());
     writes_.pass(passed_ms);
   }
   const uint32_t hot = heat_.hot_channel();
@@ -326,6 +326,7 @@ void Device::post_drive() {
   Drive drive{};
   table_.drive_at(place_, drive);
   make_up_for_coils(drive);
+  if (is_start) keep_retained(true);
   if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
   if (is_start) seen_fade_ = FadeCause::kNone;
   post_ = Post::kNothing;

@@ -67,6 +67,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform wave
   Drive made = drive;
   make_up_for_coils(made);
   // Each one is a touch of its own: a host that goes on asking may go on for long.
+  if (synthesis_.is_quiet()) keep_retained(true);
   if (!synthesis_.play(made, {32767, synthesis_settings().ramp_us, true})) return false;
   seen_fade_ = FadeCause::kNone;
   return true;
@@ -108,8 +109,9 @@ void Device::advance_stream() {
     host_drive_ = HostDrive::kFilling;
   }
   synthesis_.stream().steer();
-  if (host_drive_ == HostDrive::kFilling && synthesis_.stream().is_ready() &&
-      synthesis_.play_stream()) {
+  const bool may_begin = host_drive_ == HostDrive::kFilling && synthesis_.stream().is_ready();
+  if (may_begin) keep_retained(true);
+  if (may_begin && synthesis_.play_stream()) {
     seen_fade_ = FadeCause::kNone;
     host_drive_ = HostDrive::kRunning;
   }

@@ -76,7 +76,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
   if (store_.erases() != before) {
     writes_.spend();
-    keep_retained();
+    keep_retained(false);
   }
   if (status != Status::kOk) update_end();
   return status;
@@ -122,7 +122,7 @@ ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_b
   const ConfigStatus saved = save_config(hal_, wanted, other_erases_);
   if (other_erases_ != before) {
     writes_.spend();
-    keep_retained();
+    keep_retained(false);
   }
   return saved;
 }
@@ -133,8 +133,10 @@ bool Device::set_network(const uint8_t* record, uint32_t size) {
   return save_network(hal_, record, size);
 }
 
-void Device::keep_retained() const {
+// Once in so many samples, and before outputs go on.
+void Device::keep_retained(bool is_on) const {
   Retained state;
+  state.is_on = is_on ? 1U : 0U;
   for (uint32_t k = 0; k < config_.channels; ++k) state.rise_uk[k] = heat_.rise_uk(k);
   state.erases = erases();
   state.write_credit_ms = writes_.credit_ms();

@@ -12,10 +12,8 @@ using f::Kind;
 constexpr uint32_t kWindowBits = 32;
 // A host that streams or plays live is heard more often than this.
 constexpr uint32_t kBusyMs = 200;
-// A number handed out opens a session in this epoch or the next; a session lasts longer than that,
-// so that none is opened twice by what was recorded of it.
+// A number handed out opens a session in this epoch or the next.
 constexpr uint32_t kEpochMs = 2000;
-static_assert(f::kSessionSilenceMs > 2U * kEpochMs);
 // Hellos of one source: so many at once, and then one each 100 ms.
 constexpr uint32_t kHelloMs = 100, kHellosAtOnce = 20;
 constexpr uint32_t kWelcomeBytes = f::kHelloBytes - f::kHeadBytes - f::kMacBytes;
@@ -133,6 +131,8 @@ void Datagrams::end_old_sessions() {
 // What a host holds ends with it.
 void Datagrams::end(Session& session) {
   session.is_open = false;
+  const uint32_t serial = read_u32(session.id.data());
+  if (serial > ended_serial_) ended_serial_ = serial;
   if (session.holds_touch) device_.lift();
 }
 
@@ -147,9 +147,9 @@ Datagrams::Session* Datagrams::find(const uint8_t* id) {
 
 uint32_t Datagrams::epoch() const { return device_.now_ms() / kEpochMs; }
 
-Datagrams::Id Datagrams::make_id(uint32_t drawn, uint32_t epoch) const {
+Datagrams::Id Datagrams::make_id(uint32_t serial, uint32_t epoch) const {
   std::array<uint8_t, 8> bytes{};
-  put_word(bytes.data(), drawn, 4);
+  put_word(bytes.data(), serial, 4);
   put_word(bytes.data() + 4, epoch, 4);
   Mac mac{};
   hal_.hmac_sha256(hal_.context, secret_.data(), bytes.data(), 8, mac.data());
@@ -162,6 +162,7 @@ Datagrams::Id Datagrams::make_id(uint32_t drawn, uint32_t epoch) const {
 }
 
 bool Datagrams::is_own_id(const uint8_t* id) const {
+  if (read_u32(id) <= ended_serial_) return false;
   for (uint32_t back = 0; back < 2; ++back) {
     const Id own = make_id(read_u32(id), epoch() - back);
     if (read_u32(own.data() + 4) == read_u32(id + 4)) return true;
@@ -170,14 +171,13 @@ bool Datagrams::is_own_id(const uint8_t* id) const {
 }
 
 // In place of one that is over, else of the host that has been silent longest, unless all of them
-// are at it, or have only just come: a number that still counts must not lose its session.
+// are at it.
 Datagrams::Session* Datagrams::open(const uint8_t* id) {
   Session* found = nullptr;
   uint32_t best = 0;
   for (Session& session : sessions_) {
     const uint32_t silence_ms = device_.now_ms() - session.heard_ms;
-    const bool is_new = device_.now_ms() - session.opened_ms < 2U * kEpochMs;
-    uint32_t rank = is_new || silence_ms < kBusyMs ? 0U : silence_ms;
+    uint32_t rank = silence_ms < kBusyMs ? 0U : silence_ms;
     if (!session.is_open) rank = UINT32_MAX;
     if (rank > best) {
       best = rank;
@@ -189,7 +189,7 @@ Datagrams::Session* Datagrams::open(const uint8_t* id) {
   *found = {};
   for (uint32_t k = 0; k < found->id.size(); ++k) found->id[k] = id[k];
   found->is_open = true;
-  found->opened_ms = found->heard_ms = device_.now_ms();
+  found->heard_ms = device_.now_ms();
   return found;
 }
 
@@ -225,7 +225,7 @@ void Datagrams::note_touch(Session& session, const uint8_t* request) const {
 // is kept of it here.
 bool Datagrams::take_hello(const uint8_t* bytes) {
   const Session* const session = find(bytes + f::kHeadBytes);
-  const Id id = session != nullptr ? session->id : make_id(hal_.random(hal_.context), epoch());
+  const Id id = session != nullptr ? session->id : make_id(++last_serial_, epoch());
   std::array<uint8_t, kWelcomeBytes> body{};
   for (uint32_t k = 0; k < id.size(); ++k) body[k] = id[k];
   send(Kind::kWelcome, 0, bytes + f::kAtSession, body.data(), kWelcomeBytes);

@@ -52,7 +52,6 @@ class Datagrams {
     Id id{};
     bool is_open = false;
     bool holds_touch = false;
-    uint32_t opened_ms = 0;
     uint32_t heard_ms = 0;
     ReplayWindow taken;
     uint32_t answers = 0;
@@ -76,7 +75,7 @@ class Datagrams {
   Session* open(const uint8_t* id);
   // A number that only this device can have made, and that it need not remember: it is of use for a
   // few seconds, to whoever has the key.
-  Id make_id(uint32_t drawn, uint32_t epoch) const;
+  Id make_id(uint32_t serial, uint32_t epoch) const;
   bool is_own_id(const uint8_t* id) const;
   uint32_t epoch() const;
   void end(Session& session);
@@ -88,6 +87,10 @@ class Datagrams {
   Requests requests_;
   Hal hal_{};
   std::array<uint8_t, network_format::kKeyBytes> key_{};
+  // Numbers count up. Below the last one whose session has ended none opens any more: what was
+  // recorded of a session does not open it again.
+  uint32_t last_serial_ = 0;
+  uint32_t ended_serial_ = 0;
   // Drawn at each start.
   std::array<uint8_t, network_format::kKeyBytes> secret_{};
   std::array<Session, kSessions> sessions_{};

@@ -8,7 +8,7 @@ namespace chladni {
 namespace {
 
 constexpr uint32_t kMagic = 0x52484C43;  // "CLHR"; all zeros have a CRC that is right
-constexpr uint32_t kWords = 3U + table_format::kMaxActuators;
+constexpr uint32_t kWords = 4U + table_format::kMaxActuators;
 static_assert(kRetainedBytes == 4U * (kWords + 1U), "a word each, and the CRC");
 
 }  // namespace
@@ -23,8 +23,9 @@ bool recall(const Hal& hal, Retained& found) {
     rise = read_u32(at);
     at += 4;
   }
-  found.erases = read_u32(at);
-  found.write_credit_ms = read_u32(at + 4);
+  found.is_on = read_u32(at);
+  found.erases = read_u32(at + 4);
+  found.write_credit_ms = read_u32(at + 8);
   return true;
 }
 
@@ -36,8 +37,9 @@ void keep(const Hal& hal, const Retained& state) {
     put_word(at, rise, 4);
     at += 4;
   }
-  put_word(at, state.erases, 4);
-  put_word(at + 4, state.write_credit_ms, 4);
+  put_word(at, state.is_on, 4);
+  put_word(at + 4, state.erases, 4);
+  put_word(at + 8, state.write_credit_ms, 4);
   put_word(bytes + 4U * kWords, crc32(bytes, 4U * kWords), 4);
 }
 

@@ -71,7 +71,11 @@ class Shown:
             return self.words[value]
         if self._may_be_unwired and value == NOT_WIRED:
             return "none"
-        return f"{value / self.scale:.5g}" if self.scale != 1.0 else str(value)
+        if self.scale == 1.0:
+            return str(value)
+        # As few digits as bring the record's number back.
+        texts = (f"{value / self.scale:.{digits}g}" for digits in range(1, 10))
+        return next(text for text in texts if round(float(text) * self.scale) == value)
 
     def parse(self, text: str) -> Raw:
         """A value of the record, of what people write.
