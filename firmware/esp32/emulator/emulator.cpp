@@ -222,6 +222,7 @@ void Emulator::receive() {
 }
 
 void Emulator::receive_datagrams() {
+  datagrams_.poll();
   while (!datagrams_in_.empty()) {
     const Datagram datagram = datagrams_in_.front();
     datagrams_in_.pop_front();

@@ -95,6 +95,7 @@ esp_err_t network_start(const Network& network, NetworkState& state) {
 void network_poll(Datagrams& datagrams, NetworkState& state) {
   state.address = address;
   if (udp_socket < 0) return;
+  datagrams.poll();
   // One byte more than any may have, so that a longer one shows. Not on the main task's stack.
   static std::array<uint8_t, network_format::kMaxDatagram + 1> bytes;
   for (uint32_t k = 0; k < kMostPerTurn; ++k) {

@@ -55,7 +55,7 @@ void Datagrams::start(const Hal& hal) {
 void Datagrams::receive(const uint8_t* bytes, uint32_t count, uint32_t source) {
   NetworkState& state = device_.network();
   if (!state.is_on) return;
-  end_old_sessions();
+  poll();
   if (take(bytes, count, source)) {
     ++state.accepted;
   } else {
@@ -120,7 +120,7 @@ bool Datagrams::may_greet(uint32_t source) {
 
 // A request that was held back must not count for ever: a session without any is over, and its host
 // begins another.
-void Datagrams::end_old_sessions() {
+void Datagrams::poll() {
   for (Session& session : sessions_) {
     const bool is_silent = device_.now_ms() - session.heard_ms >= f::kSessionSilenceMs;
     const bool is_over = is_silent || session.taken.highest() >= f::kRenewAt;

@@ -32,6 +32,8 @@ class Datagrams {
   // Reads the record; without a whole one, or without a way to make a MAC, it stays off.
   void start(const Hal& hal);
 
+  // Every turn of the main loop: sessions end, and what their hosts held ends with them.
+  void poll();
   // One datagram, in the main loop; `source` tells who sent it, as far as that can be believed.
   void receive(const uint8_t* bytes, uint32_t count, uint32_t source);
 
@@ -70,7 +72,6 @@ class Datagrams {
   bool is_genuine(const uint8_t* bytes, uint32_t count) const;
   bool take_request(const uint8_t* bytes, uint32_t count);
   bool take_hello(const uint8_t* bytes);
-  void end_old_sessions();
   Session* find(const uint8_t* id);
   Session* open(const uint8_t* id);
   // A number that only this device can have made, and that it need not remember: it is of use for a
