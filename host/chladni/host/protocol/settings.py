@@ -74,7 +74,7 @@ class Shown:
         if self.scale == 1.0:
             return str(value)
         # As few digits as bring the record's number back.
-        texts = (f"{value / self.scale:.{digits}g}" for digits in range(1, 10))
+        texts = (f"{value / self.scale:.{digits}f}" for digits in range(10))
         return next(text for text in texts if round(float(text) * self.scale) == value)
 
     def parse(self, text: str) -> Raw:

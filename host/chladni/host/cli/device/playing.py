@@ -114,7 +114,8 @@ def self_test(
             say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
             full_ma = config["full_current_ma"][own]
             # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
-            expected = round(full_ma * SELF_TEST_GAIN / 2.0)
+            share = abs(config["coil_gain_q15"][own]) / 32767.0
+            expected = round(full_ma * share * SELF_TEST_GAIN / 2.0)
             for _ in range(SELF_TEST_TRIES):
                 drawn = _draw(device, own, channels, seconds)
                 is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)
