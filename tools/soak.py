@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PARSERS_AT_ONCE, PARSERS = 2, 5
 LONG_S = 600.0
-TESTS = ("tests/chain", "tests/drives", "tests/sim", "tests/tables")
+TESTS = ("tests/chain", "tests/drives", "tests/firmware", "tests/sim", "tests/tables")
 
 
 def fuzz(seconds: float) -> bool:
