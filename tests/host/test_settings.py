@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,7 +23,7 @@ def test_what_is_shown_can_be_written_and_comes_out_the_same(data: st.DataObject
     shown = SHOWN[setting.field.name]
     one = st.integers(setting.low, setting.high)
     count = setting.field.count
-    value = data.draw(one if count == 1 else st.tuples(*[one] * count))
+    value: Any = data.draw(one if count == 1 else st.tuples(*[one] * count))
     (read,) = parse_setting(f"{shown.name}={shown.text(value)}").values()
     assert read == value
     exact = ",".join(map(str, (value,) if count == 1 else value))

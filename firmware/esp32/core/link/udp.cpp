@@ -46,7 +46,7 @@ void Datagrams::start(const Hal& hal) {
   state.port = network.port;
   state.ssid = network.ssid;
   for (uint32_t k = 0; k < secret_.size(); k += 4) {
-    put_word(&secret_[k], hal_.random(hal_.context), 4);
+    put_word(secret_.data() + k, hal_.random(hal_.context), 4);
   }
   for (Session& session : sessions_) session = {};
   for (Source& source : sources_) source = {};
@@ -103,7 +103,7 @@ bool Datagrams::may_greet(uint32_t source) {
     if (own.address == source && own.heard_ms != 0) found = &own;
   }
   if (found == nullptr) {
-    found = &sources_[0];
+    found = sources_.data();
     for (Source& own : sources_) {
       if (now_ms - own.heard_ms > now_ms - found->heard_ms) found = &own;
     }
@@ -215,7 +215,7 @@ bool Datagrams::take_request(const uint8_t* bytes, uint32_t count) {
   return true;
 }
 
-void Datagrams::note_touch(Session& session, const uint8_t* request) const {
+void Datagrams::note_touch(Session& session, const uint8_t* request) {
   const bool is_ok = session.host.answer[2] == static_cast<uint8_t>(link_format::Status::kOk);
   if (request[0] == link_format::touch::kCode && is_ok) session.holds_touch = true;
   if (request[0] == link_format::lift::kCode) session.holds_touch = false;

@@ -80,7 +80,7 @@ class Datagrams {
   bool is_own_id(const uint8_t* id) const;
   uint32_t epoch() const;
   void end(Session& session);
-  void note_touch(Session& session, const uint8_t* request) const;
+  static void note_touch(Session& session, const uint8_t* request);
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 

@@ -14,7 +14,8 @@
 namespace chladni {
 
 constexpr uint32_t kStreamFrames = 512;  // 52 ms at 10 bits
-// Filled so far before playing begins, and where `steer` keeps it, unless the host asks for another.
+// Filled so far before playing begins, and where `steer` keeps it, unless the host asks for
+// another.
 constexpr uint32_t kStreamTarget = 96;
 
 struct Load;

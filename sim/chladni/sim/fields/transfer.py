@@ -309,7 +309,7 @@ def off_screws(
     for screw in board.screws:
         offset = np.array(place_mm) * MM - screw.at
         apart = float(np.hypot(*offset))
-        if screw.support != "clamped" or apart + radius > screw.radius:
+        if screw.support != "clamped" or not apart + radius <= screw.radius:
             continue
         # In the middle of a screw every direction is as near: inwards there is plate for certain.
         ahead = offset if apart > 0.0 else -np.array(screw.at)
