@@ -7,6 +7,10 @@ class ChladniError(Exception):
     """Base of every error a user can meet; the CLI exits with 1."""
 
 
+class StoppedError(ChladniError):
+    """Ctrl-C ended the work; the CLI exits with 130."""
+
+
 class InputError(ChladniError):
     """The input is wrong; the CLI exits with 2.
 
@@ -37,10 +41,32 @@ class InputError(ChladniError):
 
     def _text(self) -> str:
         what, semicolon, hint = self.expected.partition("; ")
-        return f"{self._place()}: expected {what}, got {self.value!r}{semicolon}{hint}"
+        return f"{self._place()}: expected {what}, got {_shown(self.value)}{semicolon}{hint}"
 
     def _place(self) -> str:
-        return f"{self.file}, {self.field}" if self.file else self.field
+        field = _plain(self.field)
+        return f"{self.file}, {field}" if self.file else field
+
+
+MOST_SHOWN = 200
+"""Characters of a value, or of a key, that a message shows: both may come from a file."""
+
+
+def _shown(value: object) -> str:
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested too deep, or an integer of thousands of digits
+        text = f"a {type(value).__name__} too large to show"
+    return _shortened(text)
+
+
+def _plain(text: str) -> str:
+    """A key without what would move a terminal's cursor."""
+    return _shortened("".join(c if c.isprintable() else repr(c)[1:-1] for c in text))
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 1] + "…"
 
 
 class MissingError(InputError):

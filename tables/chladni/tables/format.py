@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.places import RegionGrid
 from chladni.sim.errors import InputError
+from chladni.sim.files import read_whole
 from chladni.tables.layout import (
     CRC_BYTES,
     FULL_SCALE,
@@ -322,11 +323,15 @@ def _symmetry(head: dict[str, Any], refuse: Refuse) -> MirrorSymmetry:
 
 def read_table(path: str | Path) -> Table:
     """Read a table file; `InputError` names file and field."""
-    try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise InputError("TABLE", "no regular file", "a table file", file=str(path))
-        with Path(path).open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise InputError("TABLE", error.strerror, "a readable file", file=str(path)) from None
-    return unpack(data, file=str(path))
+    return unpack(read_table_bytes(path), file=str(path))
+
+
+def read_table_bytes(path: str | Path) -> bytes:
+    """The bytes of a table file, not looked at yet; no more than a device's slot holds.
+
+    Raises
+    ------
+    InputError
+        Not readable, or longer.
+    """
+    return read_whole(Path(path), "TABLE", LARGEST_FILE, "a table: a regular file")

@@ -34,13 +34,15 @@ from chladni.sim.fields.transfer import (
     plate_model,
     target_field,
 )
-from chladni.sim.files import write_arrays
+from chladni.sim.files import read_text, write_arrays
 from chladni.sim.image.energy import compose, energy_image
 from chladni.sim.plate.response import Response
 
 LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
 MOST_MODES = 500
+DRIVE_BYTES = 1_000_000
+"""An answer of `chladni solve --json` has some thousands."""
 
 
 def register(app: typer.Typer) -> None:
@@ -192,9 +194,7 @@ def _read_drive(path: Path, board: Board) -> NDArray[np.complex128]:
     """A drive as `chladni solve --json` writes it."""
     file = str(path)
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("--drive", error.strerror, "a readable file", file=file) from None
+        document = json.loads(read_text(path, "--drive", DRIVE_BYTES))
     except (ValueError, RecursionError) as error:
         raise InputError("--drive", str(error), "JSON", file=file) from None
     entries = document.get("drive") if isinstance(document, dict) else None

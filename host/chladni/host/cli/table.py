@@ -43,7 +43,7 @@ from chladni.sim.files import write_whole
 from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.build import OBJECTIVE, build_table
 from chladni.tables.firmware_reader import FirmwareReader
-from chladni.tables.format import pack, read_table
+from chladni.tables.format import pack, read_table, read_table_bytes, unpack
 from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
 from chladni.tables.table import Section, Table
 
@@ -82,7 +82,7 @@ def build(
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving") as progress:
+    with progress_bar("solving", keeps=True) as progress:
         table, report = build_table(
             loaded, objective=objective, frequencies_hz=frequency or (), bits=bits, seed=seed,
             jobs=jobs, progress=progress, partial=partial,
@@ -107,7 +107,8 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """Show a table's header, or what the device plays at a place."""
-    loaded = read_table(table)
+    data = read_table_bytes(table)
+    loaded = unpack(data, file=str(table))
     section = loaded.section(frequency)
     grid = loaded.grid
     result: dict[str, Any] = {
@@ -126,7 +127,7 @@ def show(
         "stored_regions": loaded.regions.count,
         "labels": len(section.crossings),
         "bits": loaded.bits,
-        "bytes": table.stat().st_size,
+        "bytes": len(data),
         **asdict(loaded.limits),
     }
     if at is not None:
@@ -167,7 +168,9 @@ def verify(
     as_json: JsonOption = False,
 ) -> None:
     """Check a table whole: its bytes, its board, and what the firmware plays everywhere."""
-    loaded = read_table(table)
+    # Read once: what is checked is what was unpacked.
+    data = read_table_bytes(table)
+    loaded = unpack(data, file=str(table))
     owner = board_of(loaded, board, file=str(table))
     mirrors = board_mirrors(owner)
     for name, own, found in (
@@ -176,7 +179,7 @@ def verify(
         if own is not None and own != found:
             raise InputError(name, own, f"{found}, the board's own", file=str(table))
     checked = 0
-    firmware = FirmwareReader(table.read_bytes(), loaded.actuators)
+    firmware = FirmwareReader(data, loaded.actuators)
     x_um, y_um = _everywhere(loaded)
     for number, section in enumerate(loaded.sections):
         played = firmware.integers(section.frequency_hz, x_um, y_um)
@@ -188,7 +191,7 @@ def verify(
         "regions": loaded.grid.count,
         "sections": len(loaded.sections),
         "places_checked": checked,
-        "bytes": table.stat().st_size,
+        "bytes": len(data),
         "verified": True,
     }
     answer(result, as_json=as_json, title=f"{table}: bytes, board and the firmware's reading agree")

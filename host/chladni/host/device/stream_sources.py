@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Callable
+import io
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.errors import InputError
+from chladni.sim.files import read_text, read_whole
 
 FloatArray = NDArray[np.float64]
 Duties = Callable[[FloatArray], Any]
+CSV_BYTES = 32_000_000
+"""Fifty seconds of sixteen channels at 9,766 frames a second and four characters a duty."""
+ROW_CHARACTERS = 1000
+"""Sixteen duties with all their digits have 400."""
+SCRIPT_BYTES = 1_000_000
 
 
 def parse_drive(text: str) -> list[complex]:
@@ -45,17 +53,28 @@ def read_duties(path: Path) -> FloatArray:
     Raises
     ------
     InputError
-        Not readable, not such numbers, or no rows.
+        Not readable, too long, not such numbers, or no rows.
     """
+    data = read_whole(path, "--csv", CSV_BYTES)
     try:
-        duties = np.loadtxt(path, delimiter=",", ndmin=2)
-    except OSError as error:
-        raise InputError("--csv", error.strerror, "a readable file", file=str(path)) from None
+        # Lines, since loadtxt unpacks a file of .gz or .xz, however much is in it.
+        with warnings.catch_warnings(action="ignore"):  # of no rows, which is said below
+            duties = np.loadtxt(_short_lines(data), delimiter=",", ndmin=2)
     except ValueError as error:
         raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
-    if duties.size == 0 or not _are_duties(duties):
+    if duties.size == 0:
+        raise InputError("--csv", "nothing", "rows of numbers", file=str(path))
+    if not _are_duties(duties):
         raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
     return np.asarray(duties, dtype=np.float64)
+
+
+def _short_lines(data: bytes) -> Iterator[str]:
+    """Lines of a row of duties each; loadtxt takes many bytes for every character of a line."""
+    for number, line in enumerate(io.TextIOWrapper(io.BytesIO(data), "utf-8-sig"), 1):
+        if len(line) > ROW_CHARACTERS:
+            raise ValueError(f"line {number} of {len(line):,} characters, for one row")
+        yield line
 
 
 def load_script(path: Path) -> Duties:
@@ -66,10 +85,7 @@ def load_script(path: Path) -> Duties:
     InputError
         Not readable, no Python, an error of its own, or no such function.
     """
-    try:
-        source = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("--script", str(error), "a readable file", file=str(path)) from None
+    source = read_text(path, "--script", SCRIPT_BYTES, "a Python file")
     names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
     try:
         exec(compile(source, str(path), "exec"), names)

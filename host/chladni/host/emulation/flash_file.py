@@ -10,6 +10,7 @@ from chladni.host.emulation._emulator import SECTOR_BYTES
 from chladni.host.emulation._emulator import Emulator as Core
 from chladni.host.protocol.table_store import PARTITION_BYTES
 from chladni.sim.errors import InputError
+from chladni.sim.files import open_regular, write_at
 
 AREAS = {"tables": PARTITION_BYTES, "config": 8192, "network": 4096, "boots": 4096}
 """Partitions in the order in which they lie in the file, and their bytes."""
@@ -30,8 +31,10 @@ class FlashFile:
 
     def __init__(self, path: Path) -> None:
         size = sum(AREAS.values())
+        is_new = not os.path.lexists(path)
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+            flags = os.O_RDWR | os.O_CREAT
+            self._file = open_regular(path, "--flash", flags, mode=0o600, follow=False)
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._file)
@@ -44,7 +47,7 @@ class FlashFile:
             ) from None
         found = os.fstat(self._file).st_size
         if found == 0:
-            os.pwrite(self._file, BLANK * size, 0)
+            self._make_blank(path, size, is_new=is_new)
         elif found != size:
             os.close(self._file)
             raise InputError(
@@ -53,6 +56,18 @@ class FlashFile:
             )  # fmt: skip
         self._held = {area: self._read(area) for area in AREAS}
         self._changes = 0
+
+    def _make_blank(self, path: Path, size: int, *, is_new: bool) -> None:
+        """Fill an empty file; where the disk has no room for that, leave all as it was."""
+        try:
+            write_at(self._file, BLANK * size, 0)
+        except OSError as error:
+            if is_new:
+                path.unlink(missing_ok=True)
+            else:
+                os.ftruncate(self._file, 0)
+            os.close(self._file)
+            raise OSError(error.errno, error.strerror, str(path)) from None
 
     @property
     def contents(self) -> dict[str, bytes]:
@@ -69,7 +84,7 @@ class FlashFile:
             for at in range(0, len(now), SECTOR_BYTES):
                 sector = now[at : at + SECTOR_BYTES]
                 if sector != before[at : at + SECTOR_BYTES]:
-                    os.pwrite(self._file, sector, self._begin(area) + at)
+                    write_at(self._file, sector, self._begin(area) + at)
             self._held[area] = now
 
     def close(self) -> None:

@@ -22,6 +22,7 @@ from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.files import read_whole
 
 TABLE_OFFSET = 0x8000
 TABLE_BYTES = 0xC00
@@ -30,6 +31,8 @@ _ENTRY = struct.Struct("<2sBBII16sI")
 _MAGIC, _CHECKSUM = b"\xaa\x50", b"\xeb\xeb"
 APP, TABLES = 0x00, 0x40
 CONFIG_SECTORS = 2
+FLASH_BYTES = 16 * 2**20
+"""The largest flash of a module; an application's partition is smaller."""
 IMAGE_MAGIC = 0xE9
 """First byte of an application image."""
 
@@ -154,7 +157,7 @@ def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
     RomError, InputError
         See there.
     """
-    image = file.read_bytes()
+    image = read_whole(file, "--firmware", FLASH_BYTES, "an ESP32 application image")
     if not image or image[0] != IMAGE_MAGIC:
         raise InputError("--firmware", str(file), "an ESP32 application image (firmware.bin)")
     with loader(port, baud) as esp:

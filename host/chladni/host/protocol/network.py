@@ -16,11 +16,14 @@ from pathlib import Path
 
 from chladni.host.protocol.link import CRC_BYTES, MAX_FRAME
 from chladni.sim.errors import InputError
+from chladni.sim.files import read_with_mode, write_new
 from chladni.tables.layout import Field
 
 VERSION = 1
 KEY_BYTES = 32
 """Of HMAC-SHA-256; as long as its result, so that guessing either is as hard."""
+KEY_FILE_BYTES = 1024
+"""Of a file with a key: its digits, and white space of some editor."""
 MAC_BYTES = 16
 """The first half of the HMAC: RFC 2104 advises no less, and 2^128 guesses are out of reach."""
 DEFAULT_PORT = 50_160
@@ -122,22 +125,17 @@ def read_key(path: Path) -> bytes:
     InputError
         Not readable, or no key.
     """
+    digits = f"{2 * KEY_BYTES} hexadecimal digits"
+    data, mode = read_with_mode(path, "--key", KEY_FILE_BYTES, f"{digits} in a regular file")
     try:
-        text = path.read_text(encoding="ascii").strip()
-        key = bytes.fromhex(text)
-    except OSError as error:
-        raise InputError("--key", error.strerror, "a readable file", file=str(path)) from None
-    except UnicodeDecodeError:
-        text, key = "", b""
+        key = bytes.fromhex(data.decode("ascii"))
     except ValueError:
         key = b""
-    if len(key) == KEY_BYTES and os.name == "posix" and path.stat().st_mode & 0o077:
-        mode = f"mode {path.stat().st_mode & 0o777:o}"
-        raise InputError("--key", mode, "a file that only you may read: chmod 600", file=str(path))
     if len(key) != KEY_BYTES:
-        expected = f"{2 * KEY_BYTES} hexadecimal digits"
-        found = f"{len(text)} characters"
-        raise InputError("--key", found, expected, file=str(path))
+        raise InputError("--key", f"{len(data)} bytes", digits, file=str(path))
+    if os.name == "posix" and mode & 0o077:
+        expected = "a file that only you may read: chmod 600"
+        raise InputError("--key", f"mode {mode:o}", expected, file=str(path))
     return key
 
 
@@ -147,12 +145,14 @@ def make_key(path: Path) -> bytes:
     Raises
     ------
     InputError
-        The file is there, or cannot be written.
+        The file is there, or the folder is not.
+    OSError
+        It cannot be written whole; nothing is left of it.
     """
     key = secrets.token_bytes(KEY_BYTES)
     try:
-        path.touch(mode=0o600, exist_ok=False)
-        path.write_text(key.hex() + "\n", encoding="ascii")
-    except OSError as error:
-        raise InputError("--key", error.strerror, "a file to make", file=str(path)) from None
+        write_new(path, (key.hex() + "\n").encode("ascii"), 0o600)
+    except (FileExistsError, FileNotFoundError, NotADirectoryError, PermissionError) as error:
+        expected = "a file to make: a new name in a folder that can be written"
+        raise InputError("--key", error.strerror, expected, file=str(path)) from None
     return key

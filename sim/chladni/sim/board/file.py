@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import os
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -28,6 +29,7 @@ from chladni.sim.board.parts import (
 )
 from chladni.sim.board.quantity import quantities
 from chladni.sim.errors import InputError, MissingError
+from chladni.sim.files import read_text
 
 Part = TypeVar("Part")
 
@@ -47,6 +49,12 @@ FEATURE_CLASSES = {
 }
 OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel, "foundation": Foundation}
 OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger")
+MOST_BYTES = 65_536
+"""Of a board file; the template has 6,000, and a plate with a thousand features fits."""
+MOST_DOTS = 256
+"""In a line. A key has three parts at most; what reading a key takes grows with their square."""
+MOST_DEPTH = 16
+"""Of lists and blocks within each other; a board needs five."""
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -75,22 +83,56 @@ def load_board(board: str | Path) -> Board:
         The file is missing, is not TOML, or says something that cannot be; names file and key.
     """
     path = Path(board)
-    if not path.is_file():
+    if not os.path.isfile(path):
         shipped = shipped_boards()
-        if str(board) not in shipped:
+        if str(board) not in shipped and not os.path.lexists(path):
             known = ", ".join(shipped)
             raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
-        path = shipped[str(board)]
+        path = shipped.get(str(board), path)
+    text = read_text(path, "BOARD", MOST_BYTES, "a board file", encoding="utf-8-sig")
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("syntax", str(error), "a TOML document", file=str(path)) from None
-    except OSError as error:
-        raise InputError("BOARD", str(error), "a readable file", file=str(path)) from None
-    try:
-        return board_from_document(document)
+        return board_from_document(_document(text))
     except InputError as error:
         raise error.in_file(str(path)) from None
+
+
+def _document(text: str) -> dict[str, Any]:
+    """A TOML document, shallow and with integers of 64 bits as TOML has them."""
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > MOST_DOTS:
+            expected = f"at most {MOST_DOTS}; a key has three parts at most"
+            raise InputError(f"line {number}", f"{line.count('.')} dots", expected)
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise _too_deep("syntax") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError("syntax", str(error), "a TOML document") from None
+    except ValueError:  # Python reads no integer of more than 4,300 digits
+        expected = "integers of 64 bits"
+        raise InputError("syntax", "an integer of thousands of digits", expected) from None
+    _check_values(document)
+    return document
+
+
+def _check_values(document: dict[str, Any]) -> None:
+    """Refuse what nests too deep or is no TOML integer. Without recursion, which has a limit."""
+    left: list[tuple[Any, tuple[str, ...]]] = [(document, ())]
+    while left:
+        value, where = left.pop()
+        if len(where) > MOST_DEPTH:
+            raise _too_deep("".join(where).lstrip("."))
+        if isinstance(value, dict):
+            left += [(own, (*where, "." + key)) for key, own in value.items()]
+        elif isinstance(value, list):
+            left += [(own, (*where, f"[{number}]")) for number, own in enumerate(value)]
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise InputError("".join(where).lstrip("."), value, "an integer of 64 bits")
+
+
+def _too_deep(where: str) -> InputError:
+    expected = f"blocks and lists at most {MOST_DEPTH} deep; a board needs five"
+    return InputError(where, "deeper ones", expected)
 
 
 def board_from_document(document: dict[str, Any]) -> Board:

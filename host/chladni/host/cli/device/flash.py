@@ -56,7 +56,7 @@ def flash(
             result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
             answer(result, as_json=as_json, title="The previous table plays")
             return
-        with progress_bar("flash") as progress:
+        with progress_bar("flash", keeps=True) as progress:
             done = device.flash(loaded, progress, force=force)
         if not done.verified:
             raise LinkError("the device does not say that it plays this table")
@@ -71,8 +71,6 @@ def _flash_by_rom(
     port = required("--port", connection.port, "the ROM's loader answers on a serial port only")
     begun = time.monotonic()
     if firmware is not None:
-        if not firmware.is_file():
-            raise InputError("--firmware", str(firmware), "a readable file")
         result = rom.flash_firmware(port, connection.baud, firmware)
     else:
         if table is None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,8 +20,11 @@ from chladni.host.protocol.network import (
     read_key,
 )
 from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.files import read_text
 
 RESTART_S = 1.0
+PASSPHRASE_FILE_BYTES = 1024
+"""A passphrase has 63 at most; how many it has is said by who checks it."""
 
 
 @connecting
@@ -58,13 +63,10 @@ def _settings(
 ) -> NetworkSettings:
     name = required("--ssid", ssid, "the network's name")
     file = required("--key", connection.key, "a file with the key, or where to make one")
-    # All but the key is checked before a file is made for it.
-    probe = NetworkSettings(name, _passphrase(passphrase_file), b"\1" * 32, port)
-    try:
-        is_there = file.exists()
-    except OSError as error:
-        raise InputError("--key", str(error), "a readable file", file=str(file)) from None
-    key = read_key(file) if is_there else make_key(file)
+    # All but the key is checked before a file is made for it, the name before a question is asked.
+    probe = NetworkSettings(name, "", b"\1" * 32, port)
+    probe = replace(probe, passphrase=_passphrase(passphrase_file))
+    key = read_key(file) if os.path.lexists(file) else make_key(file)
     return NetworkSettings(probe.ssid, probe.passphrase, key, probe.port)
 
 
@@ -73,9 +75,4 @@ def _passphrase(path: Path | None) -> str:
         if not sys.stdin.isatty():
             raise MissingError("--passphrase-file", "there is no terminal to ask for it")
         return str(typer.prompt("Passphrase", hide_input=True, default="", show_default=False))
-    try:
-        return path.read_text(encoding="utf-8").rstrip("\r\n")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            "--passphrase-file", str(error), "a readable file", file=str(path)
-        ) from None
+    return read_text(path, "--passphrase-file", PASSPHRASE_FILE_BYTES).rstrip("\r\n")
