@@ -3,84 +3,213 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
+import math
+import os
+import zlib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, BinaryIO
+
+from chladni.sim.errors import InputError
+from chladni.sim.files import open_regular
 
 Result = dict[str, Any]
-"""Numbers, texts and lists of them. JSON keeps floating-point numbers to the last bit."""
+"""Finite numbers, texts and lists of them. JSON keeps floating-point numbers to the last bit."""
+MAGIC = b"chladni-checkpoint-1 "
+"""With this every file begins that was written here; no other is ever written to."""
+MOST_BYTES = 512_000_000
+"""Of a file; the largest table's drives take 30 million."""
+MOST_LINE_BYTES = 1_000_000
+"""One target's rows by all methods take 6,000."""
+FIELD = "checkpoint"
 
 
 class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
-    """Finished results by name, one JSON line each, appended as they come.
+    """Finished results by name, one line each, appended as they come.
 
     Parameters
     ----------
     path
         The file; None keeps results in memory only.
     key
-        What the results are of. A file with another key is from other work, and begun anew.
+        What the results are of. A file with another key is from other work, and begun again.
+    is_result
+        Whether a result is one that this work writes; all are by default.
+
+    Raises
+    ------
+    InputError
+        On entering: something stands there that is no checkpoint, or one that was changed, or
+        another process works with it. It is left as it is.
+    OSError
+        It cannot be written. What was kept before stays, and nothing where there was nothing.
 
     Notes
     -----
-    Left without an exception, it is done and its file is removed; otherwise the file stays if
-    there is a result in it, and a line that was torn when the work was cut off is dropped at the
-    next start.
+    A line is the CRC-32 of all lines up to its own, a blank, and JSON; the first one, behind
+    `MAGIC`, holds the key. Left without an exception, the work is done and the file is removed;
+    otherwise it stays if there is a result in it. A last line that was torn when the work was cut
+    off is dropped at the next start. A link is not followed: the name is made of the output's, so
+    in a folder that others write to they could lay one there beforehand.
     """
 
-    def __init__(self, path: Path | None, key: Result) -> None:
+    def __init__(
+        self, path: Path | None, key: Result, is_result: Callable[[Any], bool] = lambda _: True
+    ) -> None:
         self._path = path
         self._key = key
+        self._is_result = is_result
         self._done: dict[str, Result] = {}
-        self._file: TextIO | None = None
+        self._file: BinaryIO | None = None
+        self._crc = 0
+        self._is_begun = False  # what was in the file is gone, and there is no result yet
 
     def __enter__(self) -> Checkpoint:
         if self._path is None:
             return self
-        self._done = _read(self._path, self._key)
-        self._file = self._path.open("w", encoding="utf-8")
-        self._write(self._key)
-        for name, result in self._done.items():
-            self._write({"name": name, "result": result})
+        handle = open_regular(self._path, FIELD, os.O_RDWR | os.O_CREAT, follow=False)
+        self._file = os.fdopen(handle, "r+b", buffering=0)
+        try:
+            self._lock()
+            whole = self._read()
+            if whole == 0:
+                self._begin()
+            else:
+                self._file.truncate(whole)
+                self._file.seek(whole)
+        except BaseException:
+            self._leave(is_done=self._is_begun)
+            raise
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
-        if self._file is not None and self._path is not None:
-            self._file.close()
-            if kind is None or not self._done:
-                self._path.unlink(missing_ok=True)
+        self._leave(is_done=kind is None or not self._done)
 
     def get(self, name: str) -> Result | None:
         """A finished result."""
         return self._done.get(name)
 
     def put(self, name: str, result: Result) -> Result:
-        """Keep a result."""
+        """Keep a result.
+
+        Raises
+        ------
+        ValueError
+            A number in it is not finite.
+        OSError
+            It cannot be written; those before it are kept.
+        """
+        self._write(b"", {"name": name, "result": result})
         self._done[name] = result
-        self._write({"name": name, "result": result})
         return result
 
-    def _write(self, line: Result) -> None:
-        if self._file is not None:
-            self._file.write(json.dumps(line) + "\n")
-            self._file.flush()
+    def _leave(self, *, is_done: bool) -> None:
+        if self._file is None or self._path is None:
+            return
+        with self._file:
+            # Only what was opened: another file may have come to be there.
+            own = os.fstat(self._file.fileno())
+            with contextlib.suppress(OSError):
+                if is_done and os.path.samestat(own, os.lstat(self._path)):
+                    self._path.unlink()
 
-
-def _read(path: Path, key: Result) -> dict[str, Result]:
-    done: dict[str, Result] = {}
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return done
-    for number, text in enumerate(lines):
+    def _lock(self) -> None:
+        assert self._file is not None
         try:
-            line = json.loads(text)
-        except json.JSONDecodeError:
-            break
-        if number == 0 and line != key:
-            break
-        if number > 0:
-            if not isinstance(line, dict) or line.keys() != {"name", "result"}:
-                break
-            done[line["name"]] = line["result"]
-    return done
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise self._refused("in use", "one that no other process writes to") from None
+        except OSError:
+            pass  # A file system without locks.
+
+    def _begin(self) -> None:
+        assert self._file is not None
+        self._done, self._crc, self._is_begun = {}, 0, True
+        self._file.seek(0)
+        self._file.truncate()
+        self._write(MAGIC, self._key)
+
+    def _write(self, mark: bytes, line: Result) -> None:
+        if self._file is None:
+            return
+        text = json.dumps(line, allow_nan=False).encode()
+        crc = zlib.crc32(text, self._crc)
+        data, begun = mark + f"{crc:08x} ".encode() + text + b"\n", self._file.tell()
+        try:
+            while data:
+                data = data[self._file.write(data) :]
+        except OSError as error:
+            # A part of the line, where the disk is full, would be in the way of what comes later.
+            self._file.truncate(begun)
+            self._file.seek(begun)
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
+        self._crc = crc
+
+    def _read(self) -> int:
+        """Take what was kept; bytes up to the last whole line, 0 to begin again.
+
+        Raises
+        ------
+        InputError
+            It was not written here, or was changed since.
+        """
+        assert self._file is not None
+        size = os.fstat(self._file.fileno()).st_size
+        if size > MOST_BYTES:
+            raise self._refused(f"{size:,} bytes", f"at most {MOST_BYTES:,}")
+        with open(self._file.fileno(), "rb", closefd=False) as file:
+            head = file.readline(MOST_LINE_BYTES)
+            is_torn = len(head) == size and not head.endswith(b"\n")
+            if is_torn and (head.startswith(MAGIC) or MAGIC.startswith(head)):
+                return 0  # Empty, or cut off before there was a result.
+            if not head.startswith(MAGIC):
+                raise self._refused("another file", "one that this program wrote")
+            if self._parsed(head.removeprefix(MAGIC), 1) != self._key:
+                return 0
+            whole = len(head)
+            for number, line in enumerate(iter(lambda: file.readline(MOST_LINE_BYTES), b""), 2):
+                if not line.endswith(b"\n") and whole + len(line) == size:
+                    break
+                entry = self._parsed(line, number)
+                if not self._is_entry(entry):
+                    raise self._refused(f"line {number}", "a result of this work, once")
+                self._done[entry["name"]] = entry["result"]
+                whole += len(line)
+        return whole
+
+    def _parsed(self, line: bytes, number: int) -> Any:
+        crc, _, text = line.rstrip(b"\n").partition(b" ")
+        self._crc = zlib.crc32(text, self._crc)
+        if crc != f"{self._crc:08x}".encode():
+            raise self._refused(f"line {number}", "one that no one changed: its CRC-32 differs")
+        try:
+            return json.loads(text)
+        except (ValueError, RecursionError):
+            raise self._refused(f"line {number}", "JSON") from None
+
+    def _is_entry(self, entry: Any) -> bool:
+        if not isinstance(entry, dict) or entry.keys() != {"name", "result"}:
+            return False
+        name, result = entry["name"], entry["result"]
+        is_own = isinstance(name, str) and name not in self._done and isinstance(result, dict)
+        return is_own and are_finite(result) and self._is_result(result)
+
+    def _refused(self, found: str, expected: str) -> InputError:
+        hint = "; it is left as it is: move it away, or write to another name"
+        return InputError(FIELD, found, expected + hint, file=str(self._path))
+
+
+def are_finite(value: Any) -> bool:
+    """Whether all numbers in lists and dictionaries are; no recursion, which has a limit."""
+    left = [value]
+    while left:
+        one = left.pop()
+        if isinstance(one, dict):
+            left += one.values()
+        elif isinstance(one, list):
+            left += one
+        elif isinstance(one, float) and not math.isfinite(one):
+            return False
+    return True

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from functools import partial as partial_function
 from importlib.metadata import version
 from pathlib import Path
 
@@ -41,6 +42,8 @@ Image = NDArray[np.float32]
 LossesOfTable = tuple[Losses, Losses]
 """At regions, and between them."""
 
+LARGEST = 1.0 + 1e-9
+"""Of a drive's parts, in units of the largest gain, with what rounding adds."""
 HALFWAY_STEP = 2
 """Half-way between regions, SSIM is compared on every second image point each way."""
 
@@ -92,7 +95,8 @@ class OneFrequency:
             "board": f"{solved.board.fingerprint():#018x}", "objective": options.objective,
             "seed": options.seed, "version": version("chladni"), "pressed": pressed,
         }  # fmt: skip
-        with Checkpoint(partial, key) as checkpoint:
+        is_drive = partial_function(_is_drive, actuators=len(solved.board.actuators))
+        with Checkpoint(partial, key, is_drive) as checkpoint:
             drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs,
                             pressed=pressed)  # fmt: skip
         level = solved.space.nearest_level(HALFWAY_STEP)
@@ -228,3 +232,13 @@ def _best_drive(problem: Problem, options: Options) -> Result:
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive
     return {"drive": [[float(c.real), float(c.imag)] for c in drive]}
+
+
+def _is_drive(result: Result, actuators: int) -> bool:
+    """Whether a checkpoint's result is one of `_best_drive`: a gain of at most 1 per actuator."""
+    drive = result.get("drive")
+    return (
+        result.keys() == {"drive"} and isinstance(drive, list) and len(drive) == actuators
+        and all(isinstance(parts, list) and len(parts) == 2 for parts in drive)
+        and all(type(part) is float and abs(part) <= LARGEST for parts in drive for part in parts)
+    )  # fmt: skip

@@ -11,11 +11,11 @@ chain is the authors' own, gain for gain, and 10 000 steps take seconds.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.problem.problem import Problem
 from chladni.sim.errors import InputError
-from chladni.sim.files import write_arrays
+from chladni.sim.files import read_arrays, write_arrays
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,6 +34,12 @@ STEPS = 10_000
 FIRST_TEMPERATURE, COOLING = 1000.0, 0.999
 KEEP_EVERY = 1000
 """Steps between two savings of the trace."""
+MOST_STEPS = 10_000_000
+"""With a trace, which keeps eight bytes of each."""
+TRACE_BYTES = 8 * MOST_STEPS + 1_000_000
+"""Of a trace, packed or unpacked; a state of 64 actuators has 184,320."""
+MOST_WORDS = 400
+"""Characters of what a trace says it is of."""
 
 
 @dataclass
@@ -117,10 +123,12 @@ def run(
     def ssim(drive: ComplexArray) -> float:
         return space.value(objective, drive)
 
-    chain = _resume(options.trace, key) if options.trace else None
+    if options.trace and steps > MOST_STEPS:
+        raise InputError("steps", steps, f"at most {MOST_STEPS:,} with a trace")
+    rng = np.random.default_rng(options.seed)
+    state = start(rng)
+    chain = _resume(options.trace, key, state.shape) if options.trace else None
     if chain is None:
-        rng = np.random.default_rng(options.seed)
-        state = start(rng)
         first = ssim(drive_of(state))
         chain = Chain(state, [first], (first, drive_of(state)), rng)
     try:
@@ -165,6 +173,7 @@ def save_trace(path: Path, chain: Chain, key: dict[str, Any]) -> None:
     state = json.dumps({"key": key, "rng": chain.rng.bit_generator.state})
     write_arrays(
         path,
+        follow=False,
         ssim=np.array(chain.ssim),
         state=chain.state,
         best_ssim=np.array(chain.best[0]),
@@ -176,30 +185,55 @@ def save_trace(path: Path, chain: Chain, key: dict[str, Any]) -> None:
 def read_trace(path: Path) -> tuple[Chain, dict[str, Any]]:
     """A saved chain and what it is of.
 
+    An .npz carries a checksum of every array; what is in them is checked besides.
+
     Raises
     ------
     InputError
-        The file is no trace.
+        The file is no trace, or a link to one.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
-            about = json.loads(str(data["about"]))
-            rng = np.random.default_rng()
-            rng.bit_generator.state = about["rng"]
-            best = (float(data["best_ssim"]), np.asarray(data["best_drive"]))
-            return Chain(data["state"].copy(), data["ssim"].tolist(), best, rng), about["key"]
-    except (OSError, EOFError, BadZipFile, ValueError, KeyError, TypeError) as error:
+        data = read_arrays(path, "--trace", TRACE_BYTES, "a trace", follow=False)
+        about = json.loads(str(data["about"]))
+        rng = np.random.default_rng()
+        rng.bit_generator.state = about["rng"]
+        if about["rng"]["state"]["inc"] % 2 == 0:
+            raise ValueError("a generator that repeats itself")
+        best = (float(data["best_ssim"]), data["best_drive"])
+        chain = Chain(data["state"], data["ssim"].tolist(), best, rng)
+        key = about["key"]
+        if not (isinstance(key, dict) and _is_chain(data) and len(_words(key)) < MOST_WORDS):
+            raise ValueError("no chain")
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise InputError("--trace", str(path), "a new file, or a trace of this solve") from error
+    return chain, key
 
 
-def _resume(path: Path, key: dict[str, Any]) -> Chain | None:
-    if not path.exists():
+def _is_chain(data: dict[str, NDArray[Any]]) -> bool:
+    """Whether arrays are what `save_trace` writes: their kinds, their shapes, numbers in range."""
+    kinds = {
+        "ssim": ("f8", 1), "state": ("f8", 2), "best_ssim": ("f8", 0), "best_drive": ("c16", 1),
+    }  # fmt: skip
+    return (
+        all(data[n].dtype == kind and data[n].ndim == rank for n, (kind, rank) in kinds.items())
+        and all(bool(np.isfinite(data[name]).all()) for name in kinds)
+        and data["ssim"].size > 0
+        and len(data["state"]) == len(data["best_drive"])
+        and bool((np.abs(data["state"]) <= LARGEST_GAIN).all())
+    )
+
+
+def _resume(path: Path, key: dict[str, Any], shape: tuple[int, ...]) -> Chain | None:
+    if not os.path.lexists(path):
         return None
     chain, saved = read_trace(path)
     if saved != key:
         raise InputError(
             "--trace", str(path), f"a trace of {_words(key)}; it is one of {_words(saved)}"
         )
+    if chain.state.shape != shape:
+        raise InputError("--trace", f"a state of shape {chain.state.shape}", f"{shape}",
+                         file=str(path))  # fmt: skip
     return chain
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.drives.batch import over_targets
+from chladni.drives.batch import Target, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
@@ -97,7 +97,7 @@ def compare(
         "pitch": pitch, "seed": seed, "steps": steps,
     }  # fmt: skip
     rows: list[Row] = []
-    with Checkpoint(kept, key) as checkpoint:
+    with Checkpoint(kept, key, partial(_is_result, chosen=chosen)) as checkpoint:
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
@@ -105,7 +105,7 @@ def compare(
             solved, targets, work, jobs=jobs, checkpoint=checkpoint, with_finger=True
         )
         for number, (target, result) in enumerate(zip(targets, results, strict=True), 1):
-            rows += [Row(*target, **entry) for entry in result["rows"]]
+            rows += [_row(target, entry) for entry in result["rows"]]
             if progress:
                 progress(number, len(targets))
     return grid, rows
@@ -153,19 +153,45 @@ def _score_all(
         solution = solve_problem(problem, method, Options(objective, seed, own_steps))
         card = asdict(score_on(problem, solution.field, nulls, drive=solution.drive))
         card |= {"evaluations": solution.evaluations, "seconds": solution.seconds, **card["felt"]}
-        numbers = {
-            name: float("nan") if card[name] is None else float(card[name]) for name in NUMBERS
-        }
+        numbers = {name: _kept(card[name]) for name in NUMBERS}
         rows.append({"method": method, "objective": objective, "numbers": numbers})
     return {"rows": rows + _null_rows(nulls)}
 
 
 def _null_rows(nulls: NullModels) -> list[Result]:
-    nothing = dict.fromkeys(NUMBERS, float("nan"))
+    nothing = dict.fromkeys(NUMBERS, "nan")
     return [
         {"method": name, "objective": "–", "numbers": {**nothing, "ssim": getattr(nulls, name)}}
         for name in NULLS
     ]
+
+
+def _kept(number: float | None) -> float | str:
+    """A number for a checkpoint, whose JSON holds finite ones; the others as words."""
+    value = float("nan") if number is None else float(number)
+    return value if np.isfinite(value) else str(value)
+
+
+def _row(target: Target, entry: Result) -> Row:
+    numbers = {name: float(value) for name, value in entry["numbers"].items()}
+    return Row(*target, entry["method"], entry["objective"], numbers)
+
+
+def _is_result(result: Result, chosen: Sequence[tuple[str, str]]) -> bool:
+    """Whether a checkpoint's result is one of `_score_all` for these contenders."""
+    rows = result.get("rows")
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        return False
+    found = [(row.get("method"), row.get("objective"), row.get("numbers")) for row in rows]
+    wanted = [*chosen, *((name, "–") for name in NULLS)]
+    return [row[:2] for row in found] == wanted and all(_are_numbers(row[2]) for row in found)
+
+
+def _are_numbers(numbers: Any) -> bool:
+    return (
+        isinstance(numbers, dict) and list(numbers) == list(NUMBERS)
+        and all(type(n) is float or n in ("nan", "inf", "-inf") for n in numbers.values())
+    )  # fmt: skip
 
 
 def _median(values: Sequence[float]) -> float | None:
