@@ -62,11 +62,7 @@ def chladni(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
 
     def run(*arguments: object) -> Answer:
         monkeypatch.setattr(sys, "argv", ["chladni", *map(str, arguments)])
-        code = 0
-        try:
-            main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
+        code = main()
         captured = capsys.readouterr()
         return Answer(code, captured.out, captured.err)
 

@@ -20,7 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 LIST_COMMANDS = """
 import json, typer
-from chladni.host.cli.app import app
+from chladni.host.cli.command_line import app
 def walk(command, path=()):
     for name, own in getattr(command, "commands", {}).items():
         yield from walk(own, (*path, name))

@@ -1,18 +1,46 @@
-"""The user's side: devices and how to reach them, the emulated one, the loop back to the plate."""
+"""The user's side: devices and how to reach them, the emulated one, the loop back to the plate.
 
-from importlib.metadata import version
+Names are loaded when they are first asked for: the command line goes through here, and answers
+Ctrl-C before a second of NumPy has been loaded.
+"""
 
-from chladni.host.device.async_device import AsyncDevice
-from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.udp import UdpPort, UdpWire
-from chladni.host.device.wire import EmulatorWire, SerialWire, Wire, WireError
-from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
-from chladni.host.emulation.emulator import Emulator, EmulatorError, Recording, TouchEvent, emulate
-from chladni.host.protocol.config import DeviceConfig, config_of
-from chladni.host.protocol.network import NetworkSettings, read_key
+from __future__ import annotations
 
-__version__ = version("chladni")
+from importlib import import_module
+
+TYPE_CHECKING = False  # typing's own would load a hundredth of a second of modules
+if TYPE_CHECKING:
+    from typing import Any
+
+    from chladni.host.device.async_device import AsyncDevice
+    from chladni.host.device.device import Device
+    from chladni.host.device.link import LinkError
+    from chladni.host.device.udp import UdpPort, UdpWire
+    from chladni.host.device.wire import EmulatorWire, SerialWire, Wire, WireError
+    from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
+    from chladni.host.emulation.emulator import (
+        Emulator,
+        EmulatorError,
+        Recording,
+        TouchEvent,
+        emulate,
+    )
+    from chladni.host.protocol.config import DeviceConfig, config_of
+    from chladni.host.protocol.network import NetworkSettings, read_key
+
+    __version__: str
+
+_PLACES = {
+    "device.async_device": ("AsyncDevice",),
+    "device.device": ("Device",),
+    "device.link": ("LinkError",),
+    "device.udp": ("UdpPort", "UdpWire"),
+    "device.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
+    "emulation.closed_loop": ("LoopReport", "board_of", "run_loop"),
+    "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
+    "protocol.config": ("DeviceConfig", "config_of"),
+    "protocol.network": ("NetworkSettings", "read_key"),
+}
 
 __all__ = [
     "AsyncDevice",
@@ -37,3 +65,16 @@ __all__ = [
     "read_key",
     "run_loop",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """A name of `__all__`, or the version, loaded now and kept."""
+    if name == "__version__":
+        value: Any = import_module("importlib.metadata").version("chladni")
+    else:
+        places = [place for place, names in _PLACES.items() if name in names]
+        if not places:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(f"{__name__}.{places[0]}"), name)
+    globals()[name] = value
+    return value

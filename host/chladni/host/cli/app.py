@@ -1,84 +1,74 @@
-"""The `chladni` command: thin over `chladni.sim`, `chladni.tables` and `chladni.host`."""
+"""The `chladni` command as a process: what Ctrl-C does before, during and after the work.
+
+Nothing large is imported here: NumPy, matplotlib and others take a second to load. Before this
+runs, Python itself loads for some hundredths of a second; Ctrl-C then is Python's to answer.
+"""
 
 from __future__ import annotations
 
-import logging
+import os
 import sys
-from importlib.metadata import version
-from typing import Annotated
 
-import typer
+# What `signal` is made of: that would load enum and others before Ctrl-C is answered.
+from _signal import (  # type: ignore[import-not-found]
+    SIGINT,
+    default_int_handler,
+    getsignal,
+    signal,
+)
 
-from chladni.host.cli import board as board_commands
-from chladni.host.cli import compare as compare_command
-from chladni.host.cli import plate as plate_commands
-from chladni.host.cli import table as table_commands
-from chladni.host.cli.common.options import JsonOption
-from chladni.host.cli.common.output import answer
-from chladni.host.cli.device import commands as device_commands
-from chladni.host.cli.emulate import emulate
-from chladni.host.cli.solve import solve_command
-from chladni.host.protocol import link as link_protocol
-from chladni.sim.errors import ChladniError, InputError, MissingError
-from chladni.tables import layout
+TYPE_CHECKING = False  # typing's own would load still more
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-app = typer.Typer(
-    no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)  # fmt: skip
-table_app = typer.Typer(help="Build and read drive tables.", no_args_is_help=True)
-app.add_typer(board_commands.board_app, name="board")
-app.add_typer(table_app, name="table")
-
-plate_commands.register(app)
-app.command("solve")(solve_command)
-app.command("emulate")(emulate)
-compare_command.register(app)
-table_commands.register(table_app)
-device_commands.register(app)
+STOPPED = 130
+"""Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""
 
 
-@app.callback(invoke_without_command=True)
-def versions(
-    context: typer.Context,
-    show: Annotated[
-        bool, typer.Option("--version", help="Show the versions of program, tables and link.")
-    ] = False,
-    as_json: JsonOption = False,
-) -> None:
-    """Put a vibration where a finger is."""
-    if show:
-        known = {
-            "chladni": version("chladni"),
-            "table_format": f"{layout.VERSION_MAJOR}.{layout.VERSION_MINOR}",
-            "link": f"{link_protocol.VERSION_MAJOR}.{link_protocol.VERSION_MINOR}",
-        }
-        answer(known, as_json=as_json, title="Chladni")
-        raise typer.Exit
-    if context.invoked_subcommand is None:
-        raise MissingError("COMMAND", "`chladni -h` lists them")
+def main() -> int:
+    """Run the command line; 0 done, 1 the work failed, 2 the input is wrong, 130 Ctrl-C."""
+    from chladni.host.cli.command_line import app  # noqa: PLC0415
+    from chladni.host.cli.common.ending import run  # noqa: PLC0415
+
+    return run("chladni", lambda: app(prog_name="chladni"))
 
 
-def main() -> None:
-    """Run the command line; 0 done, 1 the work failed, 2 the input is wrong."""
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("chladni: %(message)s"))
-    logging.getLogger("chladni").handlers = [handler]
-    logging.getLogger("chladni").setLevel(logging.INFO)
+def start() -> None:
+    """As `main`, in a process of its own, which ends with the code."""
+    as_process("chladni.host.cli.command_line", main)
+
+
+def as_process(loads: str, work: Callable[[], int]) -> None:
+    """Do a process's work and exit with its code; Ctrl-C is 130 and no traceback, at any time.
+
+    Parameters
+    ----------
+    loads
+        Module that takes a while to load; `work` imports it again.
+    """
+    # Where it is ignored, as in the background of a shell, it stays so.
+    is_heard = getsignal(SIGINT) is default_int_handler
+    code = STOPPED
     try:
-        app(prog_name="chladni")
-    except InputError as error:
-        sys.exit(_complain(str(error), 2))
-    except ChladniError as error:
-        sys.exit(_complain(str(error), 1))
-    except OSError as error:
-        sys.exit(_complain(f"{error.filename or 'output'}: {error.strerror}", 1))
+        if is_heard:
+            signal(SIGINT, _leave)
+        # Loaded here: an exception would come up within any of its modules, as their traceback.
+        __import__(loads)
+        if is_heard:
+            signal(SIGINT, default_int_handler)
+        code = work()
+    except KeyboardInterrupt:
+        pass
+    if is_heard:
+        # All is written; what Python still puts in order would show a traceback.
+        signal(SIGINT, _leave)
+    sys.exit(code)
 
 
-def _complain(message: str, code: int) -> int:
-    sys.stderr.write(f"chladni: {message}\n")
-    return code
+def _leave(*_: object) -> None:
+    """End at once. Before and after the work there is nothing to put in order."""
+    os._exit(STOPPED)
 
 
 if __name__ == "__main__":
-    main()
+    start()

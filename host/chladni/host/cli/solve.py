@@ -63,7 +63,7 @@ def solve_command(
     if figure is not None and trace is None:
         raise MissingError("--trace", "--figure draws it")
     loaded = load_board(board)
-    with progress_bar(method) as progress:
+    with progress_bar(method, keeps=trace is not None) as progress:
         solution = solve(
             loaded, place, method=method, objective=objective, seed=seed, steps=steps,
             trace=trace, progress=progress, allow_unmet=True,

@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
-from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.errors import InputError, StoppedError
 
 Place = tuple[float, float]
 
@@ -111,8 +111,19 @@ def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path
 
 
 @contextlib.contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
-    """A callback (done, all) that draws a bar on stderr, if that is a terminal."""
+def progress_bar(label: str, *, keeps: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A callback (done, all) that draws a bar on stderr, if that is a terminal.
+
+    Parameters
+    ----------
+    keeps
+        Whether the same command, run again after Ctrl-C, goes on where it stopped.
+
+    Raises
+    ------
+    StoppedError
+        Ctrl-C.
+    """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
                TimeRemainingColumn())  # fmt: skip
     console = Console(stderr=True)
@@ -121,5 +132,5 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int], None]]:
         try:
             yield lambda done, total: bar.update(task, completed=done, total=total)
         except KeyboardInterrupt:
-            again = "the same command goes on from what was kept"
-            raise ChladniError(f"{label}: interrupted; {again}") from None
+            again = "; the same command goes on from what was kept" if keeps else ""
+            raise StoppedError(f"{label}: interrupted{again}") from None

@@ -1,0 +1,168 @@
+"""How commands end: Ctrl-C at any time, a full disk, output that no one takes."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+import chladni.host
+from conftest import ROOT, CommandLine
+
+pytestmark = pytest.mark.slow
+
+# The console script as pip writes it, which says when its first line runs.
+SCRIPT = """
+import sys
+sys.argv = ["chladni", *sys.argv[1:]]
+from chladni.host.cli.app import start
+print("up", file=sys.stderr, flush=True)
+sys.exit(start())
+"""
+BUILD = ("table", "build", str(ROOT / "tests" / "chain" / "coarse.toml"), "-o", "t.chl")
+
+
+@pytest.mark.parametrize("after_ms", [20, 100, 300, 600, 1000, 2000])
+def test_ctrl_c_at_any_time_shows_no_traceback_and_leaves_nothing(
+    tmp_path: Path, after_ms: int
+) -> None:
+    """Counted from the program's first line: before it, Python itself loads and answers."""
+    command = [sys.executable, "-c", SCRIPT, *BUILD]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == "up\n"
+        time.sleep(after_ms / 1e3)
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    assert process.returncode == 130, said
+    assert said.count("\n") <= 1
+    assert "Traceback" not in said
+    # What was found before Ctrl-C is kept, and nothing else.
+    left = [path.name for path in tmp_path.iterdir()]
+    assert left == (["t.chl.partial"] if "goes on" in said and left else [])
+
+
+def test_ctrl_c_at_a_question_is_ctrl_c(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def press(*_: object, **__: object) -> str:
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("typer.prompt", press)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    answer = chladni("device", "network", "set", "--ssid", "x", "--key", "k", "--emulator")
+    assert (answer.code, answer.err) == (130, "chladni: interrupted\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("entry", ["chladni.host.cli.app", "chladni.host.cli.demo"])
+def test_ctrl_c_in_the_module_as_it_is_run(tmp_path: Path, entry: str) -> None:
+    command = [sys.executable, "-m", entry, *(BUILD if entry.endswith("app") else ())]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        time.sleep(2.0)
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    assert process.returncode == 130, said
+    assert "Traceback" not in said
+
+
+def test_nothing_large_is_loaded_before_ctrl_c_is_answered() -> None:
+    code = (
+        "import sys, chladni.host.cli.app\n"
+        "print(sorted({'numpy', 'matplotlib', 'typing', 'enum', 're'} & sys.modules.keys()))"
+    )
+    # Without site, whose .pth files of an editable installation load what they like.
+    paths = [ROOT / "host" / "chladni", *sys.path]
+    done = subprocess.run(
+        [sys.executable, "-S", "-c",
+         "import sys, types\n"
+         f"sys.path[:0] = {[str(path) for path in paths]!r}\n"
+         "own = sys.modules['chladni'] = types.ModuleType('chladni')\n"
+         f"own.__path__ = [{str(ROOT / 'host' / 'chladni')!r}]\n" + code],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == "[]\n"
+
+
+def test_every_name_of_the_package_can_be_had() -> None:
+    for name in chladni.host.__all__:
+        assert getattr(chladni.host, name).__name__ in (name, "Wire")
+    assert chladni.host.__version__
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = chladni.host.nonsense
+
+
+# Every command that writes, and the option that says where.
+WRITING: dict[str, Sequence[str]] = {
+    "field": ("field", "paper", "--actuator", "centre", "-o", "@.npz"),
+    "modes": ("modes", "paper", "--count", "2", "-o", "@.npz"),
+    "modes' figure": ("modes", "paper", "--count", "2", "--figure", "@.svg"),
+    "sweep": ("sweep", "prototype", "-o", "@.npz"),
+    "sweep's figure": ("sweep", "prototype", "--figure", "@.pdf"),
+    "wiring": ("board", "wiring", "prototype", "-o", "@.svg"),
+    "sensitivity": ("board", "sensitivity", "paper", "--figure", "@.png"),
+    "solve": ("solve", "paper", "--target", "0,0", "--method", "anneal", "--steps", "5",
+              "--trace", "@.npz"),
+    "compare": ("compare", "paper", "--pitch", "60", "--methods", "nearest", "-o", "@.csv"),
+    "compare's figure": ("compare", "paper", "--pitch", "60", "--methods", "nearest", "--figure",
+                         "@.png"),
+    "build": ("table", "build", "prototype", "-o", "@.chl"),
+    "export": ("table", "export", "t.chl", "--csv", "@.csv"),
+    "emulate": ("emulate", "t.chl", "--touch", "0,0@5", "--ms", "200", "-o", "@.npz"),
+    "the emulator's flash": ("emulate", "--serial", "--ms", "1", "--flash", "@.bin"),
+    "key": ("device", "key", "new", "@.key"),
+}  # fmt: skip
+NEW_ONLY = {"key", "the emulator's flash", "solve"}
+"""What they write is no file of theirs unless they wrote it; an old one is another matter."""
+
+
+@pytest.mark.parametrize("case", WRITING)
+def test_a_full_disk_is_said_and_leaves_what_was_there(table_file: Path, case: str) -> None:
+    """A process that may write 40 bytes to a file stands for the disk: the same calls fail."""
+    folder = table_file.parent
+    words = [word.replace("@.", "result.") for word in WRITING[case]]
+    (name,) = (word for word in words if word.startswith("result."))
+    if case not in NEW_ONLY:
+        (folder / name).write_bytes(b"what was there")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    done = subprocess.run(
+        [sys.executable, "-m", "chladni.host.cli.app", *words], cwd=folder, text=True,
+        capture_output=True, check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40, 40)),
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    assert "File too large" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_an_answer_that_no_one_can_take_is_an_error(tmp_path: Path) -> None:
+    for words in (("--version",), ("--version", "--json"), ("board", "show", "paper", "--json")):
+        with Path("/dev/full").open("w", encoding="utf-8") as full:
+            done = subprocess.run(
+                [sys.executable, "-m", "chladni.host.cli.app", *words], cwd=tmp_path, stdout=full,
+                stderr=subprocess.PIPE, text=True, check=False,
+            )  # fmt: skip
+        assert (done.returncode, done.stderr) == (1, "chladni: output: No space left on device\n")
+
+
+def test_a_reader_that_leaves_early_is_no_traceback(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "chladni.host.cli.app", "--version", "--json"], cwd=tmp_path,
+        stdout=writer, stderr=subprocess.PIPE, text=True, check=False,
+    )  # fmt: skip
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, "")
