@@ -56,9 +56,10 @@ class Quantity:
         for item in values:
             if isinstance(item, bool) or not isinstance(item, (int, float)):
                 raise InputError(where, value, self.expected())
-            if self.integer and not float(item).is_integer():
+            # First the range: an integer of 400 digits is no float.
+            if not self.low <= item <= self.high or not math.isfinite(item):
                 raise InputError(where, value, self.expected())
-            if not math.isfinite(item) or not self.low <= item <= self.high:
+            if self.integer and not float(item).is_integer():
                 raise InputError(where, value, self.expected())
 
     def to_si(self, value: Any) -> Any:
