@@ -43,7 +43,7 @@ test: venv  ## lint, type-check and run every test
 	@$(PART) "3 of 3: tests, on $(JOBS) cores" true
 	$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers
+lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -55,6 +55,7 @@ lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if
 		--std=c++17 --error-exitcode=1 --quiet -Ifirmware/esp32 $(CHECKED_SOURCES); fi
 	$(BIN)/python tools/generate_headers.py --check
 	$(BIN)/python tools/draw_house.py --check
+	$(BIN)/python tools/list_licences.py --check
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \

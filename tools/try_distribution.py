@@ -4,7 +4,7 @@
 
 Makes an sdist, a wheel of that sdist, and an empty environment in a temporary folder with nothing
 but the wheel and what it asks for. There every command of `chladni` runs and must end with 0. A
-command that is not in `COMMANDS` is a failure too.
+command that is not in `COMMANDS` is a failure too. Then comes the extra `rom`.
 """
 
 from __future__ import annotations
@@ -80,8 +80,20 @@ def run(*command: str | Path, cwd: Path, quiet: bool = True) -> str:
     return done.stdout
 
 
+def try_rom_extra(folder: Path, python: Path, wheel: Path) -> None:
+    """Flashing through the ROM's loader asks for its extra, and with it for a port."""
+    flash = (python, "-m", "chladni.host.cli.app", "flash", "t.chl", "--rom", "--port", "nowhere")
+    for begin in ("chladni: ROM flashing needs esptool: pip install 'chladni[rom]'", "nowhere: "):
+        done = subprocess.run(flash, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 1 or begin not in done.stderr:
+            sys.exit(f"{begin!r} expected: {done.returncode}\n{done.stdout}{done.stderr}")
+        print(f"chladni flash --rom: {begin}", flush=True)
+        if begin.startswith("chladni"):
+            run(python, "-m", "pip", "--quiet", "install", f"{wheel}[rom]", cwd=folder)
+
+
 def main() -> None:
-    """Build, install, run."""
+    """Build, install, run; without the extra `rom` and with it."""
     with tempfile.TemporaryDirectory(prefix="chladni-") as name:
         folder = Path(name)
         pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
@@ -105,6 +117,7 @@ def main() -> None:
             if as_json:
                 json.loads(answer)
             print(f"chladni {command}: ok", flush=True)
+        try_rom_extra(folder, python, wheel)
 
 
 if __name__ == "__main__":

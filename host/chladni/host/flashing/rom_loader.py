@@ -1,5 +1,8 @@
 """A device that does not run, or runs something else: through the ROM's loader, by esptool.
 
+esptool is under the GPL, and Chladni under the MIT licence: it is an extra, `chladni[rom]`, and is
+imported here and nowhere else (docs/licences.md).
+
 Nothing is written but to the partition that is meant, at the offset that the device's own partition
 table gives.
 """
@@ -13,9 +16,6 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import esptool
-from esptool import cmds
 
 from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
@@ -175,14 +175,31 @@ def loader(port: str, baud: int) -> Iterator[Any]:
     Raises
     ------
     WireError, RomError
-        No such port, or nothing there that loads.
+        No such port, nothing there that loads, or no esptool.
     """
     # esptool talks on standard output, which belongs to the command's own answer.
     with redirect_stdout(sys.stderr):
         yield from _loaded(port, baud)
 
 
+def _esptool() -> tuple[Any, Any]:
+    """esptool, and its commands.
+
+    Raises
+    ------
+    RomError
+        It is not installed.
+    """
+    try:
+        import esptool  # noqa: PLC0415  (may be missing)
+        from esptool import cmds  # noqa: PLC0415
+    except ImportError as error:
+        raise RomError("ROM flashing needs esptool: pip install 'chladni[rom]'") from error
+    return esptool, cmds
+
+
 def _loaded(port: str, baud: int) -> Iterator[Any]:
+    esptool, cmds = _esptool()
     try:
         esp = cmds.detect_chip(port, baud=115_200)
     except (OSError, esptool.FatalError) as error:
@@ -203,6 +220,7 @@ def _loaded(port: str, baud: int) -> Iterator[Any]:
 
 
 def _read(esp: Any, address: int, size: int) -> bytes:
+    _, cmds = _esptool()
     data = cmds.read_flash(esp, address, size, no_progress=True)
     if data is None or len(data) != size:
         raise RomError(f"flash at {address:#x} could not be read")
@@ -210,6 +228,7 @@ def _read(esp: Any, address: int, size: int) -> bytes:
 
 
 def _write(esp: Any, address: int, data: bytes) -> None:
+    _, cmds = _esptool()
     cmds.write_flash(esp, [(address, data)])
     if _read(esp, address, len(data)) != data:
         raise RomError(f"flash at {address:#x} does not hold what was written")

@@ -11,6 +11,7 @@ from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.link import LinkError
+from chladni.host.flashing import rom_loader
 from chladni.host.protocol.config import DeviceConfig, board_settings
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
 from chladni.sim.board.file import load_board
@@ -151,8 +152,6 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
-    from chladni.host.flashing import rom_loader  # noqa: PLC0415  (esptool takes a second to load)
-
     if connection.udp is not None or connection.emulator:
         raise ConflictError("--rom", "--udp and --emulator; the loader is at a --port")
     port = required("--port", connection.port, "where the chip's loader is")

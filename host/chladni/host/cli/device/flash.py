@@ -13,6 +13,7 @@ from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.link import LinkError
+from chladni.host.flashing import rom_loader
 from chladni.sim.errors import ConflictError, InputError, check_one_of
 from chladni.tables.format import pack, read_table
 
@@ -66,15 +67,13 @@ def flash(
 def _flash_by_rom(
     connection: Connection, table: Path | None, firmware: Path | None, *, as_json: bool
 ) -> None:
-    from chladni.host.flashing import rom_loader as rom  # noqa: PLC0415  (esptool takes a second to load)
-
     port = required("--port", connection.port, "the ROM's loader answers on a serial port only")
     begun = time.monotonic()
     if firmware is not None:
-        result = rom.flash_firmware(port, connection.baud, firmware)
+        result = rom_loader.flash_firmware(port, connection.baud, firmware)
     else:
         if table is None:
             raise ConflictError("--rom", "--previous; going back needs a running device")
-        result = rom.flash_table(port, connection.baud, pack(read_table(table)))
+        result = rom_loader.flash_table(port, connection.baud, pack(read_table(table)))
     result["seconds"] = time.monotonic() - begun
     answer(result, as_json=as_json, title=f"{firmware or table} is written")
