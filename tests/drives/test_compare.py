@@ -9,6 +9,7 @@ import io
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -180,3 +181,26 @@ def test_a_table_of_each_objective(coarse_board: Board, objective: str) -> None:
     fields = solved_board(few).fields.values
     stored = np.abs(np.tensordot(table.drives(table.section())[0], fields, axes=1))
     assert np.abs(stored - exact).max() < 0.03 * exact.max()  # 0.25 dB
+
+
+def test_a_comparison_cut_off_has_the_same_rows(prototype: Board, tmp_path: Path) -> None:
+    """Null models have no number but one; what is absent comes back as absent."""
+    kept = tmp_path / "c.csv.partial"
+    options: dict[str, Any] = {"pitch": 60e-3, "methods": ["nearest"], "jobs": 1}
+
+    def kill(done: int, _: int) -> None:
+        if done == 2:
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        compare(prototype, **options, kept=kept, progress=kill)
+    assert len(kept.read_bytes().splitlines()) == 3
+    rows = compare(prototype, **options, kept=kept)[1]
+    assert any(np.isnan(row.numbers["finger_um"]) for row in rows)
+    timeless = [dataclasses.replace(row, numbers={**row.numbers, "seconds": 0.0}) for row in rows]
+    straight = [
+        dataclasses.replace(row, numbers={**row.numbers, "seconds": 0.0})
+        for row in compare(prototype, **options)[1]
+    ]
+    assert repr(timeless) == repr(straight)
+    assert not kept.exists()
