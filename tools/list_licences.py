@@ -48,7 +48,7 @@ FREE = re.compile(
 )
 LONGEST_NAME = 60
 """Characters; a longer line of metadata is a sentence of a licence."""
-# Not installed beside the others: made in environments of their own, or for few Pythons.
+# Not installed beside the others, or for few Pythons, or silent in their metadata.
 ELSEWHERE = {"scikit-build-core": "Apache-2.0", "nanobind": "BSD-3-Clause", "atheris": "Apache-2.0"}
 
 
@@ -95,10 +95,12 @@ def _kind(text: str) -> str:
 
 def licence_of(name: str) -> str:
     """What a package says its licence is: expression, then classifiers, then one short line."""
+    if name in ELSEWHERE:
+        return ELSEWHERE[name]
     try:
         about = distribution(name).metadata
     except PackageNotFoundError:
-        return ELSEWHERE.get(name, "?")
+        return "?"
     if "License-Expression" in about:
         return re.sub(r"\s+", " ", about["License-Expression"])
     classifiers = [line.rsplit(" :: ", 1)[1] for line in about.get_all("Classifier") or []

@@ -20,13 +20,16 @@ from chladni.sim.board.file import MOST_BYTES, board_from_document, load_board, 
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack, read_table
 from made_up import make_table, with_crc
+from soaking import tries
 
 MOST_MEMORY = 30_000_000
 """Of one case; each file here has 64 KB at most."""
 LONGEST_MESSAGE = 1500
 """A place, a value cut to 200 characters, what was expected, and a list of keys."""
-ANY = settings(max_examples=300, deadline=None,
-               suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
+ANY = settings(
+    max_examples=tries(60, 1000), deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
