@@ -62,3 +62,16 @@ def test_every_board_number_lives_in_board_files() -> None:
             for match in re.finditer(rf"(?<![\d.]){re.escape(number)}(?![\d.])", text):
                 line = text[text.rfind("\n", 0, match.start()) + 1 : text.find("\n", match.end())]
                 assert line.lstrip().startswith(("#", "//", '"""')), f"{path}: {line}"
+
+
+@pytest.mark.parametrize("page", ["security.md", "reliability.md"])
+def test_what_is_promised_names_tests_that_there_are(page: str) -> None:
+    """Whole files of tests, or single ones."""
+    promised = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / page).read_text()))
+    files = list((ROOT / "tests").rglob("test_*.py"))
+    known = {file.stem for file in files}
+    known |= {
+        name for file in files for name in re.findall(r"^def (test_\w+)", file.read_text(), re.M)
+    }
+    assert len(promised) > 5
+    assert promised <= known, promised - known

@@ -51,7 +51,10 @@ STREAM_SHARE = 0.8
 """Of the time that frames take to play, for sending them."""
 STREAM_SETTLED = 8
 """Pieces after which the device plays for certain."""
-SMALLEST_PIECE = 20
+STREAM_MEAN, STREAM_FOLLOW = 0.1, 0.02
+"""Of a piece in the mean of what the ring holds, and of that mean's error that a piece makes up for:
+half of it is gone after 35 pieces, and single late ones do not matter."""
+SMALLEST_PIECE = 16
 """Frames at once, 2 ms: smaller pieces cost more requests, and are late as often."""
 
 
@@ -245,9 +248,10 @@ class Device:
         target = int(np.clip(round(buffer_s * rate_hz), max(LEAST_TARGET, piece), MOST_TARGET))
         self.link.request("stream_begin", target=target)
         # Each piece goes out so early that the ring holds its target on the average. How long the
-        # device takes to begin shows in what it holds then, and is made up for; so is a ring that
-        # stays too full because the device, short of frames, had to begin again.
+        # device takes to begin shows in what it holds then, and is made up for; later on what the
+        # ring holds on the average is, a little with each piece.
         lead, sent, begun = target + piece // 2, 0, self.wire.now_s()
+        held = float(lead)
         for number in itertools.count():
             if sent == len(words):
                 return
@@ -261,8 +265,11 @@ class Device:
             ).fields
             sent += answer["taken"]
             yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
-            if number == STREAM_SETTLED or answer["filled"] > lead + 2 * piece:
+            if number == STREAM_SETTLED:
                 begun += (answer["filled"] - lead) / rate_hz
+            elif number > STREAM_SETTLED:
+                held += STREAM_MEAN * (answer["filled"] - held)
+                begun += STREAM_FOLLOW * (held - lead) / rate_hz
             if answer["taken"] < len(part):
                 # The ring was full: this machine was late, and caught up too fast.
                 self.link.wait(piece / rate_hz)

@@ -13,8 +13,10 @@ from chladni.host.device.wire import WireError
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.emulation.flash_file import FlashFile
 
-STEP_S = 0.002
-LONGEST_STEP_US = 5_000
+STEP_S = 0.001
+LONGEST_STEP_US = 2_000
+"""At once; what has come is handed over in between."""
+MOST_BEHIND_US = 5_000
 LOOPBACK = "127.0.0.1"
 LARGEST = 2048
 """More than a datagram of the device's may be long."""
@@ -107,24 +109,24 @@ class VirtualPort:
     def serve(self, until: Callable[[], bool]) -> None:
         """Run the device along with the clock until told to stop."""
         core = self.emulator.core
-        begun_s = time.monotonic() - core.now_us / 1e6
+        begun_s, is_behind = time.monotonic() - core.now_us / 1e6, False
         while not until():
             self.network.follow()
             listening = self.network.socket
             heard = [self._master] + ([listening.fileno()] if listening else [])
-            ready, _, _ = select.select(heard, [], [], STEP_S)
+            ready, _, _ = select.select(heard, [], [], 0.0 if is_behind else STEP_S)
             self.network.take()
             if self._master in ready:
                 core.uart_write(os.read(self._master, 4096))
             behind_us = int((time.monotonic() - begun_s) * 1e6) - core.now_us
+            is_behind = behind_us > LONGEST_STEP_US
             if behind_us <= 0:
                 continue  # an erase took longer than a step: what came of it is not out yet
-            if behind_us > LONGEST_STEP_US:
+            if behind_us > MOST_BEHIND_US:
                 # This machine was busy elsewhere, and no host could reach the device: its clock
                 # is late from now on, rather than that it leaps past what was on its way.
-                begun_s += (behind_us - LONGEST_STEP_US) / 1e6
-                behind_us = LONGEST_STEP_US
-            core.run_us(behind_us)
+                begun_s += (behind_us - MOST_BEHIND_US) / 1e6
+            core.run_us(min(behind_us, LONGEST_STEP_US))
             core.take_duties()
             if self._flash is not None:
                 self._flash.follow(core)
