@@ -52,7 +52,7 @@ STREAM_SHARE = 0.8
 STREAM_SETTLED = 8
 """Pieces after which the device plays for certain."""
 STREAM_MEAN, STREAM_FOLLOW = 0.1, 0.02
-"""Of a piece in the mean of what the ring holds, and of that mean's error that a piece makes up for:
+"""A piece's share in the mean of what the ring holds, and what it makes up for of its error:
 half of it is gone after 35 pieces, and single late ones do not matter."""
 SMALLEST_PIECE = 16
 """Frames at once, 2 ms: smaller pieces cost more requests, and are late as often."""
