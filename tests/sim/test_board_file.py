@@ -204,5 +204,41 @@ def test_errors_of_a_file_name_the_file(tmp_path: Path) -> None:
     path.write_text("name = [", encoding="utf-8")
     with pytest.raises(InputError, match=r"bad\.toml, syntax"):
         load_board(path)
-    with pytest.raises(InputError, match="paper, prototype"):
+    with pytest.raises(InputError, match="paper, phone15, prototype"):
         load_board(tmp_path / "missing.toml")
+
+
+@pytest.mark.parametrize(
+    ("block", "value", "field"),
+    [
+        ("focus", {"quieter_db": -1.0}, "focus.quieter_db"),
+        ("focus", {"silent_from_mm": 0.0}, "focus.silent_from_mm"),
+        ("focus", {"floor_um": "5"}, "focus.floor_um"),
+        ("focus", {"quieter_from_mm": 21.0}, "focus.quieter_from_mm"),
+        ("focus", {"loud_from_mm": 1.0}, "focus.loud_from_mm"),
+        ("focus", 3, "focus"),
+        ("active", {"margin_mm": -1.0}, "active.margin_mm"),
+        ("active", {"margin_mm": 35.75}, "active.margin_mm"),
+    ],
+)
+def test_faults_of_focus_and_active_area_are_named(block: str, value: Any, field: str) -> None:
+    faulty = document() | {block: value}
+    with pytest.raises(InputError) as caught:
+        board_from_document(faulty)
+    assert caught.value.field == field
+
+
+def test_what_a_focus_keeps_to_is_part_of_a_board_and_where_fingers_go_is_not() -> None:
+    """Drives depend on the one, only scores on the other."""
+    plain = board_from_document(document())
+    asked = board_from_document(document() | {"focus": {"quieter_db": 4.0}})
+    assert asked.focus is not None
+    assert asked.focus.quieter_db == 4.0
+    assert asked.focus.silent_from == pytest.approx(20e-3)
+    assert asked.fingerprint() != plain.fingerprint()
+    active = board_from_document(document() | {"active": {"margin_mm": 6.0}})
+    assert active.active is not None
+    assert active.active.margin == pytest.approx(6e-3)
+    assert active.fingerprint() == plain.fingerprint()
+    assert board_from_document(to_document(asked)) == asked
+    assert board_from_document(to_document(active)) == active

@@ -44,13 +44,13 @@ class Board(BoardParts):
     def fingerprint(self) -> int:
         """64 bits of the SHA-256 of what drives depend on.
 
-        Plate and what it lies on, actuators, frequency, regions, the finger, and of coils that move
-        what their motion does to their current.
+        Plate and what it lies on, actuators, frequency, regions, the finger, what a focus keeps to,
+        and of coils that move what their motion does to their current.
         """
         physical = {
             key: value
             for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image", "coil", "panel")
+            if key not in ("name", "electronics", "image", "coil", "panel", "active")
         }
         if self.coil is not None and self.coil.motion_acts_back:
             own = self.coil
@@ -92,7 +92,7 @@ def to_document(board: Board) -> dict[str, Any]:
             document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
-    for section in ("coil", "panel", "foundation", "finger"):
+    for section in ("coil", "panel", "foundation", "finger", "focus", "active"):
         if getattr(board, section):
             document[section] = table(getattr(board, section))
     document["actuators"] = [table(actuator) for actuator in board.actuators]

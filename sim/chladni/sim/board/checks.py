@@ -38,7 +38,7 @@ def check_board(board: BoardParts) -> None:
             raise InputError(f"plate.edges.{edge}", kind, expected)
     for section in (
         "plate", "magnet", "coil", "panel", "foundation", "finger", "drive", "image", "regions",
-        "electronics",
+        "electronics", "focus", "active",
     ):  # fmt: skip
         part = getattr(board, section)
         if part is not None:
@@ -51,6 +51,7 @@ def check_board(board: BoardParts) -> None:
     _check_winding(board)
     _check_supports(board)
     _check_panel(board)
+    _check_focus(board)
     _check_actuators(board)
     _check_pins(board)
     _check_places(board)
@@ -88,6 +89,18 @@ def _check_panel(board: BoardParts) -> None:
         raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
     if not isinstance(panel.mirrored, bool):
         raise InputError("panel.mirrored", panel.mirrored, "true or false")
+
+
+def _check_focus(board: BoardParts) -> None:
+    """The zones lie in order round the finger, and some of the board is left for it."""
+    focus, active = board.focus, board.active
+    if focus is not None and focus.quieter_from > focus.silent_from:
+        expected = f"at most silent_from_mm, {focus.silent_from / MM:g}"
+        raise InputError("focus.quieter_from_mm", focus.quieter_from / MM, expected)
+    short = min(board.plate.size)
+    if active is not None and 2.0 * active.margin >= short:
+        expected = f"less than half the short side, {short / 2.0 / MM:g}"
+        raise InputError("active.margin_mm", active.margin / MM, expected)
 
 
 def _check_pins(board: BoardParts) -> None:

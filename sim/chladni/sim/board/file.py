@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import FINGERS, CutOut, Finger, Foundation, Strips
 from chladni.sim.board.parts import (
     EDGE_KINDS,
@@ -47,7 +48,14 @@ FEATURE_CLASSES = {
     "masses": Mass,
     "holes": Hole,
 }
-OPTIONAL_SECTIONS = {"magnet": Magnet, "coil": Coil, "panel": Panel, "foundation": Foundation}
+OPTIONAL_SECTIONS = {
+    "magnet": Magnet,
+    "coil": Coil,
+    "panel": Panel,
+    "foundation": Foundation,
+    "focus": Focus,
+    "active": Active,
+}
 OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger")
 MOST_BYTES = 65_536
 """Of a board file; the template has 6,000, and a plate with a thousand features fits."""

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import Finger, Foundation
 from chladni.sim.board.quantity import MM, quantity
 
@@ -207,6 +208,8 @@ class BoardParts:
     panel: Panel | None = None
     foundation: Foundation | None = None
     finger: Finger | None = None
+    focus: Focus | None = None
+    active: Active | None = None
 
     def contains(self, x: float, y: float) -> bool:
         """Whether a place (m) lies on the board, its edges included."""

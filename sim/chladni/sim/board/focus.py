@@ -1,0 +1,33 @@
+"""What a board's focus is to be, and where on it fingers are expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chladni.sim.board.quantity import MM, quantity
+
+
+@dataclass(frozen=True)
+class Focus:
+    """What a drive of the objective `focus` keeps to. SI units unless the name says otherwise.
+
+    A second finger `quieter_from` or more away gets at least `quieter_db` less than the finger, one
+    `silent_from` or more away as little as can be, and the finger itself at least `floor_um` (peak
+    of the sine, at the coils' limit).
+
+    A fingertip covers 12 mm, so that is where the next one can lie at all; neighbours held side by
+    side are 16 to 20 mm apart. 3 dB is just above the JND of 2.3 dB. 5 µm is 23 dB above what is
+    just felt at 160 Hz (`sim.image.finger.THRESHOLDS`).
+    """
+
+    quieter_from: float = quantity("quieter_from_mm", MM, 0.0, 500.0, default=12e-3)
+    quieter_db: float = quantity("quieter_db", 1.0, 0.0, 60.0, default=3.0)
+    silent_from: float = quantity("silent_from_mm", MM, 1.0, 500.0, default=20e-3)
+    floor_um: float = quantity("floor_um", 1.0, 0.0, 1000.0, default=5.0)
+
+
+@dataclass(frozen=True)
+class Active:
+    """Where fingers are expected: the plate less a margin along all its edges, m."""
+
+    margin: float = quantity("margin_mm", MM, 0.0, 500.0, default=3e-3)
