@@ -102,7 +102,7 @@ def test_a_constant_target_image_is_solved(prototype: Board) -> None:
     solved = solved_board(prototype)
     problem = Problem(solved, (10.0, 25.0), np.ones_like(solved.fields.values[0]))
     assert not problem.image.any()
-    for objective in ("ssim", "balanced", "peak", "contrast"):
+    for objective in ("ssim", "balanced", "focus", "contrast"):
         solution = solve_problem(problem, "phasor", Options(objective))
         assert np.all(np.isfinite(solution.drive))
         assert np.isfinite(solution.ssim)

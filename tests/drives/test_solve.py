@@ -119,7 +119,7 @@ def test_one_actuator_and_a_target_on_a_screw_stay_finite(prototype: Board) -> N
         ({"target_mm": (0.0, 0.0), "method": "magic"}, "method"),
         ({"target_mm": (0.0, 0.0), "steps": 0}, "steps"),
         ({"target_mm": (0.0, 0.0), "objective": "magic"}, "objective"),
-        ({"target_mm": (0.0, 0.0), "objective": "peak", "method": "nearest"}, "objective"),
+        ({"target_mm": (0.0, 0.0), "objective": "focus", "method": "nearest"}, "objective"),
         ({"target_mm": (0.0, 0.0), "seed": -1}, "seed"),
         ({"target_mm": (0.0, 0.0), "seed": 1.5}, "seed"),
         ({"target_mm": (0.0, 0.0), "trace": Path("t.npz")}, "trace"),

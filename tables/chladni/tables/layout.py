@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.sim.errors import InputError
 from chladni.tables.mirror_symmetry import stored_cells
 
@@ -94,7 +93,7 @@ HEADER_FIELDS = (
 SECTION_FIELDS = (
     Field("frequency_mhz", "u32", "Drive frequency in millihertz."),
     Field("full_scale_gain_milli", "u32", "Gain at full scale, in thousandths."),
-    Field("objective", "u8", "0 unknown, 1 ssim, 2 contrast, 3 peak, 4 balanced."),
+    Field("objective", "u8", "0 unknown, 1 ssim, 2 contrast, 3 kept free, 4 balanced, 5 focus."),
     Field("labels", "u8", "Labels of the section, 1 to 255."),
     Field("reserved", "u16", "0."),
 )
@@ -107,7 +106,8 @@ def _struct(fields: tuple[Field, ...]) -> struct.Struct:
 HEADER_STRUCT, SECTION_STRUCT = _struct(HEADER_FIELDS), _struct(SECTION_FIELDS)
 HEADER_BYTES, SECTION_BYTES = HEADER_STRUCT.size, SECTION_STRUCT.size
 SMALLEST_FILE = HEADER_BYTES + SECTION_BYTES + CRC_BYTES
-OBJECTIVE_NAMES = ("unknown", *OBJECTIVES)
+OBJECTIVE_NAMES = ("unknown", "ssim", "contrast", "peak", "balanced", "focus")
+"""By number. `peak` was of an objective that there is no longer; its number stays taken."""
 
 
 def offsets(fields: tuple[Field, ...]) -> dict[str, int]:

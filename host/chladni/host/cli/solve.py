@@ -11,17 +11,23 @@ import numpy as np
 import typer
 
 from chladni.drives.methods import SEED
+from chladni.drives.methods.focus import shortfall
 from chladni.drives.scoring.scorecard import score
 from chladni.drives.solve import Solution, check_request, solve
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
+    FloorOption,
     JsonOption,
     LargeOption,
     MethodOption,
     ObjectiveOption,
+    QuieterFromOption,
+    QuieterOption,
     SeedOption,
+    SilentFromOption,
     check_figure,
+    with_focus,
 )  # fmt: skip
 from chladni.host.cli.common.output import (
     NO_COIL,
@@ -35,6 +41,7 @@ from chladni.host.figures.fields import save
 from chladni.host.figures.searches import trace_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.focus import Focus
 from chladni.sim.errors import MissingError
 from chladni.sim.fields.transfer import TOLERANCE
 
@@ -45,6 +52,10 @@ def solve_command(
     method: MethodOption = "phasor",
     objective: ObjectiveOption = "ssim",
     seed: SeedOption = SEED,
+    quieter_from_mm: QuieterFromOption = None,
+    quieter_db: QuieterOption = None,
+    silent_from_mm: SilentFromOption = None,
+    floor_um: FloorOption = None,
     steps: Annotated[int | None, typer.Option(help="Steps, in place of the method's own.")] = None,
     trace: Annotated[
         Path | None,
@@ -62,7 +73,10 @@ def solve_command(
     check_figure(figure)
     if figure is not None and trace is None:
         raise MissingError("--trace", "--figure draws it")
-    loaded = load_board(board)
+    loaded = with_focus(
+        load_board(board), quieter_from_mm=quieter_from_mm, quieter_db=quieter_db,
+        silent_from_mm=silent_from_mm, floor_um=floor_um,
+    )  # fmt: skip
     with progress_bar(method, keeps=trace is not None) as progress:
         solution = solve(
             loaded, place, method=method, objective=objective, seed=seed, steps=steps,
@@ -76,6 +90,10 @@ def solve_command(
         sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
     if report["remark"]:
         sys.stderr.write(f"chladni: {report['remark']}\n")
+    if objective == "focus":
+        gives_way = shortfall(loaded.focus or Focus(), solution.details)
+        if gives_way:
+            sys.stderr.write(f"chladni: {gives_way}\n")
     if loaded.coil is None:
         sys.stderr.write(f"chladni: {NO_COIL}\n")
     answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.methods.contrast import contrast
-from chladni.drives.methods.peak import peak
+from chladni.drives.methods.focus import focus
 from chladni.drives.problem.field_space import as_complex, as_reals, in_phase
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem
@@ -47,11 +47,11 @@ class _Climb:
 
 
 def phasor(problem: Problem, options: Options) -> Found:
-    """The best drive for an objective; `contrast` and `peak` have solutions of their own."""
+    """The best drive for an objective; `contrast` and `focus` have solutions of their own."""
     if options.objective == "contrast":
         return contrast(problem, options)
-    if options.objective == "peak":
-        return peak(problem, options)
+    if options.objective == "focus":
+        return focus(problem, options)
     space, weights = problem.solved.space, OBJECTIVES[options.objective]
     size = 2 * space.rank
     rng = np.random.default_rng(options.seed)

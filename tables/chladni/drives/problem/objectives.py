@@ -22,7 +22,7 @@ BALANCE = 0.02
 OBJECTIVES = {
     "ssim": Weights(1.0, 0.0),
     "contrast": Weights(0.0, 1.0),
-    "peak": Weights(0.0, 1.0),
     "balanced": Weights(1.0, BALANCE * DECIBEL),
+    "focus": Weights(0.0, 1.0),
 }
-"""By name. `contrast` is solved as an eigenproblem and `peak` by its own iteration (methods/)."""
+"""By name. `contrast` is solved as an eigenproblem and `focus` as a cone program (methods/)."""

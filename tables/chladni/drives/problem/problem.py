@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.field_space import FieldSpace
+from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -55,6 +56,12 @@ class SolvedPlate:
         with one_blas_thread():
             return FieldSpace(self.fields.values)
 
+    @cached_property
+    def second_fingers(self) -> SecondFingers:
+        """Discs all over the board in which a second finger could lie, made once."""
+        with one_blas_thread():
+            return SecondFingers.of(self.fields)
+
 
 @dataclass(frozen=True)
 class SolvedBoard:
@@ -77,6 +84,11 @@ class SolvedBoard:
     def space(self) -> FieldSpace:
         """The fields as the search wants them."""
         return self.plate.space
+
+    @property
+    def second_fingers(self) -> SecondFingers:
+        """Discs in which a second finger could lie."""
+        return self.plate.second_fingers
 
     @property
     def static(self) -> FloatArray | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -11,17 +12,30 @@ from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.cli.common.output import check_output
 from chladni.host.figures.fields import FORMATS
+from chladni.sim.board.board import Board
+from chladni.sim.board.focus import Focus
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.work import allow_large_work
 
 BoardArgument = Annotated[
-    str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: paper, prototype.")
+    str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: prototype, strip5, …")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON object.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the random starts.")]
 MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
 ObjectiveOption = Annotated[
     str, typer.Option(help="What phasor is to be best at: " + ", ".join(OBJECTIVES) + ".")
+]
+QuieterFromOption = Annotated[
+    float | None, typer.Option(help="focus: mm from which a second finger gets less.")
+]
+QuieterOption = Annotated[float | None, typer.Option(help="focus: how much less at least, dB.")]
+SilentFromOption = Annotated[
+    float | None, typer.Option(help="focus: mm from which it gets as little as can be.")
+]
+FloorOption = Annotated[
+    float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
 ]
 JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
 
@@ -57,6 +71,29 @@ def required(option: str, value: Given | None, what: str) -> Given:
     if value is None:
         raise MissingError(option, what)
     return value
+
+
+def with_focus(
+    board: Board, *, quieter_from_mm: float | None, quieter_db: float | None,
+    silent_from_mm: float | None, floor_um: float | None,
+) -> Board:  # fmt: skip
+    """A board with what its focus keeps to changed as far as options say.
+
+    Raises
+    ------
+    InputError
+        A value is out of its range, or the zones are not in order.
+    """
+    given: dict[str, float] = {}
+    if quieter_from_mm is not None:
+        given["quieter_from"] = quieter_from_mm * MM
+    if quieter_db is not None:
+        given["quieter_db"] = quieter_db
+    if silent_from_mm is not None:
+        given["silent_from"] = silent_from_mm * MM
+    if floor_um is not None:
+        given["floor_um"] = floor_um
+    return replace(board, focus=replace(board.focus or Focus(), **given)) if given else board
 
 
 def check_jobs(jobs: int | None) -> None:
