@@ -40,6 +40,7 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 # In this order: later ones read what earlier ones wrote.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
+    "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
     "board sensitivity": ("paper",),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "modes": ("prototype", "--count", "4", "--figure", "modes.png"),

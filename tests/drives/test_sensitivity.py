@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.sensitivity import FORCE, MODULUS, THICKNESS, sensitivity
+from chladni.drives.scoring.sensitivity import MODULUS, THICKNESS, sensitivity
+from chladni.drives.scoring.tolerances import FORCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Image

@@ -1,4 +1,4 @@
-"""Commands about a board as such: `board show`, `board sensitivity` and `board wiring`."""
+"""Commands about a board as such: `board show`, `score`, `sensitivity` and `wiring`."""
 
 from __future__ import annotations
 
@@ -14,24 +14,28 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.board_score import PITCH, SAMPLES, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
+from chladni.drives.solve import check_request
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
     LargeOption,
+    ObjectiveOption,
     SeedOption,
     check_figure,
 )  # fmt: skip
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
-from chladni.host.figures.boards import sensitivity_figure
+from chladni.host.figures.boards import score_figure, sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.host.figures.wiring import channels, wiring_figure
 from chladni.host.figures.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.transfer import plate_model
+from chladni.sim.errors import InputError
+from chladni.sim.fields.transfer import TOLERANCE, plate_model
 
 board_app = typer.Typer(no_args_is_help=True, help="Look at board files.")
 
@@ -58,6 +62,41 @@ def board_show(
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
+
+
+@board_app.command("score")
+def board_score(
+    board: BoardArgument,
+    pitch: Annotated[float, typer.Option(help="Between places, mm.")] = PITCH / MM,
+    objective: ObjectiveOption = "focus",
+    samples: Annotated[
+        int, typer.Option(help="Boards drawn within their tolerances; 0 for none.")
+    ] = SAMPLES,
+    perturbed: Annotated[
+        bool, typer.Option("--perturbed/--no-perturbed", help="Look at such boards at all.")
+    ] = True,
+    figure: FigureOption = None,
+    seed: SeedOption = SEED,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Score a board: how well it focuses all over, as drawn and as boards come out."""
+    check_figure(figure)
+    check_request("phasor", objective, seed, None, None)
+    if samples < 0:
+        raise InputError("--samples", samples, "at least 0")
+    loaded = load_board(board)
+    with progress_bar("boards") as progress:
+        score = score_board(
+            loaded, pitch=pitch * MM, objective=objective, samples=samples if perturbed else 0,
+            seed=seed, progress=progress,
+        )  # fmt: skip
+    say_unmet(score.error_estimate, TOLERANCE)
+    if figure is not None:
+        save(score_figure(loaded, score), figure)
+    result = {"name": loaded.name} | asdict(score)
+    del result["maps"]
+    answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
 
 
 @board_app.command("sensitivity")

@@ -1,15 +1,23 @@
-"""Figures about a board as such: what its tolerances do to the focus."""
+"""Figures about a board as such: its focus all over, and what tolerances do to that."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
+from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.sensitivity import Influence
-from chladni.host.figures.fields import COLOURS, INK
+from chladni.host.figures.fields import COLOURS, INK, draw_board
+from chladni.sim.board.board import Board
 
+LABELLED = 120
+"""Places up to which each has its number in a map."""
+NONE_DB = 299.0
+"""Where there is no second finger so far away, a ratio is 300."""
 PANELS = (
     ("level_db", "level under the finger, |dB|"),
     ("ssim", "SSIM"),
@@ -38,3 +46,48 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
     panels[0].invert_yaxis()
     figure.suptitle(f"{name}: what each part does within its tolerance", fontsize=11, color=INK)
     return figure
+
+
+MAPS = (
+    ("second_finger_20mm_db", "second finger, 20 mm or more, dB"),
+    ("focal_error_mm", "focal error, mm"),
+    ("finger_um", "under the finger, µm"),
+)
+
+
+def score_figure(board: Board, score: BoardScore) -> Figure:
+    """A board's focus by place: second finger, focal error and level, over its parts."""
+    width, length = board.plate.size
+    height = min(max(3.2 * length / width, 3.6), 7.0)
+    figure = Figure(figsize=(10.0, height), layout="constrained")
+    for axes, (name, title) in zip(figure.subplots(1, 3, sharey=True), MAPS, strict=True):
+        values = getattr(score.maps, name)
+        known = np.ma.masked_invalid(np.where(np.abs(values) < NONE_DB, values, np.nan))
+        edges = [
+            np.append(centres - cell / 2.0, centres[-1] + cell / 2.0)
+            for centres, cell in zip(
+                (score.maps.x_mm, score.maps.y_mm), score.maps.cell_mm, strict=True
+            )
+        ]
+        image = axes.pcolormesh(*edges, known.T)
+        draw_board(axes, board, small=True)
+        axes.set_title(title, fontsize=9, color=INK)
+        if known.count():
+            figure.colorbar(image, ax=axes, shrink=0.8)
+        if score.places <= LABELLED:
+            _label(axes, score, known)
+    figure.axes[0].set_ylabel("y / mm")
+    above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
+    figure.suptitle(f"{board.name}: {above} above every second finger", fontsize=11, color=INK)
+    return figure
+
+
+def _label(axes: Axes, score: BoardScore, values: np.ma.MaskedArray) -> None:
+    """The number of each place."""
+    for i, x in enumerate(score.maps.x_mm):
+        for j, y in enumerate(score.maps.y_mm):
+            if not np.ma.is_masked(values[i, j]):
+                axes.annotate(
+                    f"{values[i, j]:.3g}", (x, y), ha="center", va="center", fontsize=6,
+                    color="white", path_effects=[withStroke(linewidth=1.5, foreground=INK)],
+                )  # fmt: skip

@@ -6,6 +6,8 @@ the board weigh every image point alike.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
@@ -109,24 +111,42 @@ def spot_area(w: ComplexArray, x: FloatArray, y: FloatArray) -> float:
     return float(np.count_nonzero(power >= SPOT_SHARE * power.max()) * cell)
 
 
+class FingertipDiscs:
+    """Discs of a fingertip's radius at every image point, clipped to the board."""
+
+    def __init__(self, x: FloatArray, y: FloatArray) -> None:
+        self._x, self._y = x, y
+        # The slack keeps points that lie on the circle, however they are rounded.
+        radius = FINGERTIP_RADIUS * (1.0 + 1e-9)
+        offsets = []
+        for step in (float(x[1] - x[0]), float(y[1] - y[0])):
+            half = int(radius / step)
+            offsets.append(np.arange(-half, half + 1) * step)
+        self._kernel = (np.hypot(offsets[0][:, None], offsets[1]) <= radius).astype(np.float64)
+        # Each sum is divided by its own number of points.
+        self._count = fftconvolve(np.ones((x.size, y.size)), self._kernel, mode="same")
+
+    def second_finger_db(
+        self, w: ComplexArray, target: Place, distances: Sequence[float]
+    ) -> list[float]:
+        """RMS in the target's disc over the loudest equal disc at each distance (m) or more, dB.
+
+        Where there is no disc so far away it is 300.
+        """
+        power = np.abs(w) ** 2
+        if power.max() <= 0.0:
+            return [0.0] * len(distances)
+        power = power / power.max()
+        mean = np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0) / self._count
+        apart = np.hypot(self._x[:, None] - target[0], self._y - target[1])
+        own = float(power[disc_mask(self._x, self._y, target, FINGERTIP_RADIUS)].mean())
+        loudest = [float(mean[apart > distance].max(initial=0.0)) for distance in distances]
+        return [decibel(own / one) if one > 0.0 else -FLOOR_DB for one in loudest]
+
+
 def second_finger_db(w: ComplexArray, x: FloatArray, y: FloatArray, target: Place) -> float:
     """RMS in the target's disc over that of the loudest equal disc 12 mm or more away, dB."""
-    power = np.abs(w) ** 2
-    if power.max() <= 0.0:
-        return 0.0
-    power = power / power.max()
-    step_x, step_y = float(x[1] - x[0]), float(y[1] - y[0])
-    half_x, half_y = int(FINGERTIP_RADIUS / step_x), int(FINGERTIP_RADIUS / step_y)
-    offset_x = np.arange(-half_x, half_x + 1) * step_x
-    offset_y = np.arange(-half_y, half_y + 1) * step_y
-    kernel = (np.hypot(offset_x[:, None], offset_y) <= FINGERTIP_RADIUS).astype(np.float64)
-    # Discs are clipped to the board, so each sum is divided by its own number of points.
-    count = fftconvolve(np.ones_like(power), kernel, mode="same")
-    mean = np.maximum(fftconvolve(power, kernel, mode="same"), 0.0) / count
-    away = np.hypot(x[:, None] - target[0], y - target[1]) > SECOND_FINGER_DISTANCE
-    own = float(power[disc_mask(x, y, target, FINGERTIP_RADIUS)].mean())
-    loudest = float(mean[away].max()) if away.any() else 0.0
-    return decibel(own / loudest) if loudest > 0.0 else -FLOOR_DB
+    return FingertipDiscs(x, y).second_finger_db(w, target, [SECOND_FINGER_DISTANCE])[0]
 
 
 def louder_fraction(w: ComplexArray, disc: NDArray[np.bool_]) -> float:

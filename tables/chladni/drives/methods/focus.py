@@ -51,8 +51,8 @@ FIRST_GAP = 2e-2
 """The same in the first round."""
 ROUNDS = 16
 """Of taking discs in; usual are 3 to 6."""
-FIRST = 11
-"""A problem begins with every eleventh disc, about 5 mm apart."""
+FIRST = 23
+"""A problem begins with every 23rd disc, about 5 mm apart."""
 APART = 3e-3
 """m; of discs that are too loud, those taken in at once are so far apart: one a maximum."""
 TOGETHER = 12

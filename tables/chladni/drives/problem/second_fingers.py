@@ -20,11 +20,11 @@ Place = tuple[float, float]
 
 RADIUS = metrics.FINGERTIP_RADIUS * (1.0 + 1e-9)
 """With points that lie on the circle, however they are rounded."""
-SPACING = 1.5e-3
-"""Between discs, m: a quarter of their radius. On `pad16` a disc between two of these is louder
-than both by 0.1 dB at most."""
-MOST_VALUES = 1 << 22
-"""Complex numbers in all forms, 67 MB; boards that would need more get discs further apart."""
+SPACING = 1e-3
+"""Between discs, m: a sixth of their radius. A zone's true edge lies up to this far before its
+first disc, where fields of the shipped boards change by half a decibel."""
+MOST_VALUES = 3 << 19
+"""Complex numbers in all forms, 25 MB; boards that would need more get discs further apart."""
 
 
 @dataclass(frozen=True)

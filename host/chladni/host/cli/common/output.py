@@ -48,6 +48,9 @@ def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
 
 def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
     if isinstance(value, dict):
+        if list(value) == ["median", "p10", "p90"]:
+            yield key.replace("_", " "), _text(value)
+            return
         for name, item in value.items():
             yield f"{key} · {name.replace('_', ' ')}", _text(item)
     elif isinstance(value, list) and value and isinstance(value[0], dict):
