@@ -153,7 +153,10 @@ class OneFrequency:
         mixed = mixing(self.regions, self.synchronised, actuators, x_um, y_um)
         got = reader.drives(self.solved.board.drive.frequency_hz, x_um, y_um)
         exact = mixed.of_drives(self.synchronised.drives)
-        return losses(self.solved, points, exact, got, until_beyond=until_beyond, jobs=self.jobs)
+        return losses(
+            self.solved, points, exact, got, objective=self.objective, until_beyond=until_beyond,
+            jobs=self.jobs,
+        )  # fmt: skip
 
 
 class _Wanted:

@@ -71,6 +71,17 @@ class SecondFingers:
         flat = self.forms.reshape(len(self.forms), -1).view(np.float64)
         return np.asarray(flat @ pairs)
 
+    def second_finger_db(self, drive: ComplexArray, place: Place) -> float:
+        """RMS in the disc nearest to a place (m) over the loudest disc 12 mm or more away, dB.
+
+        300 where no disc is so far away.
+        """
+        levels, apart = self.mean_squares(drive), self.distances(place)
+        away = levels[apart > metrics.SECOND_FINGER_DISTANCE]
+        loudest = float(away.max(initial=0.0))
+        own = float(levels[int(np.argmin(apart))])
+        return metrics.decibel(own / loudest) if loudest > 0.0 else -metrics.FLOOR_DB
+
     def distances(self, place: Place) -> FloatArray:
         """From a place (m) to every disc's centre, m, shape (discs,)."""
         return np.asarray(np.hypot(*(self.centres - place).T))
