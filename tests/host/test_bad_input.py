@@ -171,6 +171,15 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
             "objective",
         ),
         (["solve", "paper", "--target", "0,0", "--steps", "0"], "steps"),
+        (["solve", "paper", "--target", "0,0", "--floor-um", "3"], "--objective focus"),
+        (
+            ["solve", "paper", "--target", "0,0", "--objective", "focus", "--quieter-db", "-3"],
+            "focus.quieter_db",
+        ),
+        (
+            ["solve", "paper", "--target", "0,0", "--objective", "focus", "--silent-from-mm", "9"],
+            "focus.quieter_from_mm",
+        ),
         (["solve", "paper", "--target", "0,0", "--trace", "t.npz"], "anneal"),
         (["solve", "paper", "--target", "0,0", "--figure", "f.png"], "--trace"),
         (

@@ -74,7 +74,7 @@ def solve_command(
     if figure is not None and trace is None:
         raise MissingError("--trace", "--figure draws it")
     loaded = with_focus(
-        load_board(board), quieter_from_mm=quieter_from_mm, quieter_db=quieter_db,
+        load_board(board), objective, quieter_from_mm=quieter_from_mm, quieter_db=quieter_db,
         silent_from_mm=silent_from_mm, floor_um=floor_um,
     )  # fmt: skip
     with progress_bar(method, keeps=trace is not None) as progress:

@@ -15,7 +15,7 @@ from chladni.host.figures.fields import FORMATS
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.work import allow_large_work
 
 BoardArgument = Annotated[
@@ -74,7 +74,7 @@ def required(option: str, value: Given | None, what: str) -> Given:
 
 
 def with_focus(
-    board: Board, *, quieter_from_mm: float | None, quieter_db: float | None,
+    board: Board, objective: str, *, quieter_from_mm: float | None, quieter_db: float | None,
     silent_from_mm: float | None, floor_um: float | None,
 ) -> Board:  # fmt: skip
     """A board with what its focus keeps to changed as far as options say.
@@ -83,6 +83,8 @@ def with_focus(
     ------
     InputError
         A value is out of its range, or the zones are not in order.
+    ConflictError
+        Drives are asked to be best at something else.
     """
     given: dict[str, float] = {}
     if quieter_from_mm is not None:
@@ -93,7 +95,14 @@ def with_focus(
         given["silent_from"] = silent_from_mm * MM
     if floor_um is not None:
         given["floor_um"] = floor_um
-    return replace(board, focus=replace(board.focus or Focus(), **given)) if given else board
+    if not given:
+        return board
+    if objective != "focus":
+        raise ConflictError(
+            "--quieter-from-mm, --quieter-db, --silent-from-mm or --floor-um",
+            f"--objective {objective}; they are of --objective focus",
+        )
+    return replace(board, focus=replace(board.focus or Focus(), **given))
 
 
 def check_jobs(jobs: int | None) -> None:
