@@ -81,7 +81,9 @@ def cone_program(
     for forms, bound in ((far, None), (near, float(np.sqrt(cap)))):
         for form in forms:
             values, vectors = np.linalg.eigh(form)
-            norm(np.sqrt(values.clip(0.0))[:, None] * vectors.conj().T, bound)
+            # Beyond 80 dB below the form's largest there is nothing to be heard.
+            kept = values > 1e-8 * values[-1]
+            norm(np.sqrt(values[kept])[:, None] * vectors[:, kept].conj().T, bound)
     for coil in np.eye(n):
         norm(coil[None].astype(np.complex128), limit)
     settings = clarabel.DefaultSettings()
@@ -124,7 +126,7 @@ def test_a_general_cone_solver_finds_the_same_minimum_of_random_forms(seed: int)
 
 @pytest.mark.parametrize(("name", "place"), CASES)
 def test_a_general_cone_solver_finds_the_same_focus(name: str, place: tuple[float, float]) -> None:
-    """With the half-loud discs of the board at once, where the method takes in but a few.
+    """With the louder discs of the board at once, where the method takes in but a few.
 
     Fewer discs can only raise the solver's ratio, so one that agrees holds for all discs.
     """
@@ -134,8 +136,8 @@ def test_a_general_cone_solver_finds_the_same_focus(name: str, place: tuple[floa
     apart, levels = discs.distances(place_m), discs.mean_squares(found.drive)
     is_far = apart >= asked.silent_from
     is_near = (apart >= asked.quieter_from) & ~is_far
-    far = discs.forms[is_far & (levels >= 0.5 * levels[is_far].max())]
-    near = discs.forms[is_near & (levels >= 0.5 * levels[is_near].max())]
+    far = discs.forms[is_far & (levels >= 0.7 * levels[is_far].max())]
+    near = discs.forms[is_near & (levels >= 0.7 * levels[is_near].max())]
     alone = full_drive(solved.board, np.eye(len(far[0]))[0].astype(np.complex128), 160.0)
     assert alone is not None
     limit = alone.newtons / (found.floor_um * 1e-6)
@@ -303,3 +305,38 @@ def test_solve_has_options_of_a_focus_and_says_what_gave_way(chladni: CommandLin
     asked_too_much = chladni(*request, "--quieter-db", "30", "--floor-um", "500")
     assert "margin" in asked_too_much.err
     assert "floor" in asked_too_much.err
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("name", ["strip5", "pad16", "prototype", "paper"])
+def test_any_request_anywhere_is_certified(name: str) -> None:
+    """Zones, margins and floors that can be had and that cannot, edges and corners among places."""
+    board = load_board(name)
+    plate = solved_board(board).plate
+    rng = np.random.default_rng(11)
+    half = np.array(board.plate.size) / 2.0
+    for _ in range(8):
+        asked = Focus(
+            quieter_from=rng.uniform(8e-3, 14e-3), quieter_db=rng.uniform(0.0, 9.0),
+            silent_from=rng.uniform(14e-3, 30e-3), floor_um=float(10.0 ** rng.uniform(-2.0, 2.0)),
+        )  # fmt: skip
+        solved = SolvedBoard(replace(board, focus=asked), plate)
+        x, y = rng.uniform(-half, half).tolist()
+        found = focus_at(solved, (x, y), mean_under(solved, (x, y)))
+        assert found is not None
+        assert -1e-6 <= found.gap_db <= GAP_DB
+        assert mean_under(solved, (x, y)) @ found.drive == pytest.approx(1.0)
+
+
+def test_a_supply_that_coils_share_keeps_the_floor_honest() -> None:
+    """At a tenth of its supply pad16 reaches what it says it does, and no more than was asked."""
+    board = load_board("pad16")
+    weak = replace(board, electronics=replace(board.electronics, supply_limit_ma=250.0))
+    for floor in (1.0, 4.0):
+        _, found = focused(replace(weak, focus=Focus(floor_um=floor)), (5.5, 5.5))
+        full = full_drive(weak, found.drive, 160.0)
+        assert full is not None
+        reached = 1e6 * full.newtons / np.abs(found.drive).max()
+        assert found.floor_um <= floor
+        assert reached >= 0.998 * found.floor_um
+        assert full.limited_by == "supply"

@@ -82,7 +82,8 @@ class Focused:
     ratio_db
         Mean under the finger over the RMS of the loudest silent disc, dB.
     bound_db
-        No drive with this margin and within the coils' limit has a higher ratio.
+        No drive with this margin has a higher ratio, as long as no coil pushes more than F/floor.
+        Where a supply that coils share is what limits them, F is what it gave the drive before.
     margin_db
         The same over the loudest disc of those that are merely quieter; infinite without any.
     floor_um
@@ -167,7 +168,7 @@ def focus_at(solved: SolvedBoard, place: Place, mean: ComplexArray) -> Focused |
         if newtons is None or own is None or own >= 0.999e-6 * largest * found.floor_um:
             break
         # The supply gives the loudest coil less than it could take, the less the more play along.
-        newtons = own
+        newtons, found = own, replace(found, floor_um=1e6 * own / largest)
     return found
 
 
