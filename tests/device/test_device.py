@@ -21,6 +21,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import SerialWire
 from chladni.host.protocol.config import config_of
+from chladni.host.protocol.link import VERSION_MAJOR
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.tables.format import pack
@@ -92,7 +93,7 @@ def test_the_console_answers(dut: Any) -> None:
 
 def test_handshake(dut: Any, board: Board) -> None:
     with device_of(dut) as device:
-        assert device.version.fields["major"] == 1
+        assert device.version.fields["major"] == VERSION_MAJOR
         assert device.info()["channels"] == len(board.actuators)
 
 
