@@ -49,6 +49,24 @@ def test_ctrl_c_at_any_time_shows_no_traceback_and_leaves_nothing(
     assert left == (["t.chl.partial"] if "goes on" in said and left else [])
 
 
+def test_ctrl_c_while_a_class_is_made_is_ctrl_c() -> None:
+    """Python raises a RuntimeError over it."""
+    script = """
+from chladni.host.cli.app import as_process
+def work():
+    class Field:
+        def __set_name__(self, owner, name):
+            raise KeyboardInterrupt
+    class Any:
+        field = Field()
+as_process("json", work)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 def test_ctrl_c_at_a_question_is_ctrl_c(
     chladni: CommandLine, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

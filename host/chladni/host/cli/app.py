@@ -59,6 +59,11 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
         code = work()
     except KeyboardInterrupt:
         pass
+    except RuntimeError as error:
+        # Python raises this over what comes up while a class is made, as in a module that is
+        # loaded during the work.
+        if not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
     if is_heard:
         # All is written; what Python still puts in order would show a traceback.
         signal(SIGINT, _leave)
