@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import blackmanharris, general_cosine
 
 from chladni.host.emulation._emulator import half_span_steps
 from chladni.host.emulation.emulator import Recording
@@ -47,6 +46,9 @@ def phasors(recording: Recording, play: Play, frequency_hz: float) -> ComplexArr
     """
     duty = recording.duty[play.start : play.stop]
     index = np.arange(play.start, play.stop)
+    # scipy.signal brings scipy.stats, which takes half a second to load.
+    from scipy.signal.windows import blackmanharris  # noqa: PLC0415
+
     window = blackmanharris(len(index), sym=False)
     turns = frequency_hz * index / recording.carrier_hz
     wave = window * np.exp(-2j * np.pi * turns)
@@ -120,6 +122,8 @@ def _band(
     if play.stop - play.start < PURITY_PERIODS:
         return [None] * channels
     duty = recording.duty[play.stop - PURITY_PERIODS : play.stop]
+    from scipy.signal.windows import general_cosine  # noqa: PLC0415  (as above)
+
     window = general_cosine(PURITY_PERIODS, list(BLACKMAN_HARRIS_7), sym=False)
     bins_hz = np.arange(PURITY_PERIODS // 2 + 1) * recording.carrier_hz / PURITY_PERIODS
     fundamental = round(frequency_hz * PURITY_PERIODS / recording.carrier_hz)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
 from skimage.metrics import structural_similarity
 
 from chladni.sim.image.energy import energy_image, normalised
@@ -124,6 +123,9 @@ class FingertipDiscs:
             offsets.append(np.arange(-half, half + 1) * step)
         self._kernel = (np.hypot(offsets[0][:, None], offsets[1]) <= radius).astype(np.float64)
         # Each sum is divided by its own number of points.
+        # scipy.signal brings scipy.stats, which takes half a second to load.
+        from scipy.signal import fftconvolve  # noqa: PLC0415
+
         self._count = fftconvolve(np.ones((x.size, y.size)), self._kernel, mode="same")
 
     def second_finger_db(
@@ -137,6 +139,8 @@ class FingertipDiscs:
         if power.max() <= 0.0:
             return [0.0] * len(distances)
         power = power / power.max()
+        from scipy.signal import fftconvolve  # noqa: PLC0415  (as above)
+
         mean = np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0) / self._count
         apart = np.hypot(self._x[:, None] - target[0], self._y - target[1])
         own = float(power[disc_mask(self._x, self._y, target, FINGERTIP_RADIUS)].mean())
