@@ -136,7 +136,7 @@ def config_header() -> str:
     """`config_format.hpp`: the configuration as a struct, with its defaults, and its bytes."""
     places = layout.offsets(device_config.FIELDS)
     magic = int.from_bytes(device_config.MAGIC, "little")
-    members, takes, puts, sames = [], [], [], []
+    members, takes, puts = [], [], []
     for setting in device_config.SETTINGS:
         field, default = setting.field, setting.default
         base = CPP_TYPES[field.kind.partition("x")[0]]
@@ -148,7 +148,6 @@ def config_header() -> str:
         at = f"record + {places[field.name]}"
         takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")
         puts.append(f"  put({at}, config.{field.name});")
-        sames.append(f"         is_same(one.{field.name}, other.{field.name})")
     numbers: dict[str, int | str] = {
         "kMagic": f"0x{magic:08X}U",
         "kVersionMajor": device_config.VERSION_MAJOR,
@@ -175,28 +174,8 @@ def config_header() -> str:
             "  return " + " &&\n".join(takes).lstrip() + ";",
             "}",
             "",
-            "// What a host on a network may set as it likes.",
-            "inline void copy_harmless(const Config& from, Config& to) {",
-            *(f"  to.{name} = from.{name};" for name in device_config.HARMLESS),
-            "}",
-            "",
-            "template <typename T>",
-            "bool is_same(const T& one, const T& other) {",
-            "  return one == other;",
-            "}",
-            "",
-            "template <typename T, size_t kCount>",
-            "bool is_same(const std::array<T, kCount>& one, const std::array<T, kCount>& other) {",
-            "  for (size_t k = 0; k < kCount; ++k) {",
-            "    if (one[k] != other[k]) return false;",
-            "  }",
-            "  return true;",
-            "}",
-            "",
-            "inline bool are_same(const Config& one, const Config& other) {",
-            "  return " + " &&\n".join(sames).lstrip() + ";",
-            "}",
-            "",
+            *network_rules(),
+            *comparison(),
             "template <typename Put>",
             "void put_fields(uint8_t* record, const Config& config, Put put) {",
             *puts,
@@ -206,6 +185,53 @@ def config_header() -> str:
         ],
         includes=("array", "cstddef", "cstdint"),
     )
+
+
+def network_rules() -> list[str]:
+    """What a host on a network may set, and what of it a configuration by wire bounds."""
+    ceilings = device_config.CEILINGS.items()
+    return [
+        "// What a host on a network may set as it likes.",
+        "inline void copy_harmless(const Config& from, Config& to) {",
+        *(f"  to.{name} = from.{name};" for name in device_config.HARMLESS),
+        "}",
+        "",
+        "// What it may set up to what was last written by wire.",
+        "inline void copy_up_to_ceilings(const Config& from, Config& to) {",
+        *(f"  if (from.{name} <= to.{most}) to.{name} = from.{name};" for name, most in ceilings),
+        "}",
+        "",
+        "// The ceilings of a configuration that came by wire: what it says itself.",
+        "inline void take_ceilings(Config& config) {",
+        *(f"  config.{most} = config.{name};" for name, most in ceilings),
+        "}",
+        "",
+    ]
+
+
+def comparison() -> list[str]:
+    """Whether two configurations agree in every field."""
+    names = [setting.field.name for setting in device_config.SETTINGS]
+    sames = [f"         is_same(one.{name}, other.{name})" for name in names]
+    return [
+        "template <typename T>",
+        "bool is_same(const T& one, const T& other) {",
+        "  return one == other;",
+        "}",
+        "",
+        "template <typename T, size_t kCount>",
+        "bool is_same(const std::array<T, kCount>& one, const std::array<T, kCount>& other) {",
+        "  for (size_t k = 0; k < kCount; ++k) {",
+        "    if (one[k] != other[k]) return false;",
+        "  }",
+        "  return true;",
+        "}",
+        "",
+        "inline bool are_same(const Config& one, const Config& other) {",
+        "  return " + " &&\n".join(sames).lstrip() + ";",
+        "}",
+        "",
+    ]
 
 
 def store_header() -> str:

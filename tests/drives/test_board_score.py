@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -159,10 +160,12 @@ def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
     assert np.all(largest > 0.8 * limits)
 
 
-def test_board_score_answers_and_draws(chladni: CommandLine) -> None:
+def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> None:
+    figure = tmp_path / "s.png"
     done = chladni("board", "score", "strip5", "--pitch", "12", "--samples", "1", "--figure",
-                   "s.png", "--json")  # fmt: skip
+                   figure, "--json")  # fmt: skip
     assert done.code == 0
+    assert figure.stat().st_size > 0
     answer = done.json
     assert {"places", "above_second_finger", "focal_error_mm", "second_finger_db",
             "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",

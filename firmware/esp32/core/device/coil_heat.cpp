@@ -19,6 +19,7 @@ void CoilHeat::start(const Config& config, const uint32_t* known, bool were_on) 
   heating_ms_ = config.heating_ds * 100;
   were_on_ = were_on;
   max_square_q15_ = (config.max_duty_q15 * config.max_duty_q15) >> 15;
+  hot_uk_.fill(limit_uk_);
   for (uint32_t k = 0; k < channels_; ++k) {
     const bool is_known = known != nullptr && known[k] < static_cast<uint32_t>(limit_uk_);
     rise_uk_[k] = is_known ? static_cast<int32_t>(known[k]) : limit_uk_;
@@ -27,20 +28,20 @@ void CoilHeat::start(const Config& config, const uint32_t* known, bool were_on) 
 
 // What came before this start and was not counted may have been all there can be.
 void CoilHeat::set_reaction(uint32_t milliseconds) {
-  reaction_ms_ = milliseconds + 2U * kWindowMs;
-  for (uint32_t k = 0; were_on_ && k < channels_; ++k) {
-    const int32_t room = limit_uk_ - rise_uk_[k], lead = lead_uk(k);
-    rise_uk_[k] += lead < room ? lead : room;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const int32_t lead = lead_uk(k, milliseconds + 2U * kWindowMs), room = limit_uk_ - rise_uk_[k];
+    hot_uk_[k] = limit_uk_ - lead;
+    if (were_on_) rise_uk_[k] += lead < room ? lead : room;
   }
   were_on_ = false;
 }
 
 // All in 32 bits, rounded up: a rise of 6553.5 K times 1024 fits 27.
-int32_t CoilHeat::lead_uk(uint32_t channel) const {
+int32_t CoilHeat::lead_uk(uint32_t channel, uint32_t reaction_ms) const {
   const uint32_t full_dk = ((full_rise_dk_[channel] * max_square_q15_) >> 15) + 1U;
   const auto heating_ms = static_cast<uint32_t>(heating_ms_);
   const uint32_t share_q10 =
-      reaction_ms_ < heating_ms ? reaction_ms_ * 1024U / heating_ms + 1U : 1024U;
+      reaction_ms < heating_ms ? reaction_ms * 1024U / heating_ms + 1U : 1024U;
   const uint32_t scaled = (full_dk * share_q10 + 63U) / 64U;  // 0.1 K in sixteenths
   constexpr uint32_t kMost = kMostUk / 6250U;
   return static_cast<int32_t>((scaled < kMost ? scaled : kMost) * 6250U);
@@ -79,14 +80,14 @@ bool CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
 
 uint32_t CoilHeat::hot_channel() const {
   for (uint32_t k = 0; k < channels_; ++k) {
-    if (rise_uk_[k] > limit_uk_ - lead_uk(k)) return k;
+    if (rise_uk_[k] > hot_uk_[k]) return k;
   }
   return kMaxChannels;
 }
 
 bool CoilHeat::has_cooled() const {
   for (uint32_t k = 0; k < channels_; ++k) {
-    if (rise_uk_[k] > (limit_uk_ - lead_uk(k)) / 8 * 7) return false;
+    if (rise_uk_[k] > hot_uk_[k] / 8 * 7) return false;
   }
   return true;
 }

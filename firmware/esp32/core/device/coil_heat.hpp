@@ -41,14 +41,14 @@ class CoilHeat {
   // Means are taken over so long: ten waves at 160 Hz, and one at 20 Hz.
   static constexpr uint32_t kWindowMs = 64;
 
+  // How much further it may rise before outputs are off.
+  int32_t lead_uk(uint32_t channel, uint32_t reaction_ms) const;
+
   uint32_t channels_ = 0;
   std::array<uint16_t, kMaxChannels> full_current_ma_{};
   std::array<uint16_t, kMaxChannels> full_rise_dk_{};
-  // How much further it may rise before outputs are off.
-  int32_t lead_uk(uint32_t channel) const;
-
   int32_t limit_uk_ = 0;
-  uint32_t reaction_ms_ = 0;
+  std::array<int32_t, kMaxChannels> hot_uk_{};  // from there on the limit might be passed
   bool were_on_ = false;
   uint32_t max_square_q15_ = 32768;
   int32_t heating_ms_ = 1;

@@ -226,20 +226,9 @@ ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases)
 bool may_ask_over_network(const Config& in_force, const Config& wanted) {
   // As the record in force would be with all that a network may change.
   Config allowed = in_force;
-  const auto take_lower = [](auto asked, auto most, auto& value) {
-    if (asked <= most) value = asked;
-  };
-  take_lower(wanted.max_duty_q15, in_force.wire_max_duty_q15, allowed.max_duty_q15);
-  take_lower(wanted.supply_ma, in_force.wire_supply_ma, allowed.supply_ma);
-  take_lower(wanted.limit_rise_dk, in_force.wire_limit_rise_dk, allowed.limit_rise_dk);
+  f::copy_up_to_ceilings(wanted, allowed);
   f::copy_harmless(wanted, allowed);
   return f::are_same(wanted, allowed);
-}
-
-void take_ceilings(Config& config) {
-  config.wire_max_duty_q15 = config.max_duty_q15;
-  config.wire_supply_ma = config.supply_ma;
-  config.wire_limit_rise_dk = config.limit_rise_dk;
 }
 
 }  // namespace chladni

@@ -34,7 +34,5 @@ ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases)
 // A host on a network may ask for less than what was last written by wire; pins, channels, the
 // carrier and what else protects parts are as they are. False if it asks for anything else.
 bool may_ask_over_network(const Config& in_force, const Config& wanted);
-// The ceilings of a configuration that came by wire: what it says itself.
-void take_ceilings(Config& config);
 
 }  // namespace chladni

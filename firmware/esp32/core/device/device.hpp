@@ -161,6 +161,7 @@ class Device {
   void watch_update();
   void watch_flash();
   void check_config();
+  void count_write();
   void keep_retained(bool is_on) const;
   void table_is_damaged();
   void watch_restart();

@@ -74,10 +74,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
   if (!update_begin()) return Status::kBusy;
   const uint32_t before = store_.erases();
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
-  if (store_.erases() != before) {
-    writes_.spend();
-    keep_retained(false);
-  }
+  if (store_.erases() != before) count_write();
   if (status != Status::kOk) update_end();
   return status;
 }
@@ -114,23 +111,26 @@ ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_b
   const ConfigStatus status = parse_record(record, bytes, wanted);
   if (status != ConfigStatus::kOk) return status;
   if (is_by_wire) {
-    take_ceilings(wanted);
+    config_format::take_ceilings(wanted);
   } else if (!is_configured() || !may_ask_over_network(config_, wanted)) {
     return ConfigStatus::kByWireOnly;
   }
   const uint32_t before = other_erases_;
   const ConfigStatus saved = save_config(hal_, wanted, other_erases_);
-  if (other_erases_ != before) {
-    writes_.spend();
-    keep_retained(false);
-  }
+  if (other_erases_ != before) count_write();
   return saved;
 }
 
 bool Device::set_network(const uint8_t* record, uint32_t size) {
   ++other_erases_;
-  writes_.spend();
+  count_write();
   return save_network(hal_, record, size);
+}
+
+// A restart in the next moment must not give it back.
+void Device::count_write() {
+  writes_.spend();
+  keep_retained(false);
 }
 
 // Once in so many samples, and before outputs go on.

@@ -130,6 +130,20 @@ inline void copy_harmless(const Config& from, Config& to) {
   to.lift_hold_ms = from.lift_hold_ms;
 }
 
+// What it may set up to what was last written by wire.
+inline void copy_up_to_ceilings(const Config& from, Config& to) {
+  if (from.max_duty_q15 <= to.wire_max_duty_q15) to.max_duty_q15 = from.max_duty_q15;
+  if (from.supply_ma <= to.wire_supply_ma) to.supply_ma = from.supply_ma;
+  if (from.limit_rise_dk <= to.wire_limit_rise_dk) to.limit_rise_dk = from.limit_rise_dk;
+}
+
+// The ceilings of a configuration that came by wire: what it says itself.
+inline void take_ceilings(Config& config) {
+  config.wire_max_duty_q15 = config.max_duty_q15;
+  config.wire_supply_ma = config.supply_ma;
+  config.wire_limit_rise_dk = config.limit_rise_dk;
+}
+
 template <typename T>
 bool is_same(const T& one, const T& other) {
   return one == other;

@@ -67,7 +67,6 @@ class TouchInput {
   void hold(Place place);
   // Whether there was one.
   bool let_go();
-  bool is_held() const { return is_held_; }
 
   bool is_touched() const { return is_touched_ || is_held_; }
   PanelHealth health() const { return health_; }

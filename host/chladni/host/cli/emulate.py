@@ -16,11 +16,12 @@ from chladni.drives.scoring.finger import felt, remark_on
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.emulation.closed_loop import board_of, run_loop
+from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, Hardware, TouchEvent
 from chladni.host.emulation.flash_file import FlashFile
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
@@ -86,11 +87,8 @@ def emulate(
         for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
             if given:
                 raise ConflictError(option, "--serial; that serves a device until it is stopped")
-        network = None
-        if key is not None:
-            network = NetworkSettings("emulated", "", read_key(key), udp_port)
-        device = _device(table, board, level, flash, network)
-        _serve(device, ms, port_link, as_json=as_json)
+        network = NetworkSettings("emulated", "", read_key(key), udp_port) if key else None
+        _serve(_device(table, board, level, flash, network), ms, port_link, as_json=as_json)
         return
     loaded = read_table(required("TABLE", table, "a table file (.chl)"))
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
@@ -100,17 +98,21 @@ def emulate(
     owner = board_of(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
+    result = _scored(owner, report, loaded.section(frequency).frequency_hz) | {"path": str(file)}
+    answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _scored(board: Board, report: LoopReport, frequency_hz: float) -> dict[str, Any]:
+    """A touch's report, and what a finger feels of it."""
     result: dict[str, Any] = {name: getattr(report, name) for name in ANSWERED}
     result["channels"] = [
         {"actuator": actuator.name, **asdict(channel)}
-        for actuator, channel in zip(owner.actuators, report.channels, strict=True)
+        for actuator, channel in zip(board.actuators, report.channels, strict=True)
     ]
-    solved = solved_board(owner).at_frequency(loaded.section(frequency).frequency_hz)
+    solved = solved_board(board).at_frequency(frequency_hz)
     problem = Problem(solved, report.target_mm, report.target_field)
     result |= asdict(felt(problem, report.played))
-    result["remark"] = remark_on(problem, report.played)
-    result["path"] = str(file)
-    answer(result, as_json=as_json, title=f"{table} on the emulated board")
+    return result | {"remark": remark_on(problem, report.played)}
 
 
 def _device(

@@ -47,18 +47,16 @@ def flash(
         return
     loaded = None if table is None else read_table(table)
     with connection.device() as device:
-        if loaded is not None:
-            try:
-                device.check_table(loaded, force=force)
-            except InputError as error:
-                raise error.in_file(str(table)) from None
         if loaded is None:
             slot = device.previous()
             result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
             answer(result, as_json=as_json, title="The previous table plays")
             return
-        with progress_bar("flash", keeps=True) as progress:
-            done = device.flash(loaded, progress, force=force)
+        try:
+            with progress_bar("flash", keeps=True) as progress:
+                done = device.flash(loaded, progress, force=force)
+        except InputError as error:
+            raise error.in_file(str(table)) from None
         if not done.verified:
             raise LinkError("the device does not say that it plays this table")
     answer(asdict(done), as_json=as_json, title=f"{table} plays")
