@@ -69,9 +69,9 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		--deselect tests/firmware/test_chip_layer.py --deselect tests/firmware/test_iram.py
 
 SECONDS ?= 600
-soak: venv  ## fuzz every parser and sweep over new boards and places, so long in all (SECONDS=600)
+soak: venv  ## fuzz every parser and sweep over new boards and places, so long in all (SECONDS=600, FIRST_SEED=)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'atheris>=2.3'
-	$(BIN)/python tools/soak.py --seconds $(SECONDS)
+	$(BIN)/python tools/soak.py --seconds $(SECONDS) $(if $(FIRST_SEED),--first $(FIRST_SEED))
 
 dist: venv  ## build sdist and wheel, and run every command from them in an empty environment
 	$(BIN)/python tools/try_distribution.py

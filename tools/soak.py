@@ -1,16 +1,19 @@
 """Long checks by hand: every parser fuzzed, and sweeps over ever new boards, targets and regions.
 
-    python tools/soak.py --seconds 3600
+    python tools/soak.py --seconds 3600            seeds drawn at random
+    python tools/soak.py --seconds 120 --first 1   the same seeds each time, 1, 2, 3, ...
 
 A fifth of the time goes to fuzzing, the rest to rounds of the tests marked `sweep`; where there are
 ten minutes or more, those marked `soak` come first. Each round has a seed of its own, which is
 printed: with CHLADNI_SOAK_SEED set to it the round comes again. A round ends with the first thing
-it finds, which is a failure; a round that the time cuts short is none.
+it finds, which is a failure; a round that the time cuts short is none. Random seeds look for what
+no one knows yet; CI takes the same ones each time, so that it refuses a change for what it changed.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import random
 import shutil
@@ -18,6 +21,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,15 +58,24 @@ def sweep(seed: int, marks: str, seconds: float) -> bool | None:
         return None
 
 
+def drawn_seeds() -> Iterator[int]:
+    """Seeds drawn at random."""
+    while True:
+        yield random.randrange(1_000_000)
+
+
 def main() -> int:
     """Soak for so long; 1 if anything was found."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seconds", type=float, default=600.0)
-    seconds = parser.parse_args().seconds
+    parser.add_argument("--first", type=int, help="the first round's seed, without it random")
+    options = parser.parse_args()
+    seconds: float = options.seconds
+    seeds = itertools.count(options.first) if options.first is not None else drawn_seeds()
     end = time.monotonic() + seconds
     is_clean, rounds, marks = fuzz(seconds / 5.0), 0, "soak" if seconds >= LONG_S else "sweep"
     while (left := end - time.monotonic()) > 1.0:
-        ended = sweep(random.randrange(1_000_000), marks, left)
+        ended = sweep(next(seeds), marks, left)
         marks = "sweep"
         if ended is None:
             break

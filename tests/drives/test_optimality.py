@@ -18,8 +18,8 @@ TARGETS = tries(12, 16)
 SAME = 1e-4
 """Of SSIM: a hundredth of what a quantiser costs."""
 MOST, OFTEN = (1e-2, 0.2) if IS_SOAKING else (2e-3, 0.1)
-"""Another hill is higher at one target in forty; 0.002 was seen in a corner. Which target it is
-turns with the last digits of the fields: one of the twelve here may be one."""
+"""Of 184 places of `prototype` drawn at random, five were missed by more than SAME, the worst by
+2.5e-4. Which they are turns with the last digits of the fields, and sweeps go everywhere."""
 PAPER_TARGETS = [(10.0, 25.0), (20.0, -25.0), (-25.0, -10.0), (10.0, 0.0)]
 
 

@@ -23,9 +23,9 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 RANDOM_STARTS = 12
-SURVIVORS = (7, 4, 2, 1)
+SURVIVORS = (14, 8, 3, 1)
 """Shapes carried on from each level, by step 8, 4, 2 and 1."""
-MARGINS = (0.05, 0.01, 2e-3, 0.0)
+MARGINS = (0.1, 0.02, 4e-3, 0.0)
 """Climbs this far below the best are dropped: a finer image moves an optimum's value by less."""
 STEPS = (40, 30, 25, 25)
 TOLERANCES = (1e-6, 1e-6, 3e-6, 1e-6)
