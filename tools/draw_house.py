@@ -20,11 +20,12 @@ import grimp
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "images" / "house.svg"
-PACKAGES = ("chladni.sim", "chladni.drives", "chladni.tables", "chladni.host")
+PACKAGES = tuple(f"chladni.{one}" for one in ("sim", "drives", "tables", "design", "host"))
 FIRMWARE = ROOT / "firmware" / "esp32"
 SOURCES = {".cpp", ".hpp"}
 COLOURS = {
-    "sim": "#dbe9f6", "drives": "#dff0d8", "tables": "#fcefc9", "host": "#f6dedb",
+    "sim": "#dbe9f6", "drives": "#dff0d8", "tables": "#fcefc9", "design": "#fbe3cf",
+    "host": "#f6dedb",
     "core": "#e6e0f0", "chip": "#e8e8e8", "emulator": "#e8e8e8",
 }  # fmt: skip
 WIDTH, HEIGHT, GAP, RISE, MARGIN = 116, 30, 14, 62, 24

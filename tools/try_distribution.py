@@ -42,6 +42,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
     "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
     "board sensitivity": ("paper",),
+    "design": (str(ROOT / "boards/specs/small.toml"), "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "modes": ("prototype", "--count", "4", "--figure", "modes.png"),
     "field": ("prototype", "--target", "10,25", "-o", "f.npz"),

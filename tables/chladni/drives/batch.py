@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache, partial
 from itertools import chain
 
 from chladni.drives.checkpoint import Checkpoint, Result
-from chladni.drives.problem.problem import TOGETHER, Problem, SolvedBoard
+from chladni.drives.methods import Progress
+from chladni.drives.problem.problem import TOGETHER, Problem, SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads
+from chladni.drives.workers import Workers
+from chladni.sim.board.board import Board
 
 Target = tuple[float, float]
 AHEAD = 3 * TOGETHER
@@ -55,6 +59,50 @@ def over_targets(
         yield result if kept.get(name) else kept.put(name, result)
     for _ in finished:
         pass
+
+
+def on_workers(
+    workers: Workers,
+    board: Board,
+    targets_mm: Sequence[Target],
+    work: Callable[[Problem], Result],
+    checkpoint: Checkpoint,
+    *,
+    with_finger: bool = False,
+    progress: Progress | None = None,
+) -> None:
+    """Do what `over_targets` would, on workers, so that the checkpoint has it all.
+
+    Parameters
+    ----------
+    work
+        Something that another process can be sent: a function of a module, or a partial of one.
+    progress
+        Called with (done, all).
+    """
+    groups = [targets_mm[k : k + TOGETHER] for k in range(0, len(targets_mm), TOGETHER)]
+    left = [group for group in groups if not all(checkpoint.get(_name(one)) for one in group)]
+    done = len(targets_mm) - sum(map(len, left))
+    send = partial(_of_group, board, work, with_finger=with_finger)
+    for group, results in zip(left, workers.map(send, left), strict=True):
+        for target, result in zip(group, results, strict=True):
+            if not checkpoint.get(_name(target)):
+                checkpoint.put(_name(target), result)
+        done += len(group)
+        if progress:
+            progress(done, len(targets_mm))
+
+
+def _of_group(
+    board: Board, work: Callable[[Problem], Result], group: Sequence[Target], *, with_finger: bool
+) -> list[Result]:
+    return [work(one) for one in _solved(board).problems(group, with_finger=with_finger)]
+
+
+@lru_cache(maxsize=1)
+def _solved(board: Board) -> SolvedBoard:
+    """A worker is sent a board with each group, and solves its plate once."""
+    return solved_board(board)
 
 
 def _problems(

@@ -40,6 +40,7 @@ def build_table(
     jobs: int | None = None,
     progress: Progress | None = None,
     partial: Path | None = None,
+    scheduler: str | None = None,
     allow_unmet: bool = False,
 ) -> tuple[Table, TableReport]:
     """Solve every region of a board and pack the drives.
@@ -57,6 +58,8 @@ def build_table(
         Called as progress(done regions, all regions).
     partial
         File for what is finished; with it, work that was interrupted goes on.
+    scheduler
+        Address of a Dask scheduler, whose workers search the drives.
     allow_unmet
         Go on with fields that do not meet their tolerance.
 
@@ -79,7 +82,9 @@ def build_table(
         options = Options(objective, seed, progress=progress)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
-        make = partial_function(board_drives, solved, regions, frequencies, options, jobs=jobs)
+        make = partial_function(
+            board_drives, solved, regions, frequencies, options, jobs=jobs, scheduler=scheduler
+        )
         drives = make(partial=partial)
         seen = survey_of(drives[0])
         compensates = needs_compensation(board, seen)
@@ -101,7 +106,7 @@ def build_table(
 def board_drives(
     solved: SolvedBoard, regions: StoredRegions, frequencies_hz: Sequence[float],
     options: Options, *, partial: Path | None = None, jobs: int | None = None,
-    pressed: bool = False,
+    pressed: bool = False, scheduler: str | None = None,
 ) -> list[OneFrequency]:  # fmt: skip
     """Find the drives of every region, one frequency after the other on the same plate.
 
@@ -115,7 +120,9 @@ def board_drives(
             own = replace(options, progress=partial_function(_tell, options.progress, *span))
         name = partial.with_name(f"{partial.name}-{number}") if partial and number else partial
         one = solved.at_frequency(frequency)
-        found.append(OneFrequency.solve(one, regions, own, name, jobs, pressed=pressed))
+        found.append(
+            OneFrequency.solve(one, regions, own, name, jobs, pressed=pressed, scheduler=scheduler)
+        )
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from functools import partial as partial_function
 from importlib.metadata import version
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.batch import Target, over_targets
+from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
@@ -20,6 +20,7 @@ from chladni.drives.problem.field_space import Level
 from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.solve import tie_break
+from chladni.drives.workers import Workers
 from chladni.sim.image.metrics import image_of
 from chladni.tables.between_regions import (
     OWN_TOLERANCE,
@@ -76,10 +77,12 @@ class OneFrequency:
     def solve(
         cls, solved: SolvedBoard, regions: StoredRegions, options: Options,
         partial: Path | None, jobs: int | None, *, pressed: bool = False,
+        scheduler: str | None = None,
     ) -> OneFrequency:  # fmt: skip
         """Find every region's drive, and phases and labels over the whole board.
 
-        `pressed` drives are best with the finger on its place.
+        `pressed` drives are best with the finger on its place. With a `scheduler` a Dask cluster's
+        workers find them.
         """
         grid = regions.grid
         targets = [grid.centre_mm(int(region)) for region in regions.numbers]
@@ -98,7 +101,7 @@ class OneFrequency:
         is_drive = partial_function(_is_drive, actuators=len(solved.board.actuators))
         with Checkpoint(partial, key, is_drive) as checkpoint:
             drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs,
-                            pressed=pressed)  # fmt: skip
+                            pressed=pressed, scheduler=scheduler)  # fmt: skip
         level = solved.space.nearest_level(HALFWAY_STEP)
         known = {place: wanted.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
@@ -196,15 +199,23 @@ def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
 def _solve(
     solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
     options: Options, checkpoint: Checkpoint, jobs: int | None, *, pressed: bool,
+    scheduler: str | None,
 ) -> list[ComplexArray]:  # fmt: skip
     """Every target's drive in units of the largest gain, and what is wanted there and elsewhere."""
+    if scheduler is not None:
+        own = partial_function(_drive_of, replace(options, progress=None), pressed)
+        with Workers(scheduler=scheduler) as workers:
+            on_workers(
+                workers, solved.board, targets, own, checkpoint, with_finger=pressed,
+                progress=options.progress,
+            )  # fmt: skip
     searched = set(targets)
 
     def work(problem: Problem) -> Result:
         wanted.keep(problem)
         if problem.target_mm not in searched:
             return {}
-        return _best_drive(pressed_problem(problem) if pressed else problem, options)
+        return _drive_of(options, pressed, problem)
 
     # Making the others' fields takes the time in which the last drives are searched.
     besides = solved.problems(others, tolerance=OWN_TOLERANCE)
@@ -230,7 +241,8 @@ def _solve(
     return drives
 
 
-def _best_drive(problem: Problem, options: Options) -> Result:
+def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
+    problem = pressed_problem(problem) if pressed else problem
     drive = tie_break(problem, phasor(problem, options).drive)
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive

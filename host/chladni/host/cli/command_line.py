@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from chladni.host.cli import board as board_commands
 from chladni.host.cli import compare as compare_command
+from chladni.host.cli import design as design_command
 from chladni.host.cli import plate as plate_commands
 from chladni.host.cli import table as table_commands
 from chladni.host.cli.common.options import JsonOption
@@ -55,6 +56,7 @@ plate_commands.register(app)
 app.command("solve")(solve_command)
 app.command("emulate")(emulate)
 compare_command.register(app)
+design_command.register(app)
 table_commands.register(table_app)
 device_commands.register(app)
 

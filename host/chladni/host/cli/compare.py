@@ -22,6 +22,7 @@ from chladni.host.cli.common.options import (
     JobsOption,
     JsonOption,
     LargeOption,
+    SchedulerOption,
     SeedOption,
     check_figure,
     check_jobs,
@@ -69,6 +70,7 @@ def compare_methods(
     steps: Annotated[int | None, typer.Option(help="Steps of the annealings.")] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -88,7 +90,7 @@ def compare_methods(
     with progress_bar("targets", keeps=kept is not None) as progress:
         grid, rows = compare(
             loaded, pitch=pitch * MM, methods=chosen, seed=seed, steps=steps, jobs=jobs,
-            progress=progress, kept=kept, allow_unmet=True,
+            progress=progress, kept=kept, scheduler=scheduler, allow_unmet=True,
         )  # fmt: skip
     if output is not None:
         write_whole(output, as_csv(rows))

@@ -24,6 +24,7 @@ from chladni.host.cli.common.options import (
     JsonOption,
     LargeOption,
     ObjectiveOption,
+    SchedulerOption,
     SeedOption,
     check_jobs,
 )  # fmt: skip
@@ -71,6 +72,7 @@ def build(
     ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -85,7 +87,7 @@ def build(
     with progress_bar("solving", keeps=True) as progress:
         table, report = build_table(
             loaded, objective=objective, frequencies_hz=frequency or (), bits=bits, seed=seed,
-            jobs=jobs, progress=progress, partial=partial,
+            jobs=jobs, progress=progress, partial=partial, scheduler=scheduler,
             allow_unmet=True,
         )  # fmt: skip
     write_whole(output, pack(table))

@@ -13,6 +13,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil, Electronics, Panel
 from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import FINGERS, CutOut, Finger, Foundation, Strips
+from chladni.sim.board.materials import with_material
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -97,15 +98,28 @@ def load_board(board: str | Path) -> Board:
             known = ", ".join(shipped)
             raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
         path = shipped.get(str(board), path)
-    text = read_text(path, "BOARD", MOST_BYTES, "a board file", encoding="utf-8-sig")
     try:
-        return board_from_document(_document(text))
+        return board_from_document(read_document(path))
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+
+
+def read_document(path: Path, field: str = "BOARD", what: str = "a board file") -> dict[str, Any]:
+    """A file's TOML document, shallow and with integers of 64 bits as TOML has them.
+
+    Raises
+    ------
+    InputError
+        The file is missing, too long, or no such document; `field` and `what` say what it was for.
+    """
+    text = read_text(path, field, MOST_BYTES, what, encoding="utf-8-sig")
+    try:
+        return _document(text)
     except InputError as error:
         raise error.in_file(str(path)) from None
 
 
 def _document(text: str) -> dict[str, Any]:
-    """A TOML document, shallow and with integers of 64 bits as TOML has them."""
     for number, line in enumerate(text.split("\n"), 1):
         if line.count(".") > MOST_DOTS:
             expected = f"at most {MOST_DOTS}; a key has three parts at most"
@@ -147,12 +161,15 @@ def board_from_document(document: dict[str, Any]) -> Board:
     """Make a board of a parsed file; `InputError` names the key that is wrong."""
     known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
     _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
-    parts: dict[str, Any] = {key: _part(cls, document[key], key) for key, cls in SECTIONS.items()}
+    document = document | {"plate": with_material(document["plate"])}
+    parts: dict[str, Any] = {
+        key: part_from(cls, document[key], key) for key, cls in SECTIONS.items()
+    }
     features: dict[str, Any] = {
         key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
     }
     for key, optional in OPTIONAL_SECTIONS.items():
-        parts[key] = _part(optional, document[key], key) if key in document else None
+        parts[key] = part_from(optional, document[key], key) if key in document else None
     parts["finger"] = _finger(document["finger"]) if "finger" in document else None
     return Board(
         name=document["name"],
@@ -165,11 +182,11 @@ def board_from_document(document: dict[str, Any]) -> Board:
 def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:
     if not isinstance(entries, list):
         raise InputError(where, entries, f"blocks of the form [[{where}]]")
-    return tuple(_part(cls, entry, f"{where}[{k}]") for k, entry in enumerate(entries))
+    return tuple(part_from(cls, entry, f"{where}[{k}]") for k, entry in enumerate(entries))
 
 
-def _part(cls: type[Part], table: object, where: str) -> Part:
-    """One dataclass from one TOML table."""
+def part_from(cls: type[Part], table: object, where: str) -> Part:
+    """One dataclass of quantities from one TOML table, its keys and ranges checked."""
     if not isinstance(table, dict):
         raise InputError(where, table, f"a block of the form [{where}]")
     specs = quantities(cls)
@@ -198,7 +215,7 @@ def _nested(name: str, value: Any, where: str) -> Any:
     if name == "edges":
         return _edges(value)
     if name == "strips":
-        return _part(Strips, value, where)
+        return part_from(Strips, value, where)
     return _parts(CutOut, value, where) if name == "cut_outs" else value
 
 
@@ -212,7 +229,7 @@ def _finger(value: object) -> Finger:
     if "name" in value:
         _check_keys(value, ["name"], required=[], where="finger.")
         return _finger(value["name"])
-    return _part(Finger, value, "finger")
+    return part_from(Finger, value, "finger")
 
 
 def _edges(value: object) -> Edges:

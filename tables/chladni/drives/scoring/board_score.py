@@ -28,6 +28,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import InputError
 from chladni.sim.fields.driven import driven_fields
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
 
 ComplexArray = NDArray[np.complex128]
@@ -139,6 +140,7 @@ def score_board(
     objective: str = "focus",
     samples: int = SAMPLES,
     seed: int = SEED,
+    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> BoardScore:
     """Score a board.
@@ -151,6 +153,8 @@ def score_board(
         What the drives are best at.
     samples
         Boards drawn within the tolerances; 0 leaves them out.
+    tolerance
+        Relative L² error of the drawn boards' fields.
     progress
         Called with (done, all) of the boards.
     """
@@ -168,7 +172,7 @@ def score_board(
         rows = []
         for number, drawn in enumerate(drawn_boards(board, samples, seed), 2):
             with one_blas_thread():
-                values = driven_fields(drawn.board, allow_unmet=True).values
+                values = driven_fields(drawn.board, tolerance=tolerance, allow_unmet=True).values
             rows.append(own.look(drawn.forces[:, None, None] * values))
             if progress:
                 progress(number, 1 + samples)

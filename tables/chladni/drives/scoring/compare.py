@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.drives.batch import Target, over_targets
+from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
@@ -21,6 +21,7 @@ from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.finger import disagreement, remark
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
+from chladni.drives.workers import Workers
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Regions
 from chladni.sim.errors import check_estimate
@@ -67,6 +68,7 @@ def compare(
     jobs: int | None = None,
     progress: Progress | None = None,
     kept: Path | None = None,
+    scheduler: str | None = None,
     allow_unmet: bool = False,
 ) -> tuple[RegionGrid, list[Row]]:
     """Score methods on targets all over a board.
@@ -81,6 +83,8 @@ def compare(
         Of the annealings, in place of their own 10 000.
     kept
         File that keeps finished targets until all are.
+    scheduler
+        Address of a Dask scheduler, whose workers do it.
     allow_unmet
         Go on with fields that do not meet their tolerance.
 
@@ -101,6 +105,11 @@ def compare(
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
+        if scheduler is not None:
+            with Workers(scheduler=scheduler) as workers:
+                on_workers(
+                    workers, board, targets, work, checkpoint, with_finger=True, progress=progress
+                )
         results = over_targets(
             solved, targets, work, jobs=jobs, checkpoint=checkpoint, with_finger=True
         )

@@ -39,6 +39,10 @@ FloorOption = Annotated[
 ]
 JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
 
+SchedulerOption = Annotated[
+    str | None, typer.Option(help="tcp://HOST:PORT of a Dask scheduler, whose workers do the work.")
+]
+
 
 def _allow_large(large: bool) -> bool:
     allow_large_work(large)

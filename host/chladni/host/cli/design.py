@@ -1,0 +1,142 @@
+"""`chladni design`: the board that answers a SPEC best, and others worth looking at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import tomlkit
+import typer
+
+from chladni.design.evaluate import Evaluation, board_of
+from chladni.design.front import Entry
+from chladni.design.search import Design, design
+from chladni.design.spec import read_spec
+from chladni.design.variables import Document
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.board_score import SAMPLES
+from chladni.host.cli.common.options import (
+    PARTIAL,
+    FigureOption,
+    JobsOption,
+    JsonOption,
+    LargeOption,
+    SchedulerOption,
+    SeedOption,
+    check_figure,
+    check_jobs,
+)  # fmt: skip
+from chladni.host.cli.common.output import answer, check_output, progress_bar, say
+from chladni.host.figures.designs import front_figure
+from chladni.host.figures.fields import save
+from chladni.sim.board.board import to_document
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_whole
+
+TOML = (".toml",)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("design")(design_board)
+
+
+def design_board(
+    spec: Annotated[
+        Path, typer.Argument(metavar="SPEC", help="Board file with open values, and [design].")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
+    front: Annotated[
+        Path | None, typer.Option(help="Folder for the boards of the front, a file each.")
+    ] = None,
+    figure: FigureOption = None,
+    samples: Annotated[
+        int, typer.Option(help="Drawn boards by which the last few are compared.")
+    ] = SAMPLES,
+    seed: SeedOption = SEED,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Look for the board that focuses best within what a SPEC leaves open.
+
+    The best board so far stands in the output from the first one on. A search that was stopped goes
+    on when the same command is given again.
+    """
+    check_output(output, "-o", TOML)
+    check_figure(figure)
+    check_jobs(jobs)
+    if samples < 1:
+        raise InputError("--samples", samples, "at least 1")
+    if front is not None and not front.is_dir():
+        raise InputError("--front", str(front), "a folder that is there")
+    asked = read_spec(spec)
+
+    def keep(document: Document, found: Evaluation) -> None:
+        about = [f"Robust score {found.robust_score:.2f} so far; the search goes on."]
+        write_whole(output, board_file(document, about))
+
+    kept = output.with_name(output.name + PARTIAL)
+    try:
+        with progress_bar("boards", keeps=True) as progress:
+            found = design(
+                asked, seed=seed, jobs=jobs, scheduler=scheduler, partial_file=kept,
+                samples=samples, progress=progress, on_best=keep,
+            )  # fmt: skip
+    except InputError as error:
+        raise (error if error.field.startswith("--") else error.in_file(str(spec))) from None
+    write_whole(output, board_file(found.best.document, _about(found, spec)))
+    entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
+    if front is not None:
+        for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
+            path = front / f"{output.stem}-{number}.toml"
+            write_whole(path, board_file(one.document, _about_entry(one)))
+            entry["path"] = str(path)
+    if figure is not None:
+        save(front_figure(found), figure)
+    answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
+    if not as_json:
+        say(f"`chladni board score {output}` says more.")
+
+
+def board_file(document: Document, about: list[str]) -> bytes:
+    """A board file with a comment on top, complete: what was left open is written out."""
+    whole = _without_empty(to_document(board_of(document)))
+    head = "".join(f"# {line}\n" for line in about)
+    return (head + "\n" + tomlkit.dumps(whole)).encode()
+
+
+def _without_empty(document: Document) -> Document:
+    """What blocks and lists have nothing in them need not be written."""
+    blocks = {k: _without_empty(v) if isinstance(v, dict) else v for k, v in document.items()}
+    return {k: v for k, v in blocks.items() if v not in ({}, [], ()) or k == "pwm_pins"}
+
+
+def _about(found: Design, spec: Path) -> list[str]:
+    first = f"Answers {spec.name}: the best of {found.evaluations} boards, seed {found.seed}."
+    return [first, *_about_entry(found.best)]
+
+
+def _about_entry(entry: Entry) -> list[str]:
+    own = entry.summary
+    um = own["finger_um"]
+    return [
+        f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
+        "tolerances, where nine of ten places have",
+        f"a second finger 20 mm away at least {own['second_finger_20mm_db']:.1f} dB below the "
+        "finger" + (f", and {um:.1f} µm under it." if um is not None else "."),
+    ]
+
+
+def _result(found: Design, entries: list[dict[str, Any]], output: Path) -> dict[str, Any]:
+    return {
+        "path": str(output), "score": found.best.evaluation.score,
+        "robust_score": found.best.evaluation.robust_score,
+        "evaluations": found.evaluations, "seconds": found.seconds, "seed": found.seed,
+        "actuators": [
+            {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
+            for one in found.board.actuators
+        ],
+        "front": entries,
+    }  # fmt: skip

@@ -1,0 +1,55 @@
+"""What a search for a board found: the front, and where the best board's coils stand."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+
+from chladni.design.search import Design
+from chladni.host.figures.fields import COLOURS, INK
+from chladni.sim.board.quantity import MM
+
+
+def front_figure(found: Design) -> Figure:
+    """Second finger against micrometres for each board of the front; beside it the best board."""
+    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    rows = [one.summary for one in found.front]
+    has_um = all(row["finger_um"] is not None for row in rows)
+    across = "finger_um" if has_um else "mass_g"
+    counts = sorted({row["coils"] for row in rows})
+    for number, count in enumerate(counts):
+        own = sorted((row for row in rows if row["coils"] == count), key=lambda r: r[across])
+        left.plot(
+            [row[across] for row in own], [row["second_finger_20mm_db"] for row in own],
+            "o-", color=COLOURS[number % len(COLOURS)], linewidth=0.8,
+            label=f"{count:g} coils",
+        )  # fmt: skip
+    best = max(rows, key=lambda row: row["robust_score"])
+    left.plot(best[across], best["second_finger_20mm_db"], "o", markersize=14,
+              markerfacecolor="none", markeredgecolor=INK)  # fmt: skip
+    left.set_xlabel(
+        "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
+    )
+    left.set_ylabel("second finger 20 mm away, dB below")
+    left.margins(0.15)
+    left.legend(fontsize=9)
+    left.set_title("Boards of which none is better in every goal", fontsize=10, color=INK)
+    board = found.board
+    half = np.array(board.plate.size) / 2.0 / MM
+    right.add_patch(Rectangle((-half[0], -half[1]), 2.0 * half[0], 2.0 * half[1],
+                              facecolor="#eef2f6", edgecolor=INK))  # fmt: skip
+    radius = board.magnet.radius / MM if board.magnet else 1.0
+    for actuator in board.actuators:
+        x, y = np.divide(actuator.at, MM)
+        right.add_patch(Circle((x, y), radius, facecolor=COLOURS[0], edgecolor=INK))
+    right.set_xlim(-half[0] - 2.0, half[0] + 2.0)
+    right.set_ylim(-half[1] - 2.0, half[1] + 2.0)
+    right.set_aspect("equal")
+    right.set_xlabel("x / mm")
+    right.set_ylabel("y / mm")
+    thickness = board.plate.thickness / MM
+    right.set_title(f"{board.name}: {len(board.actuators)} coils, {thickness:g} mm thick",
+                    fontsize=10, color=INK)  # fmt: skip
+    return figure

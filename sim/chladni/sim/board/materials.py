@@ -1,0 +1,45 @@
+"""Sheets that plates are cut from, by name: what a board file need not look up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from chladni.sim.errors import InputError
+
+SHEETS: dict[str, dict[str, float]] = {
+    "fr4": {"youngs_modulus_gpa": 22.0, "poissons_ratio": 0.15, "density_kg_m3": 1900.0,
+            "loss_factor": 0.02},
+    "aluminium": {"youngs_modulus_gpa": 70.0, "poissons_ratio": 0.33, "density_kg_m3": 2700.0,
+                  "loss_factor": 0.002},
+    "steel": {"youngs_modulus_gpa": 200.0, "poissons_ratio": 0.29, "density_kg_m3": 7850.0,
+              "loss_factor": 0.002},
+    "glass": {"youngs_modulus_gpa": 70.0, "poissons_ratio": 0.23, "density_kg_m3": 2500.0,
+              "loss_factor": 0.002},
+    "polycarbonate": {"youngs_modulus_gpa": 2.35, "poissons_ratio": 0.37, "density_kg_m3": 1200.0,
+                      "loss_factor": 0.02},
+    "acrylic": {"youngs_modulus_gpa": 3.2, "poissons_ratio": 0.35, "density_kg_m3": 1190.0,
+                "loss_factor": 0.05},
+    "pet": {"youngs_modulus_gpa": 4.5, "poissons_ratio": 0.38, "density_kg_m3": 1390.0,
+            "loss_factor": 0.02},
+}  # fmt: skip
+"""Moduli and densities as data sheets of usual sheets have them, FR4 as in the paper's board; FR4
+differs by ±20 % among makers and directions of the weave. Loss factors are estimates, glued parts
+and mounts not counted."""
+
+
+def with_material(plate: Any) -> Any:
+    """A `[plate]` block with the numbers of its `material`, which those it gives itself replace.
+
+    Raises
+    ------
+    InputError
+        There is no such material.
+    """
+    if not isinstance(plate, dict) or "material" not in plate:
+        return plate
+    own = dict(plate)
+    name = own.pop("material")
+    if not isinstance(name, str) or name not in SHEETS:
+        expected = "one of: " + ", ".join(map(repr, SHEETS))
+        raise InputError("plate.material", name, expected)
+    return SHEETS[name] | own

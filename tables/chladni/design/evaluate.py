@@ -1,0 +1,171 @@
+"""One board of a design: made of its numbers, held against the limits, scored on drawn boards."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from chladni.design.layouts import Place, closest
+from chladni.design.spec import KeepOut, Spec
+from chladni.design.variables import Document, filled
+from chladni.drives.scoring.board_score import BoardScore, Numbers, score_board
+from chladni.drives.scoring.finger import Spread
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import board_from_document
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import ChladniError, InputError
+
+COARSE = 1e-3
+"""m between image points while boards are compared: a finger covers 113."""
+FINE = 0.5e-3
+"""And in the file, unless the SPEC says otherwise."""
+COMPARED = 1e-2
+"""Tolerance of fields while boards are compared: they come out good to 1e-3, which is 0.01 dB."""
+NO_NUMBER_DB = -40.0
+"""dB that a number counts as which is not there, such as the µm of a board without a coil."""
+UNFIT = -1000.0
+"""Score of a board that a limit forbids, less a thousand times how far it is beyond."""
+TOO_WEAK = 3.0
+"""dB of score for each dB that the finger gets less than it is to."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a board is worth to a SPEC.
+
+    Attributes
+    ----------
+    score, robust_score
+        By the weights: on the board as drawn, and on boards that are off by their tolerances, which
+        is what a search goes by. Where a limit is broken, far below all others.
+    broken
+        Which limit, and by how much; None for a board that may be.
+    terms
+        The robust score's, before they are weighted.
+    """
+
+    score: float
+    robust_score: float
+    broken: str | None
+    terms: Mapping[str, float]
+
+
+def document_of(spec: Spec, numbers: Sequence[float], places: Sequence[Place] | None) -> Document:
+    """A board file of a SPEC: a number for each variable, and places of its coils, mm."""
+    document = filled(spec.document, spec.variables, numbers)
+    if places is not None:
+        document["actuators"] = [
+            {"name": f"coil-{k}", "at_mm": list(place)} for k, place in enumerate(places, 1)
+        ]
+        electronics = document.get("electronics")
+        if isinstance(electronics, dict) and electronics.get("pwm_pins"):
+            own = electronics["pwm_pins"][: len(places)]
+            document["electronics"] = electronics | {"pwm_pins": own}
+    return document
+
+
+def board_of(document: Document, point: float | None = None) -> Board:
+    """The board of a document whose image may be left open; `point` replaces it, m."""
+    points = document.get("image", {}).get("points")
+    if points is None or point is not None:
+        size = document.get("plate", {}).get("size_mm")
+        if isinstance(size, list) and all(isinstance(side, int | float) for side in size):
+            step = (point or FINE) / MM
+            points = [min(max(round(side / step) + 1, 7), 5000) for side in size]
+            document = document | {"image": {"points": points}}
+    return board_from_document(document)
+
+
+def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
+    """A board, compared with others of its SPEC."""
+    try:
+        board = board_of(document, COARSE)
+    except InputError as error:
+        return _unfit(beyond(spec, document), str(error))
+    over = beyond(spec, document, board)
+    if over:
+        return _unfit(over, "")
+    try:
+        score = score_board(
+            board, pitch=spec.numbers.pitch, samples=spec.numbers.samples, seed=seed,
+            tolerance=COMPARED,
+        )  # fmt: skip
+    except ChladniError as error:
+        return _unfit({}, str(error))
+    return weighed(spec, board, score)
+
+
+def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
+    """A board's score by the weights of a SPEC."""
+    assert score.perturbed is not None
+    drawn, robust = (terms_of(board, one) for one in (score, score.perturbed))
+    floor = 20.0 * np.log10(max(spec.numbers.finger_um, 1e-12))
+    is_coil = score.perturbed.finger_um is not None
+
+    def total(terms: Mapping[str, float]) -> float:
+        lacking = max(floor - terms["finger_db"], 0.0) if is_coil else 0.0
+        found = sum(weight * terms[name] for name, weight in spec.weights.items())
+        return found - TOO_WEAK * lacking
+
+    return Evaluation(total(drawn), total(robust), None, robust)
+
+
+def terms_of(board: Board, numbers: Numbers) -> dict[str, float]:
+    """What weights are for, the larger the better."""
+
+    def low(spread: Spread | None) -> float:
+        return spread.p10 if spread else NO_NUMBER_DB
+
+    um = numbers.finger_um.p10 if numbers.finger_um else 0.0
+    return {
+        "second_finger_db": low(numbers.second_finger_db),
+        "second_finger_16mm_db": low(numbers.second_finger_16mm_db),
+        "second_finger_20mm_db": low(numbers.second_finger_20mm_db),
+        "second_finger_25mm_db": low(numbers.second_finger_25mm_db),
+        "finger_db": 20.0 * float(np.log10(um)) if um > 0.0 else NO_NUMBER_DB,
+        "focal_error_mm": -numbers.focal_error_mm.p90,
+        "coils": -float(len(board.actuators)),
+        "area_cm2": -float(np.prod(board.plate.size)) * 1e4,
+        "mass_g": -mass_g(board),
+    }
+
+
+def mass_g(board: Board) -> float:
+    """Of the plate and its magnets."""
+    plate = board.plate.areal_mass * float(np.prod(board.plate.size))
+    one = board.magnet.areal_mass * np.pi * board.magnet.radius**2 if board.magnet else 0.0
+    return 1e3 * float(plate + len(board.actuators) * one)
+
+
+def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[str, float]:
+    """How far a board is beyond each limit, as a share of it; none for one that may be."""
+    own, over = spec.numbers, {}
+    if spec.places_are_free:
+        places = [tuple(MM * along for along in one["at_mm"]) for one in document["actuators"]]
+        apart = closest(places)
+        if apart < own.coil_spacing - 1e-9:
+            over["coil_spacing_mm"] = 1.0 - apart / own.coil_spacing
+        inside = [_depth(one, place) for one, place in itertools.product(spec.keep_out, places)]
+        if max(inside, default=0.0) > 1e-9:
+            over["keep_out"] = max(inside) / own.coil_spacing
+    if board is not None and own.mass_g is not None and mass_g(board) > own.mass_g:
+        over["mass_g"] = mass_g(board) / own.mass_g - 1.0
+    return over
+
+
+def _depth(area: KeepOut, place: Place) -> float:
+    """How far a place lies within an area, m; 0 outside."""
+    own = [
+        size / 2.0 - abs(at - middle)
+        for at, middle, size in zip(place, area.at, area.size, strict=True)
+    ]
+    return max(min(own), 0.0)
+
+
+def _unfit(over: Mapping[str, float], why: str) -> Evaluation:
+    text = ", ".join(f"{name} by {100.0 * share:.0f} %" for name, share in over.items())
+    far = UNFIT * (1.0 + sum(over.values()))
+    return Evaluation(far, far, text or why, {})

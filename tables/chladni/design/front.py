@@ -1,0 +1,68 @@
+"""Boards of which none is better in every goal: second finger, micrometres, coils and size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from chladni.design.evaluate import NO_NUMBER_DB, Evaluation
+from chladni.design.variables import Document
+
+GOALS = {
+    "second_finger_20mm_db": 0.25,
+    "finger_db": 0.5,
+    "coils": 0.0,
+    "area_cm2": 0.0,
+}
+"""Terms that count, and by how much one board must be better to stand beside another: smaller
+differences no one would build two boards for."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A board of the front."""
+
+    document: Document
+    evaluation: Evaluation
+
+    @classmethod
+    def of(cls, document: Document, evaluation: Evaluation) -> Entry:
+        """Of what a search holds."""
+        return cls(document, evaluation)
+
+    @property
+    def goals(self) -> tuple[float, ...]:
+        """The larger the better."""
+        return tuple(self.evaluation.terms[name] for name in GOALS)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """For people: numbers on boards that are off by their tolerances, 10th percentiles."""
+        terms = self.evaluation.terms
+        db = terms["finger_db"]
+        return {
+            "coils": round(-terms["coils"]),
+            "area_cm2": round(-terms["area_cm2"], 3),
+            "second_finger_20mm_db": terms["second_finger_20mm_db"],
+            "finger_um": float(10.0 ** (db / 20.0)) if db > NO_NUMBER_DB else None,
+            "mass_g": -terms["mass_g"],
+            "robust_score": self.evaluation.robust_score,
+            "score": self.evaluation.score,
+        }
+
+
+def front_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Entries that no other one matches in all goals, the best score first."""
+    slack = np.array(list(GOALS.values()))
+    ranked = sorted(entries, key=lambda one: -one.evaluation.robust_score)
+    kept: list[Entry] = []
+    for entry in ranked:
+        own = np.array(entry.goals)
+        if not any(np.all(np.array(other.goals) + slack >= own) for other in kept):
+            # One that comes later can still be better in all goals than one with a better score.
+            kept = [other for other in kept if not np.all(own >= np.array(other.goals))]
+            kept.append(entry)
+    return tuple(kept)

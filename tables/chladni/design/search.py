@@ -1,0 +1,289 @@
+"""The search for a board: layouts by exchange, then all numbers together by CMA-ES.
+
+CMA-ES (Hansen, "The CMA evolution strategy: a tutorial", 2016, by the library `cma`) needs no
+derivatives and bears the corners that a 10th percentile has. All boards are compared on the same
+draws of their tolerances, so a change of score is a change of the board. It goes generation by
+generation, so its path does not depend on how many processes work; a search that was interrupted
+goes the same path, and finds what it looked at before in its checkpoint.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import cma
+import numpy as np
+
+from chladni.design.evaluate import COMPARED, Evaluation, board_of, evaluate, weighed
+from chladni.design.front import Entry, front_of
+from chladni.design.spec import Spec
+from chladni.design.starts import KEPT, Point, document_at, layouts_of, point_of, spread_numbers
+from chladni.design.variables import Choice, Document
+from chladni.drives.checkpoint import Checkpoint
+from chladni.drives.methods import SEED, Progress
+from chladni.drives.scoring.board_score import SAMPLES, BoardScore, score_board
+from chladni.drives.workers import Workers
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError
+
+STARTS = 2
+STEP = 0.2
+"""CMA-ES's first standard deviation, as a share of a range."""
+NEAR = 0.1
+"""The same of a coordinate that exchange has found."""
+FINALISTS = 3
+"""Boards that are scored with all draws at the end, besides those of the front."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a search found.
+
+    Attributes
+    ----------
+    best
+        The best board; its scores are of all draws.
+    full
+        All its numbers.
+    evaluations
+        Boards that were looked at, those in the checkpoint included.
+    front
+        Boards of which none is better in all goals, the best score first.
+    """
+
+    best: Entry
+    full: BoardScore
+    evaluations: int
+    front: tuple[Entry, ...]
+    seconds: float
+    seed: int
+
+    @property
+    def board(self) -> Board:
+        """The best board."""
+        return board_of(self.best.document)
+
+
+def design(
+    spec: Spec,
+    *,
+    seed: int = SEED,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    partial_file: Path | None = None,
+    samples: int = SAMPLES,
+    progress: Progress | None = None,
+    on_best: Callable[[Document, Evaluation], None] | None = None,
+) -> Design:
+    """Look for the board that answers a SPEC best.
+
+    Parameters
+    ----------
+    jobs, scheduler
+        Processes here, or a Dask scheduler's workers. The result does not depend on them.
+    partial_file
+        Checkpoint; with it, a search that was interrupted goes on.
+    samples
+        Drawn boards by which the last few are compared.
+    progress
+        Called with (done, all) of the evaluations.
+    on_best
+        Called with each board that is better than all before it.
+
+    Raises
+    ------
+    InputError
+        No board can be what the SPEC asks for; says what stands in the way of the nearest.
+    """
+    started = time.perf_counter()
+    key = {"design": _digest(asdict(spec)), "seed": seed}
+    with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
+        run = _Run(spec, seed, workers, kept, progress, on_best)
+        run.search()
+        found = run.front()
+        finished = _finished(spec, found, seed, samples, workers)
+    best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
+    return Design(
+        best, full, run.looked_at, front_of([one for one, _ in finished]),
+        time.perf_counter() - started, seed,
+    )  # fmt: skip
+
+
+class _Run:
+    """One search: what was looked at, and how to look at more."""
+
+    def __init__(
+        self, spec: Spec, seed: int, workers: Workers, kept: Checkpoint,
+        progress: Progress | None, on_best: Callable[[Document, Evaluation], None] | None,
+    ) -> None:  # fmt: skip
+        self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
+        self._progress, self._on_best = progress, on_best
+        self._seen: dict[str, tuple[Document, Evaluation]] = {}
+        self._best = -np.inf
+
+    @property
+    def looked_at(self) -> int:
+        """Boards so far."""
+        return len(self._seen)
+
+    def search(self) -> None:
+        """Look at as many boards as the SPEC allows."""
+        spec = self._spec
+        if not spec.places_are_free and all(isinstance(one, Choice) for one in spec.variables):
+            count = int(np.prod([one.most + 1.0 for one in spec.variables]))
+            if count <= spec.numbers.evaluations:
+                whole = product(*(range(int(one.most) + 1) for one in spec.variables))
+                self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
+                return
+        starts = self._starts()
+        share = spec.numbers.evaluations / len(starts)
+        for number, own in enumerate(starts, 1):
+            last = round(number * share)
+            for turn, start in enumerate(own):
+                left = last - self.looked_at
+                self._climb(start, left // (len(own) - turn), turn)
+
+    def front(self) -> list[Entry]:
+        """Boards that are not worse than another in every goal, and the best few."""
+        entries = [Entry.of(*one) for one in self._seen.values() if one[1].broken is None]
+        if not entries:
+            raise self._nothing()
+        entries.sort(key=lambda one: -one.evaluation.robust_score)
+        chosen = {id(one): one for one in (*entries[:FINALISTS], *front_of(entries))}
+        return list(chosen.values())
+
+    def _nothing(self) -> InputError:
+        document, nearest = max(self._seen.values(), key=lambda one: one[1].robust_score)
+        del document
+        return InputError(
+            "SPEC",
+            f"{self.looked_at} boards, all of them beyond a limit",
+            f"limits that a board can meet; the nearest is beyond {nearest.broken}",
+        )
+
+    def _starts(self) -> list[list[Point]]:
+        """The best layouts of each number of coils, the best first; solved to know which."""
+        spec = self._spec
+        scanned = spread_numbers(spec, self._seed)
+        if not spec.places_are_free:
+            points = [Point(None, numbers, ()) for numbers in scanned[:KEPT]]
+            return [self._ranked(points)[:STARTS]]
+        tasks = [(count, numbers) for count in spec.coils for numbers in scanned]
+        rows = self._remembered("layouts", tasks, partial(layouts_of, spec))
+        found = []
+        for count in spec.coils:
+            own = [one for (coils, _), row in zip(tasks, rows, strict=True) if coils == count
+                   for one in row["layouts"]]  # fmt: skip
+            own.sort(key=lambda one: -one["figure"])
+            points = [point_of(one) for one in own[:KEPT]]
+            if points:
+                found.append(self._ranked(points)[:STARTS])
+        if not found:
+            faults = [row["fault"] for row in rows if "fault" in row]
+            if faults:
+                raise InputError("SPEC", f"boards of which each is wrong ({faults[0]})", "a board")
+            raise InputError(
+                "design.coils", list(spec.coils),
+                f"fewer: no layout has them {spec.numbers.coil_spacing / MM:g} mm apart",
+            )  # fmt: skip
+        return found
+
+    def _ranked(self, points: Sequence[Point]) -> list[Point]:
+        scores = self._look(points)
+        return [points[k] for k in np.argsort([-one for one in scores], kind="stable")]
+
+    def _climb(self, start: Point, evaluations: int, turn: int) -> None:
+        """CMA-ES from a point, over so many boards."""
+        spec, layout = self._spec, start.layout
+        size = len(start.numbers) + len(start.shares)
+        if evaluations < 2 or size == 0:
+            return
+        whole = [k for k, one in enumerate(spec.variables) if one.is_whole]
+        most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
+        spread = [STEP * max(one.most, 1.0) for one in spec.variables]
+        spread += [NEAR] * len(start.shares)
+        # The library wants two dimensions; one that does nothing costs nothing.
+        idle = max(0, 2 - size)
+        options: dict[str, Any] = {
+            "bounds": [[0.0] * (size + idle), most + [1.0] * idle],
+            "CMA_stds": spread + [1.0] * idle, "integer_variables": whole,
+            "seed": self._seed + 1 + turn, "maxfevals": evaluations,
+            "verbose": -9, "verb_filenameprefix": "", "verb_log": 0,
+        }  # fmt: skip
+        begin = [*start.numbers, *start.shares] + [0.5] * idle
+        own = cma.CMAEvolutionStrategy(begin, 1.0, options)
+        last = self.looked_at + evaluations
+        while self.looked_at < last and not own.stop():
+            asked = own.ask()
+            cut = len(start.numbers)
+            points = [
+                Point(layout, tuple(map(float, x[:cut])), tuple(map(float, x[cut:size])))
+                for x in asked
+            ]
+            own.tell(asked, [-score for score in self._look(points)])
+
+    def _look(self, points: Sequence[Point]) -> list[float]:
+        """Scores of boards, those that were seen before without looking again."""
+        documents = [document_at(self._spec, point) for point in points]
+        names = [_digest(document) for document in documents]
+        new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
+        rows = self._remembered("board", list(new.items()), partial(_judge, self._spec, self._seed))
+        for (name, document), row in zip(new.items(), rows, strict=True):
+            found = Evaluation(**row)
+            self._seen[name] = (document, found)
+            if found.broken is None and found.robust_score > self._best:
+                self._best = found.robust_score
+                if self._on_best:
+                    self._on_best(document, found)
+        if self._progress:
+            most = self._spec.numbers.evaluations
+            self._progress(min(self.looked_at, most), most)
+        return [self._seen[name][1].robust_score for name in names]
+
+    def _remembered(
+        self, what: str, tasks: Sequence[Any], work: Callable[[Any], dict[str, Any]]
+    ) -> list[dict[str, Any]]:
+        """Results of tasks, from the checkpoint where they are in it."""
+        names = [f"{what} {_digest(task)}" for task in tasks]
+        missing = [k for k, name in enumerate(names) if self._kept.get(name) is None]
+        done = self._workers.map(work, (tasks[k] for k in missing))
+        found: dict[int, dict[str, Any]] = {}
+        for k, result in zip(missing, done, strict=True):
+            found[k] = self._kept.put(names[k], result)
+        return [
+            found[k] if k in found else dict(self._kept.get(n) or {}) for k, n in enumerate(names)
+        ]
+
+
+def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
+    return asdict(evaluate(spec, task[1], seed))
+
+
+def _finished(
+    spec: Spec, entries: Iterable[Entry], seed: int, samples: int, workers: Workers
+) -> list[tuple[Entry, BoardScore]]:
+    """Boards scored as `board score` would, on their own image and with all draws."""
+    own = list(entries)
+    scores = list(workers.map(partial(_score, seed, samples), [one.document for one in own]))
+    return [
+        (Entry.of(one.document, weighed(spec, board_of(one.document), score)), score)
+        for one, score in zip(own, scores, strict=True)
+    ]
+
+
+def _score(seed: int, samples: int, document: Document) -> BoardScore:
+    return score_board(board_of(document), samples=samples, seed=seed, tolerance=COMPARED)
+
+
+def _digest(value: Any) -> str:
+    text = json.dumps(value, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:24]

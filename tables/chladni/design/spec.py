@@ -1,0 +1,245 @@
+"""What a design is asked for: a board file in which values are open, and a `[design]` block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chladni.design.variables import Choice, Document, Variable, range_of, variables_of
+from chladni.sim.board.file import part_from, read_document
+from chladni.sim.board.gpio import GATES, RESET_PULL_UPS
+from chladni.sim.board.quantity import MM, quantity
+from chladni.sim.errors import InputError, MissingError
+
+CHANNELS = 16
+"""PWM channels of one ESP32."""
+COILS = 64
+"""That a board without electronics may have."""
+MOST_EVALUATIONS = 1_000_000
+TERMS = (
+    "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
+    "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g",
+)  # fmt: skip
+"""What weights may be given to. Of dB and µm the 10th percentile over places and drawn boards
+counts, of the focal error the 90th; the last four count against a board. `finger_db` is 20·log₁₀ of
+the micrometres under the finger."""
+PACKED = np.pi / np.sqrt(12.0)
+"""Share of an area that equal circles can cover."""
+
+
+@dataclass(frozen=True)
+class KeepOut:
+    """A rectangle that no coil's centre may lie in, m."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    size: tuple[float, float] = quantity("size_mm", MM, 0.0, 5000.0, count=2)
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The plain numbers of a `[design]` block; lengths in m, mass in g.
+
+    Attributes
+    ----------
+    coil_spacing
+        Least distance of two coils' centres.
+    edge
+        Least distance of a coil's centre from the plate's edges; a magnet's radius if left out.
+    mass_g
+        The most that plate and magnets may weigh.
+    finger_um
+        The least under the finger, 10th percentile.
+    evaluations
+        How many boards the search may look at.
+    samples, pitch
+        Drawn boards and places by which it compares them.
+    """
+
+    coil_spacing: float = quantity("coil_spacing_mm", MM, 0.1, 500.0, default=8e-3)
+    edge: float | None = quantity("edge_mm", MM, 0.0, 2500.0, default=None)
+    mass_g: float | None = quantity("mass_g", 1.0, 1e-3, 1e6, default=None)
+    finger_um: float = quantity("finger_um", 1.0, 0.0, 1000.0, default=5.0)
+    evaluations: int = quantity("evaluations", 1.0, 1, MOST_EVALUATIONS, integer=True, default=200)
+    samples: int = quantity("samples", 1.0, 1, 1000, integer=True, default=4)
+    pitch: float = quantity("pitch_mm", MM, 0.5, 500.0, default=6e-3)
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A design's question.
+
+    Attributes
+    ----------
+    document
+        A board's, with open values in it and without `[design]`.
+    variables
+        What is open, coils' places aside.
+    coils
+        Numbers of coils to look at where places are free; empty where actuators are given.
+    symmetric
+        Whether coils are placed alike on both sides of the middle lines. None: where the plate
+        with what holds it is alike there.
+    weights
+        By term.
+    """
+
+    document: Document
+    variables: tuple[Variable, ...]
+    coils: tuple[int, ...]
+    numbers: Numbers = Numbers()
+    keep_out: tuple[KeepOut, ...] = ()
+    symmetric: bool | None = None
+    weights: Mapping[str, float] = field(default_factory=lambda: {"second_finger_20mm_db": 1.0})
+
+    @property
+    def places_are_free(self) -> bool:
+        """Whether coils are to be placed."""
+        return bool(self.coils)
+
+
+def read_spec(path: Path) -> Spec:
+    """Read a SPEC.
+
+    Raises
+    ------
+    InputError
+        The file, or something in it, is wrong; names file, key and value.
+    """
+    document = read_document(path, "SPEC", "a design's TOML file")
+    try:
+        return spec_of(document)
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+
+
+def spec_of(document: Document) -> Spec:
+    """The question that a document asks."""
+    board = {key: value for key, value in document.items() if key != "design"}
+    block = document.get("design", {})
+    if not isinstance(block, dict):
+        raise InputError("design", block, "a block of the form [design]")
+    own = dict(block)
+    coils = own.pop("coils", None)
+    keep_out, weights = own.pop("keep_out", []), own.pop("weights", None)
+    symmetric = own.pop("symmetric", None)
+    if symmetric is not None and not isinstance(symmetric, bool):
+        raise InputError("design.symmetric", symmetric, "true or false")
+    if not isinstance(keep_out, list):
+        raise InputError("design.keep_out", keep_out, "a list of { at_mm, size_mm }")
+    numbers = part_from(Numbers, own, "design")
+    board = _with_derived(board)
+    counts = _coil_counts(board, coils)
+    given = {key: value for key, value in board.items() if key != "actuators" or not counts}
+    variables = tuple(variables_of(given))
+    if not variables and not counts:
+        raise InputError(
+            "SPEC", "nothing free",
+            "a range { from = …, to = … }, a list { any = […] } or \"free\" somewhere; "
+            "chladni board score looks at a board that is all given",
+        )  # fmt: skip
+    spec = Spec(
+        board, variables, counts, numbers,
+        tuple(part_from(KeepOut, one, f"design.keep_out[{k}]") for k, one in enumerate(keep_out)),
+        symmetric,
+        _weights(weights),
+    )  # fmt: skip
+    _check_room(spec)
+    return spec
+
+
+def _with_derived(board: Document) -> Document:
+    """What follows from the rest where it is left out: the image's points, and the GPIOs."""
+    own = dict(board)
+    electronics = own.get("electronics")
+    if isinstance(electronics, dict) and electronics.get("pwm_pins", "free") == "free":
+        own["electronics"] = electronics | {"pwm_pins": _gates(own.get("panel"))}
+    if "image" not in own:
+        own["image"] = {"points": None}
+    return own
+
+
+def _gates(panel: object) -> list[int]:
+    """GPIOs for gates, those first that nothing pulls up at reset."""
+    taken = set(panel.values()) if isinstance(panel, dict) else set()
+    free = [pin for pin in GATES if pin not in taken]
+    return sorted(free, key=lambda pin: pin in RESET_PULL_UPS)[:CHANNELS]
+
+
+def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
+    """How many coils a board may have; empty where its actuators are given."""
+    if board.get("actuators") != "free":
+        if coils is not None:
+            expected = 'nothing where actuators are given; write actuators = "free"'
+            raise InputError("design.coils", coils, expected)
+        return ()
+    if coils is None:
+        raise MissingError("design.coils", "how many coils: a number, a range or a list")
+    if isinstance(coils, dict) and coils.keys() == {"from", "to"}:
+        ends = range_of(coils, ("design", "coils"))
+        found: Sequence[Any] = range(int(ends.low), int(ends.high) + 1)
+    elif isinstance(coils, dict) and coils.keys() == {"any"} and isinstance(coils["any"], list):
+        found = coils["any"]
+    else:
+        found = [coils]
+    electronics = board.get("electronics")
+    pins = electronics.get("pwm_pins", []) if isinstance(electronics, dict) else []
+    most = min(CHANNELS, len(pins)) if isinstance(pins, list) and pins else COILS
+    for count in found:
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
+            why = ", one for each PWM channel with a pin" if most <= CHANNELS else ""
+            raise InputError("design.coils", count, f"1 to {most} coils{why}")
+    if not found:
+        raise InputError("design.coils", coils, "one number of coils or more")
+    return tuple(dict.fromkeys(found))
+
+
+def _weights(weights: Any) -> Mapping[str, float]:
+    if weights is None:
+        return {"second_finger_20mm_db": 1.0}
+    if not isinstance(weights, dict) or not weights:
+        raise InputError("design.weights", weights, "a block of weights by name")
+    for name, weight in weights.items():
+        if name not in TERMS:
+            raise InputError(f"design.weights.{name}", weight, f"one of: {', '.join(TERMS)}")
+        is_number = isinstance(weight, int | float) and not isinstance(weight, bool)
+        if not is_number or not 0.0 <= weight <= 1e6:
+            raise InputError(f"design.weights.{name}", weight, "a number from 0 to 1e6")
+    return {name: float(weight) for name, weight in weights.items()}
+
+
+def _check_room(spec: Spec) -> None:
+    """Refuse more coils than the largest plate can hold, however they are placed."""
+    if not spec.places_are_free:
+        return
+    sides = [_largest(spec, axis) for axis in (0, 1)]
+    edge, apart = spec.numbers.edge or 0.0, spec.numbers.coil_spacing
+    # Circles of the spacing's diameter round every centre lie within this rectangle.
+    area = np.prod([max(side - 2.0 * edge, 0.0) + apart for side in sides])
+    most = int(PACKED * area / (np.pi / 4.0 * apart**2))
+    if min(side - 2.0 * edge for side in sides) < 0.0:
+        raise InputError("design.edge_mm", edge / MM, f"at most {min(sides) / 2.0 / MM:g}")
+    if min(spec.coils) > most:
+        raise InputError(
+            "design.coils", min(spec.coils),
+            f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate; "
+            "lower coil_spacing_mm or the number",
+        )  # fmt: skip
+
+
+def _largest(spec: Spec, axis: int) -> float:
+    """The longest side that is possible along an axis, m."""
+    for variable in spec.variables:
+        if variable.where in (("plate", "size_mm", axis), ("plate", "size_mm")):
+            if isinstance(variable, Choice):
+                values = [one[axis] if isinstance(one, list) else one for one in variable.options]
+                return float(max(values)) * MM
+            return variable.high * MM
+    size = spec.document.get("plate", {}).get("size_mm")
+    quantity_ok = isinstance(size, list) and len(size) == 2 and isinstance(size[axis], int | float)
+    if not quantity_ok:
+        raise InputError("plate.size_mm", size, "two lengths or ranges")
+    return float(size[axis]) * MM

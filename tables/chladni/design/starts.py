@@ -1,0 +1,141 @@
+"""Where a search begins: layouts found by exchange, for values of all else spread evenly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from chladni.design.evaluate import board_of, document_of
+from chladni.design.exchange import Plain, best_layouts
+from chladni.design.layouts import Layout, Orbit, Place, candidates
+from chladni.design.spec import KeepOut, Spec
+from chladni.design.variables import Document
+from chladni.drives.scoring.board_score import active_grid
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Actuator
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError
+from chladni.sim.fields.board_mirrors import board_mirrors
+
+SCANNED = 16
+"""Values of all that is open besides places, for which layouts are looked for by exchange."""
+KEPT = 4
+"""Layouts of each number of coils that are solved."""
+STEPS = 12
+"""Of the grid of candidates, from the middle to the edge, at most."""
+LEAST_STEP = 2e-3
+SCAN_PITCH = 8e-3
+"""m between places while layouts are looked for, at least."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A board of the search: its layout, a number for each variable, and for each coordinate."""
+
+    layout: Layout | None
+    numbers: tuple[float, ...]
+    shares: tuple[float, ...]
+
+
+def document_at(spec: Spec, point: Point) -> Document:
+    """The board file of a point."""
+    if point.layout is None:
+        return document_of(spec, point.numbers, None)
+    places = point.layout.places(point.shares, _reach(spec, point.numbers))
+    return document_of(spec, point.numbers, places)
+
+
+def _reach(spec: Spec, numbers: Sequence[float]) -> Place:
+    """How far from the middle a coil may stand, mm."""
+    document = document_of(spec, numbers, None)
+    edge = spec.numbers.edge
+    if edge is None:
+        magnet = document.get("magnet")
+        edge = float(magnet["radius_mm"]) * MM if isinstance(magnet, dict) else 0.0
+    half = [float(side) / 2.0 - edge / MM for side in document["plate"]["size_mm"]]
+    return max(half[0], 0.0), max(half[1], 0.0)
+
+
+def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
+    """Numbers of all variables, spread evenly over what they may be, the middle first."""
+    most = np.array([one.most for one in spec.variables])
+    if not most.size:
+        return [()]
+    count = min(SCANNED, max(1, spec.numbers.evaluations // 10))
+    shares = qmc.Sobol(most.size, seed=seed).random(SCANNED)[: count - 1]
+    whole = np.array([one.is_whole for one in spec.variables])
+    rows = np.vstack([np.full(most.size, 0.5), shares]) * np.where(whole, most, 1.0)
+    rows = np.where(whole, np.round(rows), rows)
+    return [tuple(map(float, row)) for row in rows]
+
+
+def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any]:
+    """Layouts of so many coils by exchange, with these numbers for all else."""
+    count, numbers = task
+    reach = _reach(spec, numbers)
+    document = document_of(spec, numbers, [(0.0, 0.0)])
+    try:
+        board = board_of(document)
+    except InputError as error:
+        return {"layouts": [], "fault": str(error)}
+    mirrors = _mirrors(spec, board)
+    span = (reach[0] * MM, reach[1] * MM)
+    step = max(LEAST_STEP, max(span) / STEPS)
+    offered = [
+        one for one in candidates(mirrors, span, step, spec.numbers.coil_spacing)
+        if not any(_is_inside(area, place) for area in spec.keep_out for place in one.images)
+    ]  # fmt: skip
+    x, y, _ = active_grid(board, max(spec.numbers.pitch, SCAN_PITCH))
+    places = [
+        (along_x, along_y) for along_x in x.tolist() for along_y in y.tolist()
+        if (along_x > -1e-9 or not mirrors[0]) and (along_y > -1e-9 or not mirrors[1])
+    ]  # fmt: skip
+    if not offered:
+        return {"layouts": []}
+    plain = Plain.of(board, [place for one in offered for place in one.images], places)
+    rows = []
+    for figure, chosen in best_layouts(plain, offered, count, spec.numbers.coil_spacing)[:KEPT]:
+        layout = Layout(mirrors, tuple(one.orbit for one in chosen))
+        at = [(one.at[0] / MM, one.at[1] / MM) for one in chosen]
+        rows.append({
+            "figure": figure, "mirrors": list(mirrors), "numbers": list(numbers),
+            "leaves": [list(one.leaves) for one in layout.orbits],
+            "shares": layout.shares(at, reach),
+        })  # fmt: skip
+    return {"layouts": rows}
+
+
+def point_of(row: dict[str, Any]) -> Point:
+    """Of a row of `layouts_of`."""
+    orbits = tuple(Orbit((bool(x), bool(y))) for x, y in row["leaves"])
+    mirrors = (bool(row["mirrors"][0]), bool(row["mirrors"][1]))
+    return Point(Layout(mirrors, orbits), tuple(row["numbers"]), tuple(row["shares"]))
+
+
+def _mirrors(spec: Spec, board: Board) -> tuple[bool, bool]:
+    """Which mirrors coils are to keep: those of the plate and the keep-outs, unless told not to."""
+    if spec.symmetric is False:
+        return False, False
+    middle = replace(board, actuators=(Actuator("middle", (0.0, 0.0)),),
+                     electronics=replace(board.electronics, pwm_pins=()))  # fmt: skip
+    own = board_mirrors(middle)
+    areas = {(round(a.at[0], 9), round(a.at[1], 9), a.size) for a in spec.keep_out}
+    alike = [
+        all((sx * x + 0.0, sy * y + 0.0, size) in areas for x, y, size in areas)
+        for sx, sy in ((-1.0, 1.0), (1.0, -1.0))
+    ]
+    found = (own.x is not None and alike[0], own.y is not None and alike[1])
+    if spec.symmetric and not all(found):
+        raise InputError("design.symmetric", True, "a plate and keep-outs that are symmetric")
+    return found
+
+
+def _is_inside(area: KeepOut, place: Place) -> bool:
+    return all(
+        abs(at - middle) < size / 2.0
+        for at, middle, size in zip(place, area.at, area.size, strict=True)
+    )

@@ -1,0 +1,139 @@
+"""What of a board file is open: a range, a list, or `free`, wherever a value may stand."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.materials import SHEETS
+from chladni.sim.errors import InputError
+
+Document = dict[str, Any]
+Where = tuple[str | int, ...]
+
+FREE: dict[Where, Any] = {
+    ("plate", "thickness_mm"): {"any": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.6]},
+    ("plate", "material"): {"any": list(SHEETS)},
+    ("foundation", "stiffness_n_per_mm3"): {"from": 0.003, "to": 0.3},
+    ("foundation", "thickness_mm"): {"any": [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0]},
+    ("foundation", "material"): {"any": list(MATERIALS)},
+    ("magnet", "radius_mm"): {"any": [1.5, 2.0, 2.5, 3.0, 4.0, 5.0]},
+    ("magnet", "height_mm"): {"any": [1.0, 1.5, 2.0, 3.0, 4.0, 5.0]},
+    ("drive", "frequency_hz"): {"from": 80.0, "to": 300.0},
+    ("focus", "quieter_db"): {"from": 1.0, "to": 8.0},
+    ("focus", "silent_from_mm"): {"from": 14.0, "to": 20.0},
+}
+"""What `free` stands for: sheets, foams and disc magnets as they are sold, and where fingers feel
+best. Anything else has to say its range."""
+EDGES = ("plate", "edges")
+OCTAVES = 4.0
+"""A positive range whose ends are so many times apart is searched by ratios."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """A number between two others.
+
+    A search gives it a share from 0 to 1; a range of several octaves is divided by ratios.
+    """
+
+    where: Where
+    low: float
+    high: float
+    most: float = 1.0
+    is_whole = False
+
+    def value(self, share: float) -> float:
+        """The number at a share."""
+        share = min(max(share, 0.0), 1.0)
+        if self.low > 0.0 and self.high >= OCTAVES * self.low:
+            found = self.low * (self.high / self.low) ** share
+        else:
+            found = self.low + (self.high - self.low) * share
+        # What a file shows is what was computed.
+        return float(f"{found:.5g}")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several values, in their order; a search gives it a number from 0 on."""
+
+    where: Where
+    options: tuple[Any, ...]
+    is_whole = True
+
+    @property
+    def most(self) -> float:
+        """The last one's number."""
+        return len(self.options) - 1.0
+
+    def value(self, number: float) -> Any:
+        """The value of a number, the nearest whole one."""
+        return self.options[round(min(max(number, 0.0), self.most))]
+
+
+Variable = Range | Choice
+
+
+def variables_of(document: Document) -> list[Variable]:
+    """All that is open in a board's document, in its order.
+
+    Raises
+    ------
+    InputError
+        A range is empty, a list has no choice in it, or `free` stands where nothing says what for.
+    """
+    return list(_open(document, ()))
+
+
+def _open(value: Any, where: Where) -> Iterator[Variable]:
+    if value == "free" and where[:2] == EDGES:
+        return  # there it is what edges are
+    if value == "free":
+        if where not in FREE:
+            known = ", ".join(key_of(one) for one in FREE)
+            expected = f"a range, as nothing says what may be here; 'free' can be: {known}, or "
+            raise InputError(key_of(where), value, expected + "actuators")
+        yield from _open(FREE[where], where)
+    elif isinstance(value, dict) and value.keys() == {"from", "to"}:
+        yield range_of(value, where)
+    elif isinstance(value, dict) and value.keys() == {"any"}:
+        options = value["any"]
+        if not isinstance(options, list) or not options:
+            raise InputError(f"{key_of(where)}.any", options, "a list of one value or more")
+        yield Choice(where, tuple(options))
+    elif isinstance(value, dict | list):
+        entries = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, entry in entries:
+            yield from _open(entry, (*where, key))
+
+
+def range_of(value: dict[str, Any], where: Where) -> Range:
+    """A range as a document has it: `{ from = 0.2, to = 0.8 }`."""
+    ends = [value["from"], value["to"]]
+    for end in ends:
+        if isinstance(end, bool) or not isinstance(end, int | float):
+            raise InputError(key_of(where), value, "numbers for both ends of a range")
+    if not ends[0] < ends[1]:
+        raise InputError(key_of(where), value, "a range whose 'from' is less than its 'to'")
+    return Range(where, float(ends[0]), float(ends[1]))
+
+
+def filled(document: Document, variables: Sequence[Variable], numbers: Sequence[float]) -> Document:
+    """The document with a value for each variable."""
+    own = copy.deepcopy(document)
+    for variable, number in zip(variables, numbers, strict=True):
+        inner: Any = own
+        for key in variable.where[:-1]:
+            inner = inner[key]
+        inner[variable.where[-1]] = variable.value(number)
+    return own
+
+
+def key_of(where: Where) -> str:
+    """A place in a document as errors name it: `plate.size_mm[1]`."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in where)
+    return text.lstrip(".")

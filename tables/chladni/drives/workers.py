@@ -1,0 +1,110 @@
+"""Work for many processes: this machine's cores, or those of a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from importlib import import_module
+from types import TracebackType
+from typing import Any, TypeVar
+
+import joblib
+
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.sim.errors import InputError
+
+Item = TypeVar("Item")
+Done = TypeVar("Done")
+
+SCHEDULER_S = 10.0
+"""How long a scheduler may take to answer."""
+LOST_WORKERS = 10
+"""So many workers may die over one piece of work before that is held to be its fault."""
+
+
+class Workers(contextlib.AbstractContextManager["Workers"]):
+    """Processes that are handed pieces of work; results come in the pieces' order.
+
+    Parameters
+    ----------
+    jobs
+        Processes on this machine; all cores by default. With 1 the work is done right here.
+    scheduler
+        Address of a Dask scheduler, `tcp://host:8786`, whose workers do the work instead; they need
+        the same version of Chladni. Needs the extra `chladni[cluster]`. A worker that dies loses
+        nothing: its pieces are done again by others.
+
+    Raises
+    ------
+    InputError
+        On entering: nothing answers at the address, or the extra is not installed.
+    """
+
+    def __init__(self, jobs: int | None = None, scheduler: str | None = None) -> None:
+        self.jobs = jobs or os.cpu_count() or 1
+        self._scheduler = scheduler
+        self._client: Any = None
+
+    def __enter__(self) -> Workers:
+        if self._scheduler is not None:
+            self._client = _client_of(self._scheduler)
+            self.jobs = max(1, sum(self._client.nthreads().values()))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:  # fmt: skip
+        if self._client is not None:
+            self._client.close()
+
+    # A process whose memory has grown is replaced, which loses nothing and is no one's concern.
+    _REPLACED = "A worker stopped while some jobs were given to the executor"
+
+    def map(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
+        """`work` of every item, each result as soon as it and those before it are there."""
+        if self._client is not None:
+            yield from self._mapped(work, items)
+        elif self.jobs == 1:
+            for item in items:
+                yield _alone(work, item)
+        else:
+            warnings.filterwarnings("ignore", message=self._REPLACED)
+            # Ctrl-C goes to the whole group of processes; only the one that asked is to say so.
+            yield from joblib.Parallel(
+                self.jobs, backend="loky", return_as="generator", initializer=_ignore_interrupt
+            )(joblib.delayed(_alone)(work, item) for item in items)
+
+    def _mapped(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
+        with joblib.parallel_config(backend="dask", wait_for_workers_timeout=SCHEDULER_S):
+            yield from joblib.Parallel(return_as="generator")(
+                joblib.delayed(_alone)(work, item) for item in items
+            )
+
+
+def _alone(work: Callable[[Item], Done], item: Item) -> Done:
+    """Each process has one core, and so its algebra one thread."""
+    with one_blas_thread():
+        return work(item)
+
+
+def _ignore_interrupt() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _client_of(address: str) -> Any:
+    try:
+        # An extra, and a second to import.
+        dask, distributed = import_module("dask"), import_module("distributed")
+    except ImportError:
+        expected = "the extra chladni[cluster], which is not installed; pip install it"
+        raise InputError("--scheduler", address, expected) from None
+    dask.config.set({"distributed.scheduler.allowed-failures": LOST_WORKERS})
+    try:
+        return distributed.Client(address, timeout=SCHEDULER_S, set_as_default=True)
+    except (OSError, ValueError, TimeoutError) as error:
+        expected = "a Dask scheduler that answers, such as tcp://127.0.0.1:8786"
+        raise InputError("--scheduler", address, expected) from error

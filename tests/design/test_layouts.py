@@ -1,0 +1,95 @@
+"""Layouts under mirrors, and fields of candidates against a plate that is solved with them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_specs import small
+
+from chladni.design.evaluate import board_of, document_of
+from chladni.design.exchange import Plain, best_layouts
+from chladni.design.layouts import Layout, Orbit, candidates, closest, makeups
+from chladni.design.spec import spec_of
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Image, Mass
+from chladni.sim.fields.transfer import transfer_fields
+
+
+def board_with(places: list[tuple[float, float]]) -> Board:
+    return board_of(document_of(spec_of(small(design={"coils": len(places)})), [], places))
+
+
+def test_a_layout_is_symmetric_and_comes_back_from_its_shares() -> None:
+    layout = Layout(
+        (True, True), (Orbit((False, False)), Orbit((False, True)), Orbit((True, True)))
+    )
+    assert layout.coils == 1 + 2 + 4
+    assert layout.unknowns == 3
+    places = layout.places([0.25, 0.5, 0.75], (8.0, 20.0))
+    assert len(places) == layout.coils
+    assert {(-x, y) for x, y in places} == {(x, -y) for x, y in places} == set(places)
+    assert layout.shares([(0.0, 0.0), (0.0, 5.0), (-4.0, 15.0)], (8.0, 20.0)) == [0.25, 0.5, 0.75]
+
+
+def test_without_mirrors_each_coil_goes_where_it_likes() -> None:
+    layout = Layout((False, False), (Orbit((True, True)),) * 2)
+    assert layout.places([0.0, 0.5, 1.0, 0.25], (8.0, 20.0)) == [(8.0, -10.0), (-8.0, 0.0)]
+
+
+def test_makeups_are_all_there_are() -> None:
+    found = list(makeups(5, Counter({4: 9, 2: 9, 1: 1})))
+    # 4 + 1, and 2 + 2 + 1; two in the middle there cannot be.
+    assert sorted(found) == [(1, 2, 2), (1, 4)]
+
+
+def test_candidates_keep_their_images_apart() -> None:
+    offered = candidates((True, True), (8e-3, 20e-3), 2e-3, 7e-3)
+    assert all(closest(one.images) >= 7e-3 for one in offered)
+    assert {len(one.images) for one in offered} == {1, 2, 4}
+    # (0, 2 mm) has its image 4 mm away.
+    assert not any(one.at == (0.0, 2e-3) for one in offered)
+
+
+def test_fields_of_candidates_are_those_of_a_plate_with_their_masses() -> None:
+    """One plate without coils, and its receptance, against one solved with the masses on it."""
+    places = [(0.0, -9.0), (2.0, 4.0), (-3.0, 12.0)]
+    mass = 0.8e-3
+    plain = board_with(places)
+    metres = [(1e-3 * x, 1e-3 * y) for x, y in places]
+    found = Plain.of(plain, metres, [(0.0, 0.0)])
+    omega = 2.0 * np.pi * plain.drive.frequency_hz
+    delta = -(omega**2) * mass
+    got = np.linalg.solve((np.eye(3) + delta * found.at_coils).T, found.fields)
+    points = (7, 17)
+    heavy = replace(
+        plain, masses=tuple(Mass(at, mass) for at in metres), image=Image(points),
+    )  # fmt: skip
+    wanted = transfer_fields(heavy).values.reshape(3, -1)
+    without = transfer_fields(replace(plain, image=Image(points))).values.reshape(3, -1)
+    error = np.linalg.norm(got - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
+    # Receptances are means over a disc of 2 mm, which is 3 % of what a point's own is.
+    assert np.all(error < 0.02)
+    change = np.linalg.norm(without - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
+    assert np.all(change > 0.1)
+
+
+def test_exchange_finds_the_best_of_all_pairs() -> None:
+    """Of two coils along a strip all pairs can be tried."""
+    board = board_with([(0.0, -9.0), (0.0, 9.0)])
+    offered = candidates((False, True), (0.0, 14e-3), 2e-3, 7e-3)
+    places = [place for one in offered for place in one.images]
+    plain = Plain.of(board, places, [(0.0, y) for y in (0.0, 4e-3, 8e-3, 12e-3)])
+    found = best_layouts(plain, offered, 2, 7e-3)
+    rows = np.cumsum([0, *(len(one.images) for one in offered)])
+    every = {
+        one.at: plain.figure(range(rows[k], rows[k + 1]))
+        for k, one in enumerate(offered)
+        if len(one.images) == 2
+    }
+    best = max(every, key=lambda at: every[at])
+    assert found[0][1][0].at == best
+    assert found[0][0] == pytest.approx(every[best])
+    assert every[best] > min(every.values()) + 3.0

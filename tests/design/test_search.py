@@ -1,0 +1,150 @@
+"""A search: what it finds, that it goes on after a stop, and that workers change nothing."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomlkit
+
+from chladni.design.evaluate import Evaluation, evaluate
+from chladni.design.front import GOALS, Entry, front_of
+from chladni.design.search import Design, design
+from chladni.design.spec import spec_of
+from chladni.design.variables import filled
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.board_score import score_board
+from chladni.sim.board.file import load_board
+from conftest import CommandLine
+from made_specs import small
+
+
+def test_of_listed_boards_the_best_is_found() -> None:
+    """Where all is lists, every board is looked at: each alone gives the same score."""
+    document = small(
+        actuators=[{"name": "a", "at_mm": [0.0, {"any": [-4.0, -9.0]}]},
+                   {"name": "b", "at_mm": [0.0, 9.0]}],
+        design={"coils": None}, electronics={"pwm_pins": []},
+    )  # fmt: skip
+    spec = spec_of(document)
+    found = design(spec, jobs=1, samples=1)
+    assert found.evaluations == 2
+    alone = [
+        evaluate(spec, filled(spec.document, spec.variables, [k]), SEED).robust_score
+        for k in (0.0, 1.0)
+    ]
+    assert found.board.actuators[0].at == ((0.0, -4e-3), (0.0, -9e-3))[alone[1] > alone[0]]
+
+
+@pytest.fixture(scope="module")
+def whole() -> tuple[Design, list[float]]:
+    """A search in this process, and the scores of boards that were better than all before."""
+    better: list[float] = []
+    found = design(
+        spec_of(small()), jobs=1, samples=1,
+        on_best=lambda _, own: better.append(own.robust_score),
+    )  # fmt: skip
+    return found, better
+
+
+def test_a_search_beats_its_starts(whole: tuple[Design, list[float]]) -> None:
+    found, better = whole
+    assert len(better) > 1
+    assert better == sorted(better)
+    # What it says of its board is what `board score` says, whose fields are a little finer.
+    score = score_board(found.board, samples=1)
+    assert score.perturbed is not None
+    wanted = score.perturbed.second_finger_20mm_db
+    assert wanted is not None
+    assert found.best.evaluation.robust_score == pytest.approx(wanted.p10, abs=0.05)
+
+
+def test_two_processes_find_the_same(whole: tuple[Design, list[float]]) -> None:
+    found = design(spec_of(small()), jobs=2, samples=1)
+    assert found.best == whole[0].best
+    assert found.evaluations == whole[0].evaluations
+
+
+def test_a_search_that_was_stopped_goes_on(
+    whole: tuple[Design, list[float]], tmp_path: Path
+) -> None:
+    spec, kept = spec_of(small()), tmp_path / "kept"
+
+    class StopError(Exception):
+        pass
+
+    def stop(done: int, of_all: int) -> None:
+        if done >= of_all - 2:
+            raise StopError
+
+    with pytest.raises(StopError):
+        design(spec, jobs=1, samples=1, partial_file=kept, progress=stop)
+    boards = kept.read_text(encoding="utf-8").count('"board ')
+    assert 0 < boards < whole[0].evaluations
+    again = design(spec, jobs=1, samples=1, partial_file=kept)
+    assert again.best == whole[0].best
+    assert again.evaluations == whole[0].evaluations
+    assert not kept.exists()
+
+
+def test_limits_and_weights_count() -> None:
+    spec = spec_of(small(design={"keep_out": [{"at_mm": [0.0, 9.0], "size_mm": [4.0, 4.0]}]}))
+    document = spec.document | {"actuators": [
+        {"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 8.0]},
+    ], "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]}}  # fmt: skip
+    inside = evaluate(spec, document, SEED)
+    assert inside.broken is not None
+    assert "keep_out" in inside.broken
+    document["actuators"][1]["at_mm"] = [0.0, 3.0]
+    close = evaluate(spec, document, SEED)
+    assert close.broken is not None
+    # 7 mm apart instead of 8.
+    assert "coil_spacing_mm by 12 %" in close.broken
+    document["actuators"][1]["at_mm"] = [0.0, 12.0]
+    plain = evaluate(spec, document, SEED)
+    assert plain.broken is None
+    both = {"second_finger_20mm_db": 1.0, "focal_error_mm": 2.0}
+    weighed = evaluate(spec_of(small(design={"weights": both})), document, SEED)
+    wanted = plain.terms["second_finger_20mm_db"] + 2.0 * plain.terms["focal_error_mm"]
+    assert weighed.robust_score == pytest.approx(wanted, abs=1e-9)
+
+
+def entry(second: float, um_db: float, coils: int) -> Entry:
+    terms = dict.fromkeys(GOALS, 0.0) | {
+        "second_finger_20mm_db": second, "finger_db": um_db, "coils": -float(coils),
+        "area_cm2": -8.0, "mass_g": -3.0,
+    }  # fmt: skip
+    return Entry({"second": second}, Evaluation(second, second, None, terms))
+
+
+def test_the_front_has_what_nothing_else_matches() -> None:
+    best, louder, fewer = entry(15.0, 20.0, 5), entry(12.0, 26.0, 5), entry(11.0, 20.0, 4)
+    matched, hardly = entry(11.0, 19.0, 5), entry(15.1, 20.1, 5)
+    assert front_of([matched, best, fewer, louder]) == (best, louder, fewer)
+    # A tenth of a decibel is no reason to build two boards.
+    assert front_of([best, hardly]) == (hardly,)
+
+
+def test_the_command_writes_a_board_that_scores_as_said(
+    tmp_path: Path, chladni: CommandLine
+) -> None:
+    spec, out, front = tmp_path / "s.toml", tmp_path / "own.toml", tmp_path / "front"
+    front.mkdir()
+    coils = {"coils": {"from": 1, "to": 2}, "evaluations": 4}
+    spec.write_text(tomlkit.dumps(small(design=coils)), encoding="utf-8")
+    done = chladni("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--front", front,
+                   "--figure", tmp_path / "f.png", "--json")  # fmt: skip
+    assert done.code == 0
+    assert done.json.keys() >= {"score", "robust_score", "evaluations", "seconds", "front"}
+    board = load_board(out)
+    assert [list(one["at_mm"]) for one in done.json["actuators"]] == [
+        pytest.approx([1e3 * along for along in actuator.at]) for actuator in board.actuators
+    ]
+    for one in done.json["front"]:
+        assert len(load_board(one["path"]).actuators) == one["coils"]
+    assert (tmp_path / "f.png").stat().st_size > 10_000
+    assert not list(tmp_path.glob("*.partial"))
+    assert tomllib.loads(out.read_text(encoding="utf-8"))["name"] == "small"
+    assert json.loads(done.out)["seed"] == SEED

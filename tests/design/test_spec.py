@@ -1,0 +1,110 @@
+"""What a SPEC may say, and what each wrong one is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomlkit
+
+from chladni.design.evaluate import board_of, document_of
+from chladni.design.spec import spec_of
+from chladni.design.variables import Choice, Range
+from chladni.sim.board.materials import SHEETS
+from chladni.sim.errors import InputError
+from conftest import CommandLine
+from made_specs import small
+
+
+def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
+    spec = spec_of(small(
+        plate={"thickness_mm": "free", "size_mm": [12.0, {"from": 30.0, "to": 60.0}]},
+        foundation={"stiffness_n_per_mm3": {"from": 0.01, "to": 0.09}},
+        drive={"frequency_hz": {"any": [100.0, 160.0, 250.0]}},
+    ))  # fmt: skip
+    kinds = {variable.where: type(variable) for variable in spec.variables}
+    assert kinds == {
+        ("plate", "size_mm", 1): Range, ("plate", "thickness_mm"): Choice,
+        ("foundation", "stiffness_n_per_mm3"): Range, ("drive", "frequency_hz"): Choice,
+    }  # fmt: skip
+    # In the document's order: half-way of 30 to 60, of the standard sheets the sixth, between 0.01
+    # and 0.09 by ratios 0.03, of the frequencies the last.
+    document = document_of(spec, [0.5, 5.0, 0.5, 2.0], [(0.0, -9.0), (0.0, 9.0)])
+    assert document["plate"]["size_mm"] == [12.0, 45.0]
+    assert document["plate"]["thickness_mm"] == 0.6
+    assert document["foundation"]["stiffness_n_per_mm3"] == pytest.approx(0.03)
+    assert document["drive"]["frequency_hz"] == 250.0
+    board = board_of(document)
+    assert len(board.electronics.pwm_pins) == len(board.actuators) == 2
+    assert board.image.points == (25, 91)
+
+
+def test_a_material_stands_for_its_numbers_and_is_replaced_by_those_given() -> None:
+    places = [(0.0, -9.0), (0.0, 9.0)]
+    own = small(plate={"material": "aluminium", "loss_factor": 0.01})
+    plate = board_of(document_of(spec_of(own), [], places)).plate
+    sheet = SHEETS["aluminium"]
+    assert plate.youngs_modulus == sheet["youngs_modulus_gpa"] * 1e9
+    assert (plate.density, plate.loss_factor) == (sheet["density_kg_m3"], 0.01)
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "nothing free": (small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}], design={"coils": None}),
+                     "nothing free"),
+    "empty range": (small(plate={"thickness_mm": {"from": 0.4, "to": 0.2}}), "plate.thickness_mm"),
+    "range of one": (small(plate={"thickness_mm": {"from": 0.2, "to": 0.2}}), "less than"),
+    "empty list": (small(plate={"thickness_mm": {"any": []}}), "plate.thickness_mm.any"),
+    "free without a meaning": (small(regions={"pitch_mm": "free"}), "regions.pitch_mm"),
+    "coils that cannot fit": (small(design={"coils": 16}), "at most 14"),
+    "no layout": (small(design={"coils": 7, "coil_spacing_mm": 12.0}), "no layout"),
+    "more coils than channels": (small(design={"coils": 17}), "1 to 16 coils"),
+    "how many": (small(design={"coils": None}), "design.coils"),
+    "coils given": (small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}],
+                          plate={"thickness_mm": "free"}), "actuators are given"),
+    "mass": (small(design={"mass_g": 0.01}), "mass_g by"),
+    "all kept out": (small(design={"keep_out": [{"at_mm": [0.0, 0.0], "size_mm": [50.0, 50.0]}]}),
+                     "no layout"),
+    "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
+    "misspelt": (small(design={"evaluation": 5}), "evaluations"),
+    "material": (small(plate={"material": "wood"}), "plate.material"),
+    "missing block": (small(drive=None) | {"drive": {}}, "drive"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_spec_is_told_what_is_wrong(
+    name: str, tmp_path: Path, chladni: CommandLine
+) -> None:
+    document, expected = WRONG[name]
+    path = tmp_path / "spec.toml"
+    path.write_text(tomlkit.dumps(document), encoding="utf-8")
+    done = chladni("design", path, "-o", tmp_path / "b.toml", "--jobs", "1", "--json")
+    assert done.code == 2
+    assert expected in done.err
+    assert str(path) in done.err
+    assert not (tmp_path / "b.toml").exists()
+    assert done.out == ""
+
+
+@pytest.mark.parametrize("arguments", [
+    ("-o", "b.json"), ("-o", "no/such/folder/b.toml"), ("-o", "b.toml", "--samples", "0"),
+    ("-o", "b.toml", "--front", "no-folder"), ("-o", "b.toml", "--jobs", "0"),
+    ("-o", "b.toml", "--scheduler", "tcp://127.0.0.1:9"), ("-o", "b.toml", "--scheduler", "there"),
+])  # fmt: skip
+def test_a_wrong_option_is_told_what_is_wrong(
+    arguments: tuple[str, ...], tmp_path: Path, chladni: CommandLine,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("chladni.drives.workers.SCHEDULER_S", 0.5)
+    (tmp_path / "spec.toml").write_text(tomlkit.dumps(small()), encoding="utf-8")
+    done = chladni("design", "spec.toml", *arguments)
+    assert done.code == 2
+    assert "Traceback" not in done.err
+    assert not list(tmp_path.glob("b.toml*"))
+
+
+def test_an_error_names_what_was_wanted_there() -> None:
+    with pytest.raises(InputError, match=r"magnet\.radius_mm"):
+        spec_of(small(plate={"poissons_ratio": "free"}))
