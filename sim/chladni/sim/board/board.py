@@ -50,8 +50,10 @@ class Board(BoardParts):
         physical = {
             key: value
             for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image", "coil", "panel", "active")
+            if key not in ("name", "electronics", "image", "coil", "winding", "panel", "active")
         }
+        for part, key in (("plate", "material"), ("magnet", "remanence_t")):
+            physical.get(part, {}).pop(key, None)
         if self.coil is not None and self.coil.motion_acts_back:
             own = self.coil
             physical["coil"] = [own.resistance, own.inductance, own.force_factor]
@@ -92,7 +94,7 @@ def to_document(board: Board) -> dict[str, Any]:
             document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
-    for section in ("coil", "panel", "foundation", "finger", "focus", "active"):
+    for section in ("coil", "winding", "panel", "foundation", "finger", "focus", "active"):
         if getattr(board, section):
             document[section] = table(getattr(board, section))
     document["actuators"] = [table(actuator) for actuator in board.actuators]

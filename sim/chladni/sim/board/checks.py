@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from chladni.sim.board.coil_checks import check_coil
 from chladni.sim.board.electronics import PANEL_KINDS
 from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.gpio import pin_fault
@@ -22,8 +23,7 @@ ROOM = 0.6e-3
 """Gap between features, m, at which every pair that was tried could be followed."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
-SAME_WINDING = 0.25
-"""A warm coil has a quarter more than a cold one."""
+LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
 SAME_PLACE = 1e-6
 """Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
 
@@ -36,9 +36,12 @@ def check_board(board: BoardParts) -> None:
         if kind not in EDGE_KINDS:
             expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
             raise InputError(f"plate.edges.{edge}", kind, expected)
+    material = board.plate.material
+    if not isinstance(material, str) or not LABEL_PATTERN.fullmatch(material):
+        raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
     for section in (
-        "plate", "magnet", "coil", "panel", "foundation", "finger", "drive", "image", "regions",
-        "electronics", "focus", "active",
+        "plate", "magnet", "coil", "winding", "panel", "foundation", "finger", "drive", "image",
+        "regions", "electronics", "focus", "active",
     ):  # fmt: skip
         part = getattr(board, section)
         if part is not None:
@@ -46,9 +49,7 @@ def check_board(board: BoardParts) -> None:
     for section in FEATURES:
         for index, feature in enumerate(getattr(board, section)):
             check_ranges(feature, f"{section}[{index}]")
-    if board.coil and not isinstance(board.coil.motion_acts_back, bool):
-        raise InputError("coil.motion_acts_back", board.coil.motion_acts_back, "true or false")
-    _check_winding(board)
+    check_coil(board)
     _check_supports(board)
     _check_panel(board)
     _check_focus(board)
@@ -65,17 +66,6 @@ def check_board(board: BoardParts) -> None:
         )
     if board.regions.pitch > smallest:
         raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
-
-
-def _check_winding(board: BoardParts) -> None:
-    """Limits and forces are of one winding, of which a file says the resistance twice."""
-    coil, ohm = board.coil, board.electronics.coil_ohm
-    if coil is not None and abs(coil.resistance / ohm - 1.0) > SAME_WINDING:
-        raise InputError(
-            "electronics.coil_ohm", ohm,
-            f"about coil.resistance_ohm, {coil.resistance:g}: one gives current and heat, the "
-            "other the force",
-        )  # fmt: skip
 
 
 def _check_panel(board: BoardParts) -> None:

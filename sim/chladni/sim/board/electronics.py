@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from chladni.sim.board.quantity import MM, quantity
+from chladni.sim.magnetics.windings import RoundWinding
 
 NOT_WIRED = 255
 """In place of a GPIO number: the line is not connected."""
@@ -81,3 +82,24 @@ class Coil:
     mechanical_q: float = quantity("mechanical_q", 1.0, 0.5, 1e5)
     rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3)
     motion_acts_back: bool = True
+
+
+@dataclass(frozen=True)
+class Winding:
+    """How every coil is wound, round and about its magnet's axis. Metres.
+
+    `wire` is the bare copper's diameter, `inner` and `outer` are the winding's. `gap` is from the
+    winding's end to the magnet's face, negative where the magnet dips into the bore.
+    """
+
+    turns: int = quantity("turns", 1.0, 1, 100_000, integer=True)
+    wire: float = quantity("wire_mm", MM, 0.01, 5.0)
+    inner: float = quantity("inner_mm", MM, 0.0, 500.0)
+    outer: float = quantity("outer_mm", MM, 0.1, 500.0)
+    height: float = quantity("height_mm", MM, 0.05, 500.0)
+    gap: float = quantity("gap_mm", MM, -500.0, 500.0)
+
+    @property
+    def round(self) -> RoundWinding:
+        """The winding without its magnet."""
+        return RoundWinding(self.turns, self.wire, self.inner, self.outer, self.height)

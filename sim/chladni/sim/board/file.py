@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.coil_checks import winding_makes
+from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import FINGERS, CutOut, Finger, Foundation, Strips
 from chladni.sim.board.materials import with_material
@@ -52,6 +53,7 @@ FEATURE_CLASSES = {
 OPTIONAL_SECTIONS = {
     "magnet": Magnet,
     "coil": Coil,
+    "winding": Winding,
     "panel": Panel,
     "foundation": Foundation,
     "focus": Focus,
@@ -161,7 +163,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
     """Make a board of a parsed file; `InputError` names the key that is wrong."""
     known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
     _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
-    document = document | {"plate": with_material(document["plate"])}
+    document = _with_winding(document | {"plate": with_material(document["plate"])})
     parts: dict[str, Any] = {
         key: part_from(cls, document[key], key) for key, cls in SECTIONS.items()
     }
@@ -177,6 +179,23 @@ def board_from_document(document: dict[str, Any]) -> Board:
         actuators=_parts(Actuator, document["actuators"], "actuators"),
         **parts,
     )
+
+
+def _with_winding(document: dict[str, Any]) -> dict[str, Any]:
+    """The document with what is left out of its coil filled in from its winding."""
+    if "winding" not in document:
+        return document
+    winding = part_from(Winding, document["winding"], "winding")
+    magnet = part_from(Magnet, document["magnet"], "magnet") if "magnet" in document else None
+    coil, electronics = document.get("coil"), document["electronics"]
+    takes_force = isinstance(coil, dict) and "force_factor_n_per_a" not in coil
+    made = winding_makes(winding, magnet, force=takes_force)
+    filled = dict(document)
+    if isinstance(coil, dict):
+        filled["coil"] = made | coil
+    if isinstance(electronics, dict):
+        filled["electronics"] = {"coil_ohm": made["resistance_ohm"]} | electronics
+    return filled
 
 
 def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from chladni.sim.board.electronics import Coil, Electronics, Panel
+from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import Finger, Foundation
 from chladni.sim.board.quantity import MM, quantity
@@ -47,7 +47,8 @@ class Edges:
 class Plate:
     """A thin rectangular plate of one material. SI units.
 
-    `size` is (along x, along y); `loss_factor` is η in D(1 + iη).
+    `size` is (along x, along y); `loss_factor` is η in D(1 + iη); `material` is a name for drawings
+    and parts lists.
     """
 
     size: tuple[float, float] = quantity("size_mm", MM, 1.0, 5000.0, count=2)
@@ -58,6 +59,7 @@ class Plate:
     loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0)
     edges: Edges = Edges()
     corner_radius: float = quantity("corner_radius_mm", MM, 0.0, 2500.0, default=0.0)
+    material: str = ""
 
     @property
     def bending_stiffness(self) -> float:
@@ -132,12 +134,13 @@ class Hole:
 
 @dataclass(frozen=True)
 class Magnet:
-    """The disc glued to the plate under every actuator. SI units."""
+    """The disc glued to the plate under every actuator. SI units; Br in T, 0 where unknown."""
 
     radius: float = quantity("radius_mm", MM, 0.05, 500.0)
     height: float = quantity("height_mm", MM, 0.0, 500.0)
     density: float = quantity("density_kg_m3", 1.0, 0.0, 30000.0)
     stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 1.0, 1e6)
+    remanence: float = quantity("remanence_t", 1.0, 0.0, 2.0, default=0.0)
 
     @property
     def areal_mass(self) -> float:
@@ -205,6 +208,7 @@ class BoardParts:
     masses: tuple[Mass, ...] = ()
     holes: tuple[Hole, ...] = ()
     coil: Coil | None = None
+    winding: Winding | None = None
     panel: Panel | None = None
     foundation: Foundation | None = None
     finger: Finger | None = None
