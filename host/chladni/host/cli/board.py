@@ -26,7 +26,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )  # fmt: skip
-from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
+from chladni.host.cli.common.output import answer, check_output, progress_bar, say, say_unmet
 from chladni.host.figures.boards import score_figure, sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.host.figures.wiring import channels, wiring_figure
@@ -35,7 +35,12 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
+from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
 from chladni.sim.fields.transfer import TOLERANCE, plate_model
+from chladni.sim.magnetics.windings import force_per_ampere
+
+STROKE = 1e-4
+"""m, either way: far more than a board vibrates, less than a finger presses."""
 
 board_app = typer.Typer(no_args_is_help=True, help="Look at board files.")
 
@@ -46,7 +51,8 @@ def board_show(
 ) -> None:
     """Show a board and its first ten natural frequencies."""
     loaded = load_board(board)
-    modes = plate_model(loaded).natural_frequencies(10)
+    model = plate_model(loaded)
+    modes = model.natural_frequencies(10)
     result = {
         "name": loaded.name,
         "size_mm": [side / MM for side in loaded.plate.size],
@@ -61,6 +67,12 @@ def board_show(
     if loaded.foundation:
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)
+    if loaded.winding:
+        result["winding"] = winding_report(loaded)
+    pushes = neighbours(loaded, model)
+    if pushes:
+        result["neighbours"] = asdict(pushes)
+        say_neighbours(pushes)
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
 
 
@@ -163,6 +175,40 @@ def foundation_report(board: Board) -> dict[str, Any]:
         "decay_mm": (plate.bending_stiffness / stiffness) ** 0.25 / MM,
         "cut_off_hz": float(np.sqrt(stiffness / plate.areal_mass) / (2.0 * np.pi)),
     }
+
+
+def winding_report(board: Board) -> dict[str, Any]:
+    """What a board's winding makes, and what a stroke changes."""
+    winding, magnet = board.winding, board.magnet
+    assert winding is not None
+    own = winding.round
+    result = {
+        "resistance_ohm": own.resistance,
+        "inductance_mh": own.inductance / 1e-3,
+        "wire_m": own.length,
+        "fill": own.fill,
+    }
+    if magnet and magnet.remanence:
+        forces = [
+            force_per_ampere(own, remanence=magnet.remanence, radius=magnet.radius,
+                             height=magnet.height, gap=winding.gap + off)
+            for off in (-STROKE, 0.0, STROKE)
+        ]  # fmt: skip
+        result |= {
+            "force_factor_n_per_a": forces[1],
+            "nearer_by_0_1_mm": forces[0] / forces[1] - 1.0,
+            "farther_by_0_1_mm": forces[2] / forces[1] - 1.0,
+        }
+    return result
+
+
+def say_neighbours(pushes: Neighbours) -> None:
+    """Warn where magnets take away much of what holds them."""
+    if pushes.softened is not None and pushes.softened > MATTERS:
+        say(
+            f"the magnets push each other out of their plane and take {pushes.softened:.0%} of "
+            "what holds them: put them farther apart, or turn every other one over"
+        )
 
 
 def say_vent(board: Board) -> None:

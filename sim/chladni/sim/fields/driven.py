@@ -57,8 +57,8 @@ def with_coils(board: Board, driven: TransferFields, fields: ComplexArray) -> Co
     """
     if not driven.acts_back:
         return fields
-    at_coils = np.stack([_at_places(board, driven, own) for own in fields])
-    answer = np.tensordot(at_coils, driven.values, axes=1)
+    moved = np.stack([at_coils(board, own) for own in fields])
+    answer = np.tensordot(moved, driven.values, axes=1)
     return np.asarray(fields - _per_velocity(board, driven.frequency_hz) * answer)
 
 
@@ -76,17 +76,17 @@ def coil_coupling(board: Board, fields: TransferFields) -> ComplexArray:
     coil, count = board.coil, len(board.actuators)
     if coil is None or not coil.motion_acts_back:
         return np.zeros((count, count), dtype=np.complex128)
-    columns = [_at_places(board, fields, values) for values in fields.values]
+    columns = [at_coils(board, values) for values in fields.values]
     return np.asarray(_per_velocity(board, fields.frequency_hz) * np.stack(columns, axis=1))
 
 
-def _at_places(board: Board, fields: TransferFields, values: ComplexArray) -> ComplexArray:
-    """One field at every coil.
+def at_coils(board: Board, values: ComplexArray | FloatArray) -> ComplexArray:
+    """One field, shape (nx, ny), at every coil, shape (actuators,).
 
     Between image points it is taken as straight. Under a rigid magnet it is.
     """
     places = np.array([actuator.at for actuator in board.actuators]).T
-    axes = (fields.x, fields.y)
+    axes = (board.x, board.y)
     rows = [(at - axis[0]) / (axis[1] - axis[0]) for at, axis in zip(places, axes, strict=True)]
     parts = [
         map_coordinates(part, rows, order=1, mode="nearest") for part in (values.real, values.imag)
