@@ -1,4 +1,4 @@
-"""Commands about a board as such: `board show`, `score`, `sensitivity` and `wiring`."""
+"""Commands about a board as such: what it is, how well it focuses, and how it is made."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from chladni.host.cli.common.options import (
     check_figure,
 )  # fmt: skip
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, say_unmet
+from chladni.host.figures.board_parts import board_parts, moving_mass_g
 from chladni.host.figures.boards import score_figure, sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.host.figures.wiring import channels, wiring_figure
@@ -155,9 +156,26 @@ def board_wiring(
     result = {
         "path": str(output),
         "channels": [asdict(channel) for channel in channels(loaded)],
-        "parts": [asdict(part) for part in parts_list(loaded)],
+        "parts": [
+            {key: value for key, value in asdict(part).items() if key != "mass_g"}
+            for part in parts_list(loaded)
+        ],
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: wiring")
+
+
+@board_app.command("parts")
+def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> None:
+    """List all parts of a board: what is cut, glued, screwed and wired, with known masses."""
+    loaded = load_board(board)
+    parts = [asdict(part) for part in board_parts(loaded)]
+    if not as_json:  # for people without what a value follows from, as `board wiring` has it
+        parts = [
+            {key: value for key, value in part.items() if key != "why" and value is not None}
+            for part in parts
+        ]
+    result = {"name": loaded.name, "moving_mass_g": moving_mass_g(loaded), "parts": parts}
+    answer(result, as_json=as_json, title=f"{loaded.name}: parts")
 
 
 def foundation_report(board: Board) -> dict[str, Any]:

@@ -14,16 +14,21 @@ from chladni.host.figures.wiring_values import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import NOT_BESIDE_PSRAM
+from chladni.sim.board.quantity import MM
 
 
 @dataclass(frozen=True)
 class Part:
-    """A line of the parts list: what, how many, which value, and what the value follows from."""
+    """A line of the parts list: what, how many, which value, and what the value follows from.
+
+    `mass_g` is that of one, where it is known.
+    """
 
     part: str
     count: int
     value: str
     why: str
+    mass_g: float | None = None
 
 
 def engineering(value: float, unit: str) -> str:
@@ -91,8 +96,9 @@ def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     if not gate.input_f:
         on = ("", "a min_on_ns of 0 leaves no time for its gate")
     return (
-        Part("coil", count, f"{settings.coil_ohm:g} Ω",
-             f"the board file's; {engineering(own.coil_a, 'A')} at full duty"),
+        Part("coil", count, f"{settings.coil_ohm:g} Ω{_wound(board)}",
+             f"the board file's; {engineering(own.coil_a, 'A')} at full duty",
+             mass_g=board.winding.round.mass / 1e-3 if board.winding else None),
         Part("N-MOSFET, logic level", count,
              f"{switch}; at most {engineering(own.switch_ohm, 'Ω')} at 2.5 V{on[0]}",
              f"twice {settings.supply_v:g} V and a diode's drop, twice "
@@ -103,6 +109,18 @@ def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
              "a pin gives at most 40 mA: 3.3 V/40 mA = 83 Ω"),
         Part("gate pull-down", count, engineering(gate.pull_down_ohm, "Ω"), down),
     )  # fmt: skip
+
+
+def _wound(board: Board) -> str:
+    """How a coil is wound, if the board file says it."""
+    own = board.winding
+    if own is None:
+        return ""
+    inner, outer, height, wire = (
+        f"{side / MM:g}" for side in (own.inner, own.outer, own.height, own.wire)
+    )
+    turns = f"{own.turns} turns of {wire} mm copper"
+    return f", {turns}, ⌀{inner} to ⌀{outer} × {height} mm"
 
 
 def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:

@@ -21,27 +21,39 @@ class Material:
         stiff, so measure, or look at `board sensitivity`.
     loss_factor
         Estimated; data sheets do not have it.
+    density
+        kg/m³, where it is known.
     source
         Where the stress stands.
     """
 
     modulus: float
     loss_factor: float
+    density: float | None
     source: str
 
 
 MATERIALS = {
     "soft-pu-foam": Material(
-        0.06e6, 0.2, "15 kPa at 25 %, the softest PORON 4790-92 and firm upholstery foam; estimated"
+        0.06e6,
+        0.2,
+        240.0,
+        "15 kPa at 25 %, the softest PORON 4790-92 (240 kg/m³) and firm upholstery foam; estimated",
     ),
     "poron-4701-30": Material(
-        0.136e6, 0.2, "34 kPa at 25 % (21 to 55), Rogers data sheet, 1.6 to 2.4 mm, 320 kg/m³"
+        0.136e6,
+        0.2,
+        320.0,
+        "34 kPa at 25 % (21 to 55), Rogers data sheet, 1.6 to 2.4 mm, 320 kg/m³",
     ),
     "poron-4701-30-thin": Material(
-        0.23e6, 0.2, "58 kPa at 25 % (35 to 83), Rogers data sheet, 0.5 to 1.2 mm, 400 kg/m³"
+        0.23e6, 0.2, 400.0, "58 kPa at 25 % (35 to 83), Rogers data sheet, 0.5 to 1.2 mm, 400 kg/m³"
     ),
     "sponge-rubber": Material(
-        0.096e6, 0.1, "24 kPa at 25 % (14 to 34), open-cell natural rubber, ASTM D1056 2A1 sheet"
+        0.096e6,
+        0.1,
+        None,
+        "24 kPa at 25 % (14 to 34), open-cell natural rubber, ASTM D1056 2A1 sheet",
     ),
 }
 

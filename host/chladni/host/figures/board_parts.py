@@ -1,0 +1,109 @@
+"""All parts of a board: what is cut, glued and screwed, and what it is wired with."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from chladni.host.figures.wiring_parts import Part, parts_list
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.foundation_checks import cut_outs, strips
+from chladni.sim.board.quantity import MM
+
+GRADES = {
+    "N35": 1.17, "N38": 1.22, "N40": 1.25, "N42": 1.28, "N45": 1.32, "N48": 1.38, "N50": 1.40,
+    "N52": 1.43,
+}  # fmt: skip
+"""Least remanence of sintered NdFeB by grade, T, at 20 °C, as its makers list it."""
+
+
+def board_parts(board: Board) -> tuple[Part, ...]:
+    """Everything that has to be bought or made for a board; masses where the file says them."""
+    return (*mechanical_parts(board), *parts_list(board))
+
+
+def mechanical_parts(board: Board) -> tuple[Part, ...]:
+    """Plate, what it lies on, what rides on it and what holds it."""
+    return (_plate(board), *_magnets(board), *_foam(board), *_riders(board), *_supports(board))
+
+
+def moving_mass_g(board: Board) -> float:
+    """Mass of the plate and of all that rides on it, g."""
+    riding = ("plate", "magnet", "glued disc", "mass")
+    own = (part for part in mechanical_parts(board) if part.part in riding)
+    return sum(part.count * (part.mass_g or 0.0) for part in own)
+
+
+def _plate(board: Board) -> Part:
+    plate = board.plate
+    area = math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
+    radii = [hole.radius for hole in board.holes] + [screw.radius for screw in board.screws]
+    area -= math.pi * sum(radius**2 for radius in radii)
+    sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, plate.thickness))
+    corners = f", corners R{plate.corner_radius / MM:g}" if plate.corner_radius else ""
+    material = plate.material or f"E = {plate.youngs_modulus / 1e9:g} GPa"
+    return Part(
+        "plate", 1, f"{material}, {sides} mm{corners}",
+        f"{len(radii)} round holes" if radii else "no holes",
+        mass_g=plate.areal_mass * area / 1e-3,
+    )  # fmt: skip
+
+
+def _magnets(board: Board) -> list[Part]:
+    magnet = board.magnet
+    if magnet is None:
+        return []
+    size = f"⌀{2.0 * magnet.radius / MM:g} × {magnet.height / MM:g} mm"
+    grade = min((g for g, least in GRADES.items() if least >= magnet.remanence),
+                key=GRADES.__getitem__, default="")  # fmt: skip
+    what = f"disc {size}"
+    if magnet.remanence:
+        what = f"NdFeB {grade} disc {size}".replace("  ", " ")
+    why = "glued under the plate over every coil, all the same way up"
+    if magnet.remanence:
+        why = f"at least {magnet.remanence:g} T; " + why
+    mass = magnet.areal_mass * math.pi * magnet.radius**2
+    return [Part("magnet", len(board.actuators), what, why, mass_g=mass / 1e-3)]
+
+
+def _foam(board: Board) -> list[Part]:
+    own = board.foundation
+    if own is None or not own.sheet_stiffness:
+        return []
+    density = MATERIALS[own.material].density if own.material else None
+    what = own.material or f"{own.sheet_stiffness * MM**3:g} N/mm³"
+    # Cut-outs of strips may lie beside them, and there the mass is not said.
+    holes = cut_outs(board)
+    is_whole = not strips(board)
+    pieces = strips(board) or ((0.0, board.plate.size[0], 0.0, board.plate.size[1]),)
+    parts = []
+    for x0, x1, y0, y1 in pieces:
+        thickness = (own.thickness,) if own.thickness else ()
+        sides = " × ".join(f"{side / MM:.9g}" for side in (x1 - x0, y1 - y0, *thickness))
+        mass = None
+        if density and (is_whole or not holes):
+            area = (x1 - x0) * (y1 - y0) - sum(math.pi * hole.radius**2 for hole in holes)
+            area -= (4.0 - math.pi) * board.plate.corner_radius**2 if is_whole else 0.0
+            mass = density * own.thickness * area / 1e-3
+        cut = f"{len(holes)} round holes" if is_whole and holes else "holes as drawn"
+        cut = cut if holes else "no holes"
+        why = f"{cut}; {own.sheet_stiffness * MM**3:g} N/mm³"
+        parts.append(Part("foam", 1, f"{what}, {sides} mm", why, mass_g=mass))
+    return parts
+
+
+def _riders(board: Board) -> list[Part]:
+    return [
+        Part("glued disc" if mass.radius else "mass", 1,
+             f"⌀{2.0 * mass.radius / MM:g} × {mass.height / MM:g} mm" if mass.radius else "a point",
+             "the board file's", mass_g=mass.mass / 1e-3)
+        for mass in board.masses
+    ]  # fmt: skip
+
+
+def _supports(board: Board) -> list[Part]:
+    kinds = [("screw", f"⌀{2.0 * own.radius / MM:g} mm", str(own.support)) for own in board.screws]
+    kinds += [("spring", f"{own.stiffness * MM:g} N/mm", "at a point") for own in board.springs]
+    kinds += [("pin", "a point", "no deflection")] * len(board.pins)
+    return [Part(part, count, value, why) for (part, value, why), count in Counter(kinds).items()]

@@ -1,0 +1,93 @@
+"""The parts list of a board: counts, sizes, and masses that the plate's model has too."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from chladni.host.figures.board_parts import board_parts, mechanical_parts, moving_mass_g
+from chladni.host.figures.wiring_parts import parts_list
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Hole, Mass
+from chladni.sim.fields.transfer import plate_geometry
+from chladni.sim.plate.mirrors import Mirrors
+from chladni.sim.ritz.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.resolution import Resolution
+from chladni.sim.ritz.solver import Solver
+from conftest import CommandLine
+
+
+def with_more(board: Board) -> Board:
+    """On it a hole, a disc, a mass at a point, and round corners."""
+    return replace(
+        board,
+        plate=replace(board.plate, corner_radius=6e-3),
+        holes=(Hole((0.0, 20e-3), 2.5e-3),),
+        masses=(Mass((0.0, -20e-3), 1.5e-3, 4e-3, 2e-3), Mass((10e-3, 0.0), 0.25e-3)),
+    )
+
+
+@pytest.mark.parametrize("name", ["strip5", "with more"])
+def test_what_moves_weighs_what_the_plate_s_model_has(name: str) -> None:
+    """A plate that goes up as a whole: the kinetic energy form of its constant polynomial.
+
+    That polynomial is 1 over the root of the plate's area. Round corners are integrated to 1e-4.
+    """
+    board = load_board("phone15" if name == "with more" else name)
+    if name == "with more":
+        board = with_more(board)
+    geometry = plate_geometry(board)
+    solver = Solver(geometry, Mirrors(False, False), Resolution(6, 6, 2, 3, 2))
+    (parity,) = [ParityBasis(solver.basis, own) for own in parity_classes(solver.mirrors)]
+    form = solver.assembly.mass(parity, solver.assembly.overlap(parity))
+    mass = form[0, 0] * geometry.width * geometry.length
+    assert moving_mass_g(board) == pytest.approx(mass * 1e3, rel=1e-4)
+
+
+def test_counts_and_sizes_are_the_board_file_s() -> None:
+    parts = {part.part: part for part in board_parts(load_board("pad16"))}
+    assert parts["plate"].value == "FR4, 50 × 50 × 0.2 mm"
+    assert parts["plate"].mass_g == pytest.approx(0.95)
+    assert (parts["magnet"].count, parts["magnet"].value) == (16, "NdFeB N42 disc ⌀6 × 4 mm")
+    assert parts["magnet"].mass_g == pytest.approx(7.5e-3 * math.pi * 9.0 * 4.0)
+    assert parts["foam"].value == "soft-pu-foam, 50 × 50 × 2 mm"
+    assert parts["foam"].mass_g == pytest.approx(0.24e-3 * 2.0 * (2500.0 - 16.0 * math.pi * 9.0))
+    assert parts["coil"].count == 16
+    assert parts["coil"].value == "13.1 Ω, 300 turns of 0.1 mm copper, ⌀3 to ⌀10 × 1.5 mm"
+    # 6.13 m of wire of 0.00785 mm².
+    assert parts["coil"].mass_g == pytest.approx(8.96 * 6.126 * 0.00785398, rel=1e-3)
+
+
+def test_electrical_parts_are_those_of_the_wiring(prototype: Board) -> None:
+    """And screws of one kind are one line."""
+    found = board_parts(prototype)
+    assert found[-len(parts_list(prototype)) :] == parts_list(prototype)
+    screws = [part for part in mechanical_parts(prototype) if part.part == "screw"]
+    assert [(own.count, own.value, own.why) for own in screws] == [(6, "⌀3 mm", "clamped")]
+    magnets = next(part for part in found if part.part == "magnet")
+    assert magnets.value == "disc ⌀10 × 4 mm"
+
+
+@pytest.mark.parametrize(("remanence", "grade"), [(1.17, "N35"), (1.2, "N38"), (1.43, "N52")])
+def test_a_magnet_s_grade_is_the_weakest_that_does(remanence: float, grade: str) -> None:
+    board = load_board("strip5")
+    assert board.magnet is not None
+    own = replace(board, winding=None, magnet=replace(board.magnet, remanence=remanence))
+    (magnet,) = (part for part in mechanical_parts(own) if part.part == "magnet")
+    assert magnet.value == f"NdFeB {grade} disc ⌀6 × 4 mm"
+
+
+def test_the_command_lists_parts_for_programs_and_people(chladni: CommandLine) -> None:
+    done = chladni("board", "parts", "strip5", "--json")
+    assert done.code == 0
+    assert done.json["moving_mass_g"] == pytest.approx(0.3192 + 5.0 * 0.8482, rel=1e-3)
+    assert set(done.json["parts"][0]) == {"part", "count", "value", "why", "mass_g"}
+    assert {"plate", "magnet", "foam", "coil", "N-MOSFET, logic level"} <= {
+        part["part"] for part in done.json["parts"]
+    }
+    plain = chladni("board", "parts", "strip5")
+    assert "soft-pu-foam" in plain.out
+    assert chladni("board", "parts", "nowhere").code == 2
