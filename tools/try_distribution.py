@@ -44,6 +44,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "board sensitivity": ("paper",),
     "design": (str(ROOT / "boards/specs/small.toml"), "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),
+    "board drawing": ("strip5", "-o", "strip5.dxf"),
     "board parts": ("strip5",),
     "modes": ("prototype", "--count", "4", "--figure", "modes.png"),
     "field": ("prototype", "--target", "10,25", "-o", "f.npz"),

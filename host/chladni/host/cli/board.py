@@ -29,6 +29,8 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, say_unmet
 from chladni.host.figures.board_parts import board_parts, moving_mass_g
 from chladni.host.figures.boards import score_figure, sensitivity_figure
+from chladni.host.figures.drawing import board_drawing
+from chladni.host.figures.drawing_files import FORMATS, save_drawing
 from chladni.host.figures.fields import save
 from chladni.host.figures.wiring import channels, wiring_figure
 from chladni.host.figures.wiring_parts import parts_list
@@ -162,6 +164,25 @@ def board_wiring(
         ],
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: wiring")
+
+
+@board_app.command("drawing")
+def board_drawing_command(
+    board: BoardArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Drawing to write (.svg, .dxf).")],
+    as_json: JsonOption = False,
+) -> None:
+    """Draw a board for manufacture, 1:1 in mm, a layer for each part, and list its holes."""
+    check_output(output, "-o", tuple(FORMATS))
+    loaded = load_board(board)
+    drawing = board_drawing(loaded)
+    save_drawing(drawing, output)
+    result = {
+        "path": str(output),
+        "layers": list(dict.fromkeys(shape.layer for shape in drawing.shapes)),
+        "holes": [asdict(hole) for hole in drawing.holes],
+    }
+    answer(result, as_json=as_json, title=f"{loaded.name}: drawing")
 
 
 @board_app.command("parts")

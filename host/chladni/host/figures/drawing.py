@@ -1,0 +1,242 @@
+"""A board for its makers: every outline and hole in millimetres, a layer for each part.
+
+Shapes only; `drawing_files` writes them. Places are measured from the plate's centre, y upwards.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import CutOut
+from chladni.sim.board.foundation_checks import cut_outs, strips
+from chladni.sim.board.quantity import MM
+
+Point = tuple[float, float]
+
+TEXT_MM, TITLE_MM = 2.2, 3.5
+MARGIN_MM, ROW_MM = 6.0, 3.6
+DIMENSION_MM = 8.0
+"""From the plate's edge to its overall dimensions."""
+ORDINATE_MM = 5.0
+LETTER_MM = 1.7
+"""Width of a letter of the list, of a wide font."""
+LAYERS = {
+    "plate": "#000000", "holes": "#000000", "screws": "#7a3db8", "supports": "#7a3db8",
+    "magnets": "#c00000", "masses": "#8a5a00", "coils": "#b06000", "foam": "#1f7a3d",
+    "dimensions": "#5a6b7b", "text": "#000000",
+}  # fmt: skip
+"""Name to colour."""
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle, by its middle and radius."""
+
+    layer: str
+    at: Point
+    radius: float
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangle along the axes, by two corners; its own corners may be round."""
+
+    layer: str
+    low: Point
+    high: Point
+    corner: float = 0.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line."""
+
+    layer: str
+    start: Point
+    end: Point
+
+
+@dataclass(frozen=True)
+class Text:
+    """A line of text, its height that of its capitals; centred, or from its left."""
+
+    layer: str
+    at: Point
+    text: str
+    height: float = TEXT_MM
+    centred: bool = False
+
+
+Shape = Circle | Rectangle | Line | Text
+
+
+@dataclass(frozen=True)
+class HoleRow:
+    """A round hole or place of the list: what it is in, its middle and diameter, mm."""
+
+    part: str
+    at_mm: Point
+    diameter_mm: float
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Shapes of a board on a sheet from `low` to `high`, mm, and the list of its holes."""
+
+    name: str
+    low: Point
+    high: Point
+    shapes: tuple[Shape, ...]
+    holes: tuple[HoleRow, ...]
+
+
+def board_drawing(board: Board) -> Drawing:
+    """Draw a board for manufacture."""
+    width, length = (_mm(side) for side in board.plate.size)
+    holes = hole_list(board)
+    title, notes = _title(board), [_hole_text(k, hole) for k, hole in enumerate(holes, 1)]
+    shapes = [*_outlines(board), *_discs(board), *_dimensions(board)]
+    left, top = width / 2.0 + DIMENSION_MM + 3.0 * MARGIN_MM, length / 2.0
+    shapes.append(Text("text", (left, top - TITLE_MM), title[0], TITLE_MM))
+    rows = [*title[1:], "", *notes]
+    for k, row in enumerate(rows):
+        shapes.append(Text("text", (left, top - TITLE_MM - (k + 1.5) * ROW_MM), row))
+    side = width / 2.0 + DIMENSION_MM + 2.0 * MARGIN_MM
+    bottom = min(
+        -length / 2.0 - DIMENSION_MM - MARGIN_MM, top - TITLE_MM - (len(rows) + 1) * ROW_MM
+    )
+    widest = LETTER_MM * max(map(len, rows))
+    high = (left + widest, length / 2.0 + ORDINATE_MM + 2.0 * MARGIN_MM)
+    return Drawing(board.name, (-side, bottom - MARGIN_MM), high, tuple(shapes), holes)
+
+
+def hole_list(board: Board) -> tuple[HoleRow, ...]:
+    """Every round hole of plate and foam, in the file's order; screws go through the plate."""
+    rows = [("plate, screw", own.at, own.radius) for own in board.screws]
+    rows += [("plate, hole", own.at, own.radius) for own in board.holes]
+    rows += [("foam", own.at, own.radius) for own in _foam_holes(board)]
+    return tuple(HoleRow(part, _place(at), 2.0 * _mm(radius)) for part, at, radius in rows)
+
+
+def _foam_holes(board: Board) -> list[CutOut]:
+    """Cut-outs that there is foam for: of strips those that reach one."""
+    pieces = strips(board)
+    return [
+        cut for cut in cut_outs(board)
+        if not pieces or any(_apart(cut.at, piece) < cut.radius for piece in pieces)
+    ]  # fmt: skip
+
+
+def _apart(at: Point, piece: tuple[float, float, float, float]) -> float:
+    """Distance of a place from a rectangle (x from, x to, y from, y to)."""
+    x0, x1, y0, y1 = piece
+    return math.hypot(max(x0 - at[0], at[0] - x1, 0.0), max(y0 - at[1], at[1] - y1, 0.0))
+
+
+def _outlines(board: Board) -> list[Shape]:
+    """Plate, and the foam under it or its strips."""
+    width, length = (_mm(side) for side in board.plate.size)
+    low, high = (-width / 2.0, -length / 2.0), (width / 2.0, length / 2.0)
+    corner = _mm(board.plate.corner_radius)
+    shapes: list[Shape] = [Rectangle("plate", low, high, corner)]
+    if board.foundation and board.foundation.sheet_stiffness:
+        shapes += [
+            Rectangle("foam", (_mm(x0), _mm(y0)), (_mm(x1), _mm(y1)))
+            for x0, x1, y0, y1 in strips(board)
+        ] or [Rectangle("foam", low, high, corner)]
+    return shapes
+
+
+def _discs(board: Board) -> list[Shape]:
+    """All that is round, and points with a cross."""
+    shapes: list[Shape] = [Circle("holes", _place(o.at), _mm(o.radius)) for o in board.holes]
+    shapes += [Circle("screws", _place(own.at), _mm(own.radius)) for own in board.screws]
+    shapes += [Circle("foam", _place(own.at), _mm(own.radius)) for own in _foam_holes(board)]
+    for mass in board.masses:
+        own = Circle("masses", _place(mass.at), _mm(mass.radius))
+        shapes += [own] if mass.radius else _cross("masses", _place(mass.at))
+    for at in [pin.at for pin in board.pins] + [spring.at for spring in board.springs]:
+        shapes += _cross("supports", _place(at))
+    for channel, actuator in enumerate(board.actuators):
+        at = _place(actuator.at)
+        if board.magnet:
+            shapes.append(Circle("magnets", at, _mm(board.magnet.radius)))
+        if board.winding:
+            around = (board.winding.inner, board.winding.outer)
+            shapes += [Circle("coils", at, _mm(d) / 2.0) for d in around if d > 0.0]
+        shapes += _cross("magnets", at)
+        beside = (at[0] + 0.5, at[1] + 0.5)
+        shapes.append(Text("text", beside, str(channel), 1.6))
+    return shapes
+
+
+def _cross(layer: str, at: Point, half: float = 0.8) -> list[Shape]:
+    x, y = at
+    return [Line(layer, (x - half, y), (x + half, y)), Line(layer, (x, y - half), (x, y + half))]
+
+
+def _dimensions(board: Board) -> list[Shape]:
+    """Overall size below and on the left; columns above and rows on the right, from the middle."""
+    x, y = (_mm(side) / 2.0 for side in board.plate.size)
+    below, beside = -y - DIMENSION_MM, -x - DIMENSION_MM
+    layer = "dimensions"
+    shapes: list[Shape] = [
+        Line(layer, (-x, below), (x, below)), Line(layer, (beside, -y), (beside, y)),
+        Text(layer, (0.0, below - 3.2), f"{2.0 * x:g}", centred=True),
+        Text(layer, (beside - 6.0, -0.8), f"{2.0 * y:g}", centred=True),
+    ]  # fmt: skip
+    for sign in (-1.0, 1.0):
+        shapes.append(Line(layer, (sign * x, -y - 1.0), (sign * x, below - 1.0)))
+        shapes.append(Line(layer, (-x - 1.0, sign * y), (beside - 1.0, sign * y)))
+    places = [_place(own.at) for own in board.actuators]
+    end = y + ORDINATE_MM
+    for k, column in enumerate(sorted({place[0] for place in places})):
+        raised = end + 3.0 * (k % 2)
+        shapes.append(Line(layer, (column, y + 1.0), (column, raised)))
+        shapes.append(Text(layer, (column, raised + 0.6), f"{column:g}", centred=True))
+    end = x + ORDINATE_MM
+    for row in sorted({place[1] for place in places}):
+        shapes.append(Line(layer, (x + 1.0, row), (end, row)))
+        shapes.append(Text(layer, (end + 0.6, row - 0.8), f"{row:g}"))
+    return shapes
+
+
+def _title(board: Board) -> list[str]:
+    """What the sheet shows, line by line."""
+    plate, magnet, winding, foundation = (
+        board.plate, board.magnet, board.winding, board.foundation,
+    )  # fmt: skip
+    rows = [
+        board.name,
+        f"plate: {plate.material or f'E = {plate.youngs_modulus / 1e9:g} GPa'}, "
+        f"{_mm(plate.thickness):g} thick"
+        + (f", corners R{_mm(plate.corner_radius):g}" if plate.corner_radius else ""),
+    ]
+    count = len(board.actuators)
+    if magnet:
+        rows.append(f"magnets: {count} of ⌀{2.0 * _mm(magnet.radius):g} × {_mm(magnet.height):g}")
+    if winding:
+        rows.append(
+            f"coils: {count} of ⌀{_mm(winding.inner):g} to ⌀{_mm(winding.outer):g} × "
+            f"{_mm(winding.height):g}, {_mm(winding.gap):g} from the magnet"
+        )
+    if foundation and foundation.sheet_stiffness:
+        what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
+        thick = f", {_mm(foundation.thickness):g} thick" if foundation.thickness else ""
+        rows.append(f"foam: {what}{thick}")
+    return [*rows, "1:1, in mm from the plate's middle, seen from above", "numbers are channels"]
+
+
+def _hole_text(number: int, hole: HoleRow) -> str:
+    x, y = hole.at_mm
+    return f"{number}  {hole.part}:  x {x:g}  y {y:g}  ⌀{hole.diameter_mm:g}"
+
+
+def _mm(value: float) -> float:
+    return round(value / MM, 9) + 0.0  # no zero below zero
+
+
+def _place(at: Point) -> Point:
+    return _mm(at[0]), _mm(at[1])

@@ -1,0 +1,182 @@
+"""Drawings for manufacture: every circle and outline read back, in both formats."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import ezdxf
+import pytest
+from ezdxf.document import Drawing as Document
+from ezdxf.units import MM as UNIT_MM
+
+from chladni.host.figures.drawing import LAYERS, board_drawing
+from chladni.host.figures.drawing_files import save_drawing
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.board.foundation import CutOut, Foundation, Strips
+from chladni.sim.board.parts import Hole, Mass, Pin, Screw
+from conftest import CommandLine
+
+SVG = "{http://www.w3.org/2000/svg}"
+BOARDS = ("strip5", "pad16", "phone15", "prototype", "everything")
+Circles = set[tuple[str, float, float, float]]
+
+
+def board_of(name: str) -> Board:
+    """A shipped board, or one that has everything there is."""
+    if name != "everything":
+        return load_board(name)
+    strip = load_board("strip5")
+    return replace(
+        strip,
+        name=name,
+        plate=replace(
+            strip.plate, size=(40e-3, 60e-3), corner_radius=4e-3, material="FR4 (1/1)"
+        ),
+        screws=(Screw((15e-3, 25e-3), 1.5e-3), Screw((-15e-3, -25e-3), 1.6e-3, "pinned")),
+        holes=(Hole((-15e-3, 10.25e-3), 2e-3),),
+        masses=(Mass((15e-3, 0.0), 1e-3, 3.5e-3, 2e-3), Mass((14e-3, -10e-3), 1e-3)),
+        pins=(Pin((-15e-3, 0.0)),),
+        foundation=Foundation(
+            stiffness=3e7, coil_cut_out=3.5e-3, strips=Strips(left=12e-3, top=5e-3),
+            cut_outs=(CutOut((-13e-3, 22e-3), 2e-3),),
+        ),
+    )  # fmt: skip
+
+
+def expected_circles(board: Board) -> Circles:
+    """Layer, middle and radius of everything round, mm, from the board itself."""
+    found = [("screws", own.at, own.radius) for own in board.screws]
+    found += [("holes", own.at, own.radius) for own in board.holes]
+    found += [("masses", own.at, own.radius) for own in board.masses if own.radius]
+    own = board.foundation
+    if own:
+        found += [("foam", cut.at, cut.radius) for cut in own.cut_outs]
+    for actuator in board.actuators:
+        if board.magnet:
+            found.append(("magnets", actuator.at, board.magnet.radius))
+        # Of the board that has everything only the topmost magnet reaches a strip.
+        if own and own.coil_cut_out and (own.strips.is_none or actuator.at[1] > 23e-3):
+            found.append(("foam", actuator.at, own.coil_cut_out))
+        if board.winding:
+            found.append(("coils", actuator.at, board.winding.inner / 2.0))
+            found.append(("coils", actuator.at, board.winding.outer / 2.0))
+    return {circle(layer, *(value * 1e3 for value in (*at, radius))) for layer, at, radius in found}
+
+
+def circle(layer: object, x: float, y: float, radius: float) -> tuple[str, float, float, float]:
+    """As files are compared: to a nanometre, and no zero below zero."""
+    return str(layer), round(x, 6) + 0.0, round(y, 6) + 0.0, round(radius, 6)
+
+
+def dxf(board: Board, folder: Path) -> Document:
+    save_drawing(board_drawing(board), folder / "b.dxf")
+    return ezdxf.readfile(folder / "b.dxf")  # type: ignore[attr-defined]
+
+
+def svg(board: Board, folder: Path) -> ElementTree.Element:
+    save_drawing(board_drawing(board), folder / "b.svg")
+    return ElementTree.parse(folder / "b.svg").getroot()
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_every_circle_of_a_dxf_is_the_board_file_s(name: str, tmp_path: Path) -> None:
+    board = board_of(name)
+    document = dxf(board, tmp_path)
+    circles = {
+        circle(own.dxf.layer, own.dxf.center.x, own.dxf.center.y, own.dxf.radius)
+        for own in document.modelspace().query("CIRCLE")
+    }
+    assert circles == expected_circles(board)
+    assert document.units == UNIT_MM
+    assert set(LAYERS) <= {layer.dxf.name for layer in document.layers}
+    assert not document.audit().errors
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_an_svg_has_the_same_circles_at_one_to_one(name: str, tmp_path: Path) -> None:
+    """A unit of the view box is a millimetre of the page; y goes down."""
+    board = board_of(name)
+    root = svg(board, tmp_path)
+    circles = {
+        circle(group.get("id"), x, -y, radius)
+        for group in root.iter(f"{SVG}g")
+        for own in group.iter(f"{SVG}circle")
+        for x, y, radius in [[float(own.get(key, "")) for key in ("cx", "cy", "r")]]
+    }
+    assert circles == expected_circles(board)
+    x, y, width, height = map(float, root.get("viewBox", "").split())
+    assert (root.get("width"), root.get("height")) == (f"{width:g}mm", f"{height:g}mm")
+    for text in root.iter(f"{SVG}text"):
+        assert x < float(text.get("x", "")) < x + width
+        assert y < float(text.get("y", "")) < y + height
+
+
+def test_an_outline_has_round_corners_and_foam_its_strips(tmp_path: Path) -> None:
+    """The area of a polyline with arcs: ab − (4 − π) r²; strips are 12 and 5 mm wide."""
+    board = board_of("everything")
+    space = dxf(board, tmp_path).modelspace()
+    (outline,) = space.query('LWPOLYLINE[layer=="plate"]')
+    points = outline.get_points("xyb")  # type: ignore[attr-defined]
+    assert outline.closed  # type: ignore[attr-defined]
+    area = 0.0
+    for (x0, y0, bulge), (x1, y1, _) in zip(points, [*points[1:], points[0]], strict=True):
+        area += (x0 * y1 - x1 * y0) / 2.0
+        angle, chord = 4.0 * math.atan(bulge), math.hypot(x1 - x0, y1 - y0)
+        if bulge:
+            radius = chord / 2.0 / math.sin(angle / 2.0)
+            assert radius == pytest.approx(4.0)
+            area += radius**2 * (angle - math.sin(angle)) / 2.0
+    assert area == pytest.approx(40.0 * 60.0 - (4.0 - math.pi) * 16.0)
+    sides = [
+        (max(xs) - min(xs), max(ys) - min(ys))
+        for own in space.query('LWPOLYLINE[layer=="foam"]')
+        for xs, ys in [zip(*own.get_points("xy"), strict=True)]  # type: ignore[attr-defined]
+    ]
+    assert sorted(sides) == [pytest.approx((12.0, 60.0)), pytest.approx((28.0, 5.0))]
+
+
+def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) -> None:
+    texts = ["".join(own.itertext()) for own in svg(board_of("everything"), tmp_path).iter(
+        f"{SVG}text")]  # fmt: skip
+    for expected in (
+        "everything", "plate: FR4 (1/1), 0.2 thick, corners R4", "40", "60", "24", "-24",
+        "magnets: 5 of ⌀6 × 4", "coils: 5 of ⌀3 to ⌀10 × 1.5, 1 from the magnet",
+        "3  plate, hole:  x -15  y 10.25  ⌀4", "4  foam:  x -13  y 22  ⌀4",
+    ):  # fmt: skip
+        assert expected in texts
+    assert [text for text in texts if text.startswith(("5", "6  "))] == ["5  foam:  x 0  y 24  ⌀7"]
+    assert len([text for text in texts if "⌀3.2" in text]) == 1
+
+
+@pytest.mark.parametrize("ending", ["svg", "dxf"])
+def test_the_command_draws_what_the_name_says(
+    chladni: CommandLine, tmp_path: Path, ending: str
+) -> None:
+    out = tmp_path / f"pad.{ending}"
+    done = chladni("board", "drawing", "pad16", "-o", out, "--json")
+    assert done.code == 0
+    assert done.json["path"] == str(out)
+    assert done.json["holes"][5] == {"part": "foam", "at_mm": [-5.5, -5.5], "diameter_mm": 6.0}
+    assert len(done.json["holes"]) == 16
+    assert out.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("b.pdf", "a name that ends in"), ("b", "a name that ends in"),
+     ("missing/b.svg", "a file in a folder that exists"), ("folder.svg", "a file name")],
+)  # fmt: skip
+def test_a_drawing_that_cannot_be_is_refused(
+    chladni: CommandLine, tmp_path: Path, name: str, expected: str
+) -> None:
+    (tmp_path / "folder.svg").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    done = chladni("board", "drawing", "strip5", "-o", tmp_path / name, "--json")
+    assert done.code == 2
+    assert done.out == ""
+    assert f"-o: expected {expected}" in done.err
+    assert sorted(tmp_path.rglob("*")) == before
