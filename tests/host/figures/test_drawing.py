@@ -13,12 +13,12 @@ from ezdxf.document import Drawing as Document
 from ezdxf.units import MM as UNIT_MM
 
 from chladni.host.figures.drawing import LAYERS, board_drawing
-from chladni.host.figures.drawing_files import save_drawing
+from chladni.host.figures.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.foundation import CutOut, Foundation, Strips
 from chladni.sim.board.parts import Hole, Mass, Pin, Screw
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 
 SVG = "{http://www.w3.org/2000/svg}"
 BOARDS = ("strip5", "pad16", "phone15", "prototype", "everything")
@@ -150,6 +150,12 @@ def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) ->
         assert expected in texts
     assert [text for text in texts if text.startswith(("5", "6  "))] == ["5  foam:  x 0  y 24  ⌀7"]
     assert len([text for text in texts if "⌀3.2" in text]) == 1
+
+
+def test_the_page_about_parts_shows_the_board_that_ships() -> None:
+    """If not: `chladni board drawing strip5 -o docs/images/strip5.svg`."""
+    shown = (ROOT / "docs" / "images" / "strip5.svg").read_text(encoding="utf-8")
+    assert shown == svg_text(board_drawing(load_board("strip5")))
 
 
 @pytest.mark.parametrize("ending", ["svg", "dxf"])
