@@ -85,6 +85,7 @@ DISAGREEING = [
     ({"winding": {"wires_mm": 0.1}}, "winding.wires_mm"),
     ({"magnet": {"remanence_t": None}}, "magnet.remanence_t"),
     ({"magnet": {"remanence_t": 3.0}}, "magnet.remanence_t"),
+    ({"magnet": {"height_mm": 0.0}}, "magnet.height_mm"),
     ({"plate": {"material": "FR4\n"}}, "plate.material"),
 ]
 

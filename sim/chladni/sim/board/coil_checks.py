@@ -60,6 +60,9 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
     if winding.round.fill > MOST_FILL:
         most = int(winding.turns * MOST_FILL / winding.round.fill)
         raise InputError("winding.turns", winding.turns, f"at most {most}, which fill it with wire")
+    if magnet is not None and magnet.remanence and not magnet.height:
+        expected = "above 0; a remanence takes a magnet with a height"
+        raise InputError("magnet.height_mm", 0.0, expected)
     if magnet is not None and winding.gap <= 0.0 and winding.inner <= 2.0 * magnet.radius:
         raise InputError(
             "winding.gap_mm", winding.gap / MM,
