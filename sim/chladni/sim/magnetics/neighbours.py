@@ -65,8 +65,7 @@ class Magnets:
 
         References
         ----------
-        Stone, The Theory of Intermolecular Forces, 2nd edition, section 3.3, has the energy of
-        axial multipoles.
+        Stone, The Theory of Intermolecular Forces, on the energy of axial multipoles.
         """
         _, apart = self._pairs()
         pair = -9.0 * mu_0 * self.moment**2 / (4.0 * np.pi * apart**5)

@@ -101,8 +101,7 @@ def force_per_ampere(
 
     References
     ----------
-    R. Ravaud et al., Cylindrical magnets and coils: fields, forces, and inductances, IEEE
-    Trans. Magn. 46, 2010, 3585-3590, has the charges and the loops.
+    Jackson, Classical Electrodynamics, 3rd edition, section 5.9, has magnets' surface charges.
     """
     node, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     turn = (winding.mean + node * (winding.outer - winding.inner) / 2.0) / 2.0
