@@ -149,7 +149,7 @@ def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
         factors.append((
             own.plate.thickness / board.plate.thickness - 1.0,
             own.plate.youngs_modulus / board.plate.youngs_modulus - 1.0,
-            own.foundation.stiffness / board.foundation.stiffness - 1.0,
+            own.foundation.sheet_stiffness / board.foundation.sheet_stiffness - 1.0,
         ))  # fmt: skip
         moves = np.array([a.at for a in own.actuators]) - [a.at for a in board.actuators]
         assert 0.5 * COIL_PLACE < np.abs(moves).max() <= COIL_PLACE

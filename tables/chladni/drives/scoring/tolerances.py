@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 FOAM, FORCE = 0.20, 0.05
 """± shares: of foam's stiffness by its compression, of a coil's force by the magnet's Br (1.5 %)
-and the gap."""
+and the gap (5 % for 0.1 mm, docs/parts.md)."""
 COIL_PLACE = 0.5e-3
 """± m, along both axes, of a magnet glued by hand."""
 SHEET_THICKNESS, SHEET_MODULUS = 0.05, 0.10
