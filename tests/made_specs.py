@@ -9,7 +9,7 @@ SMALL: dict[str, Any] = {
     "name": "small",
     "actuators": "free",
     "design": {"coils": 2, "evaluations": 8, "samples": 1, "pitch_mm": 6.0},
-    "plate": {"size_mm": [12.0, 32.0], "thickness_mm": 0.2, "material": "fr4"},
+    "plate": {"size_mm": [12.0, 32.0], "thickness_mm": 0.2, "material": "FR4"},
     "foundation": {"stiffness_n_per_mm3": 0.03, "loss_factor": 0.2},
     "drive": {"frequency_hz": 160.0, "max_gain": 10.0},
     "regions": {"pitch_mm": 4.0},

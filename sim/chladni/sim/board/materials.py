@@ -7,7 +7,7 @@ from typing import Any
 from chladni.sim.errors import InputError
 
 SHEETS: dict[str, dict[str, float]] = {
-    "fr4": {"youngs_modulus_gpa": 22.0, "poissons_ratio": 0.15, "density_kg_m3": 1900.0,
+    "FR4": {"youngs_modulus_gpa": 22.0, "poissons_ratio": 0.15, "density_kg_m3": 1900.0,
             "loss_factor": 0.02},
     "aluminium": {"youngs_modulus_gpa": 70.0, "poissons_ratio": 0.33, "density_kg_m3": 2700.0,
                   "loss_factor": 0.002},
@@ -28,18 +28,22 @@ and mounts not counted."""
 
 
 def with_material(plate: Any) -> Any:
-    """A `[plate]` block with the numbers of its `material`, which those it gives itself replace.
+    """A `[plate]` block with the numbers of its `material` where it has none of its own.
+
+    Another name than those here is allowed where the numbers are given: parts lists show it.
 
     Raises
     ------
     InputError
-        There is no such material.
+        There is no such material, and a number of it is left out.
     """
     if not isinstance(plate, dict) or "material" not in plate:
         return plate
-    own = dict(plate)
-    name = own.pop("material")
-    if not isinstance(name, str) or name not in SHEETS:
-        expected = "one of: " + ", ".join(map(repr, SHEETS))
-        raise InputError("plate.material", name, expected)
-    return SHEETS[name] | own
+    name = plate["material"]
+    if isinstance(name, str) and name in SHEETS:
+        return SHEETS[name] | plate
+    lacking = [key for key in SHEETS["FR4"] if key not in plate]
+    if lacking:
+        known = ", ".join(map(repr, SHEETS))
+        raise InputError("plate.material", name, f"one of: {known}, or with {', '.join(lacking)}")
+    return plate
