@@ -21,7 +21,7 @@ def test_second_fingers_of_strip5_are_those_on_finite_elements() -> None:
     """
     board = load_board("strip5")
     apart = []
-    for mesh in ((3e-3, 24), (2.2e-3, 32)):
+    for mesh in ((4e-3, 16), (3e-3, 24)):
         found = compared_second_fingers(board, PLACES, *mesh)
         apart.append(float(np.abs(found.elements - found.own).max()))
         assert found.own[:, 2].max() > 27.0

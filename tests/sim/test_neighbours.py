@@ -113,11 +113,10 @@ def test_show_says_what_magnets_take_away_where_it_matters(
     assert done.err == ""
     assert 0.01 < done.json["neighbours"]["softened"] < 0.03
     text = (ROOT / "boards" / "strip5.toml").read_text(encoding="utf-8")
-    close = tmp_path / "close.toml"
-    for far, near in (("24.0]", "14.0]"), ("12.0]", "7.0]")):
-        text = text.replace(far, near)
-    close.write_text(text, encoding="utf-8")
-    done = chladni("board", "show", close, "--json")
+    strong = tmp_path / "strong.toml"
+    text = text.replace("remanence_t = 1.28", "remanence_t = 2.0")
+    strong.write_text(text.replace("thickness_mm = 2.0", "thickness_mm = 3.0"), encoding="utf-8")
+    done = chladni("board", "show", strong, "--json")
     share = done.json["neighbours"]["softened"]
     assert share > 0.05
     assert done.err == (
