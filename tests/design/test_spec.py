@@ -49,6 +49,18 @@ def test_a_material_stands_for_its_numbers_and_is_replaced_by_those_given() -> N
     assert (plate.density, plate.loss_factor) == (sheet["density_kg_m3"], 0.01)
 
 
+def test_coils_stand_as_close_as_they_can_be_wound() -> None:
+    magnet = {"radius_mm": 3.0, "height_mm": 4.0, "density_kg_m3": 7500.0, "stiffness_ratio": 1e3}
+    winding = {"turns": 100, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 9.0, "height_mm": 1.0,
+               "gap_mm": 1.0}  # fmt: skip
+    assert spec_of(small()).numbers.coil_spacing == pytest.approx(8e-3)
+    assert spec_of(small(magnet=magnet)).numbers.coil_spacing == pytest.approx(6.5e-3)
+    both = small(magnet=magnet, winding=winding)
+    assert spec_of(both).numbers.coil_spacing == pytest.approx(9.5e-3)
+    own = small(magnet=magnet, design={"coil_spacing_mm": 12.0})
+    assert spec_of(own).numbers.coil_spacing == pytest.approx(12e-3)
+
+
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "nothing free": (small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}], design={"coils": None}),
                      "nothing free"),

@@ -20,6 +20,10 @@ CHANNELS = 16
 COILS = 64
 """That a board without electronics may have."""
 MOST_EVALUATIONS = 1_000_000
+SPACING = 8e-3
+"""m between coils of which nothing is said."""
+GAP_MM = 0.5
+"""Between windings, or magnets, side by side."""
 TERMS = (
     "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
     "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g",
@@ -46,7 +50,7 @@ class Numbers:
     Attributes
     ----------
     coil_spacing
-        Least distance of two coils' centres.
+        Least distance of two coils' centres; if left out, what windings and magnets need.
     edge
         Least distance of a coil's centre from the plate's edges; a magnet's radius if left out.
     mass_g
@@ -59,7 +63,7 @@ class Numbers:
         Drawn boards and places by which it compares them.
     """
 
-    coil_spacing: float = quantity("coil_spacing_mm", MM, 0.1, 500.0, default=8e-3)
+    coil_spacing: float = quantity("coil_spacing_mm", MM, 0.1, 500.0, default=SPACING)
     edge: float | None = quantity("edge_mm", MM, 0.0, 2500.0, default=None)
     mass_g: float | None = quantity("mass_g", 1.0, 1e-3, 1e6, default=None)
     finger_um: float = quantity("finger_um", 1.0, 0.0, 1000.0, default=5.0)
@@ -130,6 +134,7 @@ def spec_of(document: Document) -> Spec:
         raise InputError("design.symmetric", symmetric, "true or false")
     if not isinstance(keep_out, list):
         raise InputError("design.keep_out", keep_out, "a list of { at_mm, size_mm }")
+    own.setdefault("coil_spacing_mm", _spacing_mm(board))
     numbers = part_from(Numbers, own, "design")
     board = _with_derived(board)
     counts = _coil_counts(board, coils)
@@ -160,6 +165,16 @@ def _with_derived(board: Document) -> Document:
     if "image" not in own:
         own["image"] = {"points": None}
     return own
+
+
+def _spacing_mm(board: Document) -> float:
+    """How close coils can be wound and magnets glued."""
+    winding, magnet = board.get("winding"), board.get("magnet")
+    widths = [winding.get("outer_mm") if isinstance(winding, dict) else None]
+    if isinstance(magnet, dict) and isinstance(magnet.get("radius_mm"), int | float):
+        widths.append(2.0 * magnet["radius_mm"])
+    known = [width + GAP_MM for width in widths if isinstance(width, int | float)]
+    return max(known, default=SPACING / MM)
 
 
 def _gates(panel: object) -> list[int]:
