@@ -18,12 +18,16 @@ class Focus:
     A fingertip covers 12 mm, so that is where the next one can lie at all; neighbours held side by
     side are 16 to 20 mm apart. 3 dB is just above the JND of 2.3 dB. 5 µm is 23 dB above what is
     just felt at 160 Hz (`sim.image.finger.THRESHOLDS`).
+
+    A drive whose margin is the largest there is cannot be silent further off. Where less than
+    `reserve_db` is left between the margin asked for and the largest, the margin gives way.
     """
 
     quieter_from: float = quantity("quieter_from_mm", MM, 0.0, 500.0, default=12e-3)
     quieter_db: float = quantity("quieter_db", 1.0, 0.0, 60.0, default=3.0)
     silent_from: float = quantity("silent_from_mm", MM, 1.0, 500.0, default=20e-3)
     floor_um: float = quantity("floor_um", 1.0, 0.0, 1000.0, default=5.0)
+    reserve_db: float = quantity("reserve_db", 1.0, 0.0, 60.0, default=0.0)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,10 @@ Discs are taken into the problem as they come to be too loud (cutting planes: Ke
 
 Where not all of it can be had, silence gives way first, then the margin, then the floor. Silence
 has no level that it must reach. The margin becomes the largest that a drive can have over every
-disc from `quieter_from` on, far ones among them. The floor becomes `SHARE` of the most that all
-coils together can do.
+disc from `quieter_from` on, far ones among them. A drive with that margin leaves nothing for
+silence, so a board may have `reserve_db` of it kept back: the margin then is at most the largest
+less that, but no less than `reserve_db` itself where there is so much. The floor becomes `SHARE` of
+the most that all coils together can do.
 """
 
 from __future__ import annotations
@@ -123,7 +125,11 @@ def shortfall(asked: Focus, details: dict[str, float]) -> str | None:
         lost.append(f"a margin of {margin:.1f} dB instead of {asked.quieter_db:g}")
     if 0.0 < floor < asked.floor_um * (1.0 - 1e-9):
         lost.append(f"a floor of {floor:.2g} µm instead of {asked.floor_um:g}")
-    return f"the most that these coils can do here is {' and '.join(lost)}" if lost else None
+    if not lost:
+        return None
+    is_less = asked.reserve_db > 0.0 and margin < asked.quieter_db
+    kept_back = f" (up to {asked.reserve_db:g} dB more is kept back for silence)" * is_less
+    return f"the most that these coils can do here is {' and '.join(lost)}{kept_back}"
 
 
 def focus(problem: Problem, options: Options) -> Found:
@@ -199,8 +205,11 @@ def _within(
     (far, near), cap, start = zones, 10.0 ** (-asked.quieter_db / 10.0), None
     if near.size:
         every = np.concatenate(zones)
-        first = search.least(every, every[:0], cap, enough=cap)
-        cap, start = max(cap, GIVEN_WAY * first.level), first.drive
+        kept_back = 10.0 ** (asked.reserve_db / 10.0)
+        first = search.least(every, every[:0], cap, enough=cap / kept_back)
+        least = GIVEN_WAY * first.level
+        cap = max(cap, least, min(kept_back * least, 1.0 / kept_back))
+        start = first.drive
     found = search.least(far, near, cap, start=start)
     drive = found.drive * limit
     squares = discs.mean_squares(drive)
