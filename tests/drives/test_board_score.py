@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.board_score import active_grid, score_board
+from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.sight import active_lattice
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
     FOAM,
@@ -116,17 +117,22 @@ def test_the_contrast_limit_is_that_of_the_pencil() -> None:
 
 
 def test_places_are_the_centres_of_cells_over_the_active_area(prototype: Board) -> None:
-    x, y, cell = active_grid(replace(prototype, active=Active(margin=5.75e-3)), 6e-3)
-    assert (x.size, y.size) == (10, 23)
-    assert cell == pytest.approx((6.0, 135.2 / 23.0))
-    assert x == pytest.approx(-x[::-1])
-    assert x[0] == pytest.approx(-35.75e-3 + 5.75e-3 + 3e-3)
-    assert active_grid(prototype, 6e-3)[0][0] - cell[0] / 2e3 > -35.75e-3 + 2.5e-3
+    own = active_lattice(replace(prototype, active=Active(margin=5.75e-3)), 6e-3)
+    assert (own.x.size, own.y.size) == (10, 23)
+    assert own.cell_mm == pytest.approx((6.0, 135.2 / 23.0))
+    assert own.x == pytest.approx(-own.x[::-1])
+    assert own.x[0] == pytest.approx(-35.75e-3 + 5.75e-3 + 3e-3)
+    assert active_lattice(prototype, 6e-3).x[0] - own.cell_mm[0] / 2e3 > -35.75e-3 + 2.5e-3
+    finer = own.with_halfway()
+    assert len(finer.places) == 19 * 45
+    assert finer.x[::2] == pytest.approx(own.x)
+    assert finer.x[1::2] == pytest.approx((own.x[:-1] + own.x[1:]) / 2.0)
+    assert finer.cell_mm == pytest.approx((3.0, 67.6 / 23.0))
     for bad in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="pitch"):
-            active_grid(prototype, bad)
+            active_lattice(prototype, bad)
     with pytest.raises(InputError, match="margin_mm"):
-        active_grid(load_board_of_margin(prototype), 6e-3)
+        active_lattice(load_board_of_margin(prototype), 6e-3)
 
 
 def load_board_of_margin(board: Board) -> Board:

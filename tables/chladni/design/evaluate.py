@@ -11,8 +11,9 @@ import numpy as np
 from chladni.design.layouts import Place, closest
 from chladni.design.spec import KeepOut, Spec
 from chladni.design.variables import Document, filled
-from chladni.drives.scoring.board_score import BoardScore, Numbers, score_board
+from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.finger import Spread
+from chladni.drives.scoring.sight import Numbers
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.quantity import MM

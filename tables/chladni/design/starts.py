@@ -14,7 +14,7 @@ from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import Layout, Orbit, Place, candidates
 from chladni.design.spec import KeepOut, Spec
 from chladni.design.variables import Document
-from chladni.drives.scoring.board_score import active_grid
+from chladni.drives.scoring.sight import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
 from chladni.sim.board.quantity import MM
@@ -89,10 +89,10 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
         one for one in candidates(mirrors, span, step, spec.numbers.coil_spacing)
         if not any(_is_inside(area, place) for area in spec.keep_out for place in one.images)
     ]  # fmt: skip
-    x, y, _ = active_grid(board, max(spec.numbers.pitch, SCAN_PITCH))
+    lattice = active_lattice(board, max(spec.numbers.pitch, SCAN_PITCH))
     places = [
-        (along_x, along_y) for along_x in x.tolist() for along_y in y.tolist()
-        if (along_x > -1e-9 or not mirrors[0]) and (along_y > -1e-9 or not mirrors[1])
+        place for place in lattice.places
+        if all(along > -1e-9 or not own for along, own in zip(place, mirrors, strict=True))
     ]  # fmt: skip
     if not offered:
         return {"layouts": []}

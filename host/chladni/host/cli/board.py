@@ -14,8 +14,9 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.board_score import PITCH, SAMPLES, score_board
+from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
+from chladni.drives.scoring.sight import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.options import (
     BoardArgument,
@@ -23,8 +24,11 @@ from chladni.host.cli.common.options import (
     JsonOption,
     LargeOption,
     ObjectiveOption,
+    PerturbedOption,
+    SamplesOption,
     SeedOption,
     check_figure,
+    check_samples,
 )  # fmt: skip
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, say_unmet
 from chladni.host.figures.board_parts import board_parts, moving_mass_g
@@ -37,7 +41,6 @@ from chladni.host.figures.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError
 from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
 from chladni.sim.fields.transfer import TOLERANCE, plate_model
 from chladni.sim.magnetics.windings import force_per_ampere
@@ -84,12 +87,8 @@ def board_score(
     board: BoardArgument,
     pitch: Annotated[float, typer.Option(help="Between places, mm.")] = PITCH / MM,
     objective: ObjectiveOption = "focus",
-    samples: Annotated[
-        int, typer.Option(help="Boards drawn within their tolerances; 0 for none.")
-    ] = SAMPLES,
-    perturbed: Annotated[
-        bool, typer.Option("--perturbed/--no-perturbed", help="Look at such boards at all.")
-    ] = True,
+    samples: SamplesOption = SAMPLES,
+    perturbed: PerturbedOption = True,
     figure: FigureOption = None,
     seed: SeedOption = SEED,
     large: LargeOption = False,
@@ -98,8 +97,7 @@ def board_score(
     """Score a board: how well it focuses all over, as drawn and as boards come out."""
     check_figure(figure)
     check_request("phasor", objective, seed, None, None)
-    if samples < 0:
-        raise InputError("--samples", samples, "at least 0")
+    check_samples(samples)
     loaded = load_board(board)
     with progress_bar("boards") as progress:
         score = score_board(

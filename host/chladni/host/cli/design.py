@@ -14,7 +14,7 @@ from chladni.design.search import Design, design
 from chladni.design.spec import read_spec
 from chladni.design.variables import Document
 from chladni.drives.methods import SEED
-from chladni.drives.scoring.board_score import SAMPLES
+from chladni.drives.scoring.sight import SAMPLES
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.sensitivity import Influence
+from chladni.drives.scoring.sight import Score
 from chladni.host.figures.fields import COLOURS, INK, draw_board
 from chladni.sim.board.board import Board
 
@@ -55,7 +55,7 @@ MAPS = (
 )
 
 
-def score_figure(board: Board, score: BoardScore) -> Figure:
+def score_figure(board: Board, score: Score) -> Figure:
     """A board's focus by place: second finger, focal error and level, over its parts."""
     width, length = board.plate.size
     height = min(max(3.2 * length / width, 3.6), 7.0)
@@ -82,7 +82,7 @@ def score_figure(board: Board, score: BoardScore) -> Figure:
     return figure
 
 
-def _label(axes: Axes, score: BoardScore, values: np.ma.MaskedArray) -> None:
+def _label(axes: Axes, score: Score, values: np.ma.MaskedArray) -> None:
     """The number of each place."""
     for i, x in enumerate(score.maps.x_mm):
         for j, y in enumerate(score.maps.y_mm):

@@ -37,6 +37,12 @@ SilentFromOption = Annotated[
 FloorOption = Annotated[
     float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
 ]
+SamplesOption = Annotated[
+    int, typer.Option(help="Boards drawn within their tolerances; 0 for none.")
+]
+PerturbedOption = Annotated[
+    bool, typer.Option("--perturbed/--no-perturbed", help="Look at such boards at all.")
+]
 JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
 
 SchedulerOption = Annotated[
@@ -119,6 +125,18 @@ def check_jobs(jobs: int | None) -> None:
     """
     if jobs is not None and jobs < 1:
         raise InputError("--jobs", jobs, "at least 1")
+
+
+def check_samples(samples: int) -> None:
+    """A number of boards to draw.
+
+    Raises
+    ------
+    InputError
+        Fewer than none.
+    """
+    if samples < 0:
+        raise InputError("--samples", samples, "at least 0")
 
 
 def check_figure(figure: Path | None) -> None:

@@ -1,0 +1,255 @@
+"""Drives of places all over a board, looked at: second fingers, focal error and micrometres.
+
+Where the drives come from does not matter: a solver, or the pins of a device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods import Progress
+from chladni.drives.problem.problem import SolvedBoard
+from chladni.drives.problem.threads import in_threads, one_blas_thread
+from chladni.drives.scoring.finger import MICROMETRE, Spread
+from chladni.drives.scoring.tolerances import drawn_boards
+from chladni.sim.board.board import Board
+from chladni.sim.board.focus import Active
+from chladni.sim.board.quantity import MM
+from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.errors import InputError
+from chladni.sim.fields.driven import driven_fields
+from chladni.sim.fields.transfer import TOLERANCE
+from chladni.sim.image import metrics
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+Place = tuple[float, float]
+
+SAMPLES = 32
+"""The share of boards' places that win is then known to a percent or two."""
+DISTANCES = (metrics.SECOND_FINGER_DISTANCE, 16e-3, 20e-3, 25e-3)
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Of places all over a board, or over several boards; p10 is the bad tail.
+
+    Attributes
+    ----------
+    above_second_finger
+        Share of places that move more than every second finger, 12 mm or more away.
+    focal_error_mm
+        From the place to the image's maximum; here the bad tail is p90.
+    second_finger_db, second_finger_16mm_db, second_finger_20mm_db, second_finger_25mm_db
+        RMS in the place's disc over the loudest equal disc at that distance or more; None where a
+        board is smaller than that.
+    finger_um
+        Peak under the finger at the coils' limit; None on a board without a coil.
+    """
+
+    above_second_finger: float
+    focal_error_mm: Spread
+    second_finger_db: Spread | None
+    second_finger_16mm_db: Spread | None
+    second_finger_20mm_db: Spread | None
+    second_finger_25mm_db: Spread | None
+    finger_um: Spread | None
+
+
+@dataclass(frozen=True)
+class Perturbed(Numbers):
+    """The same drives on boards that are all off at once (tolerances.py)."""
+
+    samples: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Numbers by place, for figures.
+
+    Attributes
+    ----------
+    x_mm, y_mm
+        Centres of the cells, shapes (columns,) and (rows,).
+    cell_mm
+        Their size.
+    second_finger_20mm_db, focal_error_mm, finger_um
+        Shape (columns, rows); NaN where there is no such number.
+    """
+
+    x_mm: FloatArray
+    y_mm: FloatArray
+    cell_mm: Place
+    second_finger_20mm_db: FloatArray
+    focal_error_mm: FloatArray
+    finger_um: FloatArray
+
+
+@dataclass(frozen=True)
+class Score(Numbers):
+    """What drives all over a board are worth.
+
+    Attributes
+    ----------
+    places
+        How many were looked at.
+    perturbed
+        The same on boards that are off; None if that was not asked for.
+    """
+
+    places: int
+    perturbed: Perturbed | None
+    maps: Maps
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Places all over the active area.
+
+    Attributes
+    ----------
+    x, y
+        m, shapes (columns,) and (rows,).
+    cell_mm
+        Between neighbours.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    cell_mm: Place
+
+    @property
+    def places(self) -> list[Place]:
+        """All of them, column by column, m."""
+        return [(along_x, along_y) for along_x in self.x.tolist() for along_y in self.y.tolist()]
+
+    def with_halfway(self) -> Lattice:
+        """The same places, and those half-way from each to the next."""
+        x, y = (np.linspace(axis[0], axis[-1], 2 * axis.size - 1) for axis in (self.x, self.y))
+        # A single column or row keeps its width: there is nothing half-way.
+        cell = [
+            size / (1.0 if axis.size == 1 else 2.0)
+            for size, axis in zip(self.cell_mm, (x, y), strict=True)
+        ]
+        return Lattice(x, y, (cell[0], cell[1]))
+
+
+def active_lattice(board: Board, pitch: float) -> Lattice:
+    """Centres of equal cells of about a pitch (m) over the active area.
+
+    Raises
+    ------
+    InputError
+        The pitch is not a length, or nothing is left of the board.
+    """
+    if not pitch > 0.0 or not np.isfinite(pitch):
+        raise InputError("pitch", pitch / MM, "a length above 0 mm")
+    margin = (board.active or Active()).margin
+    axes, cell = [], []
+    for side in board.plate.size:
+        left = side - 2.0 * margin
+        if left <= 0.0:
+            expected = f"less than half the short side, {min(board.plate.size) / 2.0 / MM:g}"
+            raise InputError("active.margin_mm", margin / MM, expected)
+        count = max(1, round(left / pitch))
+        axes.append(((np.arange(count) + 0.5) / count - 0.5) * left)
+        cell.append(left / count / MM)
+    return Lattice(axes[0], axes[1], (cell[0], cell[1]))
+
+
+def score_drives(
+    solved: SolvedBoard, lattice: Lattice, drives: Sequence[ComplexArray], *,
+    samples: int, seed: int, tolerance: float = TOLERANCE, progress: Progress | None = None,
+) -> Score:  # fmt: skip
+    """Score drives of places, as drawn and on boards that come out otherwise.
+
+    Parameters
+    ----------
+    drives
+        One a place, complex128, shape (actuators,), any scale.
+    samples
+        Boards drawn within the tolerances; 0 leaves them out.
+    tolerance
+        Relative L² error of the drawn boards' fields.
+    progress
+        Called with (done, all) of the boards.
+    """
+    board = solved.board
+    own = _Sight(board, lattice.places, drives)
+    seen = own.look(solved.fields.values)
+    if progress:
+        progress(1, 1 + samples)
+    perturbed = None
+    if samples:
+        rows = []
+        for number, drawn in enumerate(drawn_boards(board, samples, seed), 2):
+            with one_blas_thread():
+                values = driven_fields(drawn.board, tolerance=tolerance, allow_unmet=True).values
+            rows.append(own.look(drawn.forces[:, None, None] * values))
+            if progress:
+                progress(number, 1 + samples)
+        perturbed = Perturbed(**vars(_numbers(np.concatenate(rows))), samples=samples, seed=seed)
+    x, y = lattice.x, lattice.y
+    maps = (seen[:, k].reshape(x.size, y.size) for k in (3, 0, 5))
+    return Score(
+        **vars(_numbers(seen)),
+        places=len(drives),
+        perturbed=perturbed,
+        maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),
+    )
+
+
+class _Sight:
+    """Drives of places, looked at on fields of the board or of one that came out otherwise."""
+
+    def __init__(
+        self, board: Board, places: Sequence[Place], drives: Sequence[ComplexArray]
+    ) -> None:
+        self._x, self._y = board.x, board.y
+        self._discs = metrics.FingertipDiscs(board.x, board.y)
+        full = [full_drive(board, drive, board.drive.frequency_hz) for drive in drives]
+        newtons = [one.newtons if one else np.nan for one in full]
+        # Each drive at the coils' limit.
+        self._cases = [
+            (place, drive / max(float(np.abs(drive).max()), 1e-300), own)
+            for place, drive, own in zip(places, drives, newtons, strict=True)
+        ]
+
+    def look(self, values: ComplexArray) -> FloatArray:
+        """Focal error (mm), second finger at each distance (dB) and µm; shape (places, 6)."""
+        with one_blas_thread():
+            rows = in_threads(lambda case: self._one(values, *case), self._cases)
+            return np.array(list(rows))
+
+    def _one(
+        self, values: ComplexArray, place: Place, drive: ComplexArray, newtons: float
+    ) -> list[float]:
+        field = np.tensordot(drive, values, axes=1)
+        disc = metrics.disc_mask(self._x, self._y, place, metrics.FINGERTIP_RADIUS)
+        return [
+            metrics.focal_error(field, self._x, self._y, place) / MM,
+            *self._discs.second_finger_db(field, place, DISTANCES),
+            float(abs(field[disc].mean())) * newtons / MICROMETRE,
+        ]
+
+
+def _numbers(seen: FloatArray) -> Numbers:
+    """Of rows as `_Sight.look` has them."""
+    # 300 dB says that there is no disc so far away.
+    known = [column[column < -metrics.FLOOR_DB] for column in seen[:, 1:5].T]
+    seconds = [Spread.of(column.tolist()) if column.size else None for column in known]
+    has_coil = bool(np.all(np.isfinite(seen[:, 5])))
+    return Numbers(
+        above_second_finger=float(np.mean(seen[:, 1] > 0.0)),
+        focal_error_mm=Spread.of(seen[:, 0].tolist()),
+        second_finger_db=seconds[0],
+        second_finger_16mm_db=seconds[1],
+        second_finger_20mm_db=seconds[2],
+        second_finger_25mm_db=seconds[3],
+        finger_um=Spread.of(seen[:, 5].tolist()) if has_coil else None,
+    )
