@@ -26,14 +26,20 @@ from chladni.tables.report import TableReport, are_within, report
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import Limits, Section, Table
 
-OBJECTIVE = "ssim"
-"""What a table's drives are best at unless something else is asked for."""
+
+def default_objective(board: Board) -> str:
+    """What a table's drives are best at unless something else is asked for.
+
+    `focus` on a board whose file has a `[focus]` block: it says that the board is made to focus,
+    and how well. Else `ssim`, as the paper has it.
+    """
+    return "focus" if board.focus is not None else "ssim"
 
 
 def build_table(
     board: Board,
     *,
-    objective: str = OBJECTIVE,
+    objective: str | None = None,
     seed: int = SEED,
     frequencies_hz: Sequence[float] = (),
     bits: int | None = None,
@@ -47,6 +53,8 @@ def build_table(
 
     Parameters
     ----------
+    objective
+        A key of `OBJECTIVES`; by default that of `default_objective`.
     frequencies_hz
         A section is made for each; by default one for the board's own.
     bits
@@ -75,6 +83,8 @@ def build_table(
         raise InputError("bits", bits, one_of_bits())
     # Each once: the device would never come to a second section of the same frequency.
     frequencies = tuple(dict.fromkeys(frequencies_hz)) or (board.drive.frequency_hz,)
+    if objective is None:
+        objective = default_objective(board)
     check_request("phasor", objective, seed, None, None)
     regions = stored_regions(board)
     widths = _widths_that_fit(board, regions, frequencies, objective, [bits] if bits else BITS)

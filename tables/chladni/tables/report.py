@@ -74,6 +74,8 @@ class TableReport(Quality):
 
     Attributes
     ----------
+    objective
+        What the drives are best at.
     bits
         Width of the integers.
     is_within_limits
@@ -92,6 +94,7 @@ class TableReport(Quality):
     regions: int
     stored_regions: int
     bytes: int
+    objective: str
     bits: int
     seconds: float
     is_within_limits: bool
@@ -127,6 +130,7 @@ def report(
         regions=table.grid.count,
         stored_regions=table.regions.count,
         bytes=size,
+        objective=table.sections[0].objective,
         bits=table.bits,
         seconds=seconds,
         is_within_limits=are_within(losses),

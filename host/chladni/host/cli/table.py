@@ -14,6 +14,7 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED
+from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
 from chladni.drives.solve import check_request
@@ -23,7 +24,6 @@ from chladni.host.cli.common.options import (
     JobsOption,
     JsonOption,
     LargeOption,
-    ObjectiveOption,
     SchedulerOption,
     SeedOption,
     check_jobs,
@@ -42,7 +42,7 @@ from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.sim.files import write_whole
 from chladni.tables.between_regions import OWN_TOLERANCE
-from chladni.tables.build import OBJECTIVE, build_table
+from chladni.tables.build import build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, read_table, read_table_bytes, unpack
 from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
@@ -61,7 +61,13 @@ def register(app: typer.Typer) -> None:
 def build(
     board: BoardArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
-    objective: ObjectiveOption = OBJECTIVE,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            help="What drives are to be best at: " + ", ".join(OBJECTIVES) + ". By default focus "
+            "on a board whose file has a [focus] block, else ssim."
+        ),
+    ] = None,
     frequency: Annotated[
         list[float] | None,
         typer.Option(help="Drive frequency, Hz; again for more sections. The board's by default."),
@@ -79,7 +85,8 @@ def build(
     """Solve every region of a board and pack the drives into a table."""
     check_output(output, "-o")
     check_jobs(jobs)
-    check_request("phasor", objective, seed, None, None)
+    if objective is not None:
+        check_request("phasor", objective, seed, None, None)
     if bits is not None and bits not in BITS:
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
