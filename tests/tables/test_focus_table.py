@@ -15,10 +15,11 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.foundation import FINGERS
 from chladni.sim.image import metrics
-from chladni.tables.build import build_table
+from chladni.tables.build import build_table, default_objective
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
 from chladni.tables.losses import LIMITS
+from chladni.tables.mirror_symmetry import JOINED
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
@@ -32,7 +33,7 @@ def strip5() -> Board:
 
 @pytest.fixture(scope="module")
 def built(strip5: Board) -> tuple[Table, TableReport]:
-    return build_table(strip5, objective="focus")
+    return build_table(strip5)
 
 
 def second_fingers(board: Board, table: Table, places_mm: list[Place]) -> list[float]:
@@ -52,7 +53,7 @@ def second_fingers(board: Board, table: Table, places_mm: list[Place]) -> list[f
 def test_a_focus_table_is_held_to_its_second_finger(built: tuple[Table, TableReport]) -> None:
     """Eight bits lose SSIM that another objective would not allow, and nothing that is felt."""
     table, report = built
-    assert table.sections[0].objective == "focus"
+    assert report.objective == table.sections[0].objective == "focus"
     assert unpack(pack(table)).sections[0].objective == "focus"
     assert report.bits == 8
     assert report.is_within_limits
@@ -80,9 +81,36 @@ def test_what_a_focus_table_plays_focuses_between_regions_too(
     assert np.mean(np.array(levels) > 8.0) > 0.9
 
 
+def test_boards_made_to_focus_are_the_ones_whose_file_says_so() -> None:
+    names = ("paper", "prototype", "strip5", "pad16", "phone15")
+    assert [default_objective(load_board(name)) for name in names] == [
+        "ssim", "ssim", "focus", "focus", "focus",
+    ]  # fmt: skip
+
+
+def test_every_region_moves_its_own_finger_in_phase_0(
+    strip5: Board, built: tuple[Table, TableReport]
+) -> None:
+    """So all of them may be mixed, across the mirrors too: one label, nothing cut.
+
+    Gains of 8 bits turn a phase by half a step of 127 a coil, 0.5°, and that of their sum by more
+    where coils work against each other.
+    """
+    table, _ = built
+    section = table.sections[0]
+    assert section.labels.max() == 0
+    assert section.crossings.tolist() == [[JOINED, JOINED]]
+    fields = solved_board(strip5).fields.values
+    for region, drive in enumerate(table.drives(section)):
+        x, y = table.grid.centre_mm(region)
+        disc = metrics.disc_mask(strip5.x, strip5.y, (x * 1e-3, y * 1e-3), 6e-3)
+        assert abs(np.degrees(np.angle(drive @ fields[:, disc].mean(axis=1)))) < 3.0
+
+
 def test_other_tables_have_no_second_finger_to_lose(strip5: Board) -> None:
     few = replace(strip5, regions=replace(strip5.regions, pitch=12e-3))
     _, report = build_table(few, objective="contrast")
+    assert report.objective == "contrast"
     assert report.second_finger_loss_db_max is None
     assert "SSIM" in report.lost
 
@@ -93,4 +121,4 @@ def test_a_pressing_finger_is_made_up_for(strip5: Board) -> None:
     problem = pressed_problem(solved_board(firm).problem((0.0, 6.0)))
     found = focus(problem, Options("focus"))
     assert found.details["gap_db"] <= GAP_DB
-    assert found.details["margin_db"] >= 4.0 - GAP_DB
+    assert found.details["margin_db"] >= 2.5 - GAP_DB

@@ -34,7 +34,7 @@ from chladni.tables.between_regions import (
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import Losses, Point, losses
-from chladni.tables.phase_synchronisation import Synchronised, synchronise
+from chladni.tables.phase_synchronisation import Synchronised, in_phase_at_targets, synchronise
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Section, quantise
 
@@ -105,9 +105,10 @@ class OneFrequency:
         level = solved.space.nearest_level(HALFWAY_STEP)
         known = {place: wanted.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
+        together = in_phase_at_targets if options.objective == "focus" else synchronise
         return cls(
             solved, regions, options.objective,
-            synchronise(solved.space, regions, np.array(drives)),
+            together(solved.space, regions, np.array(drives)),
             measured,
             wanted.error_estimate,
             [Point(_um(targets[k]), solved.space.levels[-1], wanted.images[targets[k]])

@@ -118,6 +118,27 @@ def synchronise(space: FieldSpace, regions: StoredRegions, drives: ComplexArray)
     )
 
 
+def in_phase_at_targets(
+    space: FieldSpace, regions: StoredRegions, drives: ComplexArray
+) -> Synchronised:
+    """Drives that focus, whose phases are right already: each moves its own finger in phase 0.
+
+    All belong together, across the mirrors too. The mean of W under a finger and the RMS in a disc
+    are a linear and a convex function of the drive. So a drive mixed of such drives moves the
+    finger as much as they do on average, and no disc more.
+    """
+    units = np.array([space.coordinates(drive) for drive in drives])
+    steps = Steps.of(_steps(units, neighbours(*regions.shape)))
+    return Synchronised(
+        drives=drives,
+        labels=np.zeros(len(drives), dtype=np.uint8),
+        crossings=np.full((1, 2), JOINED, dtype=np.uint8),
+        before=steps,
+        after=steps,
+        within=steps,
+    )
+
+
 def _steps(units: ComplexArray, pairs: IndexArray) -> FloatArray:
     return np.asarray(np.linalg.norm(units[pairs[:, 0]] - units[pairs[:, 1]], axis=1))
 
