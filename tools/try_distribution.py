@@ -54,6 +54,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "table build": ("prototype", "-o", "t.chl"),
     "table show": ("t.chl", "--at", "10,25"),
     "table verify": ("t.chl",),
+    "table score": ("t.chl", "--pitch", "60", "--samples", "1", "--figure", "played.png"),
     "table diff": ("t.chl", "t.chl"),
     "table export": ("t.chl", "--csv", "t.csv"),
     "emulate": ("t.chl", "--touch", "10,25@20", "--ms", "300", "-o", "r.npz"),

@@ -1,4 +1,4 @@
-"""`chladni table`: build, show, verify, diff and export drive tables."""
+"""`chladni table`: build, show, verify, score, diff and export drive tables."""
 
 from __future__ import annotations
 
@@ -17,16 +17,22 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
+from chladni.drives.scoring.sight import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
+    FigureOption,
     JobsOption,
     JsonOption,
     LargeOption,
+    PerturbedOption,
+    SamplesOption,
     SchedulerOption,
     SeedOption,
+    check_figure,
     check_jobs,
+    check_samples,
 )  # fmt: skip
 from chladni.host.cli.common.output import (
     Place,
@@ -37,9 +43,14 @@ from chladni.host.cli.common.output import (
     say_unmet,
 )
 from chladni.host.emulation.closed_loop import board_of
+from chladni.host.emulation.table_score import PITCH, score_table
+from chladni.host.figures.boards import score_figure
+from chladni.host.figures.fields import save
 from chladni.sim.board.file import load_board, shipped_boards
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
 from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.build import build_table
@@ -54,7 +65,7 @@ TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command()(build)
-    for command in (show, verify, diff, export):
+    for command in (show, verify, score, diff, export):
         app.command()(command)
 
 
@@ -204,6 +215,41 @@ def verify(
         "verified": True,
     }
     answer(result, as_json=as_json, title=f"{table}: bytes, board and the firmware's reading agree")
+
+
+def score(
+    table: TableArgument,
+    board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
+    pitch: Annotated[
+        float, typer.Option(help="Between places, mm; those half-way between are added.")
+    ] = PITCH / MM,
+    frequency: Annotated[
+        float | None, typer.Option(help="Of the drives, Hz; the table's first by default.")
+    ] = None,
+    samples: SamplesOption = SAMPLES,
+    perturbed: PerturbedOption = True,
+    figure: FigureOption = None,
+    seed: SeedOption = SEED,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Score a table as the emulated firmware plays it: `board score` of what the pins make."""
+    check_figure(figure)
+    check_samples(samples)
+    data = read_table_bytes(table)
+    loaded = unpack(data, file=str(table))
+    owner = board_of(loaded, board, file=str(table))
+    with progress_bar("boards") as progress:
+        found = score_table(
+            loaded, owner, size=len(data), pitch=pitch * MM, frequency_hz=frequency,
+            samples=samples if perturbed else 0, seed=seed, progress=progress,
+        )  # fmt: skip
+    say_unmet(found.error_estimate, TOLERANCE)
+    if figure is not None:
+        save(score_figure(owner, found), figure)
+    result = {"name": owner.name} | asdict(found)
+    del result["maps"]
+    answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")
 
 
 def _everywhere(table: Table) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

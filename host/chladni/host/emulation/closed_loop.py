@@ -35,6 +35,8 @@ from chladni.tables.table import Section, Table
 
 ComplexArray = NDArray[np.complex128]
 
+PANEL_MS = 12.0
+"""One report of the panel and one turn of the main loop."""
 SETTLE_MS = 2.0
 """After a ramp, until the error feedback has forgotten it."""
 LEAST_WAVES = 8
@@ -174,13 +176,16 @@ def _check_events(
             check_target(board, event.place_mm)
 
 
+def settled_ms(table: Table, touch: TouchEvent) -> float:
+    """When a touch plays steadily: after its report and the ramp."""
+    return touch.at_ms + PANEL_MS + table.limits.ramp_us / 1e3 + SETTLE_MS
+
+
 def _steady_play(
     recording: Recording, table: Table, section: Section, events: list[TouchEvent], last: TouchEvent
 ) -> Play:
     """The settled stretch of the last touch: from after its ramp to its lift or the end."""
-    ramp_ms = table.limits.ramp_us / 1e3
-    panel_ms = 12.0  # one report of the panel and one turn of the main loop
-    begin_ms = last.at_ms + panel_ms + ramp_ms + SETTLE_MS
+    begin_ms = settled_ms(table, last)
     lifts = [e.at_ms for e in events if e.place_mm is None]
     after = [at for at in lifts if at >= last.at_ms]
     # The on-time counts from the first contact since the finger was last lifted.

@@ -1,0 +1,111 @@
+"""How well a table focuses as a device plays it: what the emulated pins make all over a board."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods import SEED, Progress
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.sight import SAMPLES, Place, Score, active_lattice, score_drives
+from chladni.host.emulation.closed_loop import LEAST_WAVES, settled_ms
+from chladni.host.emulation.demodulate import Play, drive_phasors
+from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
+from chladni.host.protocol.config import coil_gains
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.tables.table import Table
+
+ComplexArray = NDArray[np.complex128]
+
+PITCH = 4e-3
+"""m; places half-way between are looked at too."""
+TOUCHED_MS = 1.0
+"""When the finger comes."""
+
+
+@dataclass(frozen=True)
+class TableScore(Score):
+    """What the pins make of a table's drives.
+
+    Attributes
+    ----------
+    objective
+        What the drives are best at.
+    bytes, bits, pitch_mm
+        Of the table: its size, the width of its integers, and from one region to the next.
+    error_estimate
+        Of the fields.
+    """
+
+    objective: str
+    frequency_hz: float
+    bytes: int
+    bits: int
+    pitch_mm: Place
+    error_estimate: float
+    seconds: float
+
+
+def score_table(
+    table: Table, board: Board, *, size: int, pitch: float = PITCH,
+    frequency_hz: float | None = None, samples: int = SAMPLES, seed: int = SEED,
+    progress: Progress | None = None,
+) -> TableScore:  # fmt: skip
+    """Play a table at places all over its board and look at the fields that the pins make.
+
+    Parameters
+    ----------
+    size
+        Bytes of the table.
+    pitch
+        Distance of places, m; those half-way between are added.
+    frequency_hz
+        Of the drives; those of the table's first section by default.
+    samples
+        Boards drawn within the tolerances; 0 leaves them out.
+    progress
+        Called with (done, all) of the boards.
+    """
+    started = time.perf_counter()
+    section = table.section(frequency_hz)
+    lattice = active_lattice(board, pitch).with_halfway()
+    solved = solved_board(board).at_frequency(section.frequency_hz)
+    drives = played_drives(table, board, lattice.places, frequency_hz=frequency_hz)
+    score = score_drives(solved, lattice, drives, samples=samples, seed=seed, progress=progress)
+    return TableScore(
+        **vars(score),
+        objective=section.objective,
+        frequency_hz=section.frequency_hz,
+        bytes=size,
+        bits=table.bits,
+        pitch_mm=table.grid.pitch_mm,
+        error_estimate=solved.fields.error_estimate,
+        seconds=time.perf_counter() - started,
+    )
+
+
+def played_drives(
+    table: Table, board: Board, places: Sequence[Place], *, frequency_hz: float | None = None
+) -> list[ComplexArray]:
+    """The drives that the pins make at places (m), each complex128 of shape (actuators,).
+
+    In units of the largest gain, each with a common phase of its own. Every place is touched on a
+    device that was just powered on, whose coils are cold.
+    """
+    section = table.section(frequency_hz)
+    gains = np.array(coil_gains(board))
+    needed_ms = LEAST_WAVES / section.frequency_hz * 1e3
+    found = []
+    for x, y in places:
+        touch = TouchEvent(TOUCHED_MS, (x / MM, y / MM))
+        begin_ms = settled_ms(table, touch)
+        recording = emulate(board, table, [touch], begin_ms + needed_ms, frequency_hz=frequency_hz)
+        play = Play(int(begin_ms * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
+        played = drive_phasors(recording, play, section.frequency_hz, level=LEVEL)
+        found.append(np.asarray(played / gains))
+    return found
