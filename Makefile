@@ -29,7 +29,7 @@ $(STAMP): pyproject.toml $(NATIVE_SOURCES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
 
-demo: venv  ## run the whole chain on the prototype board; writes out/demo.png
+demo: venv  ## run the whole chain on prototype and strip5; writes out/demo.png
 	$(BIN)/python -m chladni.host.cli.demo --out out
 
 # What each part of a test run takes, in words and seconds.

@@ -1,5 +1,6 @@
 """Everything drawn: boards and fields, and how searches for drives went."""
 
+from chladni.host.figures.chains import Chain, chains_figure
 from chladni.host.figures.fields import (
     chain_figure,
     draw_board,
@@ -12,7 +13,9 @@ from chladni.host.figures.fields import (
 from chladni.host.figures.searches import compare_figure, trace_figure
 
 __all__ = [
+    "Chain",
     "chain_figure",
+    "chains_figure",
     "compare_figure",
     "draw_board",
     "draw_image",

@@ -139,13 +139,18 @@ class FingertipDiscs:
         if power.max() <= 0.0:
             return [0.0] * len(distances)
         power = power / power.max()
-        from scipy.signal import fftconvolve  # noqa: PLC0415  (as above)
-
-        mean = np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0) / self._count
+        mean = self.means(power)
         apart = np.hypot(self._x[:, None] - target[0], self._y - target[1])
         own = float(power[disc_mask(self._x, self._y, target, FINGERTIP_RADIUS)].mean())
         loudest = [float(mean[apart > distance].max(initial=0.0)) for distance in distances]
         return [decibel(own / one) if one > 0.0 else -FLOOR_DB for one in loudest]
+
+    def means(self, power: FloatArray) -> FloatArray:
+        """The mean over every disc of something on the image points, shape (nx, ny)."""
+        from scipy.signal import fftconvolve  # noqa: PLC0415  (as above)
+
+        return np.asarray(np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0)
+                          / self._count)  # fmt: skip
 
 
 def second_finger_db(w: ComplexArray, x: FloatArray, y: FloatArray, target: Place) -> float:
