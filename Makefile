@@ -86,6 +86,7 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 	$(BIN)/python bench/plate.py >> docs/performance.md.part
 	$(BIN)/python bench/stability.py --jobs 2 >> docs/performance.md.part
 	$(BIN)/python bench/solve.py >> docs/performance.md.part
+	$(BIN)/python bench/focus.py >> docs/performance.md.part
 	$(BIN)/python bench/paper_scene.py >> docs/performance.md.part
 	$(BIN)/python bench/tables.py >> docs/performance.md.part
 	$(BIN)/python bench/synthesis.py >> docs/performance.md.part
