@@ -13,9 +13,12 @@ from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.sight import Score
 from chladni.host.figures.fields import COLOURS, INK, draw_board
 from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 
 LABELLED = 120
 """Places up to which each has its number in a map."""
+ROOM = 0.25
+"""Inches that a number takes."""
 NONE_DB = 299.0
 """Where there is no second finger so far away, a ratio is 300."""
 PANELS = (
@@ -74,7 +77,7 @@ def score_figure(board: Board, score: Score) -> Figure:
         axes.set_title(title, fontsize=9, color=INK)
         if known.count():
             figure.colorbar(image, ax=axes, shrink=0.8)
-        if score.places <= LABELLED:
+        if score.places <= LABELLED and height * score.maps.cell_mm[0] * MM / length >= ROOM:
             _label(axes, score, known)
     figure.axes[0].set_ylabel("y / mm")
     above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
