@@ -34,6 +34,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.tables.build import board_drives, losses_of, table_of
+from chladni.tables.fingers import Fingers, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
@@ -78,12 +79,13 @@ def built_tables() -> list[Built]:
                     regions = stored_regions(board)
                     solved = SolvedBoard.of(board)
                     drives = board_drives(solved, regions, frequencies, Options(objective))
+                    felt = Fingers(**vars(survey_of(drives[0])), compensated=False)
                     for bits in BITS:
                         sections = [one.section(bits) for one in drives]
                         table = table_of(board, regions, sections, bits)
                         losses = losses_of(table, drives)
                         seconds = time.perf_counter() - started
-                        came_to = report(table, drives, losses, len(pack(table)), seconds)
+                        came_to = report(table, drives, losses, len(pack(table)), seconds, felt)
                         found.append(Built(board, pitch_mm, objective, table, came_to))
     return found
 
