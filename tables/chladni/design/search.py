@@ -272,17 +272,20 @@ def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
 def _finished(
     spec: Spec, entries: Iterable[Entry], seed: int, samples: int, workers: Workers
 ) -> list[tuple[Entry, BoardScore]]:
-    """Boards scored as `board score` would, on their own image and with all draws."""
+    """Boards scored as `board score` would at the same pitch, on their own image."""
     own = list(entries)
-    scores = list(workers.map(partial(_score, seed, samples), [one.document for one in own]))
+    score = partial(_score, seed, samples, spec.numbers.pitch)
+    scores = list(workers.map(score, [one.document for one in own]))
     return [
         (Entry.of(one.document, weighed(spec, board_of(one.document), score)), score)
         for one, score in zip(own, scores, strict=True)
     ]
 
 
-def _score(seed: int, samples: int, document: Document) -> BoardScore:
-    return score_board(board_of(document), samples=samples, seed=seed, tolerance=COMPARED)
+def _score(seed: int, samples: int, pitch: float, document: Document) -> BoardScore:
+    return score_board(
+        board_of(document), pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED
+    )
 
 
 def _digest(value: Any) -> str:

@@ -24,6 +24,7 @@ FREE: dict[Where, Any] = {
     ("magnet", "height_mm"): {"any": [1.0, 1.5, 2.0, 3.0, 4.0, 5.0]},
     ("drive", "frequency_hz"): {"from": 80.0, "to": 300.0},
     ("focus", "quieter_db"): {"from": 1.0, "to": 8.0},
+    ("focus", "reserve_db"): {"from": 0.0, "to": 2.0},
     ("focus", "silent_from_mm"): {"from": 14.0, "to": 20.0},
 }
 """What `free` stands for: sheets, foams and disc magnets as they are sold, and where fingers feel
