@@ -26,6 +26,8 @@ Made = tuple[Board, Table]
 # error (mm): what these boards were known to reach before there was an objective for it.
 KNOWN = {
     "strip5": ((3.2, 2.0), (10.0, 7.0), (16.5, 13.5), 3.2),
+    # Found by a search; a decibel or two of room below what it was found with.
+    "quiet5": ((5.0, 2.7), (15.0, 8.8), (27.0, 21.5), 2.5),
     "pad16": ((4.8, 3.4), (9.7, 8.3), (15.5, 13.3), 1.5),
 }
 FLOOR_UM, PRESSED_UM = 5.0, 3.0
