@@ -100,10 +100,31 @@ def load_board(board: str | Path) -> Board:
             known = ", ".join(shipped)
             raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
         path = shipped.get(str(board), path)
+    text = read_text(path, "BOARD", MOST_BYTES, "a board file", encoding="utf-8-sig")
+    return parse_board(text, file=str(path))
+
+
+def parse_board(text: str, *, file: str) -> Board:
+    """A board from the text of its file.
+
+    Parameters
+    ----------
+    file
+        What errors call it.
+
+    Raises
+    ------
+    InputError
+        It is too long, is not TOML, or says something that cannot be; names file and key.
+    """
+    size = len(text.encode("utf-8", "replace"))
+    if size > MOST_BYTES:
+        expected = f"a board file of at most {MOST_BYTES:,} bytes"
+        raise InputError("BOARD", f"{size:,} bytes", expected, file=file)
     try:
-        return board_from_document(read_document(path))
+        return board_from_document(_document(text))
     except InputError as error:
-        raise error.in_file(str(path)) from None
+        raise error.in_file(file) from None
 
 
 def read_document(path: Path, field: str = "BOARD", what: str = "a board file") -> dict[str, Any]:
