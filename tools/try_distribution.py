@@ -58,6 +58,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "table diff": ("t.chl", "t.chl"),
     "table export": ("t.chl", "--csv", "t.csv"),
     "emulate": ("t.chl", "--touch", "10,25@20", "--ms", "300", "-o", "r.npz"),
+    "studio": ("prototype", "--export", "page"),
     "flash": ("t.chl", "--emulator"),
     "device info": ("--emulator", "--table", "t.chl"),
     "device touch": ("10,25", "--seconds", "0.2", "--emulator", "--table", "t.chl"),

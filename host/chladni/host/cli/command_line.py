@@ -18,6 +18,7 @@ from chladni.host.cli.common.output import answer
 from chladni.host.cli.device import commands as device_commands
 from chladni.host.cli.emulate import emulate
 from chladni.host.cli.solve import solve_command
+from chladni.host.cli.studio import studio
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.errors import MissingError, StoppedError
 from chladni.tables import layout
@@ -55,6 +56,7 @@ app.add_typer(table_app, name="table")
 plate_commands.register(app)
 app.command("solve")(solve_command)
 app.command("emulate")(emulate)
+app.command("studio")(studio)
 compare_command.register(app)
 design_command.register(app)
 table_commands.register(table_app)

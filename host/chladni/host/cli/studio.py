@@ -1,0 +1,109 @@
+"""`chladni studio`: a page on which a board vibrates where it is pressed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chladni.drives.methods import SEED
+from chladni.drives.solve import check_request
+from chladni.host.cli.common.options import (
+    JobsOption,
+    JsonOption,
+    LargeOption,
+    ObjectiveOption,
+    check_jobs,
+)
+from chladni.host.cli.common.output import answer, progress_bar
+from chladni.host.protocol.network import make_key, read_key
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_whole
+
+PORT = 8160
+TOKEN_BYTES = 16
+HIGHEST_PORT = 65_535
+
+
+def studio(
+    board: Annotated[
+        str, typer.Argument(metavar="[BOARD]", help="Board file, or a shipped name.")
+    ] = "prototype",
+    objective: ObjectiveOption = "ssim",
+    port: Annotated[int, typer.Option(help="Of 127.0.0.1; 0 is any that is free.")] = PORT,
+    key: Annotated[
+        Path | None,
+        typer.Option(help="Secret of the address, in a file; made if it is not there. By default "
+                     "a new one each time, so that open pages find no later studio."),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Serve for so long; until Ctrl-C by default.")
+    ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write the page with this board into this folder, as one file that needs "
+                     "no server, and end."),
+    ] = None,
+    jobs: JobsOption = None,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Serve a page to press a board on, played by the emulated firmware."""
+    check_jobs(jobs)
+    check_request("phasor", objective, SEED, None, None)
+    if not 0 <= port <= HIGHEST_PORT:
+        raise InputError("--port", port, f"a number from 0 to {HIGHEST_PORT}")
+    if seconds is not None and not 0.0 < seconds < float("inf"):
+        raise InputError("--seconds", seconds, "more than 0")
+    loaded = load_board(board)
+    if export is not None:
+        _export(loaded, objective, export, jobs, as_json=as_json)
+        return
+    # What serves pages takes a moment to load, and no other command needs it.
+    from chladni.host.studio.server import LOOPBACK, listen, serve  # noqa: PLC0415
+    from chladni.host.studio.workshop import Choice  # noqa: PLC0415
+
+    listening = listen(port)
+    token = _token(key)
+    url = f"http://{LOOPBACK}:{listening.getsockname()[1]}/{token}/"
+
+    def say() -> None:
+        if as_json:
+            answer({"url": url, "board": loaded.name}, as_json=True)
+        else:
+            sys.stdout.write(f"{url}\n")
+        sys.stdout.flush()
+
+    serve(listening, token, Choice(loaded, objective), jobs=jobs, seconds=seconds, begun=say)
+
+
+def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_json: bool) -> None:
+    """Write the page as a file."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError("--export", str(folder), "a folder")
+    if not folder.absolute().parent.is_dir():
+        raise InputError("--export", str(folder), "a folder, there or to be made in one that is")
+    from chladni.host.studio.export import one_file  # noqa: PLC0415
+    from chladni.host.studio.workshop import Choice, ReadyBoard  # noqa: PLC0415
+
+    with progress_bar("solving") as progress:
+        ready = ReadyBoard.of(Choice(board, objective), jobs=jobs, progress=progress)
+    data = one_file(ready).encode("utf-8")
+    folder.mkdir(exist_ok=True)
+    path = folder / "index.html"
+    write_whole(path, data)
+    result = {"path": str(path), "bytes": len(data), "board": board.name}
+    answer(result, as_json=as_json, title="Studio in a file")
+
+
+def _token(key: Path | None) -> str:
+    """What the address begins with; whoever knows it may use the studio."""
+    if key is None:
+        return secrets.token_urlsafe(TOKEN_BYTES)
+    return (read_key(key) if os.path.lexists(key) else make_key(key)).hex()

@@ -1,0 +1,1 @@
+"""The studio: a page on which boards vibrate, and the server that runs a device for each page."""

@@ -1,0 +1,92 @@
+"""A board whose parts are being moved: its plate solved live, its drives as they would be.
+
+A table takes seconds to build, so none is: each press is solved for by itself, without a device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from chladni.drives.methods import SEED, Options
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.solve import solve_problem
+from chladni.host.studio.panel import FingerEvent, Place, Played
+from chladni.host.studio.workshop import Choice, Prepared
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
+
+COMPUTED = "computed"
+"""In place of a device's state."""
+
+
+class Draft:
+    """A board in the making, with fingers on it.
+
+    Attributes
+    ----------
+    prepared
+        The board as it is now, its plate solved.
+    """
+
+    def __init__(self, prepared: Prepared) -> None:
+        self.prepared = prepared
+        self._down: dict[int, Place] = {}
+
+    def move(self, part: str, index: int, place_mm: Place) -> Prepared:
+        """Put a coil or a screw elsewhere and solve the plate again.
+
+        Parameters
+        ----------
+        part
+            "actuators" or "screws".
+
+        Raises
+        ------
+        InputError
+            There is none of that number, or it may not be there. Nothing has moved then.
+        """
+        board = self.prepared.board
+        parts = list(getattr(board, part))
+        if index >= len(parts):
+            raise InputError("index", index, f"one of the board's {len(parts)} {part}")
+        parts[index] = replace(parts[index], at=(place_mm[0] * MM, place_mm[1] * MM))
+        changed: dict[str, Any] = {part: tuple(parts)}
+        moved = replace(board, **changed)
+        solved = solved_board(moved)
+        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
+        self.prepared = Prepared(Choice(moved, self.prepared.choice.objective), solved)
+        return self.prepared
+
+    def apply(self, events: Sequence[FingerEvent]) -> Played | None:
+        """Let fingers go down, move and lift; the first one's drive, None if none is left.
+
+        Raises
+        ------
+        InputError
+            A place off the board.
+        """
+        down = dict(self._down)
+        for event in events:
+            if event.place_mm is None:
+                down.pop(event.finger, None)
+            else:
+                down[event.finger] = event.place_mm
+        played = self.solve(next(iter(down.values()))) if down else None
+        self._down = down
+        return played
+
+    def solve(self, place_mm: Place) -> Played:
+        """The drive for a place.
+
+        Raises
+        ------
+        InputError
+            It is off the board.
+        """
+        problem = self.prepared.solved.problem(place_mm)
+        options = Options(self.prepared.choice.objective, SEED)
+        found = solve_problem(problem, "phasor", options)
+        return Played(place_mm, found.drive, None, COMPUTED)

@@ -1,0 +1,147 @@
+"""What the server says to a page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.host.studio.panel import Played
+from chladni.host.studio.workshop import Choice, Prepared
+from chladni.sim.board.quantity import MM
+from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.image import metrics
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+MOST_POINTS = 20_000
+"""Of a field that is sent: 90 × 184 of the prototype's 179 × 367."""
+
+
+def sent_axis(count: int, points: tuple[int, int]) -> FloatArray:
+    """Which of an axis' image points are sent, as indices with fractions; both ends are."""
+    stride = max(1, math.ceil(math.sqrt(points[0] * points[1] / MOST_POINTS)))
+    return np.linspace(0.0, count - 1.0, math.ceil((count - 1) / stride) + 1)
+
+
+def _resampled(values: ComplexArray, at: FloatArray, axis: int) -> ComplexArray:
+    """Values between points, linearly. A field bends little from one image point to the next."""
+    low = np.minimum(at.astype(np.intp), values.shape[axis] - 2)
+    shape = [1] * values.ndim
+    shape[axis] = -1
+    share = (at - low).reshape(shape)
+    return np.asarray(
+        np.take(values, low, axis) * (1.0 - share) + np.take(values, low + 1, axis) * share
+    )
+
+
+def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> dict[str, Any]:
+    """What a page draws of a board, and the shape of the fields that follow in bytes.
+
+    Parameters
+    ----------
+    source
+        Where drives come from, in a sentence.
+    is_draft
+        Whether it is the board before with a part elsewhere, which no table is built for.
+    """
+    board, fields = ready.board, ready.solved.fields
+    points = board.image.points
+    axes = [np.interp(sent_axis(axis.size, points), np.arange(axis.size), axis / MM)
+            for axis in (fields.x, fields.y)]  # fmt: skip
+    return {
+        "type": "board",
+        "name": board.name,
+        "objective": ready.choice.objective,
+        "source": source,
+        "is_draft": is_draft,
+        "frequency_hz": fields.frequency_hz,
+        "size_mm": [side / MM for side in board.plate.size],
+        "corner_radius_mm": board.plate.corner_radius / MM,
+        "x_mm": axes[0].tolist(),
+        "y_mm": axes[1].tolist(),
+        "actuators": [{"name": one.name, "at_mm": _mm(one.at)} for one in board.actuators],
+        "magnet_radius_mm": board.magnet.radius / MM if board.magnet else 0.0,
+        "screws": [{"at_mm": _mm(s.at), "radius_mm": s.radius / MM} for s in board.screws],
+        "fingertip_mm": metrics.FINGERTIP_RADIUS / MM,
+        "error_estimate": fields.error_estimate,
+        "tolerance_met": fields.tolerance_met,
+    }
+
+
+def _mm(place: tuple[float, float]) -> list[float]:
+    return [value / MM for value in place]
+
+
+def fields_bytes(ready: Prepared) -> bytes:
+    """The actuators' fields: little-endian float32, (actuators, 2, y from the top, x), m/N.
+
+    Real and imaginary parts are planes, so that a page adds them row by row as it paints.
+    """
+    values, points = ready.solved.fields.values, ready.board.image.points
+    for axis in (1, 2):
+        values = _resampled(values, sent_axis(values.shape[axis], points), axis)
+    planes = np.stack((values.real, values.imag), axis=1)  # (actuators, 2, nx, ny)
+    return planes.swapaxes(2, 3)[:, :, ::-1].astype("<f4").tobytes()
+
+
+def played_message(ready: Prepared, number: int, played: Played) -> dict[str, Any]:
+    """A drive that plays: ten numbers of five coils, and what one gain is worth in newtons."""
+    board, drive = ready.board, played.drive
+    full = full_drive(board, drive, ready.solved.fields.frequency_hz)
+    largest = float(np.abs(drive).max())
+    return {
+        "type": "played",
+        "number": number,
+        "place_mm": list(played.place_mm),
+        "drive": [[float(value.real), float(value.imag)] for value in drive],
+        "newtons_per_gain": full.newtons / largest if full and largest > 0.0 else None,
+        "latency_ms": played.latency_ms,
+        "state": played.state,
+    }
+
+
+def refusal(error: ChladniError, number: int | None = None) -> dict[str, Any]:
+    """An error as a page shows it."""
+    parts = {"text": str(error)}
+    if isinstance(error, InputError):
+        parts |= {"field": error.field, "file": error.file or ""}
+    return {"type": "refused", "number": number, **parts}
+
+
+def hello(boards: Sequence[str], choice: Choice) -> dict[str, Any]:
+    """What there is to choose from, and what is chosen."""
+    return {
+        "type": "hello",
+        "boards": list(boards),
+        "objectives": list(OBJECTIVES),
+        "board": choice.board.name,
+        "objective": choice.objective,
+        "frequency_hz": choice.board.drive.frequency_hz,
+    }
+
+
+def file_message(name: str, data: bytes) -> dict[str, Any]:
+    """A file for the page to hand to its user."""
+    return {"type": "file", "name": name, "data": base64.b64encode(data).decode("ascii")}
+
+
+def in_json(message: dict[str, Any]) -> str:
+    """A message as it is sent; a number that is none becomes null."""
+    return json.dumps(_finite(message), allow_nan=False, separators=(",", ":"))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(own) for key, own in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(own) for own in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

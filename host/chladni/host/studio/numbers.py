@@ -1,0 +1,96 @@
+"""What a page says of a press: the scorecard, where the loudest places are, and it all in words."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from chladni.drives.problem.problem import Problem
+from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
+from chladni.host.studio.panel import Played
+from chladni.host.studio.workshop import Prepared
+from chladni.sim.board.quantity import MM
+from chladni.sim.fields.transfer import target_field
+from chladni.sim.image import metrics
+from chladni.sim.image.energy import compose
+
+SURE_DB, SOME_DB = 30.0, 10.0
+"""A finger that presses a plate feels 10 to 30 dB less than the curve of thresholds says
+(`sim.image.finger`): beyond that it surely feels something, below that perhaps nothing."""
+AUDIBLE_DB = 1.0
+"""Levels closer than this are called alike."""
+
+
+def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
+    """Scorecard of what is played, keys as `chladni solve --json` has them, and three more.
+
+    `maximum_mm` and `second_finger_mm` are the image's maximum and the centre of the loudest
+    fingertip 12 mm or more away (None on a board without one); `words` says what it means.
+    """
+    solved = ready.solved
+    wanted = target_field(solved.board, played.place_mm, model=solved.model, allow_unmet=True)
+    problem = Problem(solved, played.place_mm, wanted.values[0])
+    field = compose(solved.fields.values, played.drive)
+    card = score_on(problem, field, null_models(problem), drive=played.drive)
+    numbers = asdict(card)
+    felt = numbers.pop("felt") or {}
+    numbers |= felt | {"baselines": numbers.pop("nulls")}
+    i, j = np.unravel_index(int(np.argmax(np.abs(field))), field.shape)
+    numbers["maximum_mm"] = [float(solved.fields.x[i] / MM), float(solved.fields.y[j] / MM)]
+    numbers["second_finger_mm"] = _second_finger_mm(problem, played)
+    numbers["words"] = in_words(card, solved.fields.frequency_hz)
+    return numbers
+
+
+def _second_finger_mm(problem: Problem, played: Played) -> list[float] | None:
+    discs = problem.solved.second_fingers
+    away = discs.distances(problem.place) > metrics.SECOND_FINGER_DISTANCE
+    if not away.any():
+        return None
+    levels = np.where(away, discs.mean_squares(played.drive), -1.0)
+    return [float(value) for value in discs.centres[int(np.argmax(levels))] / MM]
+
+
+def in_words(card: Scorecard, frequency_hz: float) -> str:
+    """A plain sentence or two: whether a finger feels it, and who else does."""
+    if not card.movable:
+        return "Nothing these coils do moves this place: a finger here feels nothing."
+    return f"{_here(card, frequency_hz)} {card.remark or _there(card)}".rstrip()
+
+
+def _here(card: Scorecard, frequency_hz: float) -> str:
+    own = card.felt
+    if own is None or own.finger_um is None:
+        return (
+            "The board file has no [coil], so nothing is known of how strongly a finger feels it."
+        )
+    moves = f"The board moves {_micrometres(own.finger_um)} under the finger at {frequency_hz:g} Hz"
+    if own.sensation_db is None:
+        return f"{moves}, where no threshold of feeling is known."
+    if own.sensation_db < 0.0:
+        return (
+            f"{moves}, {-own.sensation_db:.0f} dB below what can be felt: the finger feels nothing."
+        )
+    above = f"{moves}, {own.sensation_db:.0f} dB above the threshold"
+    if own.sensation_db < SOME_DB:
+        return f"{above}: a finger that presses feels little of it, or nothing."
+    if own.sensation_db < SURE_DB:
+        return f"{above}: most fingers feel it."
+    return f"{above}: every finger feels it."
+
+
+def _there(card: Scorecard) -> str:
+    if card.second_finger_db >= -metrics.FLOOR_DB:
+        return ""
+    level = abs(card.second_finger_db)
+    if level < AUDIBLE_DB:
+        return "A second finger 12 mm away or more can feel as much."
+    if card.second_finger_db < 0.0:
+        return f"It is no focus: a second finger elsewhere gets {level:.0f} dB more."
+    return f"A second finger 12 mm away or more gets at least {level:.0f} dB less."
+
+
+def _micrometres(value: float) -> str:
+    return f"{value:.2g} µm" if value >= 0.01 else "less than 0.01 µm"

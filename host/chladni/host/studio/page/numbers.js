@@ -1,0 +1,70 @@
+// The scorecard and the coils as tables; raw values stay with their cells.
+
+const ROWS = [
+  ["ssim", "SSIM", (n) => n.ssim.toFixed(3), (n) => `still ${n.baselines.silent.toFixed(2)}, nearest coil ${n.baselines.nearest_actuator.toFixed(2)}, a focus elsewhere ${n.baselines.misplaced.toFixed(2)}`],
+  ["focal_error_mm", "Maximum off the finger", (n) => `${n.focal_error_mm.toFixed(1)} mm`, (n) => (n.diffraction_spot_mm ? `a focus of this wave is ${n.diffraction_spot_mm.toFixed(0)} mm wide` : "")],
+  ["contrast_db", "Contrast", (n) => decibels(n.contrast_db), (n) => `no drive exceeds ${decibels(n.contrast_limit_db)}`],
+  ["second_finger_db", "Second finger", (n) => decibels(n.second_finger_db), () => "above 0: felt here more than elsewhere"],
+  ["louder_fraction", "Moves more than the finger", (n) => `${(100 * n.louder_fraction).toFixed(0)} % of the board`, () => "none, were it a focus"],
+  ["finger_um", "Under the finger", (n) => micrometres(n.finger_um), (n) => (!n.full_volts ? "" : `${n.full_volts.toFixed(2)} V peak, limited by ${n.limited_by}`)],
+  ["sensation_db", "Above the threshold", (n) => decibels(n.sensation_db), () => "of feeling; pressing costs 10 to 30 dB"],
+  ["finger_load", "Pressing changes", (n) => decibels(n.finger_load.level_db), (n) => `SSIM by ${signed(n.finger_load.ssim, 3)}`],
+];
+
+export function showNumbers(table, numbers) {
+  const known = ROWS.filter(([key]) => key in numbers);
+  fill(table, known.map(([key, label, value, compare]) => ({
+    key, raw: numbers[key], cells: [label, value(numbers), compare(numbers)],
+  })));
+}
+
+export function showLatency(table, latencyMs) {
+  const text = latencyMs === null ? "–" : `${latencyMs.toFixed(1)} ms`;
+  const own = { key: "latency_ms", raw: latencyMs, cells: ["Touch to first duty", text, "on the device; 25 ms feels immediate"] };
+  const row = makeRow(own);
+  const before = table.tBodies[0].querySelector('[data-key="latency_ms"]');
+  if (before) before.replaceWith(row);
+  else table.tBodies[0].append(row);
+}
+
+export function showCoils(table, actuators, drive) {
+  const most = Math.max(...drive.map(([re, im]) => Math.hypot(re, im)), 1e-300);
+  fill(table, actuators.map(({ name }, k) => {
+    const [re, im] = drive[k], gain = Math.hypot(re, im) / most;
+    return {
+      key: name, raw: `${re},${im}`,
+      cells: [name, gain.toFixed(2), `${signed(Math.round((Math.atan2(im, re) * 180) / Math.PI) + 0, 0)}°`],
+    };
+  }));
+}
+
+export function micrometres(value) {
+  if (value === null || value === undefined) return "–";
+  return value >= 0.01 ? `${value.toPrecision(3)} µm` : "below 0.01 µm";
+}
+
+function decibels(value) {
+  return value === null || value === undefined ? "–" : `${signed(value, 1)} dB`;
+}
+
+// With a true minus sign, as a screen reader says it.
+function signed(value, digits) {
+  return value.toFixed(digits).replace("-", "−");
+}
+
+function fill(table, rows) {
+  table.tBodies[0].replaceChildren(...rows.map(makeRow));
+}
+
+function makeRow({ key, raw, cells }) {
+  const row = document.createElement("tr");
+  row.dataset.key = key;
+  row.dataset.value = typeof raw === "object" ? JSON.stringify(raw) : String(raw);
+  cells.forEach((text, k) => {
+    const cell = document.createElement(k === 0 ? "th" : "td");
+    if (k === 0) cell.scope = "row";
+    cell.textContent = text;
+    row.append(cell);
+  });
+  return row;
+}

@@ -1,0 +1,80 @@
+// What is drawn over the field, in millimetres with y upwards: screws, coils, places.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export class Marks {
+  constructor(svg) {
+    this.svg = svg;
+  }
+
+  fit(board) {
+    const [width, height] = board.size_mm;
+    this.svg.setAttribute("viewBox", `${-width / 2} ${-height / 2} ${width} ${height}`);
+    this.unit = Math.max(width, height) / 100; // so marks look alike on boards of any size
+    this.all = group(this.svg, { transform: "scale(1 -1)" });
+    this.svg.replaceChildren(this.all);
+    const { unit } = this;
+    for (const { at_mm: [x, y] } of board.screws) {
+      draw(this.all, "path", { d: `M${x - unit} ${y - unit}l${2 * unit} ${2 * unit}m0 ${-2 * unit}l${-2 * unit} ${2 * unit}` });
+    }
+    this.reach = Math.max(board.magnet_radius_mm, 3 * unit);
+    this.coils = board.actuators.map(({ at_mm: [x, y] }) => {
+      draw(this.all, "circle", { cx: x, cy: y, r: this.reach });
+      return { x, y, arrow: draw(this.all, "path", { d: "" }, "phasor") };
+    });
+    const radius = board.fingertip_mm;
+    this.second = this.place("second", [["circle", { r: radius, "stroke-dasharray": "6 5" }]]);
+    const d = 2 * unit;
+    this.maximum = this.place("maximum", [["path", { d: `M0 ${d}L${d} 0L0 ${-d}L${-d} 0Z` }]]);
+    this.finger = this.place("finger", [
+      ["path", { d: `M${-2 * d} 0H${2 * d}M0 ${-2 * d}V${2 * d}` }],
+      ["circle", { r: radius }],
+    ]);
+    this.other = this.place("other", [["circle", { r: radius, "stroke-dasharray": "2 5" }]]);
+  }
+
+  place(name, shapes) {
+    const own = group(this.all, { class: `place-${name}`, visibility: "hidden" });
+    for (const [kind, attributes] of shapes) draw(own, kind, attributes);
+    return own;
+  }
+
+  // Puts a mark at a place in mm, or takes it away.
+  static put(mark, at) {
+    mark.setAttribute("visibility", at ? "visible" : "hidden");
+    if (!at) return;
+    mark.setAttribute("transform", `translate(${at[0]} ${at[1]})`);
+    mark.dataset.xMm = at[0];
+    mark.dataset.yMm = at[1];
+  }
+
+  // An arrow a coil: as long as its gain over the largest one, turned by its phase.
+  phasors(drive, phase) {
+    const most = Math.max(...drive.map(([re, im]) => Math.hypot(re, im)), 1e-300);
+    this.coils.forEach(({ x, y, arrow }, k) => {
+      const [re, im] = drive[k];
+      const size = (this.reach * Math.hypot(re, im)) / most, angle = Math.atan2(im, re) + phase;
+      const tip = [x + size * Math.cos(angle), y + size * Math.sin(angle)];
+      const turns = size > 0.15 * this.reach ? [2.6, -2.6] : []; // a short arrow has no room for a head
+      const barb = turns.map((turn) =>
+        `M${tip[0]} ${tip[1]}l${0.35 * size * Math.cos(angle + turn)} ${0.35 * size * Math.sin(angle + turn)}`);
+      for (const line of arrow) line.setAttribute("d", `M${x} ${y}L${tip[0]} ${tip[1]}${barb.join("")}`);
+    });
+  }
+}
+
+function element(parent, kind, attributes) {
+  const own = document.createElementNS(SVG, kind);
+  for (const [name, value] of Object.entries(attributes)) own.setAttribute(name, value);
+  parent.append(own);
+  return own;
+}
+
+function group(parent, attributes) {
+  return element(parent, "g", attributes);
+}
+
+// Twice: a dark line under a light one is seen on every colour.
+function draw(parent, kind, attributes, name = "") {
+  return ["under", "over"].map((layer) => element(parent, kind, { ...attributes, class: `${layer} ${name}` }));
+}

@@ -1,0 +1,285 @@
+// One board on the page: its picture, its marks and its numbers.
+
+import { micrometres, showCoils, showLatency, showNumbers } from "./numbers.js";
+import { Parts } from "./parts.js";
+import { Field } from "./picture/field.js";
+import { Marks } from "./picture/marks.js";
+import { Painter } from "./picture/painter.js";
+import { Queue } from "./queue.js";
+import { Setup } from "./setup.js";
+import { Timing } from "./timing.js";
+import { Touches } from "./touches.js";
+
+const TOLD_EVERY_MS = 500;
+
+export class View {
+  // `source`: a class made with a view as listener, with send(message).
+  constructor(template, parent, connect) {
+    const copy = template.content.cloneNode(true);
+    this.section = copy.querySelector("section");
+    this.parts = {};
+    for (const part of copy.querySelectorAll("[data-part]")) this.parts[part.dataset.part] ??= part;
+    this.radios = [...copy.querySelectorAll('[data-part="show"]')];
+    parent.append(copy);
+    const { parts } = this;
+    this.painter = new Painter(parts.canvas);
+    this.marks = new Marks(parts.marks);
+    this.timing = new Timing();
+    this.touches = new Touches(parts.plate, this);
+    this.isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.show = this.isStill ? "energy" : "displacement";
+    this.phase = 0;
+    View.made = (View.made ?? 0) + 1;
+    this.number = View.made;
+    this.startControls();
+    this.queue = new Queue((message) => this.source.send(message));
+    this.setup = new Setup(this);
+    this.movable = new Parts(this);
+    this.source = connect(this);
+    parts.nocanvas.hidden = this.painter.works;
+  }
+
+  startControls() {
+    const { parts } = this;
+    for (const radio of this.radios) {
+      radio.name = `show-${this.number}`;
+      radio.checked = radio.value === this.show;
+      radio.addEventListener("change", () => {
+        this.show = radio.value;
+        this.look();
+      });
+    }
+    parts.pause.addEventListener("click", () => {
+      this.isStill = !this.isStill;
+      this.look();
+    });
+    parts.speed.addEventListener("input", () => this.look());
+    parts.place.addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (!this.board) return;
+      this.touches.go(0, [parts.x.valueAsNumber, parts.y.valueAsNumber], event.timeStamp);
+    });
+    parts.lift.addEventListener("click", () => this.touches.lift(0));
+  }
+
+  close() {
+    this.source.close();
+    this.drive = null;
+    this.section.remove();
+  }
+
+  // From the source.
+
+  opened() {
+    this.say("");
+  }
+
+  lost(reason) {
+    this.queue.reset();
+    this.touches.letGo();
+    const why = reason ? ` It said: ${reason}.` : "";
+    this.say(`No connection to the studio; trying again.${why} If it was started again, it may have another address.`);
+  }
+
+  heard(message) {
+    this[`on_${message.type}`]?.(message);
+  }
+
+  on_hello(message) {
+    this.queue.reset();
+    this.touches.letGo();
+    this.say("");
+    this.setup.hello(message);
+  }
+
+  on_file(message) {
+    Setup.file(message);
+  }
+
+  on_progress({ board, done, all }) {
+    this.parts.making.hidden = false;
+    this.parts.name.textContent = board;
+    if (all > 0) this.parts.progress.value = done / all;
+    else this.parts.progress.removeAttribute("value");
+    this.say(all > 0 ? "Building the board’s table." : "Solving the board’s plate.");
+    this.parts.progress.title = `${done} of ${all}`;
+  }
+
+  on_board(board) {
+    this.board = board;
+    this.parts.making.hidden = true;
+    const { parts } = this;
+    const size = board.size_mm.map((side) => side.toFixed(1)).join(" × ");
+    parts.name.textContent = board.name;
+    this.section.setAttribute("aria-label", `Board ${board.name}, view ${this.number}`);
+    parts.about.textContent = `${size} mm, ${board.actuators.length} coils at ${board.frequency_hz} Hz, drives best at ${board.objective}. ${board.source}`;
+    parts.frame.style.setProperty("--ratio", board.size_mm[0] / board.size_mm[1]);
+    parts.plate.style.setProperty("--corner-x", `${(100 * board.corner_radius_mm) / board.size_mm[0]}%`);
+    parts.plate.style.setProperty("--corner-y", `${(100 * board.corner_radius_mm) / board.size_mm[1]}%`);
+    this.marks.fit(board);
+    this.touches.fit(board);
+    this.movable.fit(board);
+    parts.saveTable.disabled = board.is_draft;
+    this.drive = null;
+    if (!board.is_draft) this.forget();
+  }
+
+  // Of the board before.
+  forget() {
+    const { parts } = this;
+    this.say("");
+    this.pressed = this.scored = 0;
+    this.latency = undefined;
+    parts.hint.textContent = "Press the board.";
+    parts.words.textContent = "";
+    for (const table of [parts.numbers, parts.coils]) table.tBodies[0].replaceChildren();
+    this.painter.clear();
+  }
+
+  data(bytes) {
+    this.field = new Field(this.board, bytes);
+    this.painter.fit(this.field);
+    this.section.dataset.board = this.board.name;
+    delete this.section.dataset.scored;
+    this.look();
+  }
+
+  on_played(message) {
+    const done = this.queue.answered(message.number);
+    this.pressed = message.number;
+    this.drive = message.drive;
+    this.newtons = message.newtons_per_gain;
+    this.field.add(message.drive);
+    this.begun = done?.time;
+    const { parts } = this;
+    parts.hint.textContent = "";
+    Marks.put(this.marks.finger, message.place_mm);
+    Marks.put(this.marks.maximum, this.field.peakMm());
+    Marks.put(this.marks.second, null);
+    showCoils(parts.coils, this.board.actuators, message.drive);
+    if (message.latency_ms !== null) this.latency = message.latency_ms;
+    if (message.state === "computed") this.latency = undefined;
+    else if (message.state !== "playing") this.say(`The device does not play: ${message.state}.`);
+    this.look();
+    this.queue.next();
+  }
+
+  on_scored(numbers) {
+    Marks.put(this.marks.maximum, numbers.maximum_mm);
+    Marks.put(this.marks.second, numbers.second_finger_mm);
+    showNumbers(this.parts.numbers, numbers);
+    if (this.latency !== undefined) showLatency(this.parts.numbers, this.latency);
+    this.section.dataset.scored = numbers.number;
+    this.scored = numbers.number;
+    this.waits();
+    this.parts.words.textContent = numbers.words;
+  }
+
+  on_lifted({ number }) {
+    this.queue.answered(number);
+    this.queue.next();
+    this.waits();
+  }
+
+  // Whether numbers are still to come.
+  waits() {
+    this.parts.numbers.setAttribute("aria-busy", this.queue.isBusy || this.scored < this.pressed);
+  }
+
+  on_refused({ number, text }) {
+    this.queue.answered(number);
+    this.scored = Math.max(this.scored, number ?? 0);
+    this.say(text);
+    this.queue.next();
+    this.waits();
+  }
+
+  // From the fingers.
+
+  down(finger, place, time) {
+    this.say("");
+    this.queue.put({ type: "press", finger, x_mm: place[0], y_mm: place[1] }, `finger ${finger}`, time);
+    this.waits();
+    if (finger === 0) this.aimed(place);
+    else Marks.put(this.marks.other, place);
+  }
+
+  up(finger) {
+    this.queue.put({ type: "lift", finger }, null, performance.now());
+    this.waits();
+    if (finger > 0) Marks.put(this.marks.other, null);
+  }
+
+  partAt(place) {
+    return this.board ? this.movable.at(place, this.marks.reach) : undefined;
+  }
+
+  moved(part, place, time) {
+    this.say("");
+    this.movable.move(part, place, time);
+  }
+
+  aimed(place) {
+    this.parts.x.value = place[0].toFixed(1);
+    this.parts.y.value = place[1].toFixed(1);
+    if (!this.touches.isDown) Marks.put(this.marks.finger, place);
+  }
+
+  // The picture.
+
+  say(text) {
+    if (this.parts.status.textContent !== text) this.parts.status.textContent = text;
+  }
+
+  // What is shown has changed: draw it, and go on if it moves.
+  look() {
+    const { parts } = this, isMoving = this.show === "displacement";
+    const waves = Number(parts.speed.value);
+    parts.pause.disabled = parts.speed.disabled = !isMoving;
+    parts.pause.textContent = this.isStill ? "Play" : "Pause";
+    if (this.board) {
+      const factor = this.board.frequency_hz / waves;
+      parts.factor.textContent = isMoving ? `slowed ${Number(factor.toPrecision(3))} times` : "rms over a wave";
+    }
+    this.drawScale();
+    if (!this.isAwaited) {
+      this.isAwaited = true;
+      requestAnimationFrame((now) => this.paint(now));
+    }
+  }
+
+  drawScale() {
+    Painter.bar(this.parts.bar, this.show);
+    const { low, high } = this.parts, isEnergy = this.show === "energy";
+    if (!this.drive) {
+      low.textContent = high.textContent = "";
+      return;
+    }
+    const most = this.newtons ? this.field.peak * this.newtons * (isEnergy ? Math.SQRT1_2 : 1) : null;
+    const text = most === null ? "most" : micrometres(1e6 * most);
+    high.textContent = text;
+    low.textContent = isEnergy ? "0" : `−${text}`;
+  }
+
+  paint(now) {
+    this.isAwaited = false;
+    if (!this.drive || !this.painter.works) return;
+    const isMoving = this.show === "displacement" && !this.isStill;
+    if (isMoving) {
+      this.phase += 2 * Math.PI * Number(this.parts.speed.value) * Math.min((now - (this.at ?? now)) / 1000, 0.1);
+      this.timing.frame(now);
+      this.isAwaited = true;
+      requestAnimationFrame((next) => this.paint(next));
+    }
+    this.at = isMoving ? now : undefined;
+    if (this.show === "energy") this.painter.energy(this.field);
+    else this.painter.displacement(this.field, this.phase);
+    this.marks.phasors(this.drive, this.show === "energy" ? 0 : this.phase);
+    if (this.begun !== undefined) this.timing.picture(this.begun);
+    this.begun = undefined;
+    if (!(now < this.toldAt + TOLD_EVERY_MS)) {
+      this.toldAt = now;
+      this.parts.timing.textContent = this.timing.text();
+    }
+  }
+}

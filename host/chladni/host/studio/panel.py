@@ -1,0 +1,166 @@
+"""One page's device: fingers on an emulated panel, and the drive that the pins then make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
+from chladni.host.emulation.demodulate import Play, drive_phasors, first_change
+from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
+from chladni.host.protocol.config import coil_gains
+from chladni.host.studio.workshop import ReadyBoard
+from chladni.sim.errors import ChladniError
+
+ComplexArray = NDArray[np.complex128]
+Place = tuple[float, float]
+
+FIRST_TOUCH_MS = 20.0
+"""After power-on: the firmware has found its panel by then."""
+BESIDES_REPORT_MS = 2.0
+"""From a panel's report to the new drive: a turn of the main loop and a sample."""
+HEARD_MS = 1.0
+"""From one event to the next."""
+
+
+@dataclass(frozen=True)
+class FingerEvent:
+    """A finger (0 or 1) that is put down or moves (mm from the board's centre), or lifts (None)."""
+
+    finger: int
+    place_mm: Place | None
+
+
+@dataclass(frozen=True)
+class Played:
+    """What the pins do once a touch has settled.
+
+    Attributes
+    ----------
+    place_mm
+        Of the finger that plays.
+    drive
+        As demodulated from the duties, newtons per newton of gain 1, shape (actuators,); the image
+        point nearest to the finger moves in phase 0.
+    latency_ms
+        From the touch to the first changed duty, on the device's clock; None of a finger that
+        moves, whose pins never rest.
+    state
+        Of the firmware's states, at the end.
+    """
+
+    place_mm: Place
+    drive: ComplexArray
+    latency_ms: float | None
+    state: str
+
+
+class EmulatedPanel:
+    """Fingers on the emulated device of one page.
+
+    The device's clock runs ahead of ours: a touch has settled and been measured after tens of its
+    milliseconds, which take one of ours. So each contact, from the first finger down to the last
+    one up, is on a device that was powered on for it: none is cut short by coils that a drag
+    before has warmed. A contact that would outlast the board's `max_on_s` begins again.
+    """
+
+    def __init__(self, ready: ReadyBoard) -> None:
+        self._ready = ready
+        self._section = ready.table.sections[0]
+        self._emulator: Emulator | None = None
+        self._begun_ms = 0.0
+        self._down: dict[int, Place] = {}
+        waves_ms = LEAST_WAVES / self._section.frequency_hz * 1e3
+        limits = ready.table.limits
+        report_ms = ready.board.panel.report_ms if ready.board.panel else 10
+        self._settle_ms = report_ms + BESIDES_REPORT_MS + limits.ramp_us / 1e3 + SETTLE_MS
+        self._step_ms = self._settle_ms + waves_ms
+        self._longest_ms = limits.max_on_us / 1e3
+
+    def apply(self, events: Sequence[FingerEvent]) -> Played | None:
+        """Let events happen one after the other; what then plays, None if no finger is left.
+
+        Raises
+        ------
+        InputError
+            The panel does not reach there. The fingers on it stay where they were.
+        EmulatorError
+            The firmware did something the hardware would not forgive.
+        ChladniError
+            The board's `max_on_s` is too short for anything to be measured.
+        """
+        latency = None
+        for event in events:
+            if event.place_mm is None:
+                self._lift(event.finger)
+            else:
+                latency = self._put(event.finger, event.place_mm)
+        return self._measure(latency) if self._down else None
+
+    def _put(self, finger: int, place: Place) -> float | None:
+        """Put a finger down or move it; the latency of a touch that begins."""
+        if self._emulator is not None and self._elapsed_ms() + self._step_ms > self._longest_ms:
+            self._emulator = None
+        is_first = not self._down
+        emulator = self._emulator or self._power_on()
+        at = emulator.core.now_us / 1e3
+        emulator.touch(TouchEvent(at, place, finger))
+        self._emulator = emulator
+        self._down[finger] = place
+        if not is_first:
+            emulator.run(HEARD_MS)
+            return None
+        return _latency_ms(emulator.run(self._settle_ms))
+
+    def _power_on(self) -> Emulator:
+        """A device at rest, on which all fingers that are down are put again."""
+        if self._step_ms > self._longest_ms:
+            raise ChladniError(
+                f"a touch is measured over {self._step_ms:.0f} ms, and the board's max_on_s ends "
+                f"it after {self._longest_ms:.0f} ms"
+            )
+        emulator = Emulator(self._ready.board, self._ready.table)
+        emulator.run(FIRST_TOUCH_MS)
+        self._begun_ms = emulator.core.now_us / 1e3
+        for finger, place in self._down.items():
+            emulator.touch(TouchEvent(emulator.core.now_us / 1e3, place, finger))
+            emulator.run(self._settle_ms)
+        return emulator
+
+    def _lift(self, finger: int) -> None:
+        if self._down.pop(finger, None) is None or self._emulator is None:
+            return
+        if not self._down:
+            self._emulator = None
+            return
+        self._emulator.touch(TouchEvent(self._emulator.core.now_us / 1e3, None, finger))
+        # If it was the one that played, the other one begins a touch of its own.
+        self._emulator.run(self._settle_ms)
+
+    def _elapsed_ms(self) -> float:
+        assert self._emulator is not None
+        return self._emulator.core.now_us / 1e3 - self._begun_ms
+
+    def _measure(self, latency: float | None) -> Played:
+        emulator, solved = self._emulator, self._ready.solved
+        assert emulator is not None
+        emulator.run(self._settle_ms)
+        recording = emulator.run(self._step_ms - self._settle_ms)
+        play = Play(0, recording.duty_steps.shape[0])
+        phasors = drive_phasors(recording, play, self._section.frequency_hz, level=LEVEL)
+        gains = np.array(coil_gains(self._ready.board))
+        drive = self._section.full_scale_gain * phasors / gains
+        # The firmware's rule: the first finger down plays until it lifts.
+        place = next(iter(self._down.values()))
+        i = int(np.argmin(np.abs(solved.fields.x - place[0] * 1e-3)))
+        j = int(np.argmin(np.abs(solved.fields.y - place[1] * 1e-3)))
+        turn = np.exp(-1j * np.angle(drive @ solved.fields.values[:, i, j]))
+        return Played(place, np.asarray(drive * turn), latency, emulator.core.state)
+
+
+def _latency_ms(recording: Recording) -> float | None:
+    changed = first_change(recording, 0)
+    return None if changed is None else changed / recording.carrier_hz * 1e3

@@ -1,0 +1,187 @@
+"""What a page may ask of the server, parsed within bounds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.host.studio.panel import FingerEvent, Place
+from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
+from chladni.sim.errors import InputError, MissingError
+
+MOST_BYTES = 2048
+"""Of a request, unless it brings a board file."""
+LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
+"""Of one that does: in JSON a quote or the end of a line takes two bytes."""
+FINGERS = (0, 1)
+PARTS = ("actuators", "screws")
+FILES = ("board", "table")
+LARGEST_NUMBER = 2**53
+"""The page counts its requests in JavaScript's whole numbers."""
+LARGEST_MM, LARGEST_HZ = 1e6, 1e6
+"""Boards have closer limits of their own."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A finger that is down, moves or lifts."""
+
+    number: int
+    event: FingerEvent
+
+
+@dataclass(frozen=True)
+class Move:
+    """A coil or a screw that is put elsewhere."""
+
+    number: int
+    part: str
+    index: int
+    place_mm: Place
+
+
+@dataclass(frozen=True)
+class Choose:
+    """A board by name, or the one that is shown, and what its table is made for."""
+
+    board: str | None
+    objective: str
+    frequency_hz: float | None
+
+
+@dataclass(frozen=True)
+class Open:
+    """A board file by its text."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Save:
+    """The board or its table, to be sent as a file."""
+
+    what: str
+
+
+Request = Touch | Move | Choose | Open | Save
+
+
+def parse(text: str) -> Request:
+    """A request of a page.
+
+    Raises
+    ------
+    InputError
+        It says something else; names the field.
+    """
+    size = len(text.encode("utf-8", "replace"))
+    try:
+        message = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise InputError("message", text[:40], "a JSON object") from None
+    if not isinstance(message, dict):
+        raise InputError("message", message, "a JSON object")
+    kind = message.pop("type", None)
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise InputError("type", kind, "one of: " + ", ".join(_KINDS))
+    if kind != "open" and size > MOST_BYTES:
+        raise InputError("message", f"{size} bytes", f"at most {MOST_BYTES}")
+    known, make = _KINDS[kind]
+    for key, value in message.items():
+        if key not in known:
+            raise InputError(key, value, "one of: " + ", ".join(known))
+    for key in known:
+        if key not in message:
+            raise MissingError(key)
+    return make(message)
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(name)
+
+
+def _press(message: dict[str, Any]) -> Touch:
+    return Touch(_whole(message, "number"), FingerEvent(_finger(message), _place(message)))
+
+
+def _lift(message: dict[str, Any]) -> Touch:
+    return Touch(_whole(message, "number"), FingerEvent(_finger(message), None))
+
+
+def _move(message: dict[str, Any]) -> Move:
+    part = _one_of(message, "part", PARTS)
+    return Move(_whole(message, "number"), part, _whole(message, "index"), _place(message))
+
+
+def _choose(message: dict[str, Any]) -> Choose:
+    board = _text(message, "board") if message["board"] is not None else None
+    frequency = message["frequency_hz"]
+    if frequency is not None:
+        frequency = _number(message, "frequency_hz", "a frequency in Hz, or null", LARGEST_HZ)
+    return Choose(board, _one_of(message, "objective", tuple(OBJECTIVES)), frequency)
+
+
+def _open(message: dict[str, Any]) -> Open:
+    return Open(_text(message, "name"), _text(message, "text"))
+
+
+def _save(message: dict[str, Any]) -> Save:
+    return Save(_one_of(message, "what", FILES))
+
+
+_KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] = {
+    "press": (("number", "finger", "x_mm", "y_mm"), _press),
+    "lift": (("number", "finger"), _lift),
+    "move": (("number", "part", "index", "x_mm", "y_mm"), _move),
+    "choose": (("board", "objective", "frequency_hz"), _choose),
+    "open": (("name", "text"), _open),
+    "save": (("what",), _save),
+}
+"""Keys of every kind of request, all of them required, and what it is made into."""
+
+
+def _place(message: dict[str, Any]) -> Place:
+    expected = "a number of millimetres"
+    return (
+        _number(message, "x_mm", expected, LARGEST_MM),
+        _number(message, "y_mm", expected, LARGEST_MM),
+    )
+
+
+def _number(message: dict[str, Any], key: str, expected: str, largest: float) -> float:
+    value = message[key]
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= largest:
+        raise InputError(key, value, expected)
+    return float(value)
+
+
+def _whole(message: dict[str, Any], key: str) -> int:
+    value = message[key]
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < LARGEST_NUMBER:
+        raise InputError(key, value, "a whole number of at least 0")
+    return value
+
+
+def _finger(message: dict[str, Any]) -> int:
+    value = _whole(message, "finger")
+    if value not in FINGERS:
+        raise InputError("finger", value, "0 or 1")
+    return value
+
+
+def _text(message: dict[str, Any], key: str) -> str:
+    value = message[key]
+    if not isinstance(value, str):
+        raise InputError(key, value, "a text")
+    return value
+
+
+def _one_of(message: dict[str, Any], key: str, known: tuple[str, ...]) -> str:
+    value = message[key]
+    if not isinstance(value, str) or value not in known:
+        raise InputError(key, value, "one of: " + ", ".join(known))
+    return value

@@ -1,0 +1,126 @@
+"""The server: its page's files, a connection for each page, and its own address."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket
+
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.host.studio.catalogue import Catalogue
+from chladni.host.studio.guard import Guard
+from chladni.host.studio.requests import LONGEST
+from chladni.host.studio.session import Session
+from chladni.host.studio.workshop import Choice, Workshop
+from chladni.sim.errors import ChladniError, InputError
+
+PAGE = Path(__file__).parent / "page"
+LOOPBACK = "127.0.0.1"
+MOST_PAGES = 16
+"""At once; each has a device and two threads."""
+MOST_CONNECTIONS = 128
+TRY_LATER = 1013
+"""Code with which a page is sent away for now (IANA's registry of WebSocket close codes)."""
+
+
+def application(workshop: Workshop, choice: Choice) -> Starlette:
+    """Files and connections, for whoever gets through the guard."""
+    pages: set[Session] = set()
+    catalogue = Catalogue(choice)
+
+    async def connect(websocket: WebSocket) -> None:
+        await websocket.accept()
+        if len(pages) >= MOST_PAGES:
+            await websocket.close(TRY_LATER, f"{MOST_PAGES} pages are open")
+            return
+        session = Session(websocket, workshop, catalogue)
+        pages.add(session)
+        try:
+            await session.run()
+        finally:
+            pages.discard(session)
+
+    files = StaticFiles(directory=PAGE, html=True)
+    return Starlette(routes=[WebSocketRoute("/socket", connect), Mount("/", files)])
+
+
+def listen(port: int) -> socket.socket:
+    """A socket on 127.0.0.1; port 0 is any that is free.
+
+    Raises
+    ------
+    InputError
+        The port is taken, or not to be had.
+    """
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    # A server that was just stopped leaves its port in TIME_WAIT.
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((LOOPBACK, port))
+        listening.listen()
+    except OSError as error:
+        listening.close()
+        if error.errno == errno.EADDRINUSE:
+            expected = "a port that no one listens at; is another studio running? 0 takes any"
+        elif error.errno == errno.EACCES:
+            expected = "a port above 1023; 0 takes any"
+        else:
+            raise ChladniError(f"{LOOPBACK}:{port}: {error.strerror}") from None
+        raise InputError("--port", port, expected) from None
+    return listening
+
+
+def serve(
+    listening: socket.socket, token: str, choice: Choice, *,
+    jobs: int | None = None, seconds: float | None = None,
+    begun: Callable[[], None] = lambda: None,
+) -> None:  # fmt: skip
+    """Serve pages until Ctrl-C, or for so long.
+
+    Parameters
+    ----------
+    listening
+        As of `listen`.
+    token
+        First part of every path.
+    choice
+        The board of pages, made ready at once.
+    jobs
+        Threads of a table's build.
+    begun
+        Called when pages can be asked for.
+    """
+    workshop = Workshop(jobs)
+    port = listening.getsockname()[1]
+    config = uvicorn.Config(
+        Guard(application(workshop, choice), token, port), http="h11", ws="websockets-sansio",
+        ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
+        access_log=False, proxy_headers=False, server_header=False,
+        limit_concurrency=MOST_CONNECTIONS, timeout_graceful_shutdown=1,
+    )  # fmt: skip
+    # A scorecard's thread gives way to a press within a millisecond; by default it takes five.
+    sys.setswitchinterval(1e-3)
+    try:
+        # Set once, before there are threads: it is the process's, and each puts back what it found.
+        with one_blas_thread(), contextlib.suppress(KeyboardInterrupt):
+            workshop.make(choice)
+            server = uvicorn.Server(config)
+            if seconds is not None:
+                timer = threading.Timer(seconds, setattr, (server, "should_exit", True))
+                timer.daemon = True
+                timer.start()
+            begun()
+            server.run([listening])
+    finally:
+        workshop.close()
+        listening.close()

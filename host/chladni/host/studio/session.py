@@ -1,0 +1,285 @@
+"""One page's connection: its own device, its own queue, and no more than it may ask for."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from time import monotonic
+from typing import Any, TypeVar
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from chladni.host.studio import messages
+from chladni.host.studio.catalogue import Catalogue, board_file
+from chladni.host.studio.draft import Draft
+from chladni.host.studio.numbers import numbers_of
+from chladni.host.studio.panel import EmulatedPanel, Played
+from chladni.host.studio.rates import Rate
+from chladni.host.studio.requests import Choose, Move, Open, Save, Touch, parse
+from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard, Workshop
+from chladni.sim.errors import ChladniError, InputError, MissingError
+from chladni.tables.format import pack
+
+Result = TypeVar("Result")
+
+MESSAGES_PER_SECOND, MESSAGES_AT_ONCE = 250.0, 500.0
+"""A panel reports at 100 a second, a fast mouse 125; our page sends at most one a frame."""
+BYTES_PER_SECOND, BYTES_AT_ONCE = 100e3, 400e3
+"""250 presses a second have 20 kB; a board file has 65 kB at most."""
+BOARDS_PER_SECOND, BOARDS_AT_ONCE = 1.0, 10.0
+"""Boards to be made ready."""
+MOST_WAITING = 64
+"""Events; moves of one finger are one, so only fingers that go up and down add up."""
+FROM_PINS = "Drives are what the emulated firmware's pins make of a touch."
+FROM_SOLVER = "A part has moved: drives are computed, and no device plays. Build its table for one."
+PROGRESS_S = 0.2
+QUIET_S, LATEST_S = 0.1, 0.5
+"""A scorecard is made once no press has come for so long, and in a drag as often as this."""
+TOO_MUCH, UNSUPPORTED = 1008, 1003
+"""Codes with which a connection is closed (RFC 6455, 7.4.1): policy, kind of data."""
+
+
+class _ClosedError(Exception):
+    """The connection is closed."""
+
+
+class Session:
+    """Serves one page until it goes.
+
+    Parameters
+    ----------
+    socket
+        Accepted.
+    workshop, catalogue
+        Shared by all pages.
+    """
+
+    def __init__(self, socket: WebSocket, workshop: Workshop, catalogue: Catalogue) -> None:
+        self._socket, self._workshop, self._catalogue = socket, workshop, catalogue
+        self._rates = Rate(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE)
+        self._bytes = Rate(BYTES_PER_SECOND, BYTES_AT_ONCE)
+        self._boards = Rate(BOARDS_PER_SECOND, BOARDS_AT_ONCE)
+        self._sending = asyncio.Lock()
+        self._waiting: deque[Touch | Move] = deque()
+        self._has_news, self._is_to_score = asyncio.Event(), asyncio.Event()
+        self._choice = catalogue.first
+        self._before: Choice | None = None
+        self._shown: Prepared | None = None
+        self._latest: tuple[int, Prepared, Played] | None = None
+        self._serving: asyncio.Task[None] | None = None
+        # Of its own: what one page asks for takes no thread from another.
+        self._hand = ThreadPoolExecutor(1, "touch")
+        self._pen = ThreadPoolExecutor(1, "score")
+
+    async def run(self) -> None:
+        """Until the page goes, or is sent away."""
+        scoring = asyncio.create_task(self._score())
+        try:
+            await self._start(self._choice)
+            await self._listen()
+        except (_ClosedError, WebSocketDisconnect, RuntimeError):
+            pass  # Starlette's RuntimeError: sent after the page had gone
+        finally:
+            tasks = [task for task in (scoring, self._serving) if task]
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            self._hand.shutdown(wait=False, cancel_futures=True)
+            self._pen.shutdown(wait=False, cancel_futures=True)
+
+    async def _listen(self) -> None:
+        while True:
+            message = await self._socket.receive()
+            if message["type"] == "websocket.disconnect":
+                raise _ClosedError
+            if message.get("text") is None:
+                await self._close(UNSUPPORTED, "text only")
+            text = str(message["text"])
+            if not self._rates.allows() or not self._bytes.allows(len(text)):
+                await self._close(TOO_MUCH, "too many messages")
+            try:
+                await self._do(parse(text))
+            except ChladniError as error:
+                await self._send(messages.refusal(error))
+
+    async def _do(self, request: Touch | Move | Choose | Open | Save) -> None:
+        if isinstance(request, (Touch, Move)):
+            await self._put(request)
+        elif isinstance(request, Save):
+            await self._save(request.what)
+        else:
+            if not self._boards.allows():
+                await self._close(TOO_MUCH, "too many boards")
+            if isinstance(request, Open):
+                choice = self._catalogue.opened(request, self._choice.objective)
+            else:
+                shown = (self._shown.choice if self._shown else self._choice).board
+                choice = self._catalogue.chosen(request, shown)
+            await self._start(choice)
+
+    async def _put(self, request: Touch | Move) -> None:
+        """Queue an event; a move replaces the one before, which no one would see."""
+        if self._waiting and _replaces(request, self._waiting[-1]):
+            self._waiting.pop()
+        if len(self._waiting) >= MOST_WAITING:
+            await self._close(TOO_MUCH, "too many touches")
+        self._waiting.append(request)
+        self._has_news.set()
+
+    async def _save(self, what: str) -> None:
+        if self._shown is None:
+            raise MissingError("board", "none is shown yet")
+        board = self._shown.board
+        if what == "board":
+            await self._send(messages.file_message(f"{board.name}.toml", board_file(board)))
+        elif isinstance(self._shown, ReadyBoard):
+            table = pack(self._shown.table)
+            await self._send(messages.file_message(f"{board.name}.chl", table))
+        else:
+            raise InputError("table", "a board with parts that were moved", "a board with a table")
+
+    async def _start(self, choice: Choice) -> None:
+        """Go over to a board."""
+        if self._serving is not None:
+            self._serving.cancel()
+            await asyncio.gather(self._serving, return_exceptions=True)
+        self._waiting.clear()
+        self._choice, self._shown, self._latest = choice, None, None
+        await self._send(messages.hello(self._catalogue.names, choice))
+        self._serving = asyncio.create_task(self._serve(choice))
+
+    async def _serve(self, choice: Choice) -> None:
+        try:
+            ready, refusal = await self._ready_or_before(choice)
+            if ready is not None:
+                self._before = ready.choice
+                await self._show(ready, FROM_PINS)
+            if refusal is not None:
+                await self._send(messages.refusal(refusal))
+            if ready is not None:
+                await self._play(ready)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # the page has gone, and `_listen` hears of it
+
+    async def _ready_or_before(
+        self, choice: Choice
+    ) -> tuple[ReadyBoard | None, ChladniError | None]:
+        """A board, or if that cannot be made the one before it and why."""
+        try:
+            return await self._ready(choice), None
+        except ChladniError as error:
+            if self._before is None:
+                return None, error
+            self._choice = self._before
+            await self._send(messages.hello(self._catalogue.names, self._before))
+            return await self._ready(self._before), error
+
+    async def _ready(self, choice: Choice) -> ReadyBoard:
+        """The board, with progress while it is made."""
+        making = self._workshop.make(choice)
+        try:
+            result, told = asyncio.wrap_future(making.result), None
+            while not result.done():
+                if told != (making.done, making.all):
+                    told = making.done, making.all
+                    await self._send({"type": "progress", "board": choice.board.name,
+                                      "done": told[0], "all": told[1]})  # fmt: skip
+                await asyncio.wait([result], timeout=PROGRESS_S)
+            return result.result()
+        finally:
+            self._workshop.leave(making)
+
+    async def _show(self, prepared: Prepared, source: str) -> None:
+        self._shown = prepared
+        is_draft = source == FROM_SOLVER
+        head = messages.board_message(prepared, source, is_draft=is_draft)
+        await self._send(head, messages.fields_bytes(prepared))
+
+    async def _play(self, ready: ReadyBoard) -> None:
+        """Answer touches, with the device until a part moves, and from then on without."""
+        player: EmulatedPanel | Draft = EmulatedPanel(ready)
+        shown: Prepared = ready
+        while True:
+            await self._has_news.wait()
+            self._has_news.clear()
+            waiting, self._waiting = list(self._waiting), deque()
+            number = waiting[-1].number
+            moves = [one for one in waiting if isinstance(one, Move)]
+            events = [one.event for one in waiting if isinstance(one, Touch)]
+            try:
+                if moves:
+                    draft = player if isinstance(player, Draft) else Draft(shown)
+                    for move in moves:
+                        shown = await self._in(self._hand, draft.move, *_where(move))
+                    player = draft  # only now: a part that may not be there leaves all as it was
+                    await self._show(shown, FROM_SOLVER)
+                played = await self._in(self._hand, player.apply, events)
+                if moves and played is None and self._latest and isinstance(player, Draft):
+                    place = self._latest[2].place_mm
+                    played = await self._in(self._hand, player.solve, place)
+            except ChladniError as error:
+                await self._send(messages.refusal(error, number))
+                continue
+            if played is None:
+                await self._send({"type": "lifted", "number": number})
+                continue
+            await self._send(messages.played_message(shown, number, played))
+            self._latest = number, shown, played
+            self._is_to_score.set()
+
+    async def _score(self) -> None:
+        """Numbers of the latest press; they take longer than the picture, and some are left out."""
+        while True:
+            await self._is_to_score.wait()
+            await self._quiet()
+            if self._latest is None:
+                continue
+            number, shown, played = self._latest
+            try:
+                numbers = await self._in(self._pen, numbers_of, shown, played)
+            except ChladniError as error:
+                await self._send(messages.refusal(error, number))
+                continue
+            if self._shown is shown:
+                await self._send({"type": "scored", "number": number, **numbers})
+
+    async def _quiet(self) -> None:
+        """Wait for a moment in which scoring holds up no press."""
+        begun = monotonic()
+        while self._is_to_score.is_set() and monotonic() < begun + LATEST_S:
+            self._is_to_score.clear()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._is_to_score.wait(), QUIET_S)
+        self._is_to_score.clear()
+
+    async def _in(
+        self, pool: ThreadPoolExecutor, work: Callable[..., Result], *given: Any
+    ) -> Result:
+        return await asyncio.get_running_loop().run_in_executor(pool, work, *given)
+
+    async def _send(self, message: dict[str, Any], data: bytes = b"") -> None:
+        async with self._sending:
+            await self._socket.send_text(messages.in_json(message))
+            if data:
+                await self._socket.send_bytes(data)
+
+    async def _close(self, code: int, reason: str) -> None:
+        await self._socket.close(code, reason)
+        raise _ClosedError
+
+
+def _replaces(new: Touch | Move, old: Touch | Move) -> bool:
+    """Whether an event is the same finger or part, further on."""
+    if isinstance(new, Touch) and isinstance(old, Touch):
+        is_same = new.event.finger == old.event.finger
+        return bool(is_same and new.event.place_mm and old.event.place_mm)
+    if isinstance(new, Move) and isinstance(old, Move):
+        return (new.part, new.index) == (old.part, old.index)
+    return False
+
+
+def _where(move: Move) -> tuple[str, int, tuple[float, float]]:
+    return move.part, move.index, move.place_mm

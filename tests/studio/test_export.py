@@ -1,0 +1,111 @@
+"""The page as one file: opened without a server, pressed, compared with the firmware's reader."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.finger import felt
+from chladni.host.studio.export import PAGE, bundle, one_file
+from chladni.host.studio.workshop import Choice, ReadyBoard
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.image.energy import compose
+from chladni.sim.image.metrics import FINGERTIP_RADIUS, disc_mask
+from chladni.tables.firmware_reader import FirmwareReader
+from chladni.tables.format import pack
+from chladni.tables.report import TableReport
+from chladni.tables.table import Table
+from conftest import CommandLine
+from studio.conftest import OpenPage
+from studio.pages import drive, levels, mark, numbers, place_shown, press, settle
+
+
+@pytest.fixture(scope="module")
+def ready(coarse_board: Board, coarse_table: tuple[Table, TableReport]) -> ReadyBoard:
+    return ReadyBoard(Choice(coarse_board, "ssim"), solved_board(coarse_board), coarse_table[0])
+
+
+def test_a_file_is_pressed_and_plays_what_the_firmware_reads(
+    open_page: OpenPage, coarse_board: Board, ready: ReadyBoard, tmp_path: Path
+) -> None:
+    path = tmp_path / "index.html"
+    path.write_text(one_file(ready), encoding="utf-8")
+    page = open_page(path.as_uri())
+    page.get_by_label("energy").check()
+    press(page, coarse_board, (-14.0, 30.4))
+    place = place_shown(page)
+    assert np.hypot(*np.subtract(place, (-14.0, 30.4))) < 0.8  # half the spacing, both ways
+    reader = FirmwareReader(pack(ready.table), 5)
+    x_um, y_um = (np.array([round(1e3 * value)]) for value in place)
+    own = reader.drives(160.0, x_um, y_um)[0] * ready.table.sections[0].full_scale_gain
+    assert np.abs(drive(page) - own).max() < 1e-12
+    solved = ready.solved
+    field = compose(solved.fields.values, own)
+    wanted = np.abs(field[::2, ::2]).T[::-1] / np.abs(field).max()
+    assert np.abs(levels(page) - wanted).max() < 1.5 / 255.0
+    i, j = np.unravel_index(np.abs(field).argmax(), field.shape)
+    peak = coarse_board.x[i] / MM, coarse_board.y[j] / MM
+    assert mark(page, "maximum") == pytest.approx(peak, abs=0.5)
+    shown = numbers(page)
+    assert shown["focal_error_mm"] == pytest.approx(np.hypot(*np.subtract(peak, place)), abs=0.8)
+    full = solved_full(ready, own)
+    centre = place[0] * MM, place[1] * MM
+    mean = field[disc_mask(coarse_board.x, coarse_board.y, centre, FINGERTIP_RADIUS)].mean()
+    # A quarter of the disc's points.
+    assert shown["finger_um"] == pytest.approx(1e6 * full * abs(mean), rel=5e-3)
+    page.mouse.up()
+    page.get_by_label("x / mm", exact=True).fill("20")
+    page.get_by_role("button", name="Press").click()
+    settle(page)
+    assert place_shown(page)[0] == pytest.approx(20.0, abs=0.5)
+
+
+def solved_full(ready: ReadyBoard, own: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> float:
+    """Newtons per gain, by Ohm's law from the volts that `Felt` reports."""
+    coil = ready.board.coil
+    volts = felt(ready.solved.problem((0.0, 0.0)), own).full_volts
+    assert coil is not None
+    assert volts is not None
+    impedance = abs(coil.resistance + 2j * np.pi * 160.0 * coil.inductance)
+    return float(coil.force_factor * volts / impedance / np.abs(own).max())
+
+
+def test_a_name_cannot_get_out_of_the_data(
+    open_page: OpenPage, ready: ReadyBoard, tmp_path: Path
+) -> None:
+    name = "</script><script>document.title='mine'</script>"
+    first, *others = ready.board.actuators
+    board = replace(ready.board, actuators=(replace(first, name=name), *others))
+    evil = replace(ready, choice=replace(ready.choice, board=board))
+    path = tmp_path / "index.html"
+    path.write_text(one_file(evil), encoding="utf-8")
+    page = open_page(path.as_uri())
+    assert page.title() == "Chladni studio"
+    press(page, board, (10.0, 25.0))
+    assert page.locator('[data-part="coils"] tbody th').first.inner_text() == name
+
+
+def test_modules_of_a_file_keep_scopes_of_their_own() -> None:
+    """Every module is there once, after those that it imports, and nothing is left to load."""
+    script = bundle("file")
+    files = [file.relative_to(PAGE).with_suffix("") for file in PAGE.rglob("*.js")]
+    names = [str(file) for file in files if file.name not in ("app", "connection")]
+    assert len(names) > 10
+    for name in names:
+        assert script.count(f'modules["{name}"] = ') == 1, name
+    assert script.index('modules["picture/field"] = ') < script.index('modules["view"] = ')
+    for word in ("import ", "export "):
+        assert not any(line.startswith(word) for line in script.splitlines())
+
+
+def test_an_export_that_cannot_be_written_says_so(chladni: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    for folder in (file, tmp_path / "no" / "where"):
+        answer = chladni("studio", "--export", folder)
+        assert (answer.code, "--export: expected a folder" in answer.err) == (2, True), answer.err

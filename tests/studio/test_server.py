@@ -1,0 +1,170 @@
+"""The server from a socket of our own: who may speak to it, how much, and what it answers."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from chladni.drives.problem.problem import solved_board
+from chladni.host.studio.rates import Rate
+from chladni.sim.board.board import Board
+from conftest import CommandLine
+from studio.conftest import Studio
+from studio.wire import PRESS, TIMEOUT_S, opened, told_of
+
+
+def close_code(own: ClientConnection) -> int | None:
+    try:
+        while True:
+            own.recv(TIMEOUT_S)
+    except ConnectionClosed as closed:
+        return closed.rcvd.code if closed.rcvd else None
+
+
+def test_fields_travel_once_as_they_are(studio: Studio, coarse_board: Board) -> None:
+    """0.7 MB for five coils; every other image point, rows from the top."""
+    with connect(studio.socket_url, origin=Origin(f"http://127.0.0.1:{studio.port}")) as own:
+        board = told_of(own, "board")
+        data = own.recv(TIMEOUT_S)
+    assert isinstance(data, bytes)
+    shape = len(board["actuators"]), 2, len(board["y_mm"]), len(board["x_mm"])
+    assert (shape, len(data)) == ((5, 2, 184, 90), 662_400)
+    planes = np.frombuffer(data, "<f4").reshape(shape)[:, :, ::-1].swapaxes(2, 3)
+    fields = solved_board(coarse_board).fields.values[:, ::2, ::2]
+    # float32 has 24 bits; they are rounded once.
+    assert np.abs(planes[:, 0] - fields.real).max() <= 2.0**-24 * np.abs(fields).max()
+    assert np.abs(planes[:, 1] - fields.imag).max() <= 2.0**-24 * np.abs(fields).max()
+
+
+@pytest.mark.parametrize(
+    ("message", "field"),
+    [
+        ("{", "message"), ("[]", "message"), ("[" * 1500, "message"), ('{"type": "own"}', "type"),
+        ('{"type": "lift", "number": 1}', "finger"),
+        *((json.dumps(PRESS | {key: value}), key) for key, value in (
+            ("x_mm", "far"), ("y_mm", 1e9), ("finger", 2), ("finger", True), ("number", -1),
+            ("more", 1),
+        )),
+        (json.dumps(PRESS | {"x_mm": float("inf")}), "message"),
+    ],
+)  # fmt: skip
+def test_a_malformed_message_is_answered_and_does_no_harm(
+    studio: Studio, message: str, field: str
+) -> None:
+    with opened(studio) as own:
+        own.send(message)
+        assert told_of(own, "refused")["field"] == field
+        own.send(json.dumps(PRESS))
+        assert told_of(own, "played")["number"] == 1
+
+
+def test_an_oversized_message_closes_its_own_connection_only(studio: Studio) -> None:
+    with opened(studio) as other, opened(studio) as own:
+        own.send(json.dumps(PRESS | {"x_mm": "9" * 300_000}))
+        assert close_code(own) == 1009  # message too big
+        other.send(json.dumps(PRESS))
+        assert told_of(other, "played")["state"] == "playing"
+
+
+def test_bytes_are_no_message(studio: Studio) -> None:
+    with opened(studio) as own:
+        own.send(b"\0" * 16)
+        assert close_code(own) == 1003
+
+
+def test_a_flood_ends_its_own_connection_and_no_other(studio: Studio) -> None:
+    """Among the flood another page's presses are answered, each of them."""
+    with opened(studio) as other, opened(studio) as own:
+        other.send(json.dumps(PRESS))
+        try:
+            for number in range(5000):
+                own.send(json.dumps(PRESS | {"number": number}))
+        except ConnectionClosed:
+            pass
+        assert close_code(own) == 1008
+        for number in range(2, 6):
+            other.send(json.dumps(PRESS | {"number": number}))
+            while told_of(other, "played")["number"] != number:
+                pass
+
+
+def test_a_rate_lets_through_what_it_says_and_no_more() -> None:
+    now = [0.0]
+    rate = Rate(10.0, 3.0, lambda: now[0])
+    assert [rate.allows() for _ in range(4)] == [True, True, True, False]
+    now[0] = 0.1
+    assert [rate.allows() for _ in range(2)] == [True, False]
+    now[0] = 100.0
+    assert sum(rate.allows() for _ in range(10)) == 3
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", None, "http://127.0.0.1:1"])
+def test_another_page_cannot_open_a_socket(studio: Studio, origin: str | None) -> None:
+    with pytest.raises(InvalidStatus) as refused, opened(studio, origin=origin):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def get(studio: Studio, path: str, **headers: str) -> tuple[int, str, dict[str, str]]:
+    own = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=TIMEOUT_S)
+    own.request("GET", path, headers=headers)
+    answer = own.getresponse()
+    found = answer.status, answer.read().decode(), {k.lower(): v for k, v in answer.getheaders()}
+    own.close()
+    return found
+
+
+def test_only_the_address_with_its_token_is_answered(studio: Studio) -> None:
+    path = "/" + studio.url.split("/", 3)[3]
+    status, text, headers = get(studio, path)
+    assert (status, "Chladni studio" in text) == (200, True)
+    assert headers["content-security-policy"].startswith("default-src 'none'; script-src 'self'")
+    assert headers["referrer-policy"] == "no-referrer"
+    assert headers["content-type"].startswith("text/html")
+    assert get(studio, path + "view.js")[2]["content-type"].startswith("text/javascript")
+    wrong = "/" + "x" * (len(path) - 2) + "/"
+    for other in ("/", "/index.html", wrong, wrong + "view.js", path[:-2] + "/", "/%ff/"):
+        assert get(studio, other)[0] == 404, other
+    for outside in ("../server.py", "%2e%2e/server.py", "..%2fserver.py", "/etc/passwd"):
+        assert get(studio, path + outside)[0] == 404, outside
+
+
+def test_a_name_that_is_not_its_own_is_refused(studio: Studio) -> None:
+    """As of a foreign domain that resolves to 127.0.0.1."""
+    path = "/" + studio.url.split("/", 3)[3]
+    for host in ("evil.example", f"evil.example:{studio.port}", "127.0.0.1", "127.0.0.1:1"):
+        assert get(studio, path, Host=host)[0] == 403, host
+    assert get(studio, path, Host=f"localhost:{studio.port}")[0] == 200
+    assert get(studio, path, Origin="http://evil.example")[0] == 403
+
+
+def test_what_cannot_be_served_is_said_at_once(
+    chladni: CommandLine, studio: Studio, tmp_path: Path
+) -> None:
+    taken = chladni("studio", "--port", studio.port)
+    assert taken.code == 2
+    assert f"--port: expected a port that no one listens at, got {studio.port}" in taken.err
+    for arguments, named in (
+        (("--port", 70000), "--port"), (("nowhere.toml",), "BOARD"),
+        (("--seconds", 0), "--seconds"),
+        (("--objective", "best"), "objective"), (("--jobs", 0), "--jobs"),
+        (("--key", tmp_path), "--key"),
+    ):  # fmt: skip
+        answer = chladni("studio", *arguments)
+        assert (answer.code, named in answer.err) == (2, True), answer.err
+        assert "Traceback" not in answer.err
+
+
+def test_it_serves_for_as_long_as_it_is_told(chladni: CommandLine, coarse_file: Path) -> None:
+    answer = chladni("studio", coarse_file, "--port", 0, "--seconds", 0.2, "--json")
+    assert answer.code == 0, answer.err
+    with socket.socket() as own, pytest.raises(ConnectionRefusedError):
+        own.connect(("127.0.0.1", int(answer.json["url"].split("/")[2].split(":")[1])))

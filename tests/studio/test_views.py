@@ -1,0 +1,70 @@
+"""Every view for everybody: axe finds nothing; and a server that comes back is found again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+from chladni.sim.board.board import Board
+from studio.conftest import OpenPage, serving
+from studio.pages import RULES, numbers, press
+
+WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(open_page: OpenPage, coarse_board: Board, scheme: str) -> None:
+    """Before and after a press, in both pictures, wide and narrow."""
+    page = open_page(color_scheme=scheme, viewport=WIDE)
+    faults = [Axe().run(page, options=RULES)]
+    press(page, coarse_board, (10.0, 25.0))
+    page.mouse.up()
+    faults.append(Axe().run(page, options=RULES))
+    page.get_by_label("energy").check()
+    for summary in page.locator("summary").all():
+        summary.click()
+    faults.append(Axe().run(page, options=RULES))
+    page.set_viewport_size({"width": NARROW["width"], "height": NARROW["height"]})
+    faults.append(Axe().run(page, options=RULES))
+    for found in faults:
+        assert found.response["violations"] == [], found.generate_report()
+        assert len(found.response["passes"]) > 10  # it looked
+    assert page.evaluate("document.documentElement.scrollWidth") <= NARROW["width"]
+
+
+def test_the_switch_of_the_theme_wins_over_the_system_and_is_kept(open_page: OpenPage) -> None:
+    page = open_page(color_scheme="light")
+    ground = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(ground)
+    page.get_by_label("Theme").select_option("dark")
+    dark = page.evaluate(ground)
+    assert dark != light
+    page.reload()
+    assert page.evaluate(ground) == dark
+    page.emulate_media(color_scheme="dark")
+    page.get_by_label("Theme").select_option("light")
+    assert page.evaluate(ground) == light
+
+
+@pytest.mark.slow
+def test_a_page_finds_its_server_again(
+    open_page: OpenPage, coarse_board: Board, coarse_file: Path, tmp_path: Path
+) -> None:
+    """Killed, and started again at the same port under the same key."""
+    key = tmp_path / "own.key"
+    with serving(coarse_file, "--port", 0, "--key", key) as first:
+        page = open_page(first.url)
+        press(page, coarse_board, (10.0, 25.0))
+        before = numbers(page)
+        page.mouse.up()
+        first.process.kill()
+        page.get_by_text("No connection to the studio").wait_for()
+    with serving(coarse_file, "--port", first.port, "--key", key) as second:
+        assert second.url == first.url
+        page.get_by_text("No connection to the studio").wait_for(state="hidden")
+        page.wait_for_selector("section[data-board]:not([data-scored])")
+        press(page, coarse_board, (10.0, 25.0))
+        # Sums over threads differ in their last bits.
+        assert numbers(page)["ssim"] == pytest.approx(before["ssim"], abs=1e-9)

@@ -1,0 +1,38 @@
+"""The studio's socket as tests speak to it, without a page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+from studio.conftest import Studio
+
+TIMEOUT_S = 60.0
+PRESS = {"type": "press", "number": 1, "finger": 0, "x_mm": 10.0, "y_mm": 25.0}
+
+
+@contextmanager
+def opened(studio: Studio, **options: Any) -> Iterator[ClientConnection]:
+    """As the page opens it, and its board received."""
+    origin = f"http://127.0.0.1:{studio.port}"
+    with connect(studio.socket_url, **({"origin": origin} | options)) as own:
+        while told(own)["type"] != "board":
+            pass
+        own.recv(TIMEOUT_S)
+        yield own
+
+
+def told(own: ClientConnection) -> dict[str, Any]:
+    message = json.loads(own.recv(TIMEOUT_S))
+    assert isinstance(message, dict)
+    return message
+
+
+def told_of(own: ClientConnection, kind: str) -> dict[str, Any]:
+    while (message := told(own))["type"] != kind:
+        pass
+    return message
