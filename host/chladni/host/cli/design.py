@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import tomlkit
 import typer
 
 from chladni.design.evaluate import Evaluation, board_of
@@ -29,7 +28,7 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say
 from chladni.host.figures.designs import front_figure
 from chladni.host.figures.fields import save
-from chladni.sim.board.board import to_document
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
 
@@ -75,7 +74,7 @@ def design_board(
 
     def keep(document: Document, found: Evaluation) -> None:
         about = [f"Robust score {found.robust_score:.2f} so far; the search goes on."]
-        write_whole(output, board_file(document, about))
+        write_whole(output, board_file(board_of(document), about))
 
     kept = output.with_name(output.name + PARTIAL)
     try:
@@ -86,31 +85,18 @@ def design_board(
             )  # fmt: skip
     except InputError as error:
         raise (error if error.field.startswith("--") else error.in_file(str(spec))) from None
-    write_whole(output, board_file(found.best.document, _about(found, spec)))
+    write_whole(output, board_file(found.board, _about(found, spec)))
     entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
     if front is not None:
         for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
             path = front / f"{output.stem}-{number}.toml"
-            write_whole(path, board_file(one.document, _about_entry(one)))
+            write_whole(path, board_file(board_of(one.document), _about_entry(one)))
             entry["path"] = str(path)
     if figure is not None:
         save(front_figure(found), figure)
     answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         say(f"`chladni board score {output}` says more.")
-
-
-def board_file(document: Document, about: list[str]) -> bytes:
-    """A board file with a comment on top, complete: what was left open is written out."""
-    whole = _without_empty(to_document(board_of(document)))
-    head = "".join(f"# {line}\n" for line in about)
-    return (head + "\n" + tomlkit.dumps(whole)).encode()
-
-
-def _without_empty(document: Document) -> Document:
-    """What blocks and lists have nothing in them need not be written."""
-    blocks = {k: _without_empty(v) if isinstance(v, dict) else v for k, v in document.items()}
-    return {k: v for k, v in blocks.items() if v not in ({}, [], ()) or k == "pwm_pins"}
 
 
 def _about(found: Design, spec: Path) -> list[str]:

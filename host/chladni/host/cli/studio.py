@@ -45,6 +45,10 @@ def studio(
     seconds: Annotated[
         float | None, typer.Option(help="Serve for so long; until Ctrl-C by default.")
     ] = None,
+    device: Annotated[
+        list[str] | None,
+        typer.Option(help="Serial port that a page may choose besides those of USB bridges."),
+    ] = None,
     export: Annotated[
         Path | None,
         typer.Option(help="Write the page with this board into this folder, as one file that needs "
@@ -80,7 +84,15 @@ def studio(
             sys.stdout.write(f"{url}\n")
         sys.stdout.flush()
 
-    serve(listening, token, Choice(loaded, objective), jobs=jobs, seconds=seconds, begun=say)
+    serve(
+        listening,
+        token,
+        Choice(loaded, objective),
+        known_ports=device or (),
+        jobs=jobs,
+        seconds=seconds,
+        begun=say,
+    )
 
 
 def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_json: bool) -> None:

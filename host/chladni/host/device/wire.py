@@ -15,6 +15,11 @@ STEP_MS = 0.25
 """An emulated device runs so long before its wire is looked at again."""
 
 
+USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
+"""Of bridges that boards have: Silicon Labs, WCH, FTDI, Espressif. Nothing is said to other
+instruments."""
+
+
 class WireError(ChladniError):
     """The port could not be opened, or went away."""
 

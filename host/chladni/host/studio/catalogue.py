@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import tomli_w
-
 from chladni.host.studio.requests import Choose, Open
 from chladni.host.studio.workshop import Choice
-from chladni.sim.board.board import Board, to_document
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards
 from chladni.sim.errors import InputError
 
@@ -62,8 +60,3 @@ class Catalogue:
         if name not in self._shipped:
             raise InputError("board", name, "one of: " + ", ".join(self.names))
         return load_board(self._shipped[name])
-
-
-def board_file(board: Board) -> bytes:
-    """A board as the file that `load_board` reads."""
-    return tomli_w.dumps(to_document(board)).encode("utf-8")

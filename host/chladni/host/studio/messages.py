@@ -117,11 +117,12 @@ def refusal(error: ChladniError, number: int | None = None) -> dict[str, Any]:
     return {"type": "refused", "number": number, **parts}
 
 
-def hello(boards: Sequence[str], choice: Choice) -> dict[str, Any]:
+def hello(boards: Sequence[str], choice: Choice, ports: Sequence[str]) -> dict[str, Any]:
     """What there is to choose from, and what is chosen."""
     return {
         "type": "hello",
         "boards": list(boards),
+        "ports": list(ports),
         "objectives": list(OBJECTIVES),
         "board": choice.board.name,
         "objective": choice.objective,

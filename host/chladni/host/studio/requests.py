@@ -19,6 +19,7 @@ LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
 FINGERS = (0, 1)
 PARTS = ("actuators", "screws")
 FILES = ("board", "table")
+ORDERS = ("about", "flash", "self-test", "set", "configure")
 LARGEST_NUMBER = 2**53
 """The page counts its requests in JavaScript's whole numbers."""
 LARGEST_MM, LARGEST_HZ = 1e6, 1e6
@@ -67,7 +68,22 @@ class Save:
     what: str
 
 
-Request = Touch | Move | Choose | Open | Save
+@dataclass(frozen=True)
+class Attach:
+    """A real device at a port; None lets go of the one there is."""
+
+    port: str | None
+
+
+@dataclass(frozen=True)
+class Order:
+    """Something for the real device to do; `text` is a setting, NAME=VALUE, for "set"."""
+
+    what: str
+    text: str
+
+
+Request = Touch | Move | Choose | Open | Save | Attach | Order
 
 
 def parse(text: str) -> Request:
@@ -133,6 +149,14 @@ def _save(message: dict[str, Any]) -> Save:
     return Save(_one_of(message, "what", FILES))
 
 
+def _attach(message: dict[str, Any]) -> Attach:
+    return Attach(_text(message, "port") if message["port"] is not None else None)
+
+
+def _order(message: dict[str, Any]) -> Order:
+    return Order(_one_of(message, "what", ORDERS), _text(message, "text"))
+
+
 _KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] = {
     "press": (("number", "finger", "x_mm", "y_mm"), _press),
     "lift": (("number", "finger"), _lift),
@@ -140,6 +164,8 @@ _KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] =
     "choose": (("board", "objective", "frequency_hz"), _choose),
     "open": (("name", "text"), _open),
     "save": (("what",), _save),
+    "attach": (("port",), _attach),
+    "order": (("what", "text"), _order),
 }
 """Keys of every kind of request, all of them required, and what it is made into."""
 

@@ -7,7 +7,7 @@ import errno
 import socket
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import uvicorn
@@ -33,7 +33,7 @@ TRY_LATER = 1013
 """Code with which a page is sent away for now (IANA's registry of WebSocket close codes)."""
 
 
-def application(workshop: Workshop, choice: Choice) -> Starlette:
+def application(workshop: Workshop, choice: Choice, known_ports: Sequence[str] = ()) -> Starlette:
     """Files and connections, for whoever gets through the guard."""
     pages: set[Session] = set()
     catalogue = Catalogue(choice)
@@ -43,7 +43,7 @@ def application(workshop: Workshop, choice: Choice) -> Starlette:
         if len(pages) >= MOST_PAGES:
             await websocket.close(TRY_LATER, f"{MOST_PAGES} pages are open")
             return
-        session = Session(websocket, workshop, catalogue)
+        session = Session(websocket, workshop, catalogue, known_ports)
         pages.add(session)
         try:
             await session.run()
@@ -82,7 +82,7 @@ def listen(port: int) -> socket.socket:
 
 def serve(
     listening: socket.socket, token: str, choice: Choice, *,
-    jobs: int | None = None, seconds: float | None = None,
+    known_ports: Sequence[str] = (), jobs: int | None = None, seconds: float | None = None,
     begun: Callable[[], None] = lambda: None,
 ) -> None:  # fmt: skip
     """Serve pages until Ctrl-C, or for so long.
@@ -95,6 +95,8 @@ def serve(
         First part of every path.
     choice
         The board of pages, made ready at once.
+    known_ports
+        Serial ports that a page may choose besides those with a USB bridge.
     jobs
         Threads of a table's build.
     begun
@@ -102,8 +104,9 @@ def serve(
     """
     workshop = Workshop(jobs)
     port = listening.getsockname()[1]
+    app = Guard(application(workshop, choice, known_ports), token, port)
     config = uvicorn.Config(
-        Guard(application(workshop, choice), token, port), http="h11", ws="websockets-sansio",
+        app, http="h11", ws="websockets-sansio",
         ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
         access_log=False, proxy_headers=False, server_header=False,
         limit_concurrency=MOST_CONNECTIONS, timeout_graceful_shutdown=1,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
 from typing import Any, TypeVar
@@ -13,13 +13,25 @@ from typing import Any, TypeVar
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chladni.host.studio import messages
-from chladni.host.studio.catalogue import Catalogue, board_file
+from chladni.host.studio.attached import ports
+from chladni.host.studio.catalogue import Catalogue
 from chladni.host.studio.draft import Draft
+from chladni.host.studio.instrument import Instrument
 from chladni.host.studio.numbers import numbers_of
 from chladni.host.studio.panel import EmulatedPanel, Played
 from chladni.host.studio.rates import Rate
-from chladni.host.studio.requests import Choose, Move, Open, Save, Touch, parse
+from chladni.host.studio.requests import (
+    Attach,
+    Move,
+    Open,
+    Order,
+    Request,
+    Save,
+    Touch,
+    parse,
+)
 from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard, Workshop
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ChladniError, InputError, MissingError
 from chladni.tables.format import pack
 
@@ -35,6 +47,8 @@ MOST_WAITING = 64
 """Events; moves of one finger are one, so only fingers that go up and down add up."""
 FROM_PINS = "Drives are what the emulated firmware's pins make of a touch."
 FROM_SOLVER = "A part has moved: drives are computed, and no device plays. Build its table for one."
+MOST_ORDERS = 2
+"""For a real device: one that is at work, and one to let go of it."""
 PROGRESS_S = 0.2
 QUIET_S, LATEST_S = 0.1, 0.5
 """A scorecard is made once no press has come for so long, and in a drag as often as this."""
@@ -55,10 +69,20 @@ class Session:
         Accepted.
     workshop, catalogue
         Shared by all pages.
+    known_ports
+        Serial ports that a page may choose besides those with a USB bridge.
     """
 
-    def __init__(self, socket: WebSocket, workshop: Workshop, catalogue: Catalogue) -> None:
+    def __init__(
+        self,
+        socket: WebSocket,
+        workshop: Workshop,
+        catalogue: Catalogue,
+        known_ports: Sequence[str],
+    ) -> None:
         self._socket, self._workshop, self._catalogue = socket, workshop, catalogue
+        self._known_ports = known_ports
+        self._instrument = Instrument(self._send, known_ports)
         self._rates = Rate(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE)
         self._bytes = Rate(BYTES_PER_SECOND, BYTES_AT_ONCE)
         self._boards = Rate(BOARDS_PER_SECOND, BOARDS_AT_ONCE)
@@ -70,25 +94,27 @@ class Session:
         self._shown: Prepared | None = None
         self._latest: tuple[int, Prepared, Played] | None = None
         self._serving: asyncio.Task[None] | None = None
+        self._orders: set[asyncio.Task[None]] = set()
         # Of its own: what one page asks for takes no thread from another.
         self._hand = ThreadPoolExecutor(1, "touch")
         self._pen = ThreadPoolExecutor(1, "score")
 
     async def run(self) -> None:
         """Until the page goes, or is sent away."""
-        scoring = asyncio.create_task(self._score())
+        besides = [asyncio.create_task(own) for own in (self._score(), self._instrument.follow())]
         try:
             await self._start(self._choice)
             await self._listen()
         except (_ClosedError, WebSocketDisconnect, RuntimeError):
             pass  # Starlette's RuntimeError: sent after the page had gone
         finally:
-            tasks = [task for task in (scoring, self._serving) if task]
+            tasks = [*besides, *self._orders, *([self._serving] if self._serving else [])]
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             self._hand.shutdown(wait=False, cancel_futures=True)
             self._pen.shutdown(wait=False, cancel_futures=True)
+            self._instrument.close()
 
     async def _listen(self) -> None:
         while True:
@@ -105,11 +131,13 @@ class Session:
             except ChladniError as error:
                 await self._send(messages.refusal(error))
 
-    async def _do(self, request: Touch | Move | Choose | Open | Save) -> None:
+    async def _do(self, request: Request) -> None:
         if isinstance(request, (Touch, Move)):
             await self._put(request)
         elif isinstance(request, Save):
             await self._save(request.what)
+        elif isinstance(request, (Attach, Order)):
+            await self._order(request)
         else:
             if not self._boards.allows():
                 await self._close(TOO_MUCH, "too many boards")
@@ -128,6 +156,27 @@ class Session:
             await self._close(TOO_MUCH, "too many touches")
         self._waiting.append(request)
         self._has_news.set()
+
+    async def _order(self, request: Attach | Order) -> None:
+        """Have the real device do something, while the page is listened to all the same."""
+        if len(self._orders) >= MOST_ORDERS:
+            raise InputError("order", "another one", "one at a time")
+        if isinstance(request, Attach):
+            work = self._instrument.attach(request.port)
+        else:
+            work = self._instrument.do(request, self._shown)
+        task = asyncio.create_task(self._told(work))
+        self._orders.add(task)
+        task.add_done_callback(self._orders.discard)
+
+    async def _told(self, work: Coroutine[Any, Any, None]) -> None:
+        """Work of which the page hears what was wrong."""
+        try:
+            await work
+        except ChladniError as error:
+            await self._send(messages.refusal(error))
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # the page has gone
 
     async def _save(self, what: str) -> None:
         if self._shown is None:
@@ -148,8 +197,11 @@ class Session:
             await asyncio.gather(self._serving, return_exceptions=True)
         self._waiting.clear()
         self._choice, self._shown, self._latest = choice, None, None
-        await self._send(messages.hello(self._catalogue.names, choice))
+        await self._send(self._hello(choice))
         self._serving = asyncio.create_task(self._serve(choice))
+
+    def _hello(self, choice: Choice) -> dict[str, Any]:
+        return messages.hello(self._catalogue.names, choice, ports(self._known_ports))
 
     async def _serve(self, choice: Choice) -> None:
         try:
@@ -174,7 +226,7 @@ class Session:
             if self._before is None:
                 return None, error
             self._choice = self._before
-            await self._send(messages.hello(self._catalogue.names, self._before))
+            await self._send(self._hello(self._before))
             return await self._ready(self._before), error
 
     async def _ready(self, choice: Choice) -> ReadyBoard:
@@ -217,6 +269,8 @@ class Session:
                     player = draft  # only now: a part that may not be there leaves all as it was
                     await self._show(shown, FROM_SOLVER)
                 played = await self._in(self._hand, player.apply, events)
+                if events:
+                    self._instrument.point(played.place_mm if played else None)
                 if moves and played is None and self._latest and isinstance(player, Draft):
                     place = self._latest[2].place_mm
                     played = await self._in(self._hand, player.solve, place)

@@ -18,7 +18,8 @@ from chladni.host.cli.device.network import network
 from chladni.host.cli.device.playing import self_test, stream
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.device.wire import SerialWire
+from chladni.host.device.wire import USB_VENDORS, SerialWire
+from chladni.host.device.words import in_units
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError
@@ -27,8 +28,6 @@ FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
-USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
-"""Silicon Labs, WCH, FTDI, Espressif: nothing is said to other instruments."""
 
 device_app = typer.Typer(help="Ask a device and tell it what to do.", no_args_is_help=True)
 key_app = typer.Typer(help="Keys that hosts on a network prove themselves with.",
@@ -56,34 +55,7 @@ def info(
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
-    answer(result if as_json else _in_units(result), as_json=as_json, title="Device")
-
-
-def _in_units(info: dict[str, Any]) -> dict[str, Any]:
-    """What a device says of itself, for people."""
-    table = "none"
-    if info["table_bytes"]:
-        table = (f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
-                 f"{info['frequency_mhz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
-    elif info["table_status"] != "no table":
-        table = info["table_status"]
-    return {
-        "state": info["state"],
-        "in the way of playing": ", ".join(info["standing"]) or "nothing",
-        "table": table,
-        "configuration": info["config_status"],
-        "panel": info["panel_health"],
-        "channels": info["channels"],
-        "supply": f"{info['supply_ma']} mA",
-        "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",
-        "up for": f"{info['uptime_ms'] / 1e3:.1f} s",
-        "samples missed": info["missed"],
-        "flash": f"{info['erases']} sectors erased since power came on",
-        "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
-        "link": info["link"],
-        "faults": "; ".join(f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s"
-                            for f in info["faults"]) or "none",
-    }  # fmt: skip
+    answer(result if as_json else in_units(result), as_json=as_json, title="Device")
 
 
 def why_silent(info: dict[str, Any], *, is_emulated: bool) -> str | None:

@@ -10,7 +10,7 @@ import typer
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.device.link import LinkError
+from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.config import DeviceConfig, board_settings
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
@@ -113,11 +113,7 @@ def _set(
             return
         if source is not None and not yes:
             _ask_back(changed)
-        device.set_config(after)
-        device.restart()
-        device.link.wait(1.0)
-        if device.config() != after:
-            raise LinkError("the device started with another configuration")
+        restart_with(device, after)
         standing = device.info()["standing"]
     result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
     if after.board is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,22 +12,17 @@ from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
-from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
+from chladni.host.device.self_test import SELF_TEST_S, faults_since, play_for, try_channel
 from chladni.host.device.stream_sources import (
     load_script,
     parse_drive,
     read_duties,
     scripted_duties,
 )
+from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError, check_one_of
-
-REPEAT_S = 0.05
-SELF_TEST_S = 0.6
-SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
-SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 15
-"""A busy machine may leave a gap in a drive, so once is not enough; and what is near enough."""
 
 
 @connecting
@@ -74,11 +70,11 @@ def stream(
         if duties is not None:
             result["frames"] = device.stream(duties)
         elif gains is not None:
-            _play(device, gains, frequency, waveform, seconds)
+            play_for(device, gains, frequency, waveform, seconds)
             result["seconds"] = seconds
         result["supply_ma"] = device.info()["supply_ma"]
         device.stop()
-        result["faults"] = _faults_since(device, before)
+        result["faults"] = faults_since(device, before)
     answer(result, as_json=as_json, title="Stream")
 
 
@@ -109,23 +105,9 @@ def self_test(
         if channel is not None and not 0 <= channel < channels:
             raise InputError("--channel", channel, f"0 to {channels - 1}")
         before = device.info()["faults"]
-        rows = []
-        for own in range(channels) if channel is None else [channel]:
-            say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
-            full_ma = config["full_current_ma"][own]
-            # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
-            share = abs(config["coil_gain_q15"][own]) / 32767.0
-            expected = round(full_ma * share * SELF_TEST_GAIN / 2.0)
-            for _ in range(SELF_TEST_TRIES):
-                drawn = _draw(device, own, channels, seconds)
-                is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)
-                if is_ok:
-                    break
-            rows.append(
-                {"channel": own, "ok": is_ok, "supply_ma": drawn, "expected_ma": expected,
-                 "full_current_ma": full_ma}
-            )  # fmt: skip
-        faults = _faults_since(device, before)
+        tested = range(channels) if channel is None else [channel]
+        rows = [try_channel(device, own, config, seconds) for own in _said(tested, config)]
+        faults = faults_since(device, before)
     answer(
         {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
         as_json=as_json, title="Self-test",
@@ -135,30 +117,8 @@ def self_test(
         raise LinkError(f"channels that draw something else: {', '.join(failed)}")
 
 
-def _draw(device: Device, channel: int, channels: int, seconds: float) -> int:
-    """Bring one channel up to half amplitude; mA that the device then estimates."""
-    # The last step twice: the device's estimate is a mean of what went before.
-    for step in (*range(1, SELF_TEST_STEPS + 1), SELF_TEST_STEPS):
-        gains = [0j] * channels
-        gains[channel] = complex(SELF_TEST_GAIN * step / SELF_TEST_STEPS)
-        _play(device, gains, 160.0, "sine", seconds / SELF_TEST_STEPS)
-    drawn = int(device.info()["supply_ma"])
-    device.stop()
-    device.link.wait(0.1)
-    return drawn
-
-
-def _faults_since(device: Device, before: int) -> list[dict[str, Any]]:
-    """What was noted after there were so many; the device keeps the last sixteen."""
-    count = device.info()["faults"] - before
-    return device.faults()[-count:] if count > 0 else []
-
-
-def _play(
-    device: Device, gains: list[complex], frequency_hz: float, waveform: str, seconds: float
-) -> None:
-    """Repeat a live drive for a while, well within the device's timeout."""
-    end = device.wire.now_s() + seconds
-    while device.wire.now_s() < end:
-        device.live(gains, frequency_hz, waveform)
-        device.link.wait(REPEAT_S)
+def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
+    """Channels, each said before it plays."""
+    for own in channels:
+        say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
+        yield own

@@ -38,6 +38,10 @@ export function showCoils(table, actuators, drive) {
   }));
 }
 
+export function showRows(table, rows) {
+  fill(table, rows.map(([name, value]) => ({ key: name, raw: value, cells: [name, value] })));
+}
+
 export function micrometres(value) {
   if (value === null || value === undefined) return "–";
   return value >= 0.01 ? `${value.toPrecision(3)} µm` : "below 0.01 µm";

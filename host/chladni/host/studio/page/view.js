@@ -1,5 +1,6 @@
 // One board on the page: its picture, its marks and its numbers.
 
+import { Device } from "./device.js";
 import { micrometres, showCoils, showLatency, showNumbers } from "./numbers.js";
 import { Parts } from "./parts.js";
 import { Field } from "./picture/field.js";
@@ -35,6 +36,7 @@ export class View {
     this.queue = new Queue((message) => this.source.send(message));
     this.setup = new Setup(this);
     this.movable = new Parts(this);
+    this.device = new Device(this);
     this.source = connect(this);
     parts.nocanvas.hidden = this.painter.works;
   }
@@ -77,6 +79,7 @@ export class View {
   lost(reason) {
     this.queue.reset();
     this.touches.letGo();
+    this.device.lost();
     const why = reason ? ` It said: ${reason}.` : "";
     this.say(`No connection to the studio; trying again.${why} If it was started again, it may have another address.`);
   }
@@ -90,6 +93,15 @@ export class View {
     this.touches.letGo();
     this.say("");
     this.setup.hello(message);
+    this.device.hello(message);
+  }
+
+  on_device(message) {
+    this.device.shown(message);
+  }
+
+  on_doing(message) {
+    this.device.doing(message);
   }
 
   on_file(message) {

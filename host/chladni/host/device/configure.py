@@ -1,0 +1,52 @@
+"""A configuration written to a device, and in force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.protocol.config import DeviceConfig
+from chladni.host.protocol.settings import changes
+
+START_S = 1.0
+"""After a restart, until the device answers."""
+
+
+def restart_with(device: Device, config: DeviceConfig) -> None:
+    """Keep a configuration and restart into it.
+
+    Raises
+    ------
+    LinkError
+        The device refused, or started with another one.
+    """
+    device.set_config(config)
+    device.restart()
+    device.link.wait(START_S)
+    if device.config() != config:
+        raise LinkError("the device started with another configuration")
+
+
+def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, Any]]:
+    """Change settings over a wire and restart; what changed, as `protocol.settings.changes`.
+
+    Parameters
+    ----------
+    wanted
+        Values by the record's names.
+
+    Raises
+    ------
+    InputError
+        Values that do not go together, or pins that cannot be driven.
+    LinkError
+        The device refused, or started with another configuration.
+    """
+    before = device.config()
+    after = before.with_values(**wanted)
+    after.check_pins()
+    after = after.by_wire()
+    if before != after or device.info()["config_status"] != "ok":
+        restart_with(device, after)
+    return changes(before, after)

@@ -1,0 +1,32 @@
+"""What a device says of itself, for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def in_units(info: dict[str, Any]) -> dict[str, Any]:
+    """`Device.info` and its faults by rows; `link` and `faults` are added to the answer."""
+    table = "none"
+    if info["table_bytes"]:
+        table = (f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
+                 f"{info['frequency_mhz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
+    elif info["table_status"] != "no table":
+        table = info["table_status"]
+    return {
+        "state": info["state"],
+        "in the way of playing": ", ".join(info["standing"]) or "nothing",
+        "table": table,
+        "configuration": info["config_status"],
+        "panel": info["panel_health"],
+        "channels": info["channels"],
+        "supply": f"{info['supply_ma']} mA",
+        "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",
+        "up for": f"{info['uptime_ms'] / 1e3:.1f} s",
+        "samples missed": info["missed"],
+        "flash": f"{info['erases']} sectors erased since power came on",
+        "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
+        "link": info["link"],
+        "faults": "; ".join(f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s"
+                            for f in info["faults"]) or "none",
+    }  # fmt: skip

@@ -1,0 +1,136 @@
+"""The real device of one page, on the server's side: one thing at a time, in its own thread."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any, TypeVar
+
+from chladni.host.studio.attached import Attached
+from chladni.host.studio.panel import Place
+from chladni.host.studio.requests import Order
+from chladni.host.studio.workshop import Prepared, ReadyBoard
+from chladni.sim.errors import ChladniError, InputError, MissingError
+
+Result = TypeVar("Result")
+Tell = Callable[[dict[str, Any]], Awaitable[None]]
+PROGRESS_S = 0.2
+
+
+class Instrument:
+    """Attaches a device, passes presses on to it, and does what a page orders.
+
+    Parameters
+    ----------
+    tell
+        Sends a message to the page.
+    known
+        Ports that pages may choose besides those with a USB bridge.
+    """
+
+    def __init__(self, tell: Tell, known: Sequence[str]) -> None:
+        self._tell, self._known = tell, known
+        self._attached: Attached | None = None
+        self._thread = ThreadPoolExecutor(1, "device")
+        self._wanted: Place | None = None
+        self._has_news = asyncio.Event()
+
+    async def attach(self, port: str | None) -> None:
+        """Take a port, or let go of it; the page hears what is there."""
+        await self._in(self._let_go)
+        if port is None:
+            await self._tell({"type": "device", "port": None, "said": "let go"})
+            return
+        try:
+            self._attached = await self._in(lambda: Attached(port, self._known))
+            await self._about("")
+        except ChladniError as error:
+            await self._lost(error)
+
+    async def do(self, order: Order, shown: Prepared | None) -> None:
+        """What a page orders; it hears how far that is, and what came of it."""
+        attached = self._attached
+        if attached is None:
+            raise MissingError("port", "no device is attached")
+        try:
+            await self._about(await self._ordered(attached, order, shown))
+        except InputError as error:  # of the setting or the table: the device is still there
+            await self._about(str(error))
+        except ChladniError as error:
+            await self._lost(error)
+
+    def point(self, place_mm: Place | None) -> None:
+        """Hold a finger there, or lift it; of several that come at once, the last."""
+        self._wanted = place_mm
+        self._has_news.set()
+
+    async def follow(self) -> None:
+        """Pass presses on, for ever."""
+        while True:
+            await self._has_news.wait()
+            self._has_news.clear()
+            attached, place = self._attached, self._wanted
+            if attached is None:
+                continue
+            try:
+                if place is None:
+                    await self._in(attached.lift)
+                else:
+                    await self._in(partial(attached.hold, place))
+            except ChladniError as error:
+                await self._lost(error)
+
+    def close(self) -> None:
+        """Let go of the device, once it has done what it is at."""
+        self._thread.submit(self._let_go)
+        self._thread.shutdown(wait=False)
+
+    async def _ordered(self, attached: Attached, order: Order, shown: Prepared | None) -> str:
+        done = [0, 0]
+
+        def tell(now: int, of_all: int) -> None:
+            done[:] = now, of_all
+
+        if order.what == "flash":
+            if not isinstance(shown, ReadyBoard):
+                raise InputError("table", "a board without one", "a board whose table is built")
+            table = shown.table
+            return await self._watched(order.what, done, lambda: attached.flash(table, tell))
+        if order.what == "self-test":
+            return await self._watched(order.what, done, lambda: attached.self_test(tell))
+        if order.what == "set":
+            return await self._in(lambda: attached.set(order.text))
+        if order.what == "configure":
+            if shown is None:
+                raise MissingError("board", "none is shown yet")
+            board = shown.board
+            return await self._in(lambda: attached.configure(board))
+        return ""
+
+    async def _watched(self, what: str, done: list[int], work: Callable[[], str]) -> str:
+        """Work that takes seconds, with its progress told."""
+        task = asyncio.ensure_future(self._in(work))
+        while not task.done():
+            await self._tell({"type": "doing", "what": what, "done": done[0], "all": done[1]})
+            await asyncio.wait([task], timeout=PROGRESS_S)
+        return task.result()
+
+    async def _about(self, said: str) -> None:
+        attached = self._attached
+        if attached is not None:
+            await self._tell({"type": "device", "said": said, **await self._in(attached.about)})
+
+    async def _lost(self, error: ChladniError) -> None:
+        """The device has gone, or does not answer: the port is free again."""
+        await self._in(self._let_go)
+        await self._tell({"type": "device", "port": None, "said": str(error)})
+
+    def _let_go(self) -> None:
+        if self._attached is not None:
+            self._attached.close()
+        self._attached = None
+
+    async def _in(self, work: Callable[[], Result]) -> Result:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, work)

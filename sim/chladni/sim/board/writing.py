@@ -1,0 +1,23 @@
+"""Boards as the files that `load_board` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import tomlkit
+
+from chladni.sim.board.board import Board, to_document
+
+
+def board_file(board: Board, about: Sequence[str] = ()) -> bytes:
+    """A board's file, complete, with lines of comment on top."""
+    head = "".join(f"# {line}\n" for line in about)
+    text = tomlkit.dumps(_without_empty(to_document(board)))
+    return (head + "\n" * bool(about) + text).encode()
+
+
+def _without_empty(document: dict[str, Any]) -> dict[str, Any]:
+    """What blocks and lists have nothing in them need not be written; no pins is a choice."""
+    blocks = {k: _without_empty(v) if isinstance(v, dict) else v for k, v in document.items()}
+    return {k: v for k, v in blocks.items() if v not in ({}, [], ()) or k == "pwm_pins"}
