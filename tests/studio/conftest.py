@@ -7,14 +7,24 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from chladni.drives.problem.problem import solved_board
+from chladni.host.studio.server import listen, make_server
+from chladni.host.studio.workshop import Choice, ReadyBoard, Workshop
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.tables.build import build_table
+from chladni.tables.report import TableReport
+from chladni.tables.table import Table
 from conftest import ROOT
 
 READY = "section[data-board]"
@@ -24,9 +34,8 @@ TIMEOUT_MS = 15_000
 
 @dataclass(frozen=True)
 class Studio:
-    """A server in a process of its own."""
+    """A server, by its address."""
 
-    process: subprocess.Popen[str]
     url: str
 
     @property
@@ -38,33 +47,77 @@ class Studio:
         return self.url.replace("http", "ws") + "socket"
 
 
+@dataclass(frozen=True)
+class StudioProcess(Studio):
+    """A server in a process of its own."""
+
+    process: subprocess.Popen[str]
+
+
 @contextmanager
-def serving(*arguments: object) -> Iterator[Studio]:
+def serving(*arguments: object) -> Iterator[StudioProcess]:
     process = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "studio", *map(str, arguments), "--json"],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        yield Studio(process, json.loads(process.stdout.readline())["url"])
+        yield StudioProcess(json.loads(process.stdout.readline())["url"], process)
     finally:
         process.kill()
         process.wait()
 
 
 @pytest.fixture(scope="session")
-def coarse_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file of `coarse_board`."""
-    path = tmp_path_factory.mktemp("studio") / "coarse.toml"
+def small_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The prototype with regions of 18 mm and a sixteenth of its image points: quick to score."""
+    path = tmp_path_factory.mktemp("studio") / "small.toml"
     text = (ROOT / "boards" / "prototype.toml").read_text(encoding="utf-8")
-    assert text.count("pitch_mm = 5.0") == 1
-    path.write_text(text.replace("pitch_mm = 5.0", "pitch_mm = 18.0"), encoding="utf-8")
+    for own, other in (("pitch_mm = 5.0", "pitch_mm = 18.0"), ("[179, 367]", "[45, 93]")):
+        assert text.count(own) == 1
+        text = text.replace(own, other)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
 @pytest.fixture(scope="session")
-def studio(coarse_file: Path) -> Iterator[Studio]:
-    with serving(coarse_file, "--port", 0) as own:
+def small_board(small_file: Path) -> Board:
+    """The board of that file."""
+    return load_board(small_file)
+
+
+@pytest.fixture(scope="session")
+def small_table(small_board: Board) -> tuple[Table, TableReport]:
+    """Its table, as the studio builds it."""
+    return build_table(small_board)
+
+
+@contextmanager
+def serving_here(
+    ready: ReadyBoard, *known_ports: str, port: int = 0, token: str = "own"
+) -> Iterator[Studio]:
+    """A server in a thread, with a table that is there: what it costs is the test's own share."""
+    listening, workshop = listen(port), Workshop(1)
+    workshop.keep(ready)
+    port = listening.getsockname()[1]
+    server = make_server(port, token, ready.choice, workshop, known_ports=known_ports)
+    thread = threading.Thread(target=server.run, args=([listening],))
+    thread.start()
+    yield Studio(f"http://127.0.0.1:{port}/{token}/")
+    server.should_exit = True
+    thread.join()
+    workshop.close()
+    listening.close()
+
+
+@pytest.fixture(scope="session")
+def ready(small_board: Board, small_table: tuple[Table, TableReport]) -> ReadyBoard:
+    return ReadyBoard(Choice(small_board, "ssim"), solved_board(small_board), small_table[0])
+
+
+@pytest.fixture(scope="session")
+def studio(ready: ReadyBoard) -> Iterator[Studio]:
+    with serving_here(ready) as own:
         yield own
 
 
@@ -87,24 +140,23 @@ def chromium() -> Iterator[Browser]:
 OpenPage = Callable[..., Page]
 
 
-@pytest.fixture
-def open_page(chromium: Browser, studio: Studio) -> Iterator[OpenPage]:
-    """Open the studio with options of a browser context, and wait for its board.
+@contextmanager
+def pages(chromium: Browser, studio: Studio) -> Iterator[OpenPage]:
+    """A function that opens pages; any error in one, and any request to elsewhere, is a failure.
 
-    Any error in the page, and any request to elsewhere, fails the test.
+    Nothing moves unless that is asked for: a picture 60 times a second takes half a core.
     """
     errors: list[str] = []
     contexts = []
 
-    def open_one(url: str = studio.url, ready: str = READY, **options: object) -> Page:
-        context = chromium.new_context(**options)  # type: ignore[arg-type]
+    def open_one(url: str = studio.url, ready: str = READY, **options: Any) -> Page:
+        context = chromium.new_context(**{"reduced_motion": "reduce", **options})
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(TIMEOUT_MS)
         page.on("pageerror", lambda error: errors.append(str(error)))
-        origin = "/".join(url.split("/")[:3])
-        page.on("request", lambda request: None if request.url.startswith(
-            (origin, "data:", "blob:", url)) else errors.append(request.url))  # fmt: skip
+        own = ("/".join(url.split("/")[:3]), "data:", "blob:", url)
+        page.on("request", lambda one: None if one.url.startswith(own) else errors.append(one.url))
         page.goto(url)
         page.wait_for_selector(ready)
         return page
@@ -113,3 +165,26 @@ def open_page(chromium: Browser, studio: Studio) -> Iterator[OpenPage]:
     for context in contexts:
         context.close()
     assert errors == []
+
+
+@pytest.fixture
+def open_page(chromium: Browser, studio: Studio) -> Iterator[OpenPage]:
+    """Pages of one's own, with options of a browser context, and their boards there."""
+    with pages(chromium, studio) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def shared_page(chromium: Browser, studio: Studio) -> Iterator[Page]:
+    with pages(chromium, studio) as opened:
+        yield opened()
+
+
+@pytest.fixture
+def page(shared_page: Page) -> Page:
+    """The studio in a window that other tests have had before, as it was opened."""
+    shared_page.mouse.up()
+    shared_page.set_viewport_size({"width": 1280, "height": 720})
+    shared_page.reload()
+    shared_page.wait_for_selector(READY)
+    return shared_page

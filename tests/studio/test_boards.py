@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page
 from websockets.sync.client import ClientConnection
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.solve import solve
+from chladni.host.emulation.closed_loop import run_loop
+from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.studio.workshop import Choice, Workshop
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import parse_board
@@ -23,9 +26,9 @@ from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from studio.conftest import READY, OpenPage, Studio
+from studio.conftest import READY, Studio
 from studio.pages import RULES, drive, numbers, point_of, press, settle
-from studio.wire import PRESS, TIMEOUT_S, opened, told_of
+from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
 
 MOVE = {"type": "move", "number": 2, "part": "actuators", "index": 1, "x_mm": 20.0, "y_mm": 38.0}
 
@@ -40,18 +43,8 @@ def moved(board: Board) -> Board:
     return replace(board, actuators=tuple(own))
 
 
-def fields(
-    own: ClientConnection, board: dict[str, list[float]]
-) -> np.ndarray[tuple[int, ...], np.dtype[np.complex128]]:
-    data = own.recv(TIMEOUT_S)
-    assert isinstance(data, bytes)
-    shape = len(board["actuators"]), 2, len(board["y_mm"]), len(board["x_mm"])
-    planes = np.frombuffer(data, "<f4").reshape(shape)[:, :, ::-1].swapaxes(2, 3)
-    return np.asarray(planes[:, 0] + 1j * planes[:, 1])
-
-
 def test_a_coil_that_moves_takes_fields_drives_and_score_with_it(
-    studio: Studio, coarse_board: Board
+    studio: Studio, small_board: Board
 ) -> None:
     """As a board file with the coil there would have them."""
     with opened(studio) as own:
@@ -61,10 +54,11 @@ def test_a_coil_that_moves_takes_fields_drives_and_score_with_it(
         board = told_of(own, "board")
         assert board["is_draft"]
         assert board["actuators"][1]["at_mm"] == [20.0, 38.0]
-        found = fields(own, board)
-        other = moved(coarse_board)
+        data = own.recv(TIMEOUT_S)
+        assert isinstance(data, bytes)
+        other = moved(small_board)
         expected = solved_board(other).fields.values
-        assert np.abs(found - expected[:, ::2, ::2]).max() < 1e-6 * np.abs(expected).max()
+        assert np.abs(read_fields(board, data) - expected).max() < 1e-6 * np.abs(expected).max()
         played = told_of(own, "played")
         assert (played["number"], played["state"]) == (2, "computed")
         assert played["place_mm"] == [10.0, 25.0]
@@ -100,8 +94,26 @@ def test_a_part_cannot_be_where_no_board_file_may_have_it(
         assert told_of(own, "played")["state"] == "playing"  # by the device, as before
 
 
-def test_a_table_is_built_for_what_is_chosen(studio: Studio, coarse_board: Board) -> None:
-    driven = replace(coarse_board, drive=replace(coarse_board.drive, frequency_hz=120.0))
+def test_two_pages_have_a_device_each(
+    studio: Studio, small_board: Board, small_table: tuple[Table, TableReport]
+) -> None:
+    """Both down at once, each at its own place: what each plays is what the table has there."""
+    places = (10.0, 25.0), (-20.0, -40.0)
+    with opened(studio) as first, opened(studio) as second:
+        for own, (x, y) in zip((first, second), places, strict=True):
+            ask(own, **PRESS | {"x_mm": x, "y_mm": y})
+        for own, place in zip((first, second), places, strict=True):
+            played = told_of(own, "played")
+            assert played["place_mm"] == list(place)
+            found = np.array([complex(*pair) for pair in played["drive"]])
+            _, report = run_loop(small_table[0], small_board, [TouchEvent(20.0, place)], 300.0)
+            likeness = abs(np.vdot(found, report.played))
+            most = np.linalg.norm(found) * np.linalg.norm(report.played)
+            assert likeness == pytest.approx(most, rel=1e-5)
+
+
+def test_a_table_is_built_for_what_is_chosen(studio: Studio, small_board: Board) -> None:
+    driven = replace(small_board, drive=replace(small_board.drive, frequency_hz=120.0))
     with opened(studio) as own:
         ask(own, type="choose", board=None, objective="contrast", frequency_hz=120)
         board = told_of(own, "board")
@@ -115,13 +127,13 @@ def test_a_table_is_built_for_what_is_chosen(studio: Studio, coarse_board: Board
 
 
 def test_a_saved_table_is_the_one_that_plays(
-    studio: Studio, coarse_table: tuple[Table, TableReport]
+    studio: Studio, small_table: tuple[Table, TableReport]
 ) -> None:
     with opened(studio) as own:
         ask(own, type="save", what="table")
         saved = told_of(own, "file")
     assert saved["name"] == "prototype.chl"
-    assert base64.b64decode(saved["data"]) == pack(coarse_table[0])
+    assert base64.b64decode(saved["data"]) == pack(small_table[0])
 
 
 def test_a_choice_that_cannot_be_made_leaves_what_was_there(studio: Studio) -> None:
@@ -137,8 +149,8 @@ def test_a_choice_that_cannot_be_made_leaves_what_was_there(studio: Studio) -> N
         assert told_of(own, "played")["state"] == "playing"
 
 
-def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, coarse_file: Path) -> None:
-    text = coarse_file.read_text(encoding="utf-8")
+def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, small_file: Path) -> None:
+    text = small_file.read_text(encoding="utf-8")
     with opened(studio) as own:
         for wrong, said in (
             (text.replace("thickness_mm = 1.0", "thickness_mm = -1.0"),
@@ -153,9 +165,9 @@ def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, coarse_file
         assert told_of(own, "board")["name"] == "own"
 
 
-def test_a_board_that_no_page_waits_for_is_made_no_further(prototype: Board) -> None:
+def test_a_board_that_no_page_waits_for_is_made_no_further(small_board: Board) -> None:
     workshop = Workshop(1)
-    fine = replace(prototype, regions=Regions(2e-3))  # 2,600 regions: a minute
+    fine = replace(small_board, regions=Regions(1.5e-3))  # 4,700 regions: half a minute
     making = workshop.make(Choice(fine, "ssim"))
     workshop.leave(making)
     with pytest.raises(StoppedError):
@@ -169,20 +181,19 @@ def test_a_board_that_no_page_waits_for_is_made_no_further(prototype: Board) -> 
 
 
 def test_the_page_moves_a_coil_and_shows_what_a_dropped_file_lacks(
-    open_page: OpenPage, coarse_board: Board, coarse_file: Path, tmp_path: Path
+    page: Page, small_board: Board, small_file: Path, tmp_path: Path
 ) -> None:
-    page = open_page()
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))
     page.mouse.up()
     before = numbers(page)["ssim"], drive(page)
     page.get_by_text("Move coils and screws").click()
-    page.mouse.move(*point_of(page, coarse_board, (24.25, 43.35)))
+    page.mouse.move(*point_of(page, small_board, (24.25, 43.35)))
     page.mouse.down()
-    page.mouse.move(*point_of(page, coarse_board, (20.0, 38.0)))
+    page.mouse.move(*point_of(page, small_board, (20.0, 38.0)))
     page.mouse.up()
     page.get_by_text("A part has moved").wait_for()
     settle(page)
-    solution = solve(moved(coarse_board), (10.0, 25.0))
+    solution = solve(moved(small_board), (10.0, 25.0))
     # A pixel of the screen is 0.3 mm.
     assert numbers(page)["ssim"] == pytest.approx(solution.ssim, abs=5e-3)
     assert abs(numbers(page)["ssim"] - before[0]) > 0.01
@@ -192,14 +203,14 @@ def test_the_page_moves_a_coil_and_shows_what_a_dropped_file_lacks(
     page.get_by_text("Board, table, files").click()
     page.get_by_role("button", name="Build table").click()
     page.get_by_text("emulated firmware's pins").wait_for()
-    text = coarse_file.read_text(encoding="utf-8").replace("loss_factor = 0.02", "loss_factor = 7")
+    text = small_file.read_text(encoding="utf-8").replace("loss_factor = 0.02", "loss_factor = 7")
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(text, encoding="utf-8")
     page.get_by_label("Open a board file").set_input_files(wrong)
     page.get_by_text(
         "wrong.toml, plate.loss_factor: expected a number from 0 to 2, got 7"
     ).wait_for()
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))
     assert numbers(page)["ssim"] == pytest.approx(before[0], abs=1e-6)
     page.mouse.up()
     with page.expect_download() as picture:
@@ -209,9 +220,9 @@ def test_the_page_moves_a_coil_and_shows_what_a_dropped_file_lacks(
 
 
 def test_two_boards_side_by_side_have_devices_and_tables_of_their_own(
-    open_page: OpenPage, coarse_board: Board
+    page: Page, small_board: Board
 ) -> None:
-    page = open_page(viewport={"width": 1400, "height": 1000})
+    page.set_viewport_size({"width": 1400, "height": 1000})
     page.get_by_role("button", name="Two side by side").click()
     page.locator(READY).nth(1).wait_for()
     second = page.locator("section").nth(1)
@@ -220,7 +231,7 @@ def test_two_boards_side_by_side_have_devices_and_tables_of_their_own(
     second.get_by_role("button", name="Build table").click()
     second.get_by_text("drives best at contrast").wait_for()
     for view in (0, 1):
-        press(page, coarse_board, (10.0, 25.0), view)
+        press(page, small_board, (10.0, 25.0), view)
         page.mouse.up()
     first, other = (numbers(page, view) for view in (0, 1))
     # Each is better at what it was made for.

@@ -6,7 +6,6 @@ import json
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,11 +14,12 @@ from websockets.sync.client import ClientConnection
 
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.board.board import Board
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from studio.conftest import OpenPage, Studio, serving
+from studio.conftest import OpenPage, Studio, serving_here
 from studio.pages import RULES, press
 from studio.wire import PRESS, opened, told_of
 
@@ -43,16 +43,16 @@ class OwnDevice:
 
 
 @pytest.fixture
-def own_device(coarse_board: Board) -> Iterator[OwnDevice]:
-    device = OwnDevice(VirtualPort(Emulator(coarse_board, None, must_play=False)))
+def own_device(small_board: Board) -> Iterator[OwnDevice]:
+    device = OwnDevice(VirtualPort(Emulator(small_board, None, must_play=False)))
     yield device
     if not device.ends.is_set():
         device.vanish()
 
 
 @pytest.fixture
-def with_device(own_device: OwnDevice, coarse_file: Path) -> Iterator[Studio]:
-    with serving(coarse_file, "--port", 0, "--device", own_device.port.port) as own:
+def with_device(own_device: OwnDevice, ready: ReadyBoard) -> Iterator[Studio]:
+    with serving_here(ready, own_device.port.port) as own:
         yield own
 
 
@@ -68,7 +68,7 @@ def order(own: ClientConnection, what: str, text: str = "") -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_a_device_is_written_pressed_tested_and_set(
-    own_device: OwnDevice, with_device: Studio, coarse_table: tuple[Table, TableReport]
+    own_device: OwnDevice, with_device: Studio, small_table: tuple[Table, TableReport]
 ) -> None:
     core, port = own_device.port.emulator.core, own_device.port.port
     with opened(with_device) as own, opened(with_device) as other:
@@ -82,7 +82,7 @@ def test_a_device_is_written_pressed_tested_and_set(
         assert "port: expected one of" in told_of(other, "device")["said"]
         written = order(own, "flash")
         assert "the table plays" in written["said"], written["said"]
-        data = pack(coarse_table[0])
+        data = pack(small_table[0])
         assert data in core.flash_bytes()
         assert f"{len(data):,} bytes" in dict(written["rows"])["table"]
         ask(own, **PRESS)
@@ -106,7 +106,7 @@ def test_a_device_is_written_pressed_tested_and_set(
 
 @pytest.mark.slow
 def test_a_port_that_vanishes_is_said_and_the_page_plays_on(
-    open_page: OpenPage, own_device: OwnDevice, with_device: Studio, coarse_board: Board
+    open_page: OpenPage, own_device: OwnDevice, with_device: Studio, small_board: Board
 ) -> None:
     page = open_page(with_device.url)
     page.get_by_text("Device at a port").click()
@@ -120,4 +120,4 @@ def test_a_port_that_vanishes_is_said_and_the_page_plays_on(
     page.get_by_role("button", name="Ask again").click()
     page.get_by_role("button", name="Attach").wait_for()
     assert page.locator('[data-part="deviceSaid"]').inner_text() not in ("", "At work.")
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
@@ -17,7 +18,7 @@ from chladni.sim.board.quantity import MM
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT
-from studio.conftest import OpenPage
+from studio.conftest import OpenPage, Studio, pages
 from studio.pages import (
     Place,
     drive,
@@ -69,30 +70,33 @@ def check(page: Page, board: Board, table: Table, place: Place) -> None:
 
 @pytest.mark.parametrize("place", [(10.0, 25.0), (-14.0, -51.0)])
 def test_a_press_shows_what_the_pins_make_of_it(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport], place: Place
+    page: Page, small_board: Board, small_table: tuple[Table, TableReport], place: Place
 ) -> None:
     """Picture, marks and numbers are those of Python's own recording of the same touch."""
-    page = open_page()
     page.get_by_label("energy").check()
-    press(page, coarse_board, place)
+    press(page, small_board, place)
     touched = place_shown(page)
     assert touched == pytest.approx(place, abs=0.2)  # a pixel of the screen is as wide
-    check(page, coarse_board, coarse_table[0], touched)
-    field = played_by_python(coarse_board, coarse_table[0], touched)[0].field
-    # The page has every other point, its rows from the top.
-    wanted = np.abs(field[::2, ::2]).T[::-1] / np.abs(field).max()
+    check(page, small_board, small_table[0], touched)
+    field = played_by_python(small_board, small_table[0], touched)[0].field
+    # The page has its rows from the top.
+    wanted = np.abs(field).T[::-1] / np.abs(field).max()
     shown = levels(page)
     assert shown.shape == wanted.shape
-    # A colour is a step of 1/255, and the page's largest value is that of its own points.
+    # A colour is a step of 1/255, and two stretches of a recording differ a little.
     assert np.abs(shown - wanted).max() < 1.5 / 255.0
     assert float(np.ptp(shown)) > 0.9
 
 
-def test_a_displacement_moves_and_a_pause_stops_it(
-    open_page: OpenPage, coarse_board: Board
-) -> None:
-    page = open_page()
-    press(page, coarse_board, (10.0, 25.0))
+@pytest.fixture(scope="module")
+def moving_page(chromium: Browser, studio: Studio) -> Iterator[Page]:
+    with pages(chromium, studio) as opened:
+        yield opened(reduced_motion="no-preference")
+
+
+def test_a_displacement_moves_and_a_pause_stops_it(moving_page: Page, small_board: Board) -> None:
+    page = moving_page
+    press(page, small_board, (10.0, 25.0))
     first = levels(page)
     frames(page, 20)
     second = levels(page)
@@ -109,28 +113,29 @@ def test_a_displacement_moves_and_a_pause_stops_it(
 
 
 def test_a_drag_ends_where_the_finger_is(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport]
+    moving_page: Page, small_board: Board, small_table: tuple[Table, TableReport]
 ) -> None:
-    page = open_page()
-    drag(page, coarse_board, 60)
+    page = moving_page
+    page.get_by_role("button", name="Play").click()
+    drag(page, small_board, 60)
     settle(page)
     end = place_shown(page)
     assert end == pytest.approx((20.0, -50.0), abs=0.3)
-    check(page, coarse_board, coarse_table[0], end)
+    check(page, small_board, small_table[0], end)
+    page.mouse.up()
     assert "frames a second" in page.locator('[data-part="timing"]').inner_text()
 
 
 @pytest.mark.soak
 def test_a_drag_of_ten_seconds_is_followed_to_its_end(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport]
+    page: Page, small_board: Board, small_table: tuple[Table, TableReport]
 ) -> None:
     """At a panel's rate, which is more of the device's time than `max_on_s` allows a touch."""
-    page = open_page()
-    drag(page, coarse_board, 1000)
+    drag(page, small_board, 1000)
     settle(page)
     end = place_shown(page)
     assert end == pytest.approx((20.0, -50.0), abs=0.3)
-    check(page, coarse_board, coarse_table[0], end)
+    check(page, small_board, small_table[0], end)
 
 
 def drag(page: Page, board: Board, steps: int) -> None:
@@ -144,12 +149,12 @@ def drag(page: Page, board: Board, steps: int) -> None:
 
 
 def test_of_two_fingers_the_first_plays(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport]
+    open_page: OpenPage, small_board: Board, small_table: tuple[Table, TableReport]
 ) -> None:
     page = open_page(has_touch=True)
     wire = page.context.new_cdp_session(page)
     first, second = (10.0, 25.0), (-20.0, -40.0)
-    points = [dict(zip("xy", point_of(page, coarse_board, place), strict=True)) | {"id": k}
+    points = [dict(zip("xy", point_of(page, small_board, place), strict=True)) | {"id": k}
               for k, place in enumerate((first, second))]  # fmt: skip
 
     def touch(kind: str, some: list[dict[str, Any]]) -> None:
@@ -160,23 +165,22 @@ def test_of_two_fingers_the_first_plays(
     touch("touchStart", points)
     settle(page)
     assert place_shown(page) == pytest.approx(first, abs=0.3)
-    check(page, coarse_board, coarse_table[0], place_shown(page))
+    check(page, small_board, small_table[0], place_shown(page))
     # Once the first has gone, the other one begins a touch.
     touch("touchEnd", points[:1])
     settle(page)
     assert place_shown(page) == pytest.approx(second, abs=0.3)
     found, report = (
         drive(page),
-        played_by_python(coarse_board, coarse_table[0], place_shown(page))[0],
+        played_by_python(small_board, small_table[0], place_shown(page))[0],
     )
     likeness = abs(np.vdot(found, report.played))
     assert likeness > 0.9999 * np.linalg.norm(found) * np.linalg.norm(report.played)
 
 
 def test_the_keyboard_does_all_of_it(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport]
+    page: Page, small_board: Board, small_table: tuple[Table, TableReport]
 ) -> None:
-    page = open_page()
     page.locator('[data-part="plate"]').focus()
     page.keyboard.press("Shift+ArrowUp")
     page.keyboard.press("ArrowLeft")
@@ -192,32 +196,19 @@ def test_the_keyboard_does_all_of_it(
     page.get_by_label("y / mm", exact=True).fill("30.5")
     page.get_by_role("button", name="Press").press("Enter")
     settle(page)
-    check(page, coarse_board, coarse_table[0], (-14.0, 30.5))
+    check(page, small_board, small_table[0], (-14.0, 30.5))
     assert "µm under the finger" in page.locator('[data-part="words"]').inner_text()
 
 
-def test_two_pages_have_a_device_each(
-    open_page: OpenPage, coarse_board: Board, coarse_table: tuple[Table, TableReport]
-) -> None:
-    pages = open_page(), open_page()
-    places = (10.0, 25.0), (-20.0, -40.0)
-    for page, place in zip(pages, places, strict=True):
-        press(page, coarse_board, place)
-    for page in pages:
-        check(page, coarse_board, coarse_table[0], place_shown(page))
-
-
-def test_a_place_off_the_board_is_refused_in_words(open_page: OpenPage) -> None:
-    page = open_page()
+def test_a_place_off_the_board_is_refused_in_words(page: Page) -> None:
     page.get_by_label("x / mm", exact=True).fill("400")
     page.get_by_role("button", name="Press").click()
     page.get_by_text("touch: expected a place on the panel's active area").wait_for()
 
 
-def test_who_wants_no_motion_gets_none(open_page: OpenPage, coarse_board: Board) -> None:
-    page = open_page(reduced_motion="reduce")
+def test_who_wants_no_motion_gets_none(page: Page, small_board: Board) -> None:
     assert page.get_by_label("energy").is_checked()
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))
     page.mouse.up()
     page.get_by_label("displacement, moving").check()
     frames(page, 3)
@@ -227,22 +218,21 @@ def test_who_wants_no_motion_gets_none(open_page: OpenPage, coarse_board: Board)
 
 
 def test_a_browser_without_a_canvas_shows_numbers_and_says_so(
-    open_page: OpenPage, coarse_board: Board
+    open_page: OpenPage, small_board: Board
 ) -> None:
     page = open_page()
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
     page.reload()
     page.wait_for_selector("section[data-board]")
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))
     assert numbers(page)["ssim"] > 0.5
     assert "no 2-D canvas" in page.locator('[data-part="nocanvas"]').inner_text()
 
 
 def test_colours_are_even_to_the_eye_and_safe_for_eyes_that_confuse_red_with_green(
-    open_page: OpenPage, coarse_board: Board
+    page: Page, small_board: Board
 ) -> None:
     """Lightness rises in equal steps, in full sight and without either kind of cone."""
-    page = open_page()
     page.get_by_label("energy").check()
     scale = pixels(page, "bar")[0, :, :3] / 255.0
     linear = np.where(scale <= 0.04045, scale / 12.92, ((scale + 0.055) / 1.055) ** 2.4)

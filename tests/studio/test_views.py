@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page
 
+from chladni.host.protocol.network import read_key
+from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.board.board import Board
-from studio.conftest import OpenPage, serving
+from studio.conftest import OpenPage, serving, serving_here
 from studio.pages import RULES, numbers, press
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing(open_page: OpenPage, coarse_board: Board, scheme: str) -> None:
+def test_axe_finds_nothing(
+    page: Page, small_board: Board, scheme: Literal["light", "dark"]
+) -> None:
     """Before and after a press, in both pictures, wide and narrow."""
-    page = open_page(color_scheme=scheme, viewport=WIDE)
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": WIDE["width"], "height": WIDE["height"]})
     faults = [Axe().run(page, options=RULES)]
-    press(page, coarse_board, (10.0, 25.0))
+    press(page, small_board, (10.0, 25.0))
     page.mouse.up()
     faults.append(Axe().run(page, options=RULES))
     page.get_by_label("energy").check()
@@ -34,8 +41,8 @@ def test_axe_finds_nothing(open_page: OpenPage, coarse_board: Board, scheme: str
     assert page.evaluate("document.documentElement.scrollWidth") <= NARROW["width"]
 
 
-def test_the_switch_of_the_theme_wins_over_the_system_and_is_kept(open_page: OpenPage) -> None:
-    page = open_page(color_scheme="light")
+def test_the_switch_of_the_theme_wins_over_the_system_and_is_kept(page: Page) -> None:
+    page.emulate_media(color_scheme="light")
     ground = "getComputedStyle(document.body).backgroundColor"
     light = page.evaluate(ground)
     page.get_by_label("Theme").select_option("dark")
@@ -50,21 +57,21 @@ def test_the_switch_of_the_theme_wins_over_the_system_and_is_kept(open_page: Ope
 
 @pytest.mark.slow
 def test_a_page_finds_its_server_again(
-    open_page: OpenPage, coarse_board: Board, coarse_file: Path, tmp_path: Path
+    open_page: OpenPage, small_board: Board, small_file: Path, ready: ReadyBoard, tmp_path: Path
 ) -> None:
     """Killed, and started again at the same port under the same key."""
     key = tmp_path / "own.key"
-    with serving(coarse_file, "--port", 0, "--key", key) as first:
+    with serving(small_file, "--port", 0, "--key", key) as first:
         page = open_page(first.url)
-        press(page, coarse_board, (10.0, 25.0))
+        press(page, small_board, (10.0, 25.0))
         before = numbers(page)
         page.mouse.up()
         first.process.kill()
         page.get_by_text("No connection to the studio").wait_for()
-    with serving(coarse_file, "--port", first.port, "--key", key) as second:
+    with serving_here(ready, port=first.port, token=read_key(key).hex()) as second:
         assert second.url == first.url
         page.get_by_text("No connection to the studio").wait_for(state="hidden")
         page.wait_for_selector("section[data-board]:not([data-scored])")
-        press(page, coarse_board, (10.0, 25.0))
+        press(page, small_board, (10.0, 25.0))
         # Sums over threads differ in their last bits.
         assert numbers(page)["ssim"] == pytest.approx(before["ssim"], abs=1e-9)

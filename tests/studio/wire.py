@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from websockets.sync.client import ClientConnection, connect
 
 from studio.conftest import Studio
@@ -36,3 +38,10 @@ def told_of(own: ClientConnection, kind: str) -> dict[str, Any]:
     while (message := told(own))["type"] != kind:
         pass
     return message
+
+
+def read_fields(board: dict[str, Any], data: bytes) -> NDArray[np.complex128]:
+    """Fields as they travel, as (actuators, nx, ny)."""
+    shape = len(board["actuators"]), 2, len(board["y_mm"]), len(board["x_mm"])
+    planes = np.frombuffer(data, "<f4").reshape(shape)[:, :, ::-1].swapaxes(2, 3)
+    return np.asarray(planes[:, 0] + 1j * planes[:, 1])

@@ -80,6 +80,34 @@ def listen(port: int) -> socket.socket:
     return listening
 
 
+def make_server(
+    port: int, token: str, choice: Choice, workshop: Workshop, *, known_ports: Sequence[str] = ()
+) -> uvicorn.Server:
+    """A server of pages.
+
+    Parameters
+    ----------
+    port
+        Where it will listen.
+    token
+        First part of every path.
+    choice
+        The board of pages.
+    workshop
+        Makes it and others ready.
+    known_ports
+        Serial ports that a page may choose besides those with a USB bridge.
+    """
+    app = Guard(application(workshop, choice, known_ports), token, port)
+    config = uvicorn.Config(
+        app, http="h11", ws="websockets-sansio",
+        ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
+        access_log=False, proxy_headers=False, server_header=False,
+        limit_concurrency=MOST_CONNECTIONS, timeout_graceful_shutdown=1,
+    )  # fmt: skip
+    return uvicorn.Server(config)
+
+
 def serve(
     listening: socket.socket, token: str, choice: Choice, *,
     known_ports: Sequence[str] = (), jobs: int | None = None, seconds: float | None = None,
@@ -91,12 +119,8 @@ def serve(
     ----------
     listening
         As of `listen`.
-    token
-        First part of every path.
-    choice
-        The board of pages, made ready at once.
-    known_ports
-        Serial ports that a page may choose besides those with a USB bridge.
+    token, choice, known_ports
+        As of `make_server`; the board is made ready at once.
     jobs
         Threads of a table's build.
     begun
@@ -104,20 +128,13 @@ def serve(
     """
     workshop = Workshop(jobs)
     port = listening.getsockname()[1]
-    app = Guard(application(workshop, choice, known_ports), token, port)
-    config = uvicorn.Config(
-        app, http="h11", ws="websockets-sansio",
-        ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
-        access_log=False, proxy_headers=False, server_header=False,
-        limit_concurrency=MOST_CONNECTIONS, timeout_graceful_shutdown=1,
-    )  # fmt: skip
+    server = make_server(port, token, choice, workshop, known_ports=known_ports)
     # A scorecard's thread gives way to a press within a millisecond; by default it takes five.
     sys.setswitchinterval(1e-3)
     try:
         # Set once, before there are threads: it is the process's, and each puts back what it found.
         with one_blas_thread(), contextlib.suppress(KeyboardInterrupt):
             workshop.make(choice)
-            server = uvicorn.Server(config)
             if seconds is not None:
                 timer = threading.Timer(seconds, setattr, (server, "should_exit", True))
                 timer.daemon = True

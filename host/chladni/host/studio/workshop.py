@@ -116,6 +116,12 @@ class Workshop:
                 del self._made[key]
             return making
 
+    def keep(self, ready: ReadyBoard) -> None:
+        """A board that is ready already."""
+        making = Making(Future(), pages=1)
+        making.result.set_result(ready)
+        self._made[ready.choice.key] = making
+
     def leave(self, making: Making) -> None:
         """One page waits no longer."""
         with self._lock:
