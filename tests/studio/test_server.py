@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import http.client
 import json
+import signal
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -168,6 +171,23 @@ def test_what_cannot_be_served_is_said_at_once(
         answer = chladni("studio", *arguments)
         assert (answer.code, named in answer.err) == (2, True), answer.err
         assert "Traceback" not in answer.err
+
+
+def test_ctrl_c_ends_it_while_a_table_is_built(small_file: Path, tmp_path: Path) -> None:
+    """0 as every command that serves until then, and no traceback of what was at work."""
+    fine = tmp_path / "fine.toml"
+    text = small_file.read_text(encoding="utf-8")
+    fine.write_text(text.replace("pitch_mm = 18.0", "pitch_mm = 2.0"), encoding="utf-8")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "chladni.host.cli.app", "studio", str(fine), "--port", "0"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("http://127.0.0.1:")
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0
+    assert "Traceback" not in said, said
 
 
 def test_it_serves_for_as_long_as_it_is_told(chladni: CommandLine, small_file: Path) -> None:

@@ -98,6 +98,7 @@ class Workshop:
         self._jobs = jobs
         self._made: dict[tuple[object, ...], Making] = {}
         self._lock, self._turn = threading.Lock(), threading.Lock()
+        self._threads: list[threading.Thread] = []
         self._is_closed = False
 
     def make(self, choice: Choice) -> Making:
@@ -109,7 +110,7 @@ class Workshop:
             making = self._made.pop(choice.key, None)
             if making is None or making.is_given_up or _has_failed(making):
                 making = Making(Future())
-                threading.Thread(target=self._run, args=(choice, making)).start()
+                self._begin(choice, making)
             self._made[choice.key] = making
             making.pages += 1
             for key in list(self._made)[:-MOST_KEPT]:
@@ -129,8 +130,15 @@ class Workshop:
             making.is_given_up = making.pages == 0 and not making.result.done()
 
     def close(self) -> None:
-        """Stop what is being made."""
+        """Stop what is being made, and wait until it has: a plate is solved to its end."""
         self._is_closed = True
+        for thread in self._threads:
+            thread.join()
+
+    def _begin(self, choice: Choice, making: Making) -> None:
+        self._threads = [thread for thread in self._threads if thread.is_alive()]
+        self._threads.append(threading.Thread(target=self._run, args=(choice, making)))
+        self._threads[-1].start()
 
     def _run(self, choice: Choice, making: Making) -> None:
         try:
