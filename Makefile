@@ -63,7 +63,7 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		--config-settings=build-dir=build/sanitized-objects .
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
-		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -p sanitized_build tests/firmware tests/host/test_link.py \
+		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -q -n $(JOBS) -p sanitized_build tests/firmware tests/host/test_link.py \
 		tests/host/test_network.py tests/host/test_network_sessions.py tests/host/test_network_settings.py tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py \
 		--deselect tests/firmware/test_chip_layer.py --deselect tests/firmware/test_iram.py

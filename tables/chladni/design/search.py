@@ -19,7 +19,6 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import cma
 import numpy as np
 
 from chladni.design.evaluate import COMPARED, Evaluation, board_of, evaluate, weighed
@@ -204,6 +203,9 @@ class _Run:
 
     def _climb(self, start: Point, evaluations: int, turn: int) -> None:
         """CMA-ES from a point, over so many boards."""
+        # It brings scipy.stats, which takes a third of a second to load.
+        import cma  # noqa: PLC0415
+
         spec, layout = self._spec, start.layout
         size = len(start.numbers) + len(start.shares)
         if evaluations < 2 or size == 0:

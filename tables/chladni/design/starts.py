@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.exchange import Plain, best_layouts
@@ -62,6 +61,8 @@ def _reach(spec: Spec, numbers: Sequence[float]) -> Place:
 
 def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     """Numbers of all variables, spread evenly over what they may be, the middle first."""
+    from scipy.stats import qmc  # noqa: PLC0415  (a third of a second to load)
+
     most = np.array([one.most for one in spec.variables])
     if not most.size:
         return [()]
