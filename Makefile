@@ -92,6 +92,7 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 	$(BIN)/python bench/synthesis.py >> docs/performance.md.part
 	$(BIN)/python bench/link.py >> docs/performance.md.part
 	$(BIN)/python bench/studio.py >> docs/performance.md.part
+	$(BIN)/python bench/design.py >> docs/performance.md.part
 	mv docs/performance.md.part docs/performance.md
 
 headers: venv  ## write the C++ headers that Python declares, and the drawing of the house

@@ -80,7 +80,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
     def _mapped(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
         with joblib.parallel_config(backend="dask", wait_for_workers_timeout=SCHEDULER_S):
-            yield from joblib.Parallel(return_as="generator")(
+            yield from joblib.Parallel(return_as="generator", batch_size=1)(
                 joblib.delayed(_alone)(work, item) for item in items
             )
 
