@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_specs import small
 
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.exchange import Plain, best_layouts
@@ -16,6 +15,7 @@ from chladni.design.spec import spec_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
 from chladni.sim.fields.transfer import transfer_fields
+from made_specs import small
 
 
 def board_with(places: list[tuple[float, float]]) -> Board:
