@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import replace
 
@@ -39,7 +40,7 @@ def test_the_model_is_the_exponential(loud: Table) -> None:
     coils.take(emulator.run(400.0))
     rose = coils.rise_k.copy()
     coils.rest(2.0)
-    assert coils.rise_k == pytest.approx(rose / np.e)
+    assert coils.rise_k == pytest.approx(rose / math.e)
     # Bias and amplitude of half a duty: a mean square of 3/8.
     assert rose[0] == pytest.approx(37.5 * (1.0 - np.exp(-0.37 / 2.0)), rel=0.03)
 
