@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from chladni.design.evaluate import Evaluation, board_of, evaluate
 from chladni.design.spec import Spec, read_spec
 from chladni.design.variables import Document
+from chladni.drives.scoring.board_score import foam_length_mm
 from chladni.drives.workers import Workers
 from chladni.host.figures.fields import COLOURS, INK, save
 
@@ -51,14 +52,6 @@ def spaced(count: int, spacing_mm: float) -> list[float]:
 def judge(spec: Spec, document: Document) -> Evaluation:
     """Score a board, whatever the limits say."""
     return evaluate(spec, document, 1)
-
-
-def foam_length_mm(document: Document) -> float:
-    """(4D/k)^¼."""
-    board = board_of(document)
-    assert board.foundation is not None
-    stiffness = board.foundation.total_stiffness
-    return float((4.0 * board.plate.bending_stiffness / stiffness) ** 0.25) * 1e3
 
 
 def boards(spec: Spec) -> dict[str, list[Document]]:
@@ -105,7 +98,7 @@ def main() -> None:
     left, middle, right = figure.subplots(1, 3)
     for colour, spacing in zip(COLOURS, SPACINGS_MM, strict=False):
         own = asked[f"{spacing:g} mm apart"]
-        across = [foam_length_mm(one) / spacing for one in own]
+        across = [(foam_length_mm(board_of(one)) or np.nan) / spacing for one in own]
         left.plot(across, [level(one) for one in own], "o-", color=colour, label=f"{spacing:g} mm")
     left.set_xscale("log")
     left.set_xticks([0.2, 0.3, 0.5, 0.7, 1.0], ["0.2", "0.3", "0.5", "0.7", "1"], minor=False)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.design.layouts import Place, closest
-from chladni.design.spec import KeepOut, Spec
+from chladni.design.spec import Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.finger import Spread
@@ -149,21 +149,12 @@ def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[s
         apart = closest(places)
         if apart < own.coil_spacing - 1e-9:
             over["coil_spacing_mm"] = 1.0 - apart / own.coil_spacing
-        inside = [_depth(one, place) for one, place in itertools.product(spec.keep_out, places)]
+        inside = [one.depth(place) for one, place in itertools.product(spec.keep_out, places)]
         if max(inside, default=0.0) > 1e-9:
             over["keep_out"] = max(inside) / own.coil_spacing
     if board is not None and own.mass_g is not None and mass_g(board) > own.mass_g:
         over["mass_g"] = mass_g(board) / own.mass_g - 1.0
     return over
-
-
-def _depth(area: KeepOut, place: Place) -> float:
-    """How far a place lies within an area, m; 0 outside."""
-    own = [
-        size / 2.0 - abs(at - middle)
-        for at, middle, size in zip(place, area.at, area.size, strict=True)
-    ]
-    return max(min(own), 0.0)
 
 
 def _unfit(over: Mapping[str, float], why: str) -> Evaluation:

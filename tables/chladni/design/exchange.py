@@ -4,7 +4,7 @@ The plate without coils is solved for a newton at each candidate. A magnet adds 
 takes away the foam that its cut-out has, so with δ = −ω²m − k(1 + iη)πr² on the diagonal and Z the
 plate's receptance among the chosen coils, their fields are H(1 + δZ)⁻¹: exact for masses and foam
 at points. What magnets do besides, holding the plate flat where they are glued, needs the plate to
-be solved again; so this only ranks layouts, and the search looks at the best ones anew.
+be solved again; so this only ranks layouts, and the search solves the best ones again.
 
 The drive of a place is what has the most mean under the finger for its mean square from a second
 finger's distance on, Σ|W|² = gᴴRg: R⁻¹m, in closed form. A layout's figure is the loudest far place
@@ -146,7 +146,7 @@ def _exchanged(
     plain: Plain, offered: Sequence[Candidate], rows: Sequence[list[int]],
     makeup: Sequence[int], least: float,
 ) -> tuple[float, list[int]] | None:  # fmt: skip
-    """One orbit after the other where it does best; then each anew while that gains anything."""
+    """One orbit after the other where it does best; then each again while that gains anything."""
     chosen: list[int] = []
     level = -np.inf
 

@@ -28,11 +28,6 @@ class Entry:
     document: Document
     evaluation: Evaluation
 
-    @classmethod
-    def of(cls, document: Document, evaluation: Evaluation) -> Entry:
-        """Of what a search holds."""
-        return cls(document, evaluation)
-
     @property
     def goals(self) -> tuple[float, ...]:
         """The larger the better."""

@@ -154,7 +154,7 @@ class _Run:
 
     def front(self) -> list[Entry]:
         """Boards that are not worse than another in every goal, and the best few."""
-        entries = [Entry.of(*one) for one in self._seen.values() if one[1].broken is None]
+        entries = [Entry(*one) for one in self._seen.values() if one[1].broken is None]
         if not entries:
             raise self._nothing()
         entries.sort(key=lambda one: -one.evaluation.robust_score)
@@ -162,8 +162,7 @@ class _Run:
         return list(chosen.values())
 
     def _nothing(self) -> InputError:
-        document, nearest = max(self._seen.values(), key=lambda one: one[1].robust_score)
-        del document
+        nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
         return InputError(
             "SPEC",
             f"{self.looked_at} boards, all of them beyond a limit",
@@ -257,14 +256,12 @@ class _Run:
     ) -> list[dict[str, Any]]:
         """Results of tasks, from the checkpoint where they are in it."""
         names = [f"{what} {_digest(task)}" for task in tasks]
-        missing = [k for k, name in enumerate(names) if self._kept.get(name) is None]
-        done = self._workers.map(work, (tasks[k] for k in missing))
-        found: dict[int, dict[str, Any]] = {}
-        for k, result in zip(missing, done, strict=True):
-            found[k] = self._kept.put(names[k], result)
-        return [
-            found[k] if k in found else dict(self._kept.get(n) or {}) for k, n in enumerate(names)
-        ]
+        kept = [self._kept.get(name) for name in names]
+        missing = [k for k, one in enumerate(kept) if one is None]
+        for k, result in zip(missing, self._workers.map(work, (tasks[k] for k in missing)),
+                             strict=True):  # fmt: skip
+            kept[k] = self._kept.put(names[k], result)
+        return [one for one in kept if one is not None]
 
 
 def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
@@ -279,7 +276,7 @@ def _finished(
     score = partial(_score, seed, samples, spec.numbers.pitch)
     scores = list(workers.map(score, [one.document for one in own]))
     return [
-        (Entry.of(one.document, weighed(spec, board_of(one.document), score)), score)
+        (Entry(one.document, weighed(spec, board_of(one.document), score)), score)
         for one, score in zip(own, scores, strict=True)
     ]
 

@@ -31,6 +31,8 @@ TERMS = (
 """What weights may be given to. Of dB and µm the 10th percentile over places and drawn boards
 counts, of the focal error the 90th; the last four count against a board. `finger_db` is 20·log₁₀ of
 the micrometres under the finger."""
+PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
+"""Where a SPEC gives none."""
 PACKED = np.pi / np.sqrt(12.0)
 """Share of an area that equal circles can cover."""
 
@@ -41,6 +43,14 @@ class KeepOut:
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
     size: tuple[float, float] = quantity("size_mm", MM, 0.0, 5000.0, count=2)
+
+    def depth(self, place: tuple[float, float]) -> float:
+        """How far a place lies within, m; 0 outside."""
+        own = [
+            side / 2.0 - abs(along - middle)
+            for along, middle, side in zip(place, self.at, self.size, strict=True)
+        ]
+        return max(min(own), 0.0)
 
 
 @dataclass(frozen=True)
@@ -97,7 +107,7 @@ class Spec:
     numbers: Numbers = Numbers()
     keep_out: tuple[KeepOut, ...] = ()
     symmetric: bool | None = None
-    weights: Mapping[str, float] = field(default_factory=lambda: {"second_finger_20mm_db": 1.0})
+    weights: Mapping[str, float] = field(default_factory=lambda: dict(PLAIN_WEIGHTS))
 
     @property
     def places_are_free(self) -> bool:
@@ -214,7 +224,7 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
 
 def _weights(weights: Any) -> Mapping[str, float]:
     if weights is None:
-        return {"second_finger_20mm_db": 1.0}
+        return dict(PLAIN_WEIGHTS)
     if not isinstance(weights, dict) or not weights:
         raise InputError("design.weights", weights, "a block of weights by name")
     for name, weight in weights.items():

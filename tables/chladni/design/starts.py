@@ -11,7 +11,7 @@ import numpy as np
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import Layout, Orbit, Place, candidates
-from chladni.design.spec import KeepOut, Spec
+from chladni.design.spec import Spec
 from chladni.design.variables import Document
 from chladni.drives.scoring.sight import active_lattice
 from chladni.sim.board.board import Board
@@ -88,7 +88,7 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     step = max(LEAST_STEP, max(span) / STEPS)
     offered = [
         one for one in candidates(mirrors, span, step, spec.numbers.coil_spacing)
-        if not any(_is_inside(area, place) for area in spec.keep_out for place in one.images)
+        if not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
     ]  # fmt: skip
     lattice = active_lattice(board, max(spec.numbers.pitch, SCAN_PITCH))
     places = [
@@ -133,10 +133,3 @@ def _mirrors(spec: Spec, board: Board) -> tuple[bool, bool]:
     if spec.symmetric and not all(found):
         raise InputError("design.symmetric", True, "a plate and keep-outs that are symmetric")
     return found
-
-
-def _is_inside(area: KeepOut, place: Place) -> bool:
-    return all(
-        abs(at - middle) < size / 2.0
-        for at, middle, size in zip(place, area.at, area.size, strict=True)
-    )

@@ -98,7 +98,7 @@ def score_board(
         **vars(score),
         objective=objective,
         contrast_limit_db=_contrast_limit(solved, lattice.places),
-        foam_length_mm=_foam_length_mm(board),
+        foam_length_mm=foam_length_mm(board),
         half_wavelength_mm=_half_wavelength_mm(board),
         coil_spacing_mm=_coil_spacing_mm(board),
         error_estimate=solved.fields.error_estimate,
@@ -160,7 +160,8 @@ def _contrast_limit(solved: SolvedBoard, places: Sequence[Place]) -> Spread:
     return Spread.of(limits)
 
 
-def _foam_length_mm(board: Board) -> float | None:
+def foam_length_mm(board: Board) -> float | None:
+    """Over which the answer to a force decays on foam, (4D/k)^¼; None without foam."""
     if board.foundation is None:
         return None
     stiffness = board.foundation.total_stiffness
