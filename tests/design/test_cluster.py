@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from chladni.design.evaluate import Evaluation, board_of, document_of
+from chladni.design.evaluate import board_of, document_of
+from chladni.design.front import Entry
 from chladni.design.search import design
 from chladni.design.spec import spec_of
 from chladni.drives.scoring.compare import compare
@@ -51,9 +52,9 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: Any) -> None:
 
 def test_a_search_finds_the_same_on_a_cluster(cluster: Any) -> None:
     asked = spec_of(small(design={"evaluations": 4}))
-    better: list[Evaluation] = []
+    better: list[Entry] = []
     there = design(asked, scheduler=cluster.scheduler_address, samples=1,
-                   on_best=lambda _, own: better.append(own))  # fmt: skip
+                   on_board=lambda own, _: better.append(own))  # fmt: skip
     here = design(asked, jobs=1, samples=1)
     assert there.best.document == here.best.document
     assert there.best.evaluation.robust_score == pytest.approx(

@@ -10,7 +10,7 @@ import pytest
 
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.exchange import Plain, best_layouts
-from chladni.design.layouts import Layout, Orbit, candidates, closest, makeups
+from chladni.design.layouts import Layout, Orbit, candidates, closest, lattices, makeups
 from chladni.design.spec import spec_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
@@ -43,6 +43,23 @@ def test_makeups_are_all_there_are() -> None:
     found = list(makeups(5, Counter({4: 9, 2: 9, 1: 1})))
     # 4 + 1, and 2 + 2 + 1; two in the middle there cannot be.
     assert sorted(found) == [(1, 2, 2), (1, 4)]
+
+
+@pytest.mark.parametrize("mirrors", [(True, True), (False, True), (False, False)])
+def test_rows_and_columns_are_even_apart_enough_and_all_there(mirrors: tuple[bool, bool]) -> None:
+    found = [
+        sorted(place for one in own for place in one.images)
+        for own in lattices(6, mirrors, (7e-3, 27e-3), 10e-3)
+    ]
+    # 14 × 54 mm: six in a row fit, two rows of three, and no three rows; at four spacings each.
+    shapes = Counter((len({x for x, _ in own}), len({y for _, y in own})) for own in found)
+    assert shapes == {(1, 6): 4, (2, 3): 16}
+    for own in found:
+        assert len(own) == 6
+        assert closest(own) >= 10e-3 - 1e-9
+        assert np.allclose(np.mean(own, axis=0), 0.0)
+        assert max(x for x, _ in own) <= 7e-3 + 1e-9
+        assert max(y for _, y in own) <= 27e-3 + 1e-9
 
 
 def test_candidates_keep_their_images_apart() -> None:

@@ -44,7 +44,8 @@ def whole() -> tuple[Design, list[float]]:
     better: list[float] = []
     found = design(
         spec_of(small()), jobs=1, samples=1,
-        on_best=lambda _, own: better.append(own.robust_score),
+        on_board=lambda own, is_best: better.append(own.evaluation.robust_score)
+        if is_best else None,
     )  # fmt: skip
     return found, better
 

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Place = tuple[float, float]
 
+SPACINGS = 4
+"""Of rows and columns, from the least to the widest."""
+
 
 @dataclass(frozen=True)
 class Orbit:
@@ -98,17 +101,45 @@ def candidates(
     axes = [_axis(mirrors[axis], reach[axis], step).tolist() for axis in (0, 1)]
     found = []
     for x, y in product(*axes):
-        # Where a mirror is not kept, 0 is a coordinate like all others.
-        leaves = (x != 0.0 or not mirrors[0], y != 0.0 or not mirrors[1])
-        orbit = Orbit(leaves)
-        sides = [
-            (-at, at) if mirror and away else (at,)
-            for at, mirror, away in zip((x, y), mirrors, leaves, strict=True)
-        ]
-        images = tuple(product(*sides))
-        if closest(images) >= least:
-            found.append(Candidate(orbit, (x, y), images))
-    return found
+        found.append(_candidate((x, y), mirrors))
+    return [one for one in found if closest(one.images) >= least]
+
+
+def lattices(
+    count: int, mirrors: tuple[bool, bool], reach: Place, least: float
+) -> Iterator[list[Candidate]]:
+    """Rows and columns of so many coils about the middle, evenly apart: close, wide and between."""
+    for columns in range(1, count + 1):
+        rows, rest = divmod(count, columns)
+        if rest:
+            continue
+        axes = [_even(n, far, least) for n, far in zip((columns, rows), reach, strict=True)]
+        for x, y in product(*axes):
+            firsts = product(*(
+                [at for at in own if at >= 0.0 or not mirror]
+                for own, mirror in zip((x, y), mirrors, strict=True)
+            ))  # fmt: skip
+            yield [_candidate((first[0], first[1]), mirrors) for first in firsts]
+
+
+def _even(number: int, reach: float, least: float) -> list[list[float]]:
+    """Coordinates of so many, at a few spacings from the least to the widest."""
+    widest = 2.0 * reach / (number - 1) if number > 1 else least
+    if widest < least:
+        return []
+    steps = np.unique(np.linspace(least, widest, SPACINGS))
+    return [[round((k - (number - 1) / 2.0) * step, 9) + 0.0 for k in range(number)]
+            for step in steps.tolist()]  # fmt: skip
+
+
+def _candidate(at: Place, mirrors: tuple[bool, bool]) -> Candidate:
+    # Where a mirror is not kept, 0 is a coordinate like all others.
+    leaves = (at[0] != 0.0 or not mirrors[0], at[1] != 0.0 or not mirrors[1])
+    x, y = (
+        (-along, along) if mirror and away else (along,)
+        for along, mirror, away in zip(at, mirrors, leaves, strict=True)
+    )
+    return Candidate(Orbit(leaves), at, tuple(product(x, y)))
 
 
 def closest(places: Sequence[Place]) -> float:

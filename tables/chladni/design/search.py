@@ -12,19 +12,27 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import product
+from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import COMPARED, Evaluation, board_of, evaluate, weighed
+from chladni.design.evaluate import COMPARED, Evaluation, beyond, board_of, evaluate, weighed
 from chladni.design.front import Entry, front_of
 from chladni.design.spec import Spec
-from chladni.design.starts import KEPT, Point, document_at, layouts_of, point_of, spread_numbers
+from chladni.design.starts import (
+    KEPT,
+    Point,
+    document_at,
+    layouts_of,
+    point_of,
+    spread_numbers,
+    steps_of,
+)
 from chladni.design.variables import Choice, Document
 from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Progress
@@ -39,9 +47,15 @@ STARTS = 2
 STEP = 0.2
 """CMA-ES's first standard deviation, as a share of a range."""
 NEAR = 0.1
-"""The same of a coordinate that exchange has found."""
+"""The same of a coil's place, as a share of the least spacing of two."""
+REDRAWN = 30
+"""How often a board is drawn again whose coils are too close, before it is looked at all the same:
+a step that moves one of sixteen coils the wrong way spoils the other fifteen's."""
 FINALISTS = 3
 """Boards that are scored with all draws at the end, besides those of the front."""
+
+
+OnBoard = Callable[[Entry, bool], None]
 
 
 @dataclass(frozen=True)
@@ -82,7 +96,7 @@ def design(
     partial_file: Path | None = None,
     samples: int = SAMPLES,
     progress: Progress | None = None,
-    on_best: Callable[[Document, Evaluation], None] | None = None,
+    on_board: OnBoard | None = None,
 ) -> Design:
     """Look for the board that answers a SPEC best.
 
@@ -95,9 +109,9 @@ def design(
     samples
         Drawn boards by which the last few are compared.
     progress
-        Called with (done, all) of the evaluations.
-    on_best
-        Called with each board that is better than all before it.
+        Called with (done, all) of the evaluations, after each. What it raises ends the search.
+    on_board
+        Called with each board that keeps the limits, and whether it is better than all before it.
 
     Raises
     ------
@@ -107,7 +121,7 @@ def design(
     started = time.perf_counter()
     key = {"design": _digest(asdict(spec)), "seed": seed}
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
-        run = _Run(spec, seed, workers, kept, progress, on_best)
+        run = _Run(spec, seed, workers, kept, progress, on_board)
         run.search()
         found = run.front()
         finished = _finished(spec, found, seed, samples, workers)
@@ -123,10 +137,10 @@ class _Run:
 
     def __init__(
         self, spec: Spec, seed: int, workers: Workers, kept: Checkpoint,
-        progress: Progress | None, on_best: Callable[[Document, Evaluation], None] | None,
+        progress: Progress | None, on_board: OnBoard | None,
     ) -> None:  # fmt: skip
         self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
-        self._progress, self._on_best = progress, on_best
+        self._progress, self._on_board = progress, on_board
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
         self._best = -np.inf
 
@@ -177,13 +191,15 @@ class _Run:
             points = [Point(None, numbers, ()) for numbers in scanned[:KEPT]]
             return [self._ranked(points)[:STARTS]]
         tasks = [(count, numbers) for count in spec.coils for numbers in scanned]
-        rows = self._remembered("layouts", tasks, partial(layouts_of, spec))
+        rows = list(self._remembered("layouts", tasks, partial(layouts_of, spec)))
         found = []
         for count in spec.coils:
             own = [one for (coils, _), row in zip(tasks, rows, strict=True) if coils == count
                    for one in row["layouts"]]  # fmt: skip
             own.sort(key=lambda one: -one["figure"])
-            points = [point_of(one) for one in own[:KEPT]]
+            # Exchange has a rough measure, by which rows and columns may look worse than they are.
+            half = [[one for one in own if one["is_even"] == even][:KEPT] for even in (False, True)]
+            points = [point_of(one) for pair in zip_longest(*half) for one in pair if one][:KEPT]
             if points:
                 found.append(self._ranked(points)[:STARTS])
         if not found:
@@ -205,14 +221,14 @@ class _Run:
         # It brings scipy.stats, which takes a third of a second to load.
         import cma  # noqa: PLC0415
 
-        spec, layout = self._spec, start.layout
+        spec = self._spec
         size = len(start.numbers) + len(start.shares)
         if evaluations < 2 or size == 0:
             return
         whole = [k for k, one in enumerate(spec.variables) if one.is_whole]
         most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
         spread = [STEP * max(one.most, 1.0) for one in spec.variables]
-        spread += [NEAR] * len(start.shares)
+        spread += steps_of(spec, start, NEAR * spec.numbers.coil_spacing)
         # The library wants two dimensions; one that does nothing costs nothing.
         idle = max(0, 2 - size)
         options: dict[str, Any] = {
@@ -226,11 +242,13 @@ class _Run:
         last = self.looked_at + evaluations
         while self.looked_at < last and not own.stop():
             asked = own.ask()
-            cut = len(start.numbers)
-            points = [
-                Point(layout, tuple(map(float, x[:cut])), tuple(map(float, x[cut:size])))
-                for x in asked
-            ]
+            points = [start.at(x) for x in asked]
+            for k in range(len(asked)):
+                for _ in range(REDRAWN):
+                    if not beyond(spec, document_at(spec, points[k])):
+                        break
+                    asked[k] = own.ask(1)[0]
+                    points[k] = start.at(asked[k])
             own.tell(asked, [-score for score in self._look(points)])
 
     def _look(self, points: Sequence[Point]) -> list[float]:
@@ -242,26 +260,31 @@ class _Run:
         for (name, document), row in zip(new.items(), rows, strict=True):
             found = Evaluation(**row)
             self._seen[name] = (document, found)
-            if found.broken is None and found.robust_score > self._best:
-                self._best = found.robust_score
-                if self._on_best:
-                    self._on_best(document, found)
+            self._tell(Entry(document, found))
+        return [self._seen[name][1].robust_score for name in names]
+
+    def _tell(self, entry: Entry) -> None:
+        score = entry.evaluation.robust_score
+        is_best = entry.evaluation.broken is None and score > self._best
+        if is_best:
+            self._best = score
+        if self._on_board and entry.evaluation.broken is None:
+            self._on_board(entry, is_best)
         if self._progress:
             most = self._spec.numbers.evaluations
             self._progress(min(self.looked_at, most), most)
-        return [self._seen[name][1].robust_score for name in names]
 
     def _remembered(
         self, what: str, tasks: Sequence[Any], work: Callable[[Any], dict[str, Any]]
-    ) -> list[dict[str, Any]]:
-        """Results of tasks, from the checkpoint where they are in it."""
+    ) -> Iterator[dict[str, Any]]:
+        """Results of tasks as they come, from the checkpoint where they are in it."""
         names = [f"{what} {_digest(task)}" for task in tasks]
         kept = [self._kept.get(name) for name in names]
-        missing = [k for k, one in enumerate(kept) if one is None]
-        for k, result in zip(missing, self._workers.map(work, (tasks[k] for k in missing)),
-                             strict=True):  # fmt: skip
-            kept[k] = self._kept.put(names[k], result)
-        return [one for one in kept if one is not None]
+        done = self._workers.map(
+            work, [task for task, one in zip(tasks, kept, strict=True) if one is None]
+        )
+        for name, one in zip(names, kept, strict=True):
+            yield self._kept.put(name, next(done)) if one is None else one
 
 
 def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:

@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from chladni.design.variables import Choice, Document, Variable, range_of, variables_of
-from chladni.sim.board.file import part_from, read_document
+from chladni.sim.board.file import (
+    file_of,
+    parse_document,
+    part_from,
+    read_document,
+    shipped_specs,
+)
 from chladni.sim.board.gpio import GATES, RESET_PULL_UPS
 from chladni.sim.board.quantity import MM, quantity
 from chladni.sim.errors import InputError, MissingError
@@ -33,6 +39,8 @@ counts, of the focal error the 90th; the last four count against a board. `finge
 the micrometres under the finger."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
+FIELD, WHAT = "SPEC", "a design's TOML file"
+"""As errors name it."""
 PACKED = np.pi / np.sqrt(12.0)
 """Share of an area that equal circles can cover."""
 
@@ -115,19 +123,39 @@ class Spec:
         return bool(self.coils)
 
 
-def read_spec(path: Path) -> Spec:
+def read_spec(spec: str | Path) -> Spec:
     """Read a SPEC.
+
+    Parameters
+    ----------
+    spec
+        Path of a TOML file, or the name of a shipped one (`strip`, `strip-open`, `pad-open`).
 
     Raises
     ------
     InputError
         The file, or something in it, is wrong; names file, key and value.
     """
-    document = read_document(path, "SPEC", "a design's TOML file")
+    path = file_of(spec, shipped_specs(), FIELD, WHAT)
+    return _in_file(read_document(path, FIELD, WHAT), str(path))
+
+
+def parse_spec(text: str, *, file: str) -> Spec:
+    """A SPEC from the text of its file, which errors call `file`.
+
+    Raises
+    ------
+    InputError
+        As `read_spec`.
+    """
+    return _in_file(parse_document(text, FIELD, WHAT, file=file), file)
+
+
+def _in_file(document: Document, file: str) -> Spec:
     try:
         return spec_of(document)
     except InputError as error:
-        raise error.in_file(str(path)) from None
+        raise error.in_file(file) from None
 
 
 def spec_of(document: Document) -> Spec:

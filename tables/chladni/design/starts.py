@@ -10,7 +10,7 @@ import numpy as np
 
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.exchange import Plain, best_layouts
-from chladni.design.layouts import Layout, Orbit, Place, candidates
+from chladni.design.layouts import Candidate, Layout, Orbit, Place, candidates, lattices
 from chladni.design.spec import Spec
 from chladni.design.variables import Document
 from chladni.drives.scoring.sight import active_lattice
@@ -38,6 +38,11 @@ class Point:
     layout: Layout | None
     numbers: tuple[float, ...]
     shares: tuple[float, ...]
+
+    def at(self, x: Sequence[float]) -> Point:
+        """The point with these numbers and shares, one after the other."""
+        cut, end = len(self.numbers), len(self.numbers) + len(self.shares)
+        return Point(self.layout, tuple(map(float, x[:cut])), tuple(map(float, x[cut:end])))
 
 
 def document_at(spec: Spec, point: Point) -> Document:
@@ -86,9 +91,11 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     mirrors = _mirrors(spec, board)
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
-    offered = [
-        one for one in candidates(mirrors, span, step, spec.numbers.coil_spacing)
-        if not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
+    least = spec.numbers.coil_spacing
+    offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
+    even = [
+        own for own in lattices(count, mirrors, span, least)
+        if all(_is_allowed(spec, one) for one in own)
     ]  # fmt: skip
     lattice = active_lattice(board, max(spec.numbers.pitch, SCAN_PITCH))
     places = [
@@ -97,17 +104,50 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     ]  # fmt: skip
     if not offered:
         return {"layouts": []}
-    plain = Plain.of(board, [place for one in offered for place in one.images], places)
+    all_offered = [*offered, *(one for own in even for one in own)]
+    plain = Plain.of(board, [place for one in all_offered for place in one.images], places)
+    exchanged = best_layouts(plain, offered, count, least)
     rows = []
-    for figure, chosen in best_layouts(plain, offered, count, spec.numbers.coil_spacing)[:KEPT]:
+    for is_even, (figure, chosen) in [
+        *((False, one) for one in exchanged[:KEPT]),
+        *((True, one) for one in _ranked(plain, offered, even)[:KEPT]),
+    ]:
         layout = Layout(mirrors, tuple(one.orbit for one in chosen))
         at = [(one.at[0] / MM, one.at[1] / MM) for one in chosen]
         rows.append({
-            "figure": figure, "mirrors": list(mirrors), "numbers": list(numbers),
+            "figure": figure, "is_even": is_even,
+            "mirrors": list(mirrors), "numbers": list(numbers),
             "leaves": [list(one.leaves) for one in layout.orbits],
             "shares": layout.shares(at, reach),
         })  # fmt: skip
     return {"layouts": rows}
+
+
+def _is_allowed(spec: Spec, one: Candidate) -> bool:
+    return not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
+
+
+def _ranked(
+    plain: Plain, offered: Sequence[Candidate], even: Sequence[list[Candidate]]
+) -> list[tuple[float, list[Candidate]]]:
+    """Rows and columns, whose images come after those of `offered`, the best first."""
+    first, found = sum(len(one.images) for one in offered), []
+    for own in even:
+        count = sum(len(one.images) for one in own)
+        found.append((plain.figure(range(first, first + count)), own))
+        first += count
+    return sorted(found, key=lambda one: -one[0])
+
+
+def steps_of(spec: Spec, point: Point, step: float) -> list[float]:
+    """A step of a coil, m, as a share of each open coordinate."""
+    if point.layout is None:
+        return []
+    reach, mirrors = _reach(spec, point.numbers), point.layout.mirrors
+    return [
+        step / MM / max(reach[axis] * (1.0 if mirrors[axis] else 2.0), 1e-9)
+        for orbit in point.layout.orbits for axis in (0, 1) if orbit.leaves[axis]
+    ]  # fmt: skip
 
 
 def point_of(row: dict[str, Any]) -> Point:

@@ -61,8 +61,12 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         if self._client is not None:
             self._client.close()
 
-    # A process whose memory has grown is replaced, which loses nothing and is no one's concern.
-    _REPLACED = "A worker stopped while some jobs were given to the executor"
+    _EXPECTED = (
+        # A process whose memory has grown is replaced, which loses nothing.
+        "A worker stopped while some jobs were given to the executor",
+        # Who stops in the middle knows that work is left.
+        r"\d+ tasks (have been successfully executed|which were still being processed)",
+    )
 
     def map(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
         """`work` of every item, each result as soon as it and those before it are there."""
@@ -72,7 +76,8 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
             for item in items:
                 yield _alone(work, item)
         else:
-            warnings.filterwarnings("ignore", message=self._REPLACED)
+            for message in self._EXPECTED:
+                warnings.filterwarnings("ignore", message=message)
             # Ctrl-C goes to the whole group of processes; only the one that asked is to say so.
             yield from joblib.Parallel(
                 self.jobs, backend="loky", return_as="generator", initializer=_ignore_interrupt

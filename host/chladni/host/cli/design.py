@@ -7,11 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.design.evaluate import Evaluation, board_of
+from chladni.design.evaluate import board_of
 from chladni.design.front import Entry
 from chladni.design.search import Design, design
 from chladni.design.spec import read_spec
-from chladni.design.variables import Document
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.sight import SAMPLES
 from chladni.host.cli.common.options import (
@@ -42,7 +41,11 @@ def register(app: typer.Typer) -> None:
 
 def design_board(
     spec: Annotated[
-        Path, typer.Argument(metavar="SPEC", help="Board file with open values, and [design].")
+        str,
+        typer.Argument(
+            metavar="SPEC",
+            help="Board file with open values and [design], or a shipped one: strip, strip-open, …",
+        ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
     front: Annotated[
@@ -72,19 +75,21 @@ def design_board(
         raise InputError("--front", str(front), "a folder that is there")
     asked = read_spec(spec)
 
-    def keep(document: Document, found: Evaluation) -> None:
-        about = [f"Robust score {found.robust_score:.2f} so far; the search goes on."]
-        write_whole(output, board_file(board_of(document), about))
+    def keep(entry: Entry, is_best: bool) -> None:
+        if is_best:
+            score = entry.evaluation.robust_score
+            about = [f"Robust score {score:.2f} so far; the search goes on."]
+            write_whole(output, board_file(board_of(entry.document), about))
 
     kept = output.with_name(output.name + PARTIAL)
     try:
         with progress_bar("boards", keeps=True) as progress:
             found = design(
                 asked, seed=seed, jobs=jobs, scheduler=scheduler, partial_file=kept,
-                samples=samples, progress=progress, on_best=keep,
+                samples=samples, progress=progress, on_board=keep,
             )  # fmt: skip
     except InputError as error:
-        raise (error if error.field.startswith("--") else error.in_file(str(spec))) from None
+        raise (error if error.field.startswith("--") else error.in_file(spec)) from None
     write_whole(output, board_file(found.board, _about(found, spec)))
     entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
     if front is not None:
@@ -99,8 +104,8 @@ def design_board(
         say(f"`chladni board score {output}` says more.")
 
 
-def _about(found: Design, spec: Path) -> list[str]:
-    first = f"Answers {spec.name}: the best of {found.evaluations} boards, seed {found.seed}."
+def _about(found: Design, spec: str) -> list[str]:
+    first = f"Answers {Path(spec).name}: the best of {found.evaluations} boards, seed {found.seed}."
     return [first, *_about_entry(found.best)]
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import difflib
 import os
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -74,6 +75,11 @@ def shipped_boards() -> dict[str, Path]:
     return {file.stem: file for file in files if file.stem != "template"}
 
 
+def shipped_specs() -> dict[str, Path]:
+    """Name to file of the SPECs that come with Chladni: boards with values left open."""
+    return {file.stem: file for file in sorted((_boards_directory() / "specs").glob("*.toml"))}
+
+
 def _boards_directory() -> Path:
     here = Path(__file__).resolve()
     installed = here.parents[1] / "boards"
@@ -93,15 +99,25 @@ def load_board(board: str | Path) -> Board:
     InputError
         The file is missing, is not TOML, or says something that cannot be; names file and key.
     """
-    path = Path(board)
-    if not os.path.isfile(path):
-        shipped = shipped_boards()
-        if str(board) not in shipped and not os.path.lexists(path):
-            known = ", ".join(shipped)
-            raise InputError("BOARD", str(board), f"a board file, or one of: {known}")
-        path = shipped.get(str(board), path)
+    path = file_of(board, shipped_boards(), "BOARD", "a board file")
     text = read_text(path, "BOARD", MOST_BYTES, "a board file", encoding="utf-8-sig")
     return parse_board(text, file=str(path))
+
+
+def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: str) -> Path:
+    """The file that a path or a shipped name means; `field` and `what` say what it is for.
+
+    Raises
+    ------
+    InputError
+        There is neither.
+    """
+    path = Path(given)
+    if os.path.isfile(path):
+        return path
+    if str(given) not in shipped and not os.path.lexists(path):
+        raise InputError(field, str(given), f"{what}, or one of: {', '.join(shipped)}")
+    return shipped.get(str(given), path)
 
 
 def parse_board(text: str, *, file: str) -> Board:
@@ -117,12 +133,24 @@ def parse_board(text: str, *, file: str) -> Board:
     InputError
         It is too long, is not TOML, or says something that cannot be; names file and key.
     """
+    document = parse_document(text, file=file)
+    try:
+        return board_from_document(document)
+    except InputError as error:
+        raise error.in_file(file) from None
+
+
+def parse_document(
+    text: str, field: str = "BOARD", what: str = "a board file", *, file: str
+) -> dict[str, Any]:
+    """As `read_document`, of a file's text."""
     size = len(text.encode("utf-8", "replace"))
     if size > MOST_BYTES:
-        expected = f"a board file of at most {MOST_BYTES:,} bytes"
-        raise InputError("BOARD", f"{size:,} bytes", expected, file=file)
+        raise InputError(
+            field, f"{size:,} bytes", f"{what} of at most {MOST_BYTES:,} bytes", file=file
+        )
     try:
-        return board_from_document(_document(text))
+        return _document(text)
     except InputError as error:
         raise error.in_file(file) from None
 
@@ -136,10 +164,7 @@ def read_document(path: Path, field: str = "BOARD", what: str = "a board file") 
         The file is missing, too long, or no such document; `field` and `what` say what it was for.
     """
     text = read_text(path, field, MOST_BYTES, what, encoding="utf-8-sig")
-    try:
-        return _document(text)
-    except InputError as error:
-        raise error.in_file(str(path)) from None
+    return parse_document(text, field, what, file=str(path))
 
 
 def _document(text: str) -> dict[str, Any]:
