@@ -32,6 +32,9 @@ from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
 
 MOVE = {"type": "move", "number": 2, "part": "actuators", "index": 1, "x_mm": 20.0, "y_mm": 38.0}
 
+CHOOSE = {"type": "choose", "board": None, "objective": "ssim", "method": "phasor",
+          "frequency_hz": None}  # fmt: skip
+
 
 def ask(own: ClientConnection, **message: object) -> None:
     own.send(json.dumps(message))
@@ -115,7 +118,7 @@ def test_two_pages_have_a_device_each(
 def test_a_table_is_built_for_what_is_chosen(studio: Studio, small_board: Board) -> None:
     driven = replace(small_board, drive=replace(small_board.drive, frequency_hz=120.0))
     with opened(studio) as own:
-        ask(own, type="choose", board=None, objective="contrast", frequency_hz=120)
+        ask(own, **CHOOSE | {"objective": "contrast", "frequency_hz": 120})
         board = told_of(own, "board")
         assert (board["objective"], board["frequency_hz"]) == ("contrast", 120.0)
         own.recv(TIMEOUT_S)
@@ -136,14 +139,34 @@ def test_a_saved_table_is_the_one_that_plays(
     assert base64.b64decode(saved["data"]) == pack(small_table[0])
 
 
+def test_a_method_that_fills_no_tables_is_solved_for_at_each_press(
+    studio: Studio, small_board: Board
+) -> None:
+    with opened(studio) as own:
+        ask(own, **CHOOSE | {"method": "least-squares", "objective": None})
+        board = told_of(own, "board")
+        assert (board["method"], board["objective"]) == ("least-squares", "ssim")
+        assert not board["has_table"]
+        own.recv(TIMEOUT_S)
+        ask(own, **PRESS)
+        played = told_of(own, "played")
+        assert played["state"] == "computed"
+        wanted = solve(small_board, (10.0, 25.0), method="least-squares")
+        assert np.abs(np.array(played["drive"]) @ (1.0, 1j) - wanted.drive).max() < 1e-12
+        assert told_of(own, "scored")["ssim"] == pytest.approx(wanted.ssim, abs=1e-9)
+        ask(own, type="save", what="table")
+        assert told_of(own, "refused")["field"] == "table"
+
+
 def test_a_choice_that_cannot_be_made_leaves_what_was_there(studio: Studio) -> None:
     with opened(studio) as own:
         for wrong, said in (
             ({"board": "../../etc/passwd"}, "board"), ({"objective": "best"}, "objective"),
+            ({"method": "luck"}, "method"),
+            ({"method": "nearest", "objective": "focus"}, "objective"),
             ({"frequency_hz": 0}, "drive.frequency_hz"), ({"frequency_hz": 1e5}, "frequency_hz"),
         ):  # fmt: skip
-            ask(own, **{"type": "choose", "board": None, "objective": "ssim", "frequency_hz": None}
-                | wrong)  # fmt: skip
+            ask(own, **CHOOSE | wrong)
             assert said in told_of(own, "refused")["text"]
         ask(own, **PRESS)
         assert told_of(own, "played")["state"] == "playing"

@@ -14,7 +14,12 @@ from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.energy import compose
-from chladni.sim.image.metrics import FINGERTIP_RADIUS, disc_mask
+from chladni.sim.image.metrics import (
+    FINGERTIP_RADIUS,
+    SECOND_FINGER_DISTANCE,
+    FingertipDiscs,
+    disc_mask,
+)
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from conftest import CommandLine
@@ -49,6 +54,11 @@ def test_a_file_is_pressed_and_plays_what_the_firmware_reads(
     centre = place[0] * MM, place[1] * MM
     mean = field[disc_mask(small_board.x, small_board.y, centre, FINGERTIP_RADIUS)].mean()
     assert shown["finger_um"] == pytest.approx(1e6 * full * abs(mean), rel=1e-5)  # float32
+    discs = FingertipDiscs(small_board.x, small_board.y)
+    target = place[0] * MM, place[1] * MM
+    # The page centres the finger on an image point, up to 0.8 mm away.
+    second = discs.second_finger_db(field, target, [SECOND_FINGER_DISTANCE])[0]
+    assert shown["second_finger_db"] == pytest.approx(second, abs=0.3)
     page.mouse.up()
     page.get_by_label("x / mm", exact=True).fill("20")
     page.get_by_role("button", name="Press").click()

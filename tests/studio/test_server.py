@@ -17,12 +17,12 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from chladni.drives.problem.problem import solved_board
+from chladni.host.studio.guard import Rate
 from chladni.host.studio.messages import board_message, fields_bytes
-from chladni.host.studio.rates import Rate
 from chladni.host.studio.workshop import Choice, Prepared
 from chladni.sim.board.board import Board
 from conftest import CommandLine
-from studio.conftest import Studio
+from studio.conftest import Studio, serving
 from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
 
 
@@ -154,6 +154,28 @@ def test_a_name_that_is_not_its_own_is_refused(studio: Studio) -> None:
         assert get(studio, path, Host=host)[0] == 403, host
     assert get(studio, path, Host=f"localhost:{studio.port}")[0] == 200
     assert get(studio, path, Origin="http://evil.example")[0] == 403
+
+
+def test_a_server_of_another_address_is_known_by_that_alone() -> None:
+    """Every address of 127/8 is this machine's."""
+    with serving("prototype", "--host", "127.0.0.2", "--port", 0, "--seconds", 60) as own:
+        assert own.url.startswith("http://127.0.0.2:")
+        path = "/" + own.url.split("/", 3)[3]
+        for host, status in (("127.0.0.2", 200), ("127.0.0.1", 403), ("localhost", 403)):
+            connection = http.client.HTTPConnection("127.0.0.2", own.port, timeout=TIMEOUT_S)
+            connection.request("GET", path, headers={"Host": f"{host}:{own.port}"})
+            assert connection.getresponse().status == status, host
+            connection.close()
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", own.port))
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.0.2.1"])
+def test_an_address_that_is_none_of_this_machine_is_refused(
+    chladni: CommandLine, host: str
+) -> None:
+    answer = chladni("studio", "prototype", "--host", host, "--port", 0)
+    assert (answer.code, "--host" in answer.err, host in answer.err) == (2, True, True)
 
 
 def test_what_cannot_be_served_is_said_at_once(

@@ -16,7 +16,7 @@ from chladni.host.cli.common.options import (
     JobsOption,
     JsonOption,
     LargeOption,
-    ObjectiveOption,
+    OwnObjectiveOption,
     check_jobs,
 )
 from chladni.host.cli.common.output import answer, progress_bar
@@ -35,8 +35,13 @@ def studio(
     board: Annotated[
         str, typer.Argument(metavar="[BOARD]", help="Board file, or a shipped name.")
     ] = "prototype",
-    objective: ObjectiveOption = "ssim",
-    port: Annotated[int, typer.Option(help="Of 127.0.0.1; 0 is any that is free.")] = PORT,
+    objective: OwnObjectiveOption = None,
+    port: Annotated[int, typer.Option(help="0 is any that is free.")] = PORT,
+    host: Annotated[
+        str,
+        typer.Option(help="Address of this machine to listen at. By default no other machine "
+                     "reaches the page; in a network all can who know its address."),
+    ] = "127.0.0.1",
     key: Annotated[
         Path | None,
         typer.Option(help="Secret of the address, in a file; made if it is not there. By default "
@@ -60,22 +65,25 @@ def studio(
 ) -> None:  # fmt: skip
     """Serve a page to press a board on, played by the emulated firmware."""
     check_jobs(jobs)
-    check_request("phasor", objective, SEED, None, None)
     if not 0 <= port <= HIGHEST_PORT:
         raise InputError("--port", port, f"a number from 0 to {HIGHEST_PORT}")
     if seconds is not None and not 0.0 < seconds < float("inf"):
         raise InputError("--seconds", seconds, "more than 0")
     loaded = load_board(board)
+    from chladni.tables.build import default_objective  # noqa: PLC0415
+
+    own = objective or default_objective(loaded)
+    check_request("phasor", own, SEED, None, None)
     if export is not None:
-        _export(loaded, objective, export, jobs, as_json=as_json)
+        _export(loaded, own, export, jobs, as_json=as_json)
         return
     # What serves pages takes a moment to load, and no other command needs it.
-    from chladni.host.studio.server import LOOPBACK, listen, serve  # noqa: PLC0415
+    from chladni.host.studio.server import listen, serve  # noqa: PLC0415
     from chladni.host.studio.workshop import Choice  # noqa: PLC0415
 
-    listening = listen(port)
+    listening = listen(port, host)
     token = _token(key)
-    url = f"http://{LOOPBACK}:{listening.getsockname()[1]}/{token}/"
+    url = "http://{}:{}/{}/".format(*listening.getsockname(), token)
 
     def say() -> None:
         if as_json:
@@ -87,7 +95,7 @@ def studio(
     serve(
         listening,
         token,
-        Choice(loaded, objective),
+        Choice(loaded, own),
         known_ports=device or (),
         jobs=jobs,
         seconds=seconds,

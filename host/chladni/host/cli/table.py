@@ -14,7 +14,6 @@ import typer
 from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED
-from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
 from chladni.drives.scoring.sight import SAMPLES
@@ -26,6 +25,7 @@ from chladni.host.cli.common.options import (
     JobsOption,
     JsonOption,
     LargeOption,
+    OwnObjectiveOption,
     PerturbedOption,
     SamplesOption,
     SchedulerOption,
@@ -72,13 +72,7 @@ def register(app: typer.Typer) -> None:
 def build(
     board: BoardArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
-    objective: Annotated[
-        str | None,
-        typer.Option(
-            help="What drives are to be best at: " + ", ".join(OBJECTIVES) + ". By default focus "
-            "on a board whose file has a [focus] block, else ssim."
-        ),
-    ] = None,
+    objective: OwnObjectiveOption = None,
     frequency: Annotated[
         list[float] | None,
         typer.Option(help="Drive frequency, Hz; again for more sections. The board's by default."),

@@ -1,30 +1,39 @@
-"""Boards that a page may choose by name, and one from the text of a file."""
+"""Boards and SPECs that a page may choose by name, or give by the text of a file."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from chladni.host.studio.requests import Choose, Open
+from chladni.design.spec import Spec, parse_spec, read_spec
+from chladni.drives.methods import SEED
+from chladni.drives.solve import check_request
+from chladni.host.studio.requests import Begin, Choose, Open
 from chladni.host.studio.workshop import Choice
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board, parse_board, shipped_boards
+from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
 from chladni.sim.errors import InputError
+from chladni.tables.build import default_objective
 
 MOST_NAME = 80
 """Characters of a dropped file's name that are shown."""
 
 
 class Catalogue:
-    """The shipped boards and the one the studio was started with."""
+    """The shipped boards and SPECs, and the board the studio was started with."""
 
     def __init__(self, first: Choice) -> None:
         self.first = first
-        self._shipped = shipped_boards()
+        self._shipped, self._specs = shipped_boards(), shipped_specs()
 
     @property
     def names(self) -> list[str]:
         """In the order they are offered."""
         return list(dict.fromkeys([self.first.board.name, *self._shipped]))
+
+    @property
+    def specs(self) -> list[str]:
+        """Designs that can be asked for by name."""
+        return list(self._specs)
 
     def chosen(self, request: Choose, shown: Board) -> Choice:
         """The board of a request, at its frequency.
@@ -37,14 +46,32 @@ class Catalogue:
         Raises
         ------
         InputError
-            No such board, or a frequency it cannot be driven at. No other file can be named.
+            No such board, a frequency it cannot be driven at, or an objective that the method does
+            not have. No other file can be named.
         """
         board = shown if request.board is None else self._board(request.board)
         if request.frequency_hz is not None:
             board = replace(board, drive=replace(board.drive, frequency_hz=request.frequency_hz))
-        return Choice(board, request.objective)
+        objective = request.objective or default_objective(board)
+        check_request(request.method, objective, SEED, None, None)
+        return Choice(board, objective, request.method)
 
-    def opened(self, request: Open, objective: str) -> Choice:
+    def asked(self, request: Begin) -> tuple[str, Spec]:
+        """A design's name and its SPEC.
+
+        Raises
+        ------
+        InputError
+            No such SPEC, or what is wrong with it, by file, key and value.
+        """
+        name = request.name[:MOST_NAME]
+        if request.text is not None:
+            return name, parse_spec(request.text, file=name)
+        if name not in self._specs:
+            raise InputError("SPEC", name, "one of: " + ", ".join(self._specs))
+        return name, read_spec(self._specs[name])
+
+    def opened(self, request: Open) -> Choice:
         """The board of a dropped file.
 
         Raises
@@ -52,7 +79,8 @@ class Catalogue:
         InputError
             What is wrong with it, by file, key and value.
         """
-        return Choice(parse_board(request.text, file=request.name[:MOST_NAME]), objective)
+        board = parse_board(request.text, file=request.name[:MOST_NAME])
+        return Choice(board, default_objective(board))
 
     def _board(self, name: str) -> Board:
         if name == self.first.board.name:

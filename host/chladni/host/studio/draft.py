@@ -1,6 +1,6 @@
-"""A board whose parts are being moved: its plate solved live, its drives as they would be.
+"""A board without a table: each press is solved for by itself, and no device plays.
 
-A table takes seconds to build, so none is: each press is solved for by itself, without a device.
+Parts can be moved on it. A table would take seconds to build each time, or has no such drives.
 """
 
 from __future__ import annotations
@@ -10,13 +10,11 @@ from dataclasses import replace
 from typing import Any
 
 from chladni.drives.methods import SEED, Options
-from chladni.drives.problem.problem import solved_board
 from chladni.drives.solve import solve_problem
 from chladni.host.studio.panel import FingerEvent, Place, Played
-from chladni.host.studio.workshop import Choice, Prepared
+from chladni.host.studio.workshop import Prepared
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError, check_estimate
-from chladni.sim.fields.transfer import TOLERANCE
+from chladni.sim.errors import InputError
 
 COMPUTED = "computed"
 """In place of a device's state."""
@@ -55,9 +53,7 @@ class Draft:
         parts[index] = replace(parts[index], at=(place_mm[0] * MM, place_mm[1] * MM))
         changed: dict[str, Any] = {part: tuple(parts)}
         moved = replace(board, **changed)
-        solved = solved_board(moved)
-        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
-        self.prepared = Prepared(Choice(moved, self.prepared.choice.objective), solved)
+        self.prepared = Prepared.of(replace(self.prepared.choice, board=moved))
         return self.prepared
 
     def apply(self, events: Sequence[FingerEvent]) -> Played | None:
@@ -87,6 +83,6 @@ class Draft:
             It is off the board.
         """
         problem = self.prepared.solved.problem(place_mm)
-        options = Options(self.prepared.choice.objective, SEED)
-        found = solve_problem(problem, "phasor", options)
+        choice = self.prepared.choice
+        found = solve_problem(problem, choice.method, Options(choice.objective, SEED))
         return Played(place_mm, found.drive, None, COMPUTED)

@@ -1,4 +1,4 @@
-"""Who may speak to the server: pages that it served itself, under the token of its address.
+"""Who may speak to the server, and how often: pages that it served itself, under its token.
 
 Any page that a browser has open may send requests to 127.0.0.1. So `Host` must be the server's own
 name (another one is a foreign domain that resolves to it), `Origin` must be its own page, and the
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hmac
 from collections.abc import Awaitable, Callable, MutableMapping
+from time import monotonic
 from typing import Any
 
 Scope = MutableMapping[str, Any]
@@ -39,15 +40,16 @@ class Guard:
         What answers; its paths come without the token.
     token
         First part of every path.
-    port
+    port, host
         The server's.
     """
 
-    def __init__(self, app: App, token: str, port: int) -> None:
+    def __init__(self, app: App, token: str, port: int, host: str = NAMES[0]) -> None:
         self._app, self._token = app, token.encode()
-        self._hosts = {f"{name}:{port}".encode() for name in NAMES}
+        names = NAMES if host in NAMES else (host,)
+        self._hosts = {f"{name}:{port}".encode() for name in names}
         if port == 80:
-            self._hosts |= {name.encode() for name in NAMES}
+            self._hosts |= {name.encode() for name in names}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or connection."""
@@ -95,3 +97,23 @@ async def _refuse(receive: Receive, send: Send, status: int, *, is_socket: bool)
     await send({"type": "http.response.start", "status": status,
                 "headers": [(b"content-type", b"text/plain")]})  # fmt: skip
     await send({"type": "http.response.body", "body": b"not for you\n"})
+
+
+class Rate:
+    """A bucket that fills at `per_second` up to `most`; what comes is taken out of it."""
+
+    def __init__(
+        self, per_second: float, most: float, clock: Callable[[], float] = monotonic
+    ) -> None:
+        self._per_second, self._most, self._clock = per_second, most, clock
+        self._left, self._at = most, clock()
+
+    def allows(self, amount: float = 1.0) -> bool:
+        """Whether there is room for so much more, which is taken."""
+        now = self._clock()
+        self._left = min(self._most, self._left + (now - self._at) * self._per_second)
+        self._at = now
+        if self._left < amount:
+            return False
+        self._left -= amount
+        return True

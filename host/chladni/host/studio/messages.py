@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.studio.panel import Played
-from chladni.host.studio.workshop import Choice, Prepared
+from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ChladniError, InputError
@@ -61,8 +62,10 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "type": "board",
         "name": board.name,
         "objective": ready.choice.objective,
+        "method": ready.choice.method,
         "source": source,
         "is_draft": is_draft,
+        "has_table": not is_draft and isinstance(ready, ReadyBoard),
         "frequency_hz": fields.frequency_hz,
         "size_mm": [side / MM for side in board.plate.size],
         "corner_radius_mm": board.plate.corner_radius / MM,
@@ -72,6 +75,7 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "magnet_radius_mm": board.magnet.radius / MM if board.magnet else 0.0,
         "screws": [{"at_mm": _mm(s.at), "radius_mm": s.radius / MM} for s in board.screws],
         "fingertip_mm": metrics.FINGERTIP_RADIUS / MM,
+        "second_finger_mm": metrics.SECOND_FINGER_DISTANCE / MM,
         "error_estimate": fields.error_estimate,
         "tolerance_met": fields.tolerance_met,
     }
@@ -117,15 +121,20 @@ def refusal(error: ChladniError, number: int | None = None) -> dict[str, Any]:
     return {"type": "refused", "number": number, **parts}
 
 
-def hello(boards: Sequence[str], choice: Choice, ports: Sequence[str]) -> dict[str, Any]:
+def hello(
+    boards: Sequence[str], specs: Sequence[str], choice: Choice, ports: Sequence[str]
+) -> dict[str, Any]:
     """What there is to choose from, and what is chosen."""
     return {
         "type": "hello",
         "boards": list(boards),
+        "specs": list(specs),
         "ports": list(ports),
         "objectives": list(OBJECTIVES),
+        "methods": list(METHODS),
         "board": choice.board.name,
         "objective": choice.objective,
+        "method": choice.method,
         "frequency_hz": choice.board.drive.frequency_hz,
     }
 

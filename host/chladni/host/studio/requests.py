@@ -7,13 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.drives.methods import METHODS
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.studio.panel import FingerEvent, Place
 from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
 from chladni.sim.errors import InputError, MissingError
 
 MOST_BYTES = 2048
-"""Of a request, unless it brings a board file."""
+"""Of a request, unless it brings a board file or a SPEC."""
 LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
 """Of one that does: in JSON a quote or the end of a line takes two bytes."""
 FINGERS = (0, 1)
@@ -46,10 +47,14 @@ class Move:
 
 @dataclass(frozen=True)
 class Choose:
-    """A board by name, or the one that is shown, and what its table is made for."""
+    """A board by name, or the one that is shown, and how its drives are found.
+
+    Without an objective, the board's own.
+    """
 
     board: str | None
-    objective: str
+    objective: str | None
+    method: str
     frequency_hz: float | None
 
 
@@ -59,6 +64,26 @@ class Open:
 
     name: str
     text: str
+
+
+@dataclass(frozen=True)
+class Begin:
+    """A design: a SPEC by its text, or a shipped one by name."""
+
+    name: str
+    text: str | None
+
+
+@dataclass(frozen=True)
+class Stop:
+    """An end of the page's design."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """A board that the page's design has found, to be shown."""
+
+    index: int
 
 
 @dataclass(frozen=True)
@@ -83,7 +108,7 @@ class Order:
     text: str
 
 
-Request = Touch | Move | Choose | Open | Save | Attach | Order
+Request = Touch | Move | Choose | Open | Begin | Stop | Take | Save | Attach | Order
 
 
 def parse(text: str) -> Request:
@@ -104,7 +129,7 @@ def parse(text: str) -> Request:
     kind = message.pop("type", None)
     if not isinstance(kind, str) or kind not in _KINDS:
         raise InputError("type", kind, "one of: " + ", ".join(_KINDS))
-    if kind != "open" and size > MOST_BYTES:
+    if kind not in ("open", "design") and size > MOST_BYTES:
         raise InputError("message", f"{size} bytes", f"at most {MOST_BYTES}")
     known, make = _KINDS[kind]
     for key, value in message.items():
@@ -138,11 +163,26 @@ def _choose(message: dict[str, Any]) -> Choose:
     frequency = message["frequency_hz"]
     if frequency is not None:
         frequency = _number(message, "frequency_hz", "a frequency in Hz, or null", LARGEST_HZ)
-    return Choose(board, _one_of(message, "objective", tuple(OBJECTIVES)), frequency)
+    own = message["objective"] is None
+    objective = None if own else _one_of(message, "objective", tuple(OBJECTIVES))
+    return Choose(board, objective, _one_of(message, "method", tuple(METHODS)), frequency)
 
 
 def _open(message: dict[str, Any]) -> Open:
     return Open(_text(message, "name"), _text(message, "text"))
+
+
+def _begin(message: dict[str, Any]) -> Begin:
+    text = _text(message, "text") if message["text"] is not None else None
+    return Begin(_text(message, "name"), text)
+
+
+def _stop(_: dict[str, Any]) -> Stop:
+    return Stop()
+
+
+def _take(message: dict[str, Any]) -> Take:
+    return Take(_whole(message, "index"))
 
 
 def _save(message: dict[str, Any]) -> Save:
@@ -161,8 +201,11 @@ _KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] =
     "press": (("number", "finger", "x_mm", "y_mm"), _press),
     "lift": (("number", "finger"), _lift),
     "move": (("number", "part", "index", "x_mm", "y_mm"), _move),
-    "choose": (("board", "objective", "frequency_hz"), _choose),
+    "choose": (("board", "objective", "method", "frequency_hz"), _choose),
     "open": (("name", "text"), _open),
+    "design": (("name", "text"), _begin),
+    "stop": ((), _stop),
+    "take": (("index",), _take),
     "save": (("what",), _save),
     "attach": (("port",), _attach),
     "order": (("what", "text"), _order),

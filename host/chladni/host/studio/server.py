@@ -22,10 +22,11 @@ from chladni.host.studio.guard import Guard
 from chladni.host.studio.requests import LONGEST
 from chladni.host.studio.session import Session
 from chladni.host.studio.workshop import Choice, Workshop
-from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.errors import InputError
 
 PAGE = Path(__file__).parent / "page"
 LOOPBACK = "127.0.0.1"
+EVERY_ADDRESS = ("", "0.0.0.0", "255.255.255.255")
 MOST_PAGES = 16
 """At once; each has a device and two threads."""
 MOST_CONNECTIONS = 128
@@ -54,19 +55,21 @@ def application(workshop: Workshop, choice: Choice, known_ports: Sequence[str] =
     return Starlette(routes=[WebSocketRoute("/socket", connect), Mount("/", files)])
 
 
-def listen(port: int) -> socket.socket:
-    """A socket on 127.0.0.1; port 0 is any that is free.
+def listen(port: int, host: str = LOOPBACK) -> socket.socket:
+    """A socket on an address of this machine; port 0 is any that is free.
 
     Raises
     ------
     InputError
-        The port is taken, or not to be had.
+        The port is taken or not to be had, or the address is not one of this machine's.
     """
+    if host in EVERY_ADDRESS:
+        raise InputError("--host", host, "one address of this machine: pages are held against it")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     # A server that was just stopped leaves its port in TIME_WAIT.
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listening.bind((LOOPBACK, port))
+        listening.bind((host, port))
         listening.listen()
     except OSError as error:
         listening.close()
@@ -75,19 +78,21 @@ def listen(port: int) -> socket.socket:
         elif error.errno == errno.EACCES:
             expected = "a port above 1023; 0 takes any"
         else:
-            raise ChladniError(f"{LOOPBACK}:{port}: {error.strerror}") from None
+            expected = "an address of this machine, such as 192.168.1.20"
+            raise InputError("--host", host, expected) from None
         raise InputError("--port", port, expected) from None
     return listening
 
 
 def make_server(
-    port: int, token: str, choice: Choice, workshop: Workshop, *, known_ports: Sequence[str] = ()
-) -> uvicorn.Server:
+    port: int, token: str, choice: Choice, workshop: Workshop, *,
+    host: str = LOOPBACK, known_ports: Sequence[str] = (),
+) -> uvicorn.Server:  # fmt: skip
     """A server of pages.
 
     Parameters
     ----------
-    port
+    port, host
         Where it will listen.
     token
         First part of every path.
@@ -98,7 +103,7 @@ def make_server(
     known_ports
         Serial ports that a page may choose besides those with a USB bridge.
     """
-    app = Guard(application(workshop, choice, known_ports), token, port)
+    app = Guard(application(workshop, choice, known_ports), token, port, host)
     config = uvicorn.Config(
         app, http="h11", ws="websockets-sansio",
         ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
@@ -127,8 +132,8 @@ def serve(
         Called when pages can be asked for.
     """
     workshop = Workshop(jobs)
-    port = listening.getsockname()[1]
-    server = make_server(port, token, choice, workshop, known_ports=known_ports)
+    host, port = listening.getsockname()
+    server = make_server(port, token, choice, workshop, host=host, known_ports=known_ports)
     # A scorecard's thread gives way to a press within a millisecond; by default it takes five.
     sys.setswitchinterval(1e-3)
     try:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from collections import deque
 from collections.abc import Callable, Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from time import monotonic
 from typing import Any, TypeVar
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -16,23 +14,29 @@ from chladni.host.studio import messages
 from chladni.host.studio.attached import ports
 from chladni.host.studio.catalogue import Catalogue
 from chladni.host.studio.draft import Draft
+from chladni.host.studio.guard import Rate
 from chladni.host.studio.instrument import Instrument
-from chladni.host.studio.numbers import numbers_of
-from chladni.host.studio.panel import EmulatedPanel, Played
-from chladni.host.studio.rates import Rate
+from chladni.host.studio.panel import EmulatedPanel
 from chladni.host.studio.requests import (
     Attach,
+    Begin,
+    Choose,
     Move,
     Open,
     Order,
     Request,
     Save,
+    Stop,
+    Take,
     Touch,
     parse,
 )
+from chladni.host.studio.scorer import Scorer
+from chladni.host.studio.search import Watch
 from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard, Workshop
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ChladniError, InputError, MissingError
+from chladni.tables.build import default_objective
 from chladni.tables.format import pack
 
 Result = TypeVar("Result")
@@ -47,11 +51,10 @@ MOST_WAITING = 64
 """Events; moves of one finger are one, so only fingers that go up and down add up."""
 FROM_PINS = "Drives are what the emulated firmware's pins make of a touch."
 FROM_SOLVER = "A part has moved: drives are computed, and no device plays. Build its table for one."
+FROM_METHOD = "Drives are computed by {}, which fills no tables, so no device plays."
 MOST_ORDERS = 2
 """For a real device: one that is at work, and one to let go of it."""
 PROGRESS_S = 0.2
-QUIET_S, LATEST_S = 0.1, 0.5
-"""A scorecard is made once no press has come for so long, and in a drag as often as this."""
 TOO_MUCH, UNSUPPORTED = 1008, 1003
 """Codes with which a connection is closed (RFC 6455, 7.4.1): policy, kind of data."""
 
@@ -83,25 +86,25 @@ class Session:
         self._socket, self._workshop, self._catalogue = socket, workshop, catalogue
         self._known_ports = known_ports
         self._instrument = Instrument(self._send, known_ports)
+        self._scorer, self._watch = Scorer(self._send), Watch(workshop.searches, self._send)
         self._rates = Rate(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE)
         self._bytes = Rate(BYTES_PER_SECOND, BYTES_AT_ONCE)
         self._boards = Rate(BOARDS_PER_SECOND, BOARDS_AT_ONCE)
         self._sending = asyncio.Lock()
         self._waiting: deque[Touch | Move] = deque()
-        self._has_news, self._is_to_score = asyncio.Event(), asyncio.Event()
+        self._has_news = asyncio.Event()
         self._choice = catalogue.first
         self._before: Choice | None = None
         self._shown: Prepared | None = None
-        self._latest: tuple[int, Prepared, Played] | None = None
         self._serving: asyncio.Task[None] | None = None
         self._orders: set[asyncio.Task[None]] = set()
         # Of its own: what one page asks for takes no thread from another.
         self._hand = ThreadPoolExecutor(1, "touch")
-        self._pen = ThreadPoolExecutor(1, "score")
 
     async def run(self) -> None:
         """Until the page goes, or is sent away."""
-        besides = [asyncio.create_task(own) for own in (self._score(), self._instrument.follow())]
+        followed = (self._scorer, self._instrument, self._watch)
+        besides = [asyncio.create_task(own.follow()) for own in followed]
         try:
             await self._start(self._choice)
             await self._listen()
@@ -113,7 +116,8 @@ class Session:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             self._hand.shutdown(wait=False, cancel_futures=True)
-            self._pen.shutdown(wait=False, cancel_futures=True)
+            self._scorer.close()
+            self._watch.stop()
             self._instrument.close()
 
     async def _listen(self) -> None:
@@ -138,15 +142,24 @@ class Session:
             await self._save(request.what)
         elif isinstance(request, (Attach, Order)):
             await self._order(request)
+        elif isinstance(request, Stop):
+            self._watch.stop()
         else:
             if not self._boards.allows():
                 await self._close(TOO_MUCH, "too many boards")
-            if isinstance(request, Open):
-                choice = self._catalogue.opened(request, self._choice.objective)
+            if isinstance(request, Begin):
+                self._watch.begin(*self._catalogue.asked(request))
             else:
-                shown = (self._shown.choice if self._shown else self._choice).board
-                choice = self._catalogue.chosen(request, shown)
-            await self._start(choice)
+                await self._start(self._chosen(request))
+
+    def _chosen(self, request: Open | Choose | Take) -> Choice:
+        if isinstance(request, Take):
+            board = self._watch.taken(request.index)
+            return Choice(board, default_objective(board))
+        if isinstance(request, Open):
+            return self._catalogue.opened(request)
+        shown = (self._shown.choice if self._shown else self._choice).board
+        return self._catalogue.chosen(request, shown)
 
     async def _put(self, request: Touch | Move) -> None:
         """Queue an event; a move replaces the one before, which no one would see."""
@@ -196,19 +209,21 @@ class Session:
             self._serving.cancel()
             await asyncio.gather(self._serving, return_exceptions=True)
         self._waiting.clear()
-        self._choice, self._shown, self._latest = choice, None, None
+        self._choice, self._shown, self._scorer.latest = choice, None, None
         await self._send(self._hello(choice))
         self._serving = asyncio.create_task(self._serve(choice))
 
     def _hello(self, choice: Choice) -> dict[str, Any]:
-        return messages.hello(self._catalogue.names, choice, ports(self._known_ports))
+        return messages.hello(
+            self._catalogue.names, self._catalogue.specs, choice, ports(self._known_ports)
+        )
 
     async def _serve(self, choice: Choice) -> None:
         try:
             ready, refusal = await self._ready_or_before(choice)
             if ready is not None:
                 self._before = ready.choice
-                await self._show(ready, FROM_PINS)
+                await self._show(ready)
             if refusal is not None:
                 await self._send(messages.refusal(refusal))
             if ready is not None:
@@ -216,9 +231,7 @@ class Session:
         except (WebSocketDisconnect, RuntimeError):
             pass  # the page has gone, and `_listen` hears of it
 
-    async def _ready_or_before(
-        self, choice: Choice
-    ) -> tuple[ReadyBoard | None, ChladniError | None]:
+    async def _ready_or_before(self, choice: Choice) -> tuple[Prepared | None, ChladniError | None]:
         """A board, or if that cannot be made the one before it and why."""
         try:
             return await self._ready(choice), None
@@ -229,7 +242,7 @@ class Session:
             await self._send(self._hello(self._before))
             return await self._ready(self._before), error
 
-    async def _ready(self, choice: Choice) -> ReadyBoard:
+    async def _ready(self, choice: Choice) -> Prepared:
         """The board, with progress while it is made."""
         making = self._workshop.make(choice)
         try:
@@ -244,16 +257,20 @@ class Session:
         finally:
             self._workshop.leave(making)
 
-    async def _show(self, prepared: Prepared, source: str) -> None:
+    async def _show(self, prepared: Prepared, *, is_draft: bool = False) -> None:
         self._shown = prepared
-        is_draft = source == FROM_SOLVER
+        source = FROM_METHOD.format(prepared.choice.method)
+        if is_draft:
+            source = FROM_SOLVER
+        elif isinstance(prepared, ReadyBoard):
+            source = FROM_PINS
         head = messages.board_message(prepared, source, is_draft=is_draft)
         await self._send(head, messages.fields_bytes(prepared))
 
-    async def _play(self, ready: ReadyBoard) -> None:
+    async def _play(self, ready: Prepared) -> None:
         """Answer touches, with the device until a part moves, and from then on without."""
-        player: EmulatedPanel | Draft = EmulatedPanel(ready)
-        shown: Prepared = ready
+        player = EmulatedPanel(ready) if isinstance(ready, ReadyBoard) else Draft(ready)
+        shown = ready
         while True:
             await self._has_news.wait()
             self._has_news.clear()
@@ -267,12 +284,13 @@ class Session:
                     for move in moves:
                         shown = await self._in(self._hand, draft.move, *_where(move))
                     player = draft  # only now: a part that may not be there leaves all as it was
-                    await self._show(shown, FROM_SOLVER)
+                    await self._show(shown, is_draft=True)
                 played = await self._in(self._hand, player.apply, events)
                 if events:
                     self._instrument.point(played.place_mm if played else None)
-                if moves and played is None and self._latest and isinstance(player, Draft):
-                    place = self._latest[2].place_mm
+                latest = self._scorer.latest
+                if moves and played is None and latest and isinstance(player, Draft):
+                    place = latest[2].place_mm
                     played = await self._in(self._hand, player.solve, place)
             except ChladniError as error:
                 await self._send(messages.refusal(error, number))
@@ -281,33 +299,7 @@ class Session:
                 await self._send({"type": "lifted", "number": number})
                 continue
             await self._send(messages.played_message(shown, number, played))
-            self._latest = number, shown, played
-            self._is_to_score.set()
-
-    async def _score(self) -> None:
-        """Numbers of the latest press; they take longer than the picture, and some are left out."""
-        while True:
-            await self._is_to_score.wait()
-            await self._quiet()
-            if self._latest is None:
-                continue
-            number, shown, played = self._latest
-            try:
-                numbers = await self._in(self._pen, numbers_of, shown, played)
-            except ChladniError as error:
-                await self._send(messages.refusal(error, number))
-                continue
-            if self._shown is shown:
-                await self._send({"type": "scored", "number": number, **numbers})
-
-    async def _quiet(self) -> None:
-        """Wait for a moment in which scoring holds up no press."""
-        begun = monotonic()
-        while self._is_to_score.is_set() and monotonic() < begun + LATEST_S:
-            self._is_to_score.clear()
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._is_to_score.wait(), QUIET_S)
-        self._is_to_score.clear()
+            self._scorer.put(number, shown, played)
 
     async def _in(
         self, pool: ThreadPoolExecutor, work: Callable[..., Result], *given: Any

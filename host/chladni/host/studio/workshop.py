@@ -1,4 +1,4 @@
-"""Boards made ready for pages: plate solved and table built, once each, in the background."""
+"""Boards made ready for pages, in the background: plate solved and table built, once each."""
 
 from __future__ import annotations
 
@@ -8,26 +8,31 @@ from dataclasses import dataclass
 
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.host.studio.search import Searches
 from chladni.sim.board.board import Board
-from chladni.sim.errors import ChladniError, StoppedError
+from chladni.sim.errors import ChladniError, StoppedError, check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.build import build_table
 from chladni.tables.table import Table
 
+TABLE_METHOD = "phasor"
+"""Of which tables are built; drives of another one are computed at each press."""
 MOST_KEPT = 8
 """Boards with their tables; 0.1 GB each of the shipped ones. The one asked for longest ago goes."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a page plays: a board, and what its table is best at."""
+    """What a page plays: a board, what its drives are best at, and the method that finds them."""
 
     board: Board
     objective: str
+    method: str = TABLE_METHOD
 
     @property
     def key(self) -> tuple[object, ...]:
         """Equal for boards that are equal in every value."""
-        return self.board, self.objective
+        return self.board, self.objective, self.method
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,19 @@ class Prepared:
 
     choice: Choice
     solved: SolvedBoard
+
+    @classmethod
+    def of(cls, choice: Choice) -> Prepared:
+        """Solve a board's plate.
+
+        Raises
+        ------
+        ToleranceError
+            Its fields may be wrong by more than 5 %.
+        """
+        solved = solved_board(choice.board)
+        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
+        return cls(choice, solved)
 
     @property
     def board(self) -> Board:
@@ -62,8 +80,7 @@ class ReadyBoard(Prepared):
         progress
             Called as progress(done regions, all regions).
         """
-        solved = solved_board(choice.board)
-        _ = solved.second_fingers  # made here, so that the first press need not wait for it
+        solved = Prepared.of(choice).solved
         table, _ = build_table(
             choice.board, objective=choice.objective, jobs=jobs, progress=progress,
             allow_unmet=True,
@@ -78,7 +95,7 @@ class Making:
     `pages` wait for it. When the last of them has gone elsewhere, it is made no further.
     """
 
-    result: Future[ReadyBoard]
+    result: Future[Prepared]
     done: int = 0
     all: int = 0
     pages: int = 0
@@ -91,11 +108,17 @@ class Workshop:
     Parameters
     ----------
     jobs
-        Threads of a table's build; all cores by default.
+        Threads of a table's build, and processes of a design; all cores by default.
+
+    Attributes
+    ----------
+    searches
+        Designs that pages have begun.
     """
 
     def __init__(self, jobs: int | None = None) -> None:
         self._jobs = jobs
+        self.searches = Searches(jobs)
         self._made: dict[tuple[object, ...], Making] = {}
         self._lock, self._turn = threading.Lock(), threading.Lock()
         self._threads: list[threading.Thread] = []
@@ -117,7 +140,7 @@ class Workshop:
                 del self._made[key]
             return making
 
-    def keep(self, ready: ReadyBoard) -> None:
+    def keep(self, ready: Prepared) -> None:
         """A board that is ready already."""
         making = Making(Future(), pages=1)
         making.result.set_result(ready)
@@ -132,6 +155,7 @@ class Workshop:
     def close(self) -> None:
         """Stop what is being made, and wait until it has: a plate is solved to its end."""
         self._is_closed = True
+        self.searches.close()
         for thread in self._threads:
             thread.join()
 
@@ -150,14 +174,19 @@ class Workshop:
             making.result.set_exception(ChladniError(f"{type(error).__name__}: {error}"))
             raise
 
-    def _made_ready(self, choice: Choice, making: Making) -> ReadyBoard:
+    def _made_ready(self, choice: Choice, making: Making) -> Prepared:
         def tell(done: int, of_all: int) -> None:
             making.done, making.all = done, of_all
             if self._is_closed or making.is_given_up:
                 raise StoppedError("not wanted any more")
 
         tell(0, 0)
-        return ReadyBoard.of(choice, jobs=self._jobs, progress=tell)
+        if choice.method == TABLE_METHOD:
+            made: Prepared = ReadyBoard.of(choice, jobs=self._jobs, progress=tell)
+        else:
+            made = Prepared.of(choice)
+        _ = made.solved.second_fingers  # made here, so that the first press need not wait for it
+        return made
 
 
 def _has_failed(making: Making) -> bool:

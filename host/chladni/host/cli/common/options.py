@@ -27,6 +27,14 @@ MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) 
 ObjectiveOption = Annotated[
     str, typer.Option(help="What phasor is to be best at: " + ", ".join(OBJECTIVES) + ".")
 ]
+OwnObjectiveOption = Annotated[
+    str | None,
+    typer.Option(
+        "--objective",
+        help="What drives are to be best at: " + ", ".join(OBJECTIVES) + ". By default focus "
+        "on a board whose file has a [focus] block, else ssim.",
+    ),
+]
 QuieterFromOption = Annotated[
     float | None, typer.Option(help="focus: mm from which a second finger gets less.")
 ]

@@ -48,12 +48,14 @@ class FileSource {
 
   count(place, newtons) {
     const { field } = this.listener, peak = field.peakMm();
-    const mean = field.meanAround(place, this.data.board.fingertip_mm);
+    const { fingertip_mm: radius, second_finger_mm: apart } = this.data.board;
+    const mean = field.meanAround(place, radius), second = field.secondFinger(place, radius, apart);
     return {
       focal_error_mm: Math.hypot(peak[0] - place[0], peak[1] - place[1]),
       finger_um: newtons === null ? null : 1e6 * newtons * mean,
       maximum_mm: peak,
-      second_finger_mm: null,
+      ...(second && { second_finger_db: second.db }),
+      second_finger_mm: second?.at ?? null,
       words: "",
     };
   }

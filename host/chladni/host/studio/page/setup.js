@@ -3,6 +3,8 @@
 import { savePicture, saveText } from "./saving.js";
 
 const MOST_BYTES = 65536; // of a board file; the server refuses more
+const OWN = ""; // an objective: what the board file says
+const PLAYED = "phasor"; // the method of tables
 const NAMES = { ssim: "an image like the target's (ssim)", contrast: "contrast", balanced: "both, balanced", focus: "a focus" };
 
 export class Setup {
@@ -16,6 +18,7 @@ export class Setup {
     });
     parts.board.addEventListener("change", () => {
       parts.frequency.value = ""; // of the board before
+      parts.objective.value = OWN;
     });
     parts.open.addEventListener("change", () => this.open(parts.open.files[0]));
     for (const name of ["dragenter", "dragover"]) {
@@ -31,13 +34,15 @@ export class Setup {
   }
 
   // A server has all of it; the page of a file only a picture to save.
-  hello({ boards, objectives, board, objective, frequency_hz: frequency }) {
+  hello({ boards, objectives, methods, board, objective, method, frequency_hz: frequency }) {
     const { parts } = this.view;
     parts.choose.hidden = parts.files.hidden = false;
     parts.saveBoard.hidden = parts.saveTable.hidden = false;
     const own = boards.includes(board) ? boards : [board, ...boards];
     fill(parts.board, own.map((name) => [name, name]), board);
-    fill(parts.objective, objectives.map((name) => [name, NAMES[name] ?? name]), objective);
+    const known = objectives.map((name) => [name, NAMES[name] ?? name]);
+    fill(parts.objective, [[OWN, "what the board is made for"], ...known], objective);
+    fill(parts.method, methods.map((name) => [name, name === PLAYED ? `${name}, by the device` : name]), method);
     parts.frequency.value = frequency;
     this.shown = board;
   }
@@ -48,7 +53,8 @@ export class Setup {
     source.send({
       type: "choose",
       board: board === this.shown ? null : board, // the one that is shown may be no shipped one
-      objective: parts.objective.value,
+      objective: parts.objective.value || null,
+      method: parts.method.value,
       frequency_hz: Number.isFinite(frequency) ? frequency : null,
     });
   }

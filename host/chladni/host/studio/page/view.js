@@ -1,5 +1,6 @@
 // One board on the page: its picture, its marks and its numbers.
 
+import { Design } from "./design.js";
 import { Device } from "./device.js";
 import { micrometres, showCoils, showLatency, showNumbers } from "./numbers.js";
 import { Parts } from "./parts.js";
@@ -37,6 +38,7 @@ export class View {
     this.setup = new Setup(this);
     this.movable = new Parts(this);
     this.device = new Device(this);
+    this.design = new Design(this);
     this.source = connect(this);
     parts.nocanvas.hidden = this.painter.works;
   }
@@ -80,6 +82,7 @@ export class View {
     this.queue.reset();
     this.touches.letGo();
     this.device.lost();
+    this.design.lost();
     const why = reason ? ` It said: ${reason}.` : "";
     this.say(`No connection to the studio; trying again.${why} If it was started again, it may have another address.`);
   }
@@ -94,10 +97,15 @@ export class View {
     this.say("");
     this.setup.hello(message);
     this.device.hello(message);
+    this.design.hello(message);
   }
 
   on_device(message) {
     this.device.shown(message);
+  }
+
+  on_search(message) {
+    this.design.shown(message);
   }
 
   on_doing(message) {
@@ -131,7 +139,7 @@ export class View {
     this.marks.fit(board);
     this.touches.fit(board);
     this.movable.fit(board);
-    parts.saveTable.disabled = board.is_draft;
+    parts.saveTable.disabled = !board.has_table;
     this.drive = null;
     if (!board.is_draft) this.forget();
   }

@@ -48,9 +48,8 @@ export class Field {
   meanAround([x, y], radius) {
     let re = 0, im = 0, number = 0;
     for (let k = 0; k < this.count; k += 1) {
-      const row = Math.floor(k / this.columns);
-      const away = Math.hypot(this.xMm[k % this.columns] - x, this.yMm[this.rows - 1 - row] - y);
-      if (away > radius) continue;
+      const point = this.pointMm(k);
+      if (Math.hypot(point[0] - x, point[1] - y) > radius) continue;
       re += this.real[k];
       im += this.imaginary[k];
       number += 1;
@@ -58,8 +57,49 @@ export class Field {
     return number > 0 ? Math.hypot(re, im) / number : 0;
   }
 
+  // Means of |W|² over a fingertip's disc at each point of the picture, as far as it is on the board.
+  discs(radius) {
+    const { columns, rows, count, real, imaginary } = this, width = columns + 1;
+    const before = new Float64Array(rows * width); // of each row, summed from its left
+    for (let k = 0; k < count; k += 1) {
+      const at = Math.floor(k / columns) * width + (k % columns);
+      before[at + 1] = before[at] + real[k] * real[k] + imaginary[k] * imaginary[k];
+    }
+    const step = [this.xMm, this.yMm].map((axis) => (axis.at(-1) - axis[0]) / (axis.length - 1));
+    const half = Math.floor(radius / step[1] + 1e-9), means = new Float64Array(count);
+    for (let k = 0; k < count; k += 1) {
+      const row = Math.floor(k / columns), column = k % columns;
+      let sum = 0, number = 0;
+      for (let r = Math.max(row - half, 0); r <= Math.min(row + half, rows - 1); r += 1) {
+        const reach = Math.floor(Math.sqrt(radius ** 2 - ((r - row) * step[1]) ** 2) / step[0] + 1e-9);
+        const first = Math.max(column - reach, 0), last = Math.min(column + reach, columns - 1);
+        sum += before[r * width + last + 1] - before[r * width + first];
+        number += last - first + 1;
+      }
+      means[k] = sum / number;
+    }
+    return means;
+  }
+
+  // The fingertip that moves most, `apart` mm or more from a place: where, and how many decibels
+  // less than one at the place. Undefined on a board that has none so far away.
+  secondFinger([x, y], radius, apart) {
+    const means = this.discs(radius);
+    let own = 0, nearest = Infinity, loudest = 0, at;
+    for (let k = 0; k < this.count; k += 1) {
+      const point = this.pointMm(k), away = Math.hypot(point[0] - x, point[1] - y);
+      if (away < nearest) [nearest, own] = [away, means[k]];
+      if (away > apart && means[k] > loudest) [loudest, at] = [means[k], point];
+    }
+    return at && own > 0 ? { db: 10 * Math.log10(own / loudest), at } : undefined;
+  }
+
   peakMm() {
-    const row = Math.floor(this.peakAt / this.columns);
-    return [this.xMm[this.peakAt % this.columns], this.yMm[this.rows - 1 - row]];
+    return this.pointMm(this.peakAt);
+  }
+
+  pointMm(index) {
+    const row = Math.floor(index / this.columns);
+    return [this.xMm[index % this.columns], this.yMm[this.rows - 1 - row]];
   }
 }

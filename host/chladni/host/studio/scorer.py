@@ -1,0 +1,71 @@
+"""Numbers of the latest press: they take longer than the picture, so a drag leaves some out."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from time import monotonic
+from typing import Any
+
+from chladni.host.studio.messages import refusal
+from chladni.host.studio.numbers import numbers_of
+from chladni.host.studio.panel import Played
+from chladni.host.studio.workshop import Prepared
+from chladni.sim.errors import ChladniError
+
+QUIET_S, LATEST_S = 0.1, 0.5
+"""A scorecard is made once no press has come for so long, and in a drag as often as this."""
+
+
+class Scorer:
+    """Scores what one page plays.
+
+    Attributes
+    ----------
+    latest
+        The last press's number, board and drive; None before the first one of a board.
+    """
+
+    def __init__(self, send: Callable[[dict[str, Any]], Awaitable[None]]) -> None:
+        self._send = send
+        self._has_news = asyncio.Event()
+        # Of its own: what one page asks for takes no thread from another.
+        self._pen = ThreadPoolExecutor(1, "score")
+        self.latest: tuple[int, Prepared, Played] | None = None
+
+    def put(self, number: int, shown: Prepared, played: Played) -> None:
+        """A press that plays."""
+        self.latest = number, shown, played
+        self._has_news.set()
+
+    async def follow(self) -> None:
+        """Until it is cancelled."""
+        while True:
+            await self._has_news.wait()
+            await self._quiet()
+            if self.latest is None:
+                continue
+            number, shown, played = self.latest
+            loop = asyncio.get_running_loop()
+            try:
+                numbers = await loop.run_in_executor(self._pen, numbers_of, shown, played)
+            except ChladniError as error:
+                await self._send(refusal(error, number))
+                continue
+            if self.latest is not None and self.latest[1] is shown:
+                await self._send({"type": "scored", "number": number, **numbers})
+
+    async def _quiet(self) -> None:
+        """Wait for a moment in which scoring holds up no press."""
+        begun = monotonic()
+        while self._has_news.is_set() and monotonic() < begun + LATEST_S:
+            self._has_news.clear()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._has_news.wait(), QUIET_S)
+        self._has_news.clear()
+
+    def close(self) -> None:
+        """Score nothing more."""
+        self._pen.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,197 @@
+"""A design that a page begins, watches and stops; boards that it found can be opened.
+
+The boards are looked at by other processes, so presses go on meanwhile.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import threading
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from typing import Any
+
+from chladni.design.evaluate import board_of
+from chladni.design.front import Entry, front_of
+from chladni.design.search import design
+from chladni.design.spec import Spec
+from chladni.sim.board.board import Board
+from chladni.sim.errors import ChladniError, InputError, StoppedError
+
+MOST_EVALUATIONS = 500
+"""Of a search on a page: some ten minutes on two cores. `chladni design` has no such limit."""
+SAMPLES = 8
+"""Drawn boards by which the last few are compared, in place of the command's 32."""
+TOLD_S = 0.5
+
+
+class Search:
+    """One search, in a thread that waits for processes.
+
+    Attributes
+    ----------
+    entries
+        Boards so far that keep the limits. Those of the result, scored with more drawn boards,
+        come last.
+    front
+        Which of them no other one beats in every goal, the best score first.
+    state
+        "running", "stopped", "done", or what went wrong.
+    """
+
+    def __init__(self, name: str, spec: Spec, jobs: int | None) -> None:
+        evaluations = min(spec.numbers.evaluations, MOST_EVALUATIONS)
+        self._spec = replace(spec, numbers=replace(spec.numbers, evaluations=evaluations))
+        # With one job the work would be done in this process, and hold up its presses.
+        self._jobs = max(jobs or os.cpu_count() or 1, 2)
+        self._is_stopped = False
+        self.name, self.state = name, "running"
+        self.done, self.all = 0, evaluations
+        self.entries: tuple[Entry, ...] = ()
+        self.front: tuple[int, ...] = ()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it still uses the cores."""
+        return self._thread.is_alive()
+
+    def stop(self) -> None:
+        """Look at no more boards; it ends within the one it is at."""
+        self._is_stopped = True
+
+    def close(self) -> None:
+        """Stop it and wait for its end."""
+        self.stop()
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            found = design(
+                self._spec, jobs=self._jobs, samples=SAMPLES,
+                progress=self._tell, on_board=self._keep,
+            )  # fmt: skip
+        except StoppedError:
+            self.state = "stopped"
+        except ChladniError as error:
+            self.state = str(error)
+        except BaseException as error:
+            self.state = f"{type(error).__name__}: {error}"
+            raise
+        else:
+            first = len(self.entries)
+            self.entries += found.front
+            self.front = tuple(range(first, len(self.entries)))
+            self.state = "done"
+
+    def _tell(self, done: int, of_all: int) -> None:
+        self.done, self.all = done, of_all
+        if self._is_stopped:
+            raise StoppedError("not wanted any more")
+
+    def _keep(self, entry: Entry, _: bool) -> None:
+        entries = (*self.entries, entry)
+        order = {id(one): number for number, one in enumerate(entries)}
+        self.front = tuple(order[id(one)] for one in front_of(entries))
+        self.entries = entries
+
+
+class Searches:
+    """The searches of all pages, of which one runs at a time: it takes all cores."""
+
+    def __init__(self, jobs: int | None = None) -> None:
+        self._jobs = jobs
+        self._latest: Search | None = None
+
+    def begin(self, name: str, spec: Spec) -> Search:
+        """Begin a search.
+
+        Raises
+        ------
+        InputError
+            Another one runs.
+        """
+        if self._latest is not None and self._latest.is_running:
+            expected = "one at a time, and this or another page's still runs; stop it, or wait"
+            raise InputError("design", name, expected)
+        self._latest = Search(name, spec, self._jobs)
+        return self._latest
+
+    def close(self) -> None:
+        """Stop what runs."""
+        if self._latest is not None:
+            self._latest.close()
+
+
+class Watch:
+    """One page's search.
+
+    Parameters
+    ----------
+    send
+        Tells the page.
+    """
+
+    def __init__(
+        self, searches: Searches, send: Callable[[dict[str, Any]], Awaitable[None]]
+    ) -> None:
+        self._searches, self._send = searches, send
+        self._search: Search | None = None
+        self._has_begun = asyncio.Event()
+
+    def begin(self, name: str, spec: Spec) -> None:
+        """Begin a search, as `Searches.begin`."""
+        self._search = self._searches.begin(name, spec)
+        self._has_begun.set()
+
+    def stop(self) -> None:
+        """End it; what it found stays."""
+        if self._search is not None:
+            self._search.stop()
+
+    def taken(self, index: int) -> Board:
+        """A board that it found.
+
+        Raises
+        ------
+        InputError
+            There is none of that number.
+        """
+        entries = self._search.entries if self._search else ()
+        if index >= len(entries):
+            raise InputError("index", index, f"one of the {len(entries)} boards that were found")
+        return board_of(entries[index].document)
+
+    async def follow(self) -> None:
+        """Tell the page how each search goes, until cancelled."""
+        while True:
+            await self._has_begun.wait()
+            self._has_begun.clear()
+            search, told = self._search, None
+            while search is not None and search is self._search:
+                is_over = not search.is_running
+                now = len(search.entries), search.done, search.state
+                if now != told:
+                    told = now
+                    await self._send(_message(search))
+                if is_over:
+                    break
+                await asyncio.sleep(TOLD_S)
+
+
+def _message(search: Search) -> dict[str, Any]:
+    """How a design goes: a point for each board that it found, and which of them are the front."""
+    keys = ("finger_um", "second_finger_20mm_db", "coils", "robust_score")
+    rows = [[entry.summary[key] for key in keys] for entry in search.entries]
+    return {
+        "type": "search",
+        "name": search.name,
+        "state": search.state,
+        "done": search.done,
+        "all": search.all,
+        "columns": list(keys),
+        "boards": rows,
+        "front": list(search.front),
+    }
