@@ -119,6 +119,7 @@ def test_the_page_draws_a_front_and_shows_a_board_of_it(page: Page, tmp_path: Pa
     page.get_by_text("Design a board").click()
     page.get_by_label("Or a file of your own").set_input_files(path)
     page.get_by_text("own.toml: done").wait_for(timeout=120_000)
+    page.get_by_role("img", name="boards found").wait_for()
     dots = page.locator('[data-part="front"] circle')
     heights = dots.evaluate_all(
         "all => all.map(d => [Number(d.dataset.db), Number(d.getAttribute('cy'))])"

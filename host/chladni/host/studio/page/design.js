@@ -46,7 +46,8 @@ export class Design {
   shown({ name, state, done, all, boards, front }) {
     const { parts } = this.view;
     parts.stop.disabled = state !== RUNNING;
-    const count = `${done} of ${all} boards looked at, ${boards.length} within the limits`;
+    const none = boards.length === 0 ? ", none of them within the limits" : "";
+    const count = `${done} of ${all} boards looked at${none}`;
     if (state === RUNNING) this.say(done > 0 ? `${name}: ${count}.` : `${name}: comparing layouts.`);
     else if (state === "done" || state === "stopped") this.say(`${name}: ${state}; ${count}.`);
     else this.say(state);
@@ -57,8 +58,8 @@ export class Design {
   // Second finger against micrometres, or against coils on a board without [coil].
   draw(boards, front) {
     const { parts } = this.view, svg = parts.front;
-    svg.hidden = boards.length === 0;
-    if (svg.hidden) return;
+    svg.toggleAttribute("hidden", boards.length === 0);
+    if (boards.length === 0) return;
     const hasUm = boards.every(([um]) => um !== null);
     const across = range(boards.map(([um, , coils]) => (hasUm ? um : coils)));
     const up = range(boards.map(([, db]) => db));
@@ -70,13 +71,13 @@ export class Design {
       class: onFront.has(index) ? "kept" : "seen", "data-index": index, "data-db": db,
     }));
     const texts = [
-      [LEFT, BOTTOM + 14, "start", across.low], [RIGHT, BOTTOM + 14, "end", across.high],
-      [LEFT - 4, BOTTOM, "end", up.low], [LEFT - 4, TOP + 8, "end", up.high],
-    ].map(([left, top, anchor, value]) => label(left, top, anchor, Number(value.toPrecision(3))));
+      [x(across.low), BOTTOM + 14, "middle", across.low], [x(across.high), BOTTOM + 14, "middle", across.high],
+      [LEFT - 4, y(up.low) + 4, "end", up.low], [LEFT - 4, y(up.high) + 4, "end", up.high],
+    ].map(([left, top, anchor, value]) => label(left, top, anchor, `${Number(value.toPrecision(3))}`.replace("-", "−")));
     svg.replaceChildren(
       element("path", { class: "axes", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` }), ...texts,
       label((LEFT + RIGHT) / 2, BOTTOM + 30, "middle", hasUm ? "under the finger, µm" : "coils"),
-      label(LEFT + 6, TOP + 8, "start", "second finger 20 mm away, dB less"),
+      label(LEFT + 6, TOP, "start", "second finger 20 mm away, dB less"),
       ...dots,
     );
     const best = Math.max(...boards.map(([, db]) => db)).toFixed(1);
@@ -117,7 +118,7 @@ function range(values) {
   const low = Math.min(...values), high = Math.max(...values);
   const room = 0.05 * (high - low) || 0.5;
   const share = (value) => (value - low + room) / (high - low + 2 * room);
-  return { low: low - room, high: high + room, share };
+  return { low, high, share };
 }
 
 function element(name, attributes) {

@@ -1,7 +1,7 @@
 // The scorecard and the coils as tables; raw values stay with their cells.
 
 const ROWS = [
-  ["ssim", "SSIM", (n) => n.ssim.toFixed(3), (n) => `still ${n.baselines.silent.toFixed(2)}, nearest coil ${n.baselines.nearest_actuator.toFixed(2)}, a focus elsewhere ${n.baselines.misplaced.toFixed(2)}`],
+  ["ssim", "SSIM", (n) => signed(n.ssim, 3), (n) => `still ${signed(n.baselines.silent, 2)}, nearest coil ${signed(n.baselines.nearest_actuator, 2)}, a focus elsewhere ${signed(n.baselines.misplaced, 2)}`],
   ["focal_error_mm", "Maximum off the finger", (n) => `${n.focal_error_mm.toFixed(1)} mm`, (n) => (n.diffraction_spot_mm ? `a focus of this wave is ${n.diffraction_spot_mm.toFixed(0)} mm wide` : "")],
   ["contrast_db", "Contrast", (n) => decibels(n.contrast_db), (n) => `no drive exceeds ${decibels(n.contrast_limit_db)}`],
   ["second_finger_db", "Second finger", (n) => decibels(n.second_finger_db), () => "above 0: felt here more than elsewhere"],
