@@ -94,7 +94,7 @@ class Plain:
             distance = np.hypot(*(grid - place).T)
             # A disc that far away begins a finger's radius nearer.
             far.append(distance >= asked.silent_from - 0.5 * metrics.FINGERTIP_RADIUS)
-        at_coils = np.array([[own[disc].mean() for disc in under] for own in flat])
+        at_coils = flat @ np.array([disc / disc.sum() for disc in under]).T
         return cls(flat, at_coils, np.array(fingers), np.array(far), _added(board))
 
     def figure(self, chosen: Sequence[int]) -> float:

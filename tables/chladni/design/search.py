@@ -48,9 +48,9 @@ STEP = 0.2
 """CMA-ES's first standard deviation, as a share of a range."""
 NEAR = 0.1
 """The same of a coil's place, as a share of the least spacing of two."""
-REDRAWN = 30
-"""How often a board is drawn again whose coils are too close, before it is looked at all the same:
-a step that moves one of sixteen coils the wrong way spoils the other fifteen's."""
+DRAWN = 30
+"""Boards drawn for each that is looked at, so that its coils fit beside each other: of sixteen that
+move at random, two come too close in most draws."""
 FINALISTS = 3
 """Boards that are scored with all draws at the end, besides those of the front."""
 
@@ -241,15 +241,20 @@ class _Run:
         own = cma.CMAEvolutionStrategy(begin, 1.0, options)
         last = self.looked_at + evaluations
         while self.looked_at < last and not own.stop():
-            asked = own.ask()
+            asked = self._fitting(own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
-            for k in range(len(asked)):
-                for _ in range(REDRAWN):
-                    if not beyond(spec, document_at(spec, points[k])):
-                        break
-                    asked[k] = own.ask(1)[0]
-                    points[k] = start.at(asked[k])
             own.tell(asked, [-score for score in self._look(points)])
+
+    def _fitting(self, drawn: Sequence[Any], start: Point, count: int) -> list[Any]:
+        """So many of the boards drawn: the first whose coils fit, and others if there are none."""
+        fit: list[Any] = []
+        others: list[Any] = []
+        for x in drawn:
+            is_fit = not beyond(self._spec, document_at(self._spec, start.at(x)))
+            (fit if is_fit else others).append(x)
+            if len(fit) == count:
+                break
+        return [*fit, *others][:count]
 
     def _look(self, points: Sequence[Point]) -> list[float]:
         """Scores of boards, those that were seen before without looking again."""

@@ -27,7 +27,9 @@ KEPT = 4
 STEPS = 12
 """Of the grid of candidates, from the middle to the edge, at most."""
 LEAST_STEP = 2e-3
-SCAN_PITCH = 8e-3
+EDGE = 1e-3
+"""m from a magnet to the edge, unless the SPEC says otherwise: a field takes long there."""
+SCAN_PITCH = 5e-3
 """m between places while layouts are looked for, at least."""
 
 
@@ -59,7 +61,7 @@ def _reach(spec: Spec, numbers: Sequence[float]) -> Place:
     edge = spec.numbers.edge
     if edge is None:
         magnet = document.get("magnet")
-        edge = float(magnet["radius_mm"]) * MM if isinstance(magnet, dict) else 0.0
+        edge = float(magnet["radius_mm"]) * MM + EDGE if isinstance(magnet, dict) else 0.0
     half = [float(side) / 2.0 - edge / MM for side in document["plate"]["size_mm"]]
     return max(half[0], 0.0), max(half[1], 0.0)
 
