@@ -76,15 +76,22 @@ def anneal(problem: Problem, options: Options) -> Found:
     count = len(problem.board.actuators)
 
     def start(rng: np.random.Generator) -> FloatArray:
-        gains = rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1, size=(count, PHASES))
-        return gains.astype(np.float64)
+        return first_gains(rng, count)
 
-    def draw(rng: np.random.Generator, state: FloatArray) -> tuple[tuple[int, ...], float]:
-        place = int(rng.integers(state.size))
-        gain = float(rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1))
-        return (place // PHASES, place % PHASES), gain
+    return run(problem, options, "anneal", start, redraw_gain, phasors)
 
-    return run(problem, options, "anneal", start, draw, phasors)
+
+def first_gains(rng: np.random.Generator, count: int) -> FloatArray:
+    """Random integer gains of so many actuators, shape (count, 360)."""
+    gains = rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1, size=(count, PHASES))
+    return gains.astype(np.float64)
+
+
+def redraw_gain(rng: np.random.Generator, gains: FloatArray) -> tuple[tuple[int, ...], float]:
+    """One of the gains, and another value for it."""
+    place = int(rng.integers(gains.size))
+    gain = float(rng.integers(-LARGEST_GAIN, LARGEST_GAIN + 1))
+    return (place // PHASES, place % PHASES), gain
 
 
 def phasors(gains: FloatArray) -> ComplexArray:
@@ -133,7 +140,7 @@ def run(
         chain = Chain(state, [first], (first, drive_of(state)), rng)
     try:
         while chain.step < steps:
-            _step(chain, draw, drive_of, ssim)
+            advance(chain, draw, drive_of, ssim)
             if chain.step % KEEP_EVERY == 0:
                 if options.trace:
                     save_trace(options.trace, chain, key)
@@ -146,12 +153,13 @@ def run(
     return Found(chain.best[1], chain.step + 1, {"final_ssim": chain.ssim[-1]})
 
 
-def _step(
+def advance(
     chain: Chain,
     draw: Draw,
     drive_of: Callable[[FloatArray], ComplexArray],
     ssim: Callable[[ComplexArray], float],
 ) -> None:
+    """One step of a chain by the authors' schedule: redraw an entry, and keep it or not."""
     place, value = draw(chain.rng, chain.state)
     luck = float(chain.rng.random())
     before = np.copy(chain.state[place])
