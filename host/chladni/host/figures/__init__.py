@@ -2,8 +2,10 @@
 
 from chladni.host.figures.chains import Chain, chains_figure
 from chladni.host.figures.fields import (
+    at_largest_swing,
     chain_figure,
     draw_board,
+    draw_displacement,
     draw_image,
     field_figure,
     modes_figure,
@@ -14,10 +16,12 @@ from chladni.host.figures.searches import compare_figure, trace_figure
 
 __all__ = [
     "Chain",
+    "at_largest_swing",
     "chain_figure",
     "chains_figure",
     "compare_figure",
     "draw_board",
+    "draw_displacement",
     "draw_image",
     "field_figure",
     "modes_figure",

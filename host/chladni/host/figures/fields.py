@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
 from chladni.host.emulation.emulator import Recording
@@ -90,6 +91,37 @@ def draw_image(axes: Axes, board: Board, field: ComplexArray) -> None:
     )
 
 
+def at_largest_swing(field: ComplexArray) -> FloatArray:
+    """A displacement at the instant at which some place is farthest out, shape of the field."""
+    peak = field.flat[int(np.abs(field).argmax())]
+    return np.asarray((field * np.exp(-1j * np.angle(peak))).real)
+
+
+def draw_displacement(
+    axes: Axes, board: Board, instant: FloatArray, *, scale: float | None = None
+) -> AxesImage:
+    """A displacement at an instant in µm, red up and blue down.
+
+    Parameters
+    ----------
+    instant
+        m, or m/N, shape (nx, ny).
+    scale
+        What the deepest colours stand for, in the same unit; by default the largest of `instant`.
+    """
+    half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
+    largest = 1e6 * (scale or float(np.abs(instant).max()) or 1.0)
+    return axes.imshow(
+        instant.T * 1e6,
+        origin="lower",
+        extent=(-half_x, half_x, -half_y, half_y),
+        cmap="RdBu_r",
+        vmin=-largest,
+        vmax=largest,
+        interpolation="bilinear",
+    )
+
+
 def chain_figure(
     board: Board,
     target_mm: tuple[float, float],
@@ -143,19 +175,7 @@ def field_figure(
     """The displacement at the instant of its largest swing, and the energy image."""
     figure = Figure(figsize=(8.0, 6.5), layout="constrained")
     left, right = figure.subplots(1, 2)
-    peak = field.flat[int(np.abs(field).argmax())]
-    instant = (field * np.exp(-1j * np.angle(peak))).real
-    scale = np.abs(instant).max() or 1.0
-    half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
-    drawn = left.imshow(
-        instant.T * 1e6,
-        origin="lower",
-        extent=(-half_x, half_x, -half_y, half_y),
-        cmap="RdBu_r",
-        vmin=-scale * 1e6,
-        vmax=scale * 1e6,
-        interpolation="bilinear",
-    )
+    drawn = draw_displacement(left, board, at_largest_swing(field))
     figure.colorbar(drawn, ax=left, label="displacement / µm (per N for a unit load)", shrink=0.8)
     draw_board(left, board, target_mm=target_mm, ink="black")
     left.set_title("Displacement at an instant", fontsize=10, color=INK)
