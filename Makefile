@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 CHECKED_SOURCES := $(filter-out %/bindings.cpp %/bindings_hardware.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
-.PHONY: help venv demo test lint sanitize soak dist fuzz bench headers native clean
+.PHONY: help venv demo test lint sanitize soak dist fuzz bench paper headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -94,6 +94,9 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 	$(BIN)/python bench/studio.py >> docs/performance.md.part
 	$(BIN)/python bench/design.py >> docs/performance.md.part
 	mv docs/performance.md.part docs/performance.md
+
+paper: venv  ## draw the paper's figures from our own models; rewrites docs/paper.md
+	cd tools && ../$(BIN)/python -m paper
 
 headers: venv  ## write the C++ headers that Python declares, and the drawing of the house
 	$(BIN)/python tools/generate_headers.py
