@@ -53,7 +53,11 @@ def test_the_citation_names_the_paper(citation: dict[str, Any]) -> None:
     assert NUMBER in [one["value"] for one in paper["identifiers"]]
 
 
-@pytest.mark.parametrize("page", ["boards/paper.toml", "boards/prototype.toml"])
+@pytest.mark.parametrize(
+    "page",
+    ["README.md", "docs/physics.md", "docs/five-actuators.md", "docs/paper.md",
+     "boards/paper.toml", "boards/prototype.toml"],
+)  # fmt: skip
 def test_a_page_that_speaks_of_the_paper_names_it(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     words = " ".join(text.replace("\n#", "\n").split())
