@@ -180,7 +180,8 @@ where that changes or is not known. esptool is under the GPL, so it is an extra:
 'chladni[rom]'` adds it, for devices that do not run ([flash.md](flash.md)). All else works without.
 
 - *Runtime* comes with `pip install chladni`, *extra* with `chladni[NAME]`.
-- *Build* makes the wheel. nanobind's sources are compiled into the extension modules.
+- *Build* makes the wheel. nanobind's sources and the robin-map in them are compiled into the
+  extension modules. Their licences (BSD-3-Clause, MIT) stand in `licences/` and in the wheel.
 - *Development* is used on this repository and comes to no user. platformio (Apache-2.0) builds the
   firmware. clang-format and clang-tidy (Apache-2.0 with LLVM's exception) check its sources.
 

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import venv
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -42,7 +43,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
     "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
     "board sensitivity": ("paper",),
-    "design": (str(ROOT / "boards/specs/small.toml"), "-o", "own.toml", "--samples", "1"),
+    "design": ("small", "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "board drawing": ("strip5", "-o", "strip5.dxf"),
     "board parts": ("strip5",),
@@ -72,6 +73,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "device network": ("show", "--emulator"),
     "device list": (),
 }
+NOTICES = ("LICENSE", "licences/nanobind.txt", "licences/robin-map.txt")
+"""Of Chladni, and of the sources that the extension modules are compiled with."""
 TEXT = {"device log"}
 """Commands that answer with text alone."""
 
@@ -84,6 +87,20 @@ def run(*command: str | Path, cwd: Path, quiet: bool = True) -> str:
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
+
+
+def check_contents(wheel: Path) -> None:
+    """A wheel holds Chladni, and the licences of what was compiled into it; nothing else."""
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+    lacking = [
+        one for one in NOTICES if not any(name.endswith(f"licenses/{one}") for name in names)
+    ]
+    foreign = [
+        name for name in names if not name.startswith("chladni/") and ".dist-info/" not in name
+    ]
+    if lacking or foreign:
+        sys.exit(f"{wheel.name} lacks {lacking}, and should not hold {foreign}")
 
 
 def try_rom_extra(folder: Path, python: Path, wheel: Path) -> None:
@@ -107,6 +124,7 @@ def main() -> None:
         (sdist,) = folder.glob("chladni-*.tar.gz")
         run(*pip, "wheel", "--no-deps", "--wheel-dir", folder, sdist, cwd=folder)
         (wheel,) = folder.glob("chladni-*.whl")
+        check_contents(wheel)
         print(f"{sdist.name}: {sdist.stat().st_size} bytes; {wheel.name}: {wheel.stat().st_size}")
         venv.create(folder / "env", with_pip=True)
         python = folder / "env" / "bin" / "python"
