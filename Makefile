@@ -81,22 +81,8 @@ fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs c
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'atheris>=2.3'
 	$(BIN)/python tools/fuzz.py --seconds $(FUZZ_SECONDS)
 
-bench: venv  ## measure speed against error, one core; rewrites docs/performance.md
-	cat bench/about.md > docs/performance.md.part
-	$(BIN)/python bench/plate.py >> docs/performance.md.part
-	$(BIN)/python bench/stability.py --jobs 2 >> docs/performance.md.part
-	$(BIN)/python bench/solve.py >> docs/performance.md.part
-	$(BIN)/python bench/focus.py >> docs/performance.md.part
-	$(BIN)/python bench/paper_scene.py >> docs/performance.md.part
-	$(BIN)/python bench/tables.py >> docs/performance.md.part
-	$(BIN)/python bench/synthesis.py >> docs/performance.md.part
-	$(BIN)/python bench/link.py >> docs/performance.md.part
-	$(BIN)/python bench/studio.py >> docs/performance.md.part
-	$(BIN)/python bench/design.py >> docs/performance.md.part
-	mv docs/performance.md.part docs/performance.md
-
-paper: venv  ## draw the paper's figures from our own models; rewrites docs/paper.md
-	cd tools && ../$(BIN)/python -m paper
+bench: venv  ## measure speed against error, one core; rewrites docs/performance.md and its data
+	$(BIN)/python bench/page.py plate "stability --jobs 2" solve focus paper_scene tables synthesis link studio
 
 headers: venv  ## write the C++ headers that Python declares, and the drawing of the house
 	$(BIN)/python tools/generate_headers.py

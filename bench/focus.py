@@ -165,7 +165,7 @@ def score_seconds(name: str) -> tuple[float, float]:
 def main() -> None:
     """Print the tables, write the figure."""
     print("## Drives that focus: certified gap against time\n")
-    print("![What a drive lacks of the bound, against time](images/focus.png)\n")
+    print("![What a drive lacks of the bound, against time](../images/focus.png)\n")
     print(
         "Below the bound: what a drive's silence or margin lacks of the bound that ours proves, "
         f"on all discs 1 mm apart; {GAP_DB:g} dB is asked for. Places are drawn from the active "

@@ -1,4 +1,4 @@
-"""The paper authors' own solved: an undamped plate that starts from rest, not a steady state.
+"""The paper authors' own scene: an undamped plate that starts from rest, not a steady state.
 
     .venv/bin/python bench/paper_scene.py
 
@@ -37,7 +37,7 @@ TARGETS = {(10.0, 25.0): 0.8636, (20.0, -25.0): 0.9541, (-25.0, -10.0): 0.8803,
            (10.0, 0.0): 0.9450}  # fmt: skip
 """The paper's targets and the best SSIM in the authors' traces."""
 MODES = 120
-"""Up to 27 times the drive's frequency; the next hundred change an image by less than 1e-3."""
+"""Up to 126 times the drive's frequency; the next hundred change an SSIM by less than 2e-3."""
 PERIODS = (1, 2, 10)
 SAMPLES = 48
 """Instants per window of up to two periods; five times as many for ten."""
@@ -97,7 +97,7 @@ def main() -> None:
     loads = actuator_loads(board)
     model, frequency = plate_model(board), board.drive.frequency_hz
     names = [f"{n} period{'s' if n > 1 else ''}" for n in PERIODS]
-    print("## The authors' solved: undamped, from rest\n")
+    print("## The authors' scene: undamped, from rest\n")
     print("SSIM on the whole image of the best ten reals, by the window that is averaged:\n")
     print("| target / mm | authors' best | " + " | ".join(names) + " | steady, undamped |")
     print("|---|---|" + "---|" * (len(PERIODS) + 1))

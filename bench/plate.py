@@ -6,8 +6,8 @@ Both boards, 160 Hz and 1 kHz, five actuators, 179 × 367 points, one core. The 
 (the largest of the five) against a converged solution of the same family: the double sum with
 600 × 1200 modes, and our own basis two sizes up, which agrees with finite elements to 2e-5. Times
 are medians of five to 400 runs from the board onwards, error estimate included; the finite
-elements, a hundred times slower, run once (finite_elements.py). Memory that was freed stays with
-the process: what the system takes for handing out pages depends on what ran before.
+elements, a hundred times slower, run once (common/finite_elements.py). Memory that was freed stays
+with the process: what the system takes for handing out pages depends on what ran before.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from itertools import count, product
 from pathlib import Path
 
 import numpy as np
-from finite_elements import FemRun, oracle, scikit_fem
+from common.finite_elements import FemRun, oracle, scikit_fem
+from common.random_boards import full_board
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from random_boards import full_board
 
 from chladni.host.figures.fields import save
 from chladni.sim import board_from_document
@@ -245,8 +245,8 @@ def print_full_boards() -> None:
     """Twelve boards of sixteen coils and twelve other features, no mirror: error against time."""
     print(
         "Twelve boards of phone size with sixteen magnets, six screws, two holes, two springs\n"
-        "and two masses at random, no mirror (`bench/random_boards.py`). Gap: the least between\n"
-        "any two. Errors are against a basis of level 4.\n"
+        "and two masses at random, no mirror (`bench/common/random_boards.py`). Gap: the least\n"
+        "between any two. Errors are against a basis of level 4.\n"
     )
     print("| edges | gap, mm | seed | tolerance | functions | s | estimate | error |")
     print("|---|---|---|---|---|---|---|---|")
@@ -296,7 +296,7 @@ def main() -> None:
         for frequency in (160.0, 1000.0):
             rows += scene_rows(load_board(name), frequency)
     print("## Plate fields: five actuators on 179 × 367 points, 160 Hz and 1 kHz\n")
-    print("![Error against time](images/plate.png)\n")
+    print("![Error against time](../images/plate.png)\n")
     print("| scene | method | size | ms | error |\n|---|---|---|---|---|")
     for row in rows:
         print(f"| {row.scene} | {row.method} | {row.size} | {row.seconds * 1e3:.1f} "

@@ -192,7 +192,7 @@ def board_drives(board: Board) -> list[Result]:
 def main() -> None:
     """Print the tables, write the figure."""
     print("## Drives: SSIM against time and evaluations\n")
-    print("![SSIM against time](images/solve.png)\n")
+    print("![SSIM against time](../images/solve.png)\n")
     print("The default against the best that 200 random starts find, 44 targets a board:\n")
     print("| board | ms, median | ms, largest | within 1e-4 | largest gap | its field, ms |")
     print("|---|---|---|---|---|---|")

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from common.random_boards import KINDS, Draw
 from matplotlib.figure import Figure
-from random_boards import KINDS, Draw
 
 from chladni.host.figures import save
 from chladni.sim import Board, ChladniError, board_from_document

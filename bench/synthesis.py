@@ -184,7 +184,7 @@ def bench_variants() -> None:
         ]  # fmt: skip
         print("| " + " | ".join(map(str, cells)) + " |")
     draw(rows)
-    print("\n![Purity against cost](images/synthesis.png)\n")
+    print("\n![Purity against cost](../images/synthesis.png)\n")
 
 
 def draw(rows: list[tuple[Variant, Purity, Purity, list[float]]]) -> None:

@@ -152,7 +152,7 @@ def _field_db(report: TableReport) -> float:
 def print_tables(tables: list[Built]) -> None:
     """Every table: bytes and losses."""
     print("## Tables: bytes against what they lose\n")
-    print("![Worst field error and SSIM loss against bytes](images/tables.png)\n")
+    print("![Worst field error and SSIM loss against bytes](../images/tables.png)\n")
     print(f"Limits: {LIMITS.ssim:g} of SSIM and {LIMITS.field_db:g} dB of field, at regions and "
           "half-way between them. The narrowest width that keeps to them is built by default. "
           "Seconds are from the board to the measured table of 8 bits, on all cores; further "
