@@ -15,7 +15,7 @@ from chladni.sim.errors import InputError, MissingError
 from chladni.sim.magnetics.windings import force_per_ampere
 from conftest import ROOT
 
-SHIPPED = ("strip5", "quiet5", "pad16", "phone15")
+SHIPPED = ("strip5", "quiet5", "pad16", "quiet16", "phone15")
 
 
 def strip5(**changes: Any) -> dict[str, Any]:
