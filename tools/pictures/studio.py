@@ -1,6 +1,6 @@
 """Take the picture of the studio that the README shows: `prototype`, pressed, in Chromium.
 
-python tools/draw_studio.py     writes docs/images/studio.png
+python tools/pictures/studio.py     writes docs/images/studio.png
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-PICTURE = Path(__file__).resolve().parents[1] / "docs" / "images" / "studio.png"
+PICTURE = Path(__file__).resolve().parents[2] / "docs" / "images" / "studio.png"
 WIDTH, HEIGHT = 1180, 780
 PRESSED = 0.64, 0.33
 """Share of the board from its left and from its top: 10 mm right and 25 mm up of its centre."""

@@ -1,6 +1,6 @@
 """Draw what decides a focus, from boards that differ in one thing: docs/images/design.png.
 
-    python tools/draw_design.py
+    python tools/pictures/design.py
 
 All are strips of five coils on foam like `strip5`, scored as `chladni design` does: the second
 finger 20 mm away, 10th percentile over places and drawn boards.
@@ -24,7 +24,7 @@ from chladni.drives.scoring.board_score import foam_length_mm
 from chladni.drives.workers import Workers
 from chladni.host.figures.fields import COLOURS, INK, save
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs" / "images" / "design.png"
 SPACINGS_MM = (9.0, 12.0, 15.0)
 STIFFNESSES = (0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
