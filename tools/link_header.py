@@ -95,8 +95,10 @@ PAGE = """\
 Version {major}.{minor}, over UART0 at 115200 baud unless said otherwise, or over UDP, where a
 datagram takes the place of a frame ([security.md](security.md)). Little-endian.
 
-    frame    00  COBS( kind u8 | sequence u8 | fields | tail | CRC-32 of all before )  00
-    answer   kind + 80h, the request's sequence, status u8, then fields and tail
+```text
+frame    00  COBS( kind u8 | sequence u8 | fields | tail | CRC-32 of all before )  00
+answer   kind + 80h, the request's sequence, status u8, then fields and tail
+```
 
 A request's tail, and an answer's, is at most {payload} bytes. A frame that stops for {silence} ms
 is dropped. Whatever stands between frames is text: the boot loader's, a panic's, the console's.
