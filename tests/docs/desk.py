@@ -1,0 +1,131 @@
+"""A folder in which a page's commands run, one after the other, and devices that they start."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shlex
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from unittest import mock
+
+from chladni.host.cli.app import main
+from chladni.host.device.device import Device
+from chladni.host.device.wire import SerialWire
+from docs import transcript
+
+PLAIN = {"cp", "ls", "cat", "sleep", "mkdir"}
+"""Commands besides `chladni` that run as they stand."""
+
+PATIENCE_S = 60.0
+"""What is started in the background has so long to print what is expected of it."""
+
+
+@dataclass
+class Desk:
+    """Where commands run.
+
+    Attributes
+    ----------
+    folder
+        The working folder; boards/ lies in it.
+    """
+
+    folder: Path
+    _started: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    _port: Path | None = None
+
+    def run(self, command: str, expected: tuple[str, ...] = ()) -> str:
+        """Run one command; what is wrong with it or its output, or nothing."""
+        try:
+            words = shlex.split(command, comments=True)
+        except ValueError as error:
+            return str(error)
+        if words[-1] == "&":
+            return self._start(words[:-1], expected)
+        if words[0] == "chladni":
+            code, output = self._chladni(words[1:])
+        elif words[0] in PLAIN:
+            done = subprocess.run(words, cwd=self.folder, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True, check=False)  # fmt: skip
+            code, output = done.returncode, done.stdout
+        else:
+            return f"{words[0]} is not run here: mark the block with what stands in"
+        # A block that shows a refusal shows its words.
+        is_shown = any(line.startswith("chladni: ") for line in expected)
+        if code != 0 and not is_shown:
+            return f"ended with {code}\n{output}"
+        return transcript.difference(expected, output)
+
+    def _chladni(self, words: list[str]) -> tuple[int, str]:
+        """In this process, which has loaded all modules already."""
+        heard = io.StringIO()
+        with (
+            contextlib.chdir(self.folder),
+            mock.patch.object(sys, "argv", ["chladni", *words]),
+            mock.patch.object(sys, "stdin", io.StringIO()),
+            contextlib.redirect_stdout(heard),
+            contextlib.redirect_stderr(heard),
+        ):
+            code = main()
+        return code, heard.getvalue()
+
+    def _start(self, words: list[str], expected: tuple[str, ...]) -> str:
+        if words[0] != "chladni":
+            return f"{words[0]} is not started here"
+        said = self.folder / f"said-{len(self._started)}"
+        with said.open("wb") as out:
+            command = [sys.executable, "-m", "chladni.host.cli.app", *words[1:]]
+            process = subprocess.Popen(command, cwd=self.folder, stdout=out,
+                                       stderr=subprocess.STDOUT)  # fmt: skip
+        self._started.append(process)
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            output = said.read_text("utf-8")
+            problem = transcript.difference(expected, output)
+            if output.endswith("\n") and not problem:
+                return ""
+            if process.poll() is not None or time.monotonic() > deadline:
+                return problem or f"ended at once, with {process.returncode}\n{output}"
+            time.sleep(0.05)
+
+    def port(self) -> Path:
+        """The port of an emulated prototype, configured.
+
+        Its coils count as cool, as four seconds after power has come on.
+        """
+        if self._port is None:
+            self._port = self.folder / "a-port"
+            for command in (
+                "chladni emulate --serial --flash a-flash --board prototype --port-link a-port &",
+                "chladni device config set --from prototype --yes --port a-port",
+            ):
+                if problem := self.run(command):
+                    raise RuntimeError(problem)
+            self.wait_for_coils(self._port)
+        return self._port
+
+    @staticmethod
+    def wait_for_coils(port: Path) -> None:
+        """Until a device is sure that its coils have cooled."""
+        deadline = time.monotonic() + PATIENCE_S
+        with Device(SerialWire(str(port))) as device:
+            while "coil hot" in device.info()["standing"] and time.monotonic() < deadline:
+                device.link.wait(0.1)
+
+    def close(self) -> None:
+        """End what was started."""
+        for process in self._started:
+            process.terminate()
+        for process in self._started:
+            process.wait()
+
+
+def new_desk(folder: Path, boards: Path) -> Desk:
+    """An empty desk but for the shipped boards."""
+    os.symlink(boards, folder / "boards")
+    return Desk(folder)
