@@ -101,6 +101,20 @@ def test_a_board_of_ones_own_plays_in_six_commands(
     assert "panel fine" in shown.out
 
 
+@pytest.mark.parametrize("controller", ["ft6x36", "gt911", "find"])
+def test_the_emulated_board_has_the_panel_that_its_file_names(
+    chladni: CommandLine, controller: str, tmp_path: Path
+) -> None:
+    """With another one it would look for the panel in vain, and never play."""
+    board, table = tmp_path / "own.toml", tmp_path / "own.chl"
+    board.write_text(OWN.read_text().replace('"ft6x36"', f'"{controller}"'))
+    assert chladni("table", "build", board, "-o", table).code == 0
+    done = chladni("emulate", table, "--board", board, "--touch", "5,5@20", "--ms", "100", "-o",
+                   tmp_path / "pins.npz", "--json")  # fmt: skip
+    assert done.code == 0, done.err
+    assert 0.0 < done.json["latency_ms"] < 50.0
+
+
 @pytest.mark.slow
 def test_what_was_written_outlasts_a_pulled_plug(
     chladni: CommandLine, desk: Desk, tmp_path: Path

@@ -17,7 +17,7 @@ from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
-from chladni.host.emulation.emulator import LEVEL, Emulator, Hardware, TouchEvent
+from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
 from chladni.host.emulation.flash_file import FlashFile
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
@@ -126,12 +126,12 @@ def _device(
         return VirtualPort(Emulator(owner, loaded, level=level, network=network))
     if table is not None:
         raise ConflictError("TABLE", "--flash; flash the table to that device")
-    panel = load_board(board).panel if board is not None else None
-    model = panel.controller if panel is not None and panel.controller != "find" else "gt911"
+    named = load_board(board) if board is not None else None
+    hardware = fitting_hardware(named, is_rested=False)
     held = FlashFile(flash)
     emulator = Emulator(
-        DeviceConfig(), None, hardware=Hardware(panel=model, is_rested=False), must_play=False,
-        flash=held.contents, network=network,
+        DeviceConfig(), None, hardware=hardware, must_play=False, flash=held.contents,
+        network=network,
     )  # fmt: skip
     held.follow(emulator.core)
     return VirtualPort(emulator, held)

@@ -116,6 +116,12 @@ class Recording:
         return np.arange(self.duty_steps.shape[0]) / self.carrier_hz
 
 
+def fitting_hardware(board: Board | None, **others: Any) -> Hardware:
+    """What a board's file says of its panel, or a GT911; a board without a panel gets one too."""
+    panel = board.panel.controller if board is not None and board.panel is not None else "find"
+    return Hardware(panel="gt911" if panel == "find" else panel, **others)
+
+
 def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
     """A board's configuration, with a panel that covers it if the board has none."""
     if not board.electronics.pwm_pins:
@@ -148,7 +154,7 @@ class Emulator:
     table
         A table, or the bytes of one (which may be damaged: the device decides), or none.
     hardware
-        What the firmware runs on.
+        What the firmware runs on; by default with the panel that the board's file names.
     level
         Share of full amplitude, 0 to 1.
     frequency_hz
@@ -174,7 +180,7 @@ class Emulator:
         board: Board | DeviceConfig,
         table: Table | bytes | None,
         *,
-        hardware: Hardware = Hardware(),
+        hardware: Hardware | None = None,
         level: float = LEVEL,
         frequency_hz: float | None = None,
         must_play: bool = True,
@@ -192,6 +198,8 @@ class Emulator:
         if len(data) > SLOT_BYTES:
             raise InputError("table", f"{len(data)} bytes", f"at most {SLOT_BYTES}")
         made = CoreHardware()
+        if hardware is None:
+            hardware = fitting_hardware(board if isinstance(board, Board) else None)
         for field in dataclasses.fields(hardware):
             value = getattr(hardware, field.name)
             setattr(made, field.name, 0.0 if value is None else value)
