@@ -5,6 +5,7 @@
     <!-- an emulated device stands in for /dev/ttyUSB0 -->
     <!-- first: chladni table build strip5 -o board.chl -->
     <!-- each line alone, in [plate] -->
+    <!-- goes into my.toml -->
 
 What stands in is one or more of: a path of the repository, a `make` target, `pio`.
 """
@@ -18,6 +19,7 @@ from pathlib import Path
 NOT_RUN = re.compile(r"not run(?: \((?P<only>[^)]+)\))?: (?P<why>[^;]+); (?P<what>.+) stands? in")
 PORT = re.compile(r"an emulated device stands in for (?P<port>\S+)")
 FIRST = re.compile(r"first: (?P<commands>.+)")
+GOES = re.compile(r"goes into (?P<file>\S+)")
 EACH = re.compile(r"each line alone, in \[(?P<table>\w+)\]")
 
 
@@ -32,6 +34,7 @@ class Mark:
     port: str = ""
     first: tuple[str, ...] = ()
     table: str = ""
+    file: str = ""
 
     def leaves_out(self, command: str) -> bool:
         """Whether a command does not run."""
@@ -52,6 +55,8 @@ def read_marks(comments: tuple[str, ...]) -> Mark:
             mark = replace(mark, first=tuple(one.strip() for one in found["commands"].split("&&")))
         elif found := EACH.fullmatch(comment):
             mark = replace(mark, table=found["table"])
+        elif found := GOES.fullmatch(comment):
+            mark = replace(mark, file=found["file"])
     return mark
 
 

@@ -6,9 +6,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+
 from chladni.design.evaluate import board_of, document_of
 from chladni.design.spec import spec_of
-from chladni.sim.board.file import board_from_document
+from chladni.sim.board.file import board_from_document, load_board
 from chladni.sim.errors import ChladniError
 
 BOARD = "strip5.toml"
@@ -26,6 +28,17 @@ def piece_problem(text: str, boards: Path) -> str:
     document = tomllib.loads((boards / (SPEC if is_spec else BOARD)).read_text("utf-8"))
     try:
         (_read_spec if is_spec else board_from_document)(merged(document, piece))
+    except ChladniError as error:
+        return str(error)
+    return ""
+
+
+def put_into(board: Path, text: str) -> str:
+    """Write a piece's values into a board file; what is wrong with it then, or nothing."""
+    document = merged(tomllib.loads(board.read_text("utf-8")), tomllib.loads(text))
+    board.write_text(tomlkit.dumps(document), "utf-8")
+    try:
+        load_board(board)
     except ChladniError as error:
         return str(error)
     return ""

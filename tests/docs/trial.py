@@ -20,7 +20,7 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 from docs import marks, transcript
 from docs.desk import Desk, new_desk
 from docs.page_text import RUN, SHOWN, Block, comments_before, read_page
-from docs.toml_pieces import piece_problem
+from docs.toml_pieces import piece_problem, put_into
 
 COMMAND = re.compile(r"^\s*(?:\$ |chladni [a-z]|make [a-z]|pip |pio )", re.MULTILINE)
 
@@ -71,7 +71,7 @@ def try_page(path: Path, root: Path) -> Trial:
     with tempfile.TemporaryDirectory(prefix="page-") as name:
         desk = new_desk(Path(name), root / "boards")
         try:
-            for example in _parsed(path, desk, root, result).examples():
+            for example in _parsed(path, desk, result).examples():
                 with _told(result, path, example):
                     example.evaluate()
         finally:
@@ -91,11 +91,11 @@ def _told(result: Trial, path: Path, example: Example) -> Iterator[None]:
         result.problems.append(f"{where}{type(error).__name__}: {error}")
 
 
-def _parsed(path: Path, desk: Desk, root: Path, result: Trial) -> Document:
+def _parsed(path: Path, desk: Desk, result: Trial) -> Document:
     parsers: tuple[Parser, ...] = (
         PythonCodeBlockParser(),
         CodeBlockParser("console", lambda example: _console(example, desk)),
-        CodeBlockParser("toml", lambda example: _toml(example, root)),
+        CodeBlockParser("toml", lambda example: _toml(example, desk)),
     )
     return Document.parse(
         str(path), *(_marked(parser, desk, result) for parser in parsers), encoding="utf-8"
@@ -146,9 +146,12 @@ def _console(example: Example, desk: Desk) -> str | None:
     return None
 
 
-def _toml(example: Example, root: Path) -> str | None:
+def _toml(example: Example, desk: Desk) -> str | None:
     mark = marks.read_marks(comments_before(example.document.text, example.start))
     pieces = [str(example.parsed)]
+    if mark.file:
+        return put_into(desk.folder / mark.file, pieces[0])
     if mark.table:
         pieces = [f"[{mark.table}]\n{line}" for line in pieces[0].splitlines() if line.strip()]
-    return next((p for piece in pieces if (p := piece_problem(piece, root / "boards"))), None)
+    boards = desk.folder / "boards"
+    return next((p for piece in pieces if (p := piece_problem(piece, boards))), None)
