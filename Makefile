@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 CHECKED_SOURCES := $(filter-out %/bindings.cpp %/bindings_hardware.cpp, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
-.PHONY: help venv demo test lint sanitize soak dist fuzz bench paper headers native clean
+.PHONY: help venv demo test lint sanitize soak dist fuzz bench paper site headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -83,6 +83,9 @@ fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs c
 
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md and its data
 	$(BIN)/python bench/page.py plate "stability --jobs 2" solve focus paper_scene tables synthesis link studio
+
+site: venv  ## build the pages as a site, with a search and a reference of the Python names, into out/site
+	$(BIN)/python tools/docs/build_site.py
 
 headers: venv  ## write the C++ headers that Python declares, and the drawing of the house
 	$(BIN)/python tools/generate_headers.py
