@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from docs.build_site import AT_ROOT, CONFIG, PACKAGES, build, public_names
+from build_site import AT_ROOT, CONFIG, PACKAGES, build, public_names
 
 from conftest import ROOT
 
