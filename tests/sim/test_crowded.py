@@ -256,7 +256,7 @@ def test_too_many_screws_are_refused_by_their_number(prototype: Board, count: in
 
 
 def test_an_image_that_is_too_fine_is_refused_by_its_points(prototype: Board) -> None:
-    with pytest.raises(TooLargeError, match=r"lower image\.points, or go on with --large"):
+    with pytest.raises(TooLargeError, match=r"lower image\.points, or .* allow_large_work\(True\)"):
         transfer_fields(replace(prototype, image=Image((4001, 4001))))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 
 class ChladniError(Exception):
     """Base of every error a user can meet; the CLI exits with 1."""
@@ -38,6 +40,15 @@ class InputError(ChladniError):
         self.file = file
         self.args = (self._text(),)
         return self
+
+    def on_command_line(self, options: Mapping[str, str]) -> None:
+        """Speak of options, where a command line gave what Python gives as arguments.
+
+        Parameters
+        ----------
+        options
+            By argument.
+        """
 
     def _text(self) -> str:
         what, semicolon, hint = self.expected.partition("; ")
@@ -87,6 +98,26 @@ class MissingError(InputError):
         return f"{self._place()} is required" + (f": {self.expected}" if self.expected else "")
 
 
+class ArgumentError(InputError):
+    """An argument of a function is wrong, or the file that it names.
+
+    Parameters
+    ----------
+    field
+        The argument; or several of them with commas between, one of them perhaps indexed.
+    """
+
+    def on_command_line(self, options: Mapping[str, str]) -> None:
+        """Name the options instead, each once; an argument that is no option stays."""
+        names = [options.get(name.partition("[")[0], name) for name in self.field.split(", ")]
+        self.field = ", ".join(dict.fromkeys(names))
+        self.args = (self._text(),)
+
+
+class MissingArgumentError(MissingError, ArgumentError):
+    """An argument is left out that there must be."""
+
+
 class ConflictError(InputError):
     """Two things were given that do not go together.
 
@@ -120,32 +151,19 @@ class TooLargeError(InputError):
 
     def __init__(self, what: str, needed: float, most: float, lower: str):
         self.needed, self.most = needed, most
+        self.permission = "allow_large_work(True)"
         super().__init__(what, needed, lower)
+
+    def on_command_line(self, options: Mapping[str, str]) -> None:
+        """Name the option that allows it."""
+        self.permission = options.get("large", self.permission)
+        self.args = (self._text(),)
 
     def _text(self) -> str:
         return (
             f"{self.field} takes about {self.needed / 1e9:.1f} GB, more than {self.most / 1e9:g}: "
-            f"lower {self.expected}, or go on with --large"
+            f"lower {self.expected}, or go on with {self.permission}"
         )
-
-
-def check_one_of(what: str = "", **given: bool) -> None:
-    """Refuse none or several of some options; `udp_port` stands for --udp-port, `TABLE` for TABLE.
-
-    Raises
-    ------
-    MissingError
-        None is given.
-    ConflictError
-        Several are.
-    """
-    names = {n: n if n.isupper() else "--" + n.replace("_", "-") for n in given}
-    taken = [names[name] for name, is_given in given.items() if is_given]
-    if not taken:
-        *others, last = names.values()
-        raise MissingError(f"one of {', '.join(others)} and {last}", what)
-    if len(taken) > 1:
-        raise ConflictError(taken[0], " or ".join(taken[1:]))
 
 
 RESONANCE_BAND = 1e-6

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 
 _KINDS = (
     (stat.S_ISDIR, "a folder"), (stat.S_ISLNK, "a link"), (stat.S_ISFIFO, "a pipe"),
@@ -41,7 +41,7 @@ def read_whole(
     Parameters
     ----------
     path, field
-        The file, and the option or argument that names it.
+        The file, and the argument that names it.
     most_bytes
         A longer file is refused, and not read beyond this.
     what
@@ -71,11 +71,11 @@ def read_with_mode(
             while len(data) <= most_bytes and (more := file.read(CHUNK_BYTES)):
                 data += more
     except OSError as error:
-        raise InputError(field, error.strerror, "a readable file", file=str(path)) from None
+        raise ArgumentError(field, error.strerror, "a readable file", file=str(path)) from None
     size = max(found.st_size, len(data))
     if size > most_bytes:
         hint = "; is this the file that was meant?"
-        raise InputError(field, f"{size:,} bytes or more", expected + hint, file=str(path))
+        raise ArgumentError(field, f"{size:,} bytes or more", expected + hint, file=str(path))
     return data, stat.S_IMODE(found.st_mode)
 
 
@@ -93,7 +93,7 @@ def open_regular(
         It cannot be opened, or is not there.
     """
     if not follow and path.is_symlink():
-        raise InputError(field, "a link", f"{expected}, not a link", file=str(path))
+        raise ArgumentError(field, "a link", f"{expected}, not a link", file=str(path))
     try:
         # Looked at first: opening a device may already do something.
         _check_regular(os.stat(path, follow_symlinks=follow), path, field, expected)
@@ -101,7 +101,7 @@ def open_regular(
         if not flags & os.O_CREAT:
             raise
     except ValueError as error:  # a name with a zero byte
-        raise InputError(field, str(error), expected, file=str(path)) from None
+        raise ArgumentError(field, str(error), expected, file=str(path)) from None
     # What was put in its place meanwhile must not hang either.
     flags |= os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC | (0 if follow else os.O_NOFOLLOW)
     handle = os.open(path, flags, mode)
@@ -116,7 +116,7 @@ def open_regular(
 def _check_regular(found: os.stat_result, path: Path, field: str, expected: str) -> None:
     if not stat.S_ISREG(found.st_mode):
         kind = next((name for test, name in _KINDS if test(found.st_mode)), "no file")
-        raise InputError(field, kind, expected, file=str(path))
+        raise ArgumentError(field, kind, expected, file=str(path))
 
 
 def read_text(
@@ -133,7 +133,7 @@ def read_text(
     try:
         return read_whole(path, field, most_bytes, what).decode(encoding)
     except UnicodeDecodeError as error:
-        raise InputError(field, str(error), "a text file in UTF-8", file=str(path)) from None
+        raise ArgumentError(field, str(error), "a text file in UTF-8", file=str(path)) from None
 
 
 def read_arrays(
@@ -155,7 +155,7 @@ def read_arrays(
             unpacked = sum(member.file_size for member in members)
             if unpacked > most_bytes:
                 expected = f"at most {most_bytes:,} bytes once unpacked"
-                raise InputError(field, f"{unpacked:,} bytes", expected, file=str(path))
+                raise ArgumentError(field, f"{unpacked:,} bytes", expected, file=str(path))
             if not {member.compress_type for member in members} <= _PACKINGS:
                 raise ValueError("packed as NumPy packs nothing")
             # zipfile reads no member beyond the size that was summed, and checks its CRC-32.

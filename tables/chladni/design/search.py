@@ -41,7 +41,7 @@ from chladni.drives.scoring.sight import SAMPLES
 from chladni.drives.workers import Workers
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 
 STARTS = 2
 STEP = 0.2
@@ -177,8 +177,8 @@ class _Run:
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
-        return InputError(
-            "SPEC",
+        return ArgumentError(
+            "spec",
             f"{self.looked_at} boards, all of them beyond a limit",
             f"limits that a board can meet; the nearest is beyond {nearest.broken}",
         )
@@ -205,7 +205,9 @@ class _Run:
         if not found:
             faults = [row["fault"] for row in rows if "fault" in row]
             if faults:
-                raise InputError("SPEC", f"boards of which each is wrong ({faults[0]})", "a board")
+                raise ArgumentError(
+                    "spec", f"boards of which each is wrong ({faults[0]})", "a board"
+                )
             raise InputError(
                 "design.coils", list(spec.coils),
                 f"fewer: no layout has them {spec.numbers.coil_spacing / MM:g} mm apart",

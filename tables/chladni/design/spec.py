@@ -19,7 +19,7 @@ from chladni.sim.board.file import (
 )
 from chladni.sim.board.gpio import GATES, RESET_PULL_UPS
 from chladni.sim.board.quantity import MM, quantity
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import ArgumentError, InputError, MissingError
 
 CHANNELS = 16
 """PWM channels of one ESP32."""
@@ -39,7 +39,7 @@ counts, of the focal error the 90th; the last four count against a board. `finge
 the micrometres under the finger."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
-FIELD, WHAT = "SPEC", "a design's TOML file"
+FIELD, WHAT = "spec", "a design's TOML file"
 """As errors name it."""
 PACKED = np.pi / np.sqrt(12.0)
 """Share of an area that equal circles can cover."""
@@ -179,8 +179,8 @@ def spec_of(document: Document) -> Spec:
     given = {key: value for key, value in board.items() if key != "actuators" or not counts}
     variables = tuple(variables_of(given))
     if not variables and not counts:
-        raise InputError(
-            "SPEC", "nothing free",
+        raise ArgumentError(
+            "spec", "nothing free",
             "a range { from = …, to = … }, a list { any = […] } or \"free\" somewhere; "
             "chladni board score looks at a board that is all given",
         )  # fmt: skip

@@ -14,7 +14,7 @@ from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
 
@@ -134,17 +134,21 @@ def check_request(
         Names the field, what came and what is known.
     """
     if method not in METHODS:
-        raise InputError("method", method, "one of: " + ", ".join(METHODS))
+        raise ArgumentError("method", method, "one of: " + ", ".join(METHODS))
     if objective not in OBJECTIVES:
-        raise InputError("objective", objective, "one of: " + ", ".join(OBJECTIVES))
+        raise ArgumentError("objective", objective, "one of: " + ", ".join(OBJECTIVES))
     if method != "phasor" and objective != "ssim":
-        raise InputError("objective", objective, f"ssim with the method {method}: it has no other")
+        raise ArgumentError(
+            "objective", objective, f"ssim with the method {method}: it has no other"
+        )
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise InputError("seed", seed, "a whole number of at least 0")
+        raise ArgumentError("seed", seed, "a whole number of at least 0")
     if steps is not None and steps < 1:
-        raise InputError("steps", steps, "a whole number of at least 1")
+        raise ArgumentError("steps", steps, "a whole number of at least 1")
     if trace is not None and not method.endswith("anneal"):
-        raise InputError("trace", str(trace), "a trace with the methods anneal and phasor-anneal")
+        raise ArgumentError(
+            "trace", str(trace), "a trace with the methods anneal and phasor-anneal"
+        )
 
 
 def solve_problem(problem: Problem, method: str, options: Options) -> Solution:

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import joblib
 
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -106,10 +106,10 @@ def _client_of(address: str) -> Any:
         dask, distributed = import_module("dask"), import_module("distributed")
     except ImportError:
         expected = "the extra chladni[cluster], which is not installed; pip install it"
-        raise InputError("--scheduler", address, expected) from None
+        raise ArgumentError("scheduler", address, expected) from None
     dask.config.set({"distributed.scheduler.allowed-failures": LOST_WORKERS})
     try:
         return distributed.Client(address, timeout=SCHEDULER_S, set_as_default=True)
     except (OSError, ValueError, TimeoutError) as error:
         expected = "a Dask scheduler that answers, such as tcp://127.0.0.1:8786"
-        raise InputError("--scheduler", address, expected) from error
+        raise ArgumentError("scheduler", address, expected) from error

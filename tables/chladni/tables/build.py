@@ -15,7 +15,7 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.fingers import Fingers, needs_compensation, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
@@ -80,7 +80,7 @@ def build_table(
     """
     started = time.perf_counter()
     if bits is not None and bits not in BITS:
-        raise InputError("bits", bits, one_of_bits())
+        raise ArgumentError("bits", bits, one_of_bits())
     # Each once: the device would never come to a second section of the same frequency.
     frequencies = tuple(dict.fromkeys(frequencies_hz)) or (board.drive.frequency_hz,)
     if objective is None:

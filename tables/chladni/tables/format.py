@@ -334,4 +334,4 @@ def read_table_bytes(path: str | Path) -> bytes:
     InputError
         Not readable, or longer.
     """
-    return read_whole(Path(path), "TABLE", LARGEST_FILE, "a table: a regular file")
+    return read_whole(Path(path), "table", LARGEST_FILE, "a table: a regular file")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.places import RegionGrid
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 from chladni.tables.layout import BITS, FULL_SCALE
 from chladni.tables.lookup import images, mixing
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
@@ -93,7 +93,9 @@ class Table:
             if round(section.frequency_hz * 1000.0) == round(frequency_hz * 1000.0):
                 return section
         known = ", ".join(f"{section.frequency_hz:g}" for section in self.sections)
-        raise InputError("frequency", f"{frequency_hz:g} Hz", f"one of the table's: {known} Hz")
+        raise ArgumentError(
+            "frequency_hz", f"{frequency_hz:g} Hz", f"one of the table's: {known} Hz"
+        )
 
     def region_iq(self, section: Section) -> NDArray[np.int16]:
         """Drives of all regions, int16 of shape (regions, actuators, 2), mirrors applied."""

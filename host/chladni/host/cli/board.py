@@ -18,6 +18,7 @@ from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.sight import SAMPLES
 from chladni.drives.solve import check_request
+from chladni.host.cli.common.commands import Commands
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -48,7 +49,7 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
-board_app = typer.Typer(no_args_is_help=True, help="Look at board files.")
+board_app = typer.Typer(cls=Commands, no_args_is_help=True, help="Look at board files.")
 
 
 @board_app.command("show")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from chladni.host.cli import board as board_commands
 from chladni.host.cli import compare as compare_command
 from chladni.host.cli import design as design_command
 from chladni.host.cli import plate as plate_commands
 from chladni.host.cli import table as table_commands
+from chladni.host.cli.common.commands import Commands
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.device import commands as device_commands
@@ -20,36 +20,14 @@ from chladni.host.cli.emulate import emulate
 from chladni.host.cli.solve import solve_command
 from chladni.host.cli.studio import studio
 from chladni.host.protocol import link as link_protocol
-from chladni.sim.errors import MissingError, StoppedError
+from chladni.sim.errors import MissingError
 from chladni.tables import layout
-
-
-class Commands(TyperGroup):
-    """All commands; Ctrl-C in one of them is an error like others, whatever typer makes of it."""
-
-    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
-        """Run the command that was asked for.
-
-        Raises
-        ------
-        StoppedError
-            Ctrl-C, at work or at a question.
-        """
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise StoppedError from None
-        except typer.Abort as error:
-            if isinstance(error.__context__, KeyboardInterrupt):
-                raise StoppedError from None
-            raise
-
 
 app = typer.Typer(
     cls=Commands, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-table_app = typer.Typer(help="Build and read drive tables.", no_args_is_help=True)
+table_app = typer.Typer(cls=Commands, help="Build and read drive tables.", no_args_is_help=True)
 app.add_typer(board_commands.board_app, name="board")
 app.add_typer(table_app, name="table")
 

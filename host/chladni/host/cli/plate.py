@@ -17,6 +17,7 @@ from chladni.host.cli.common.options import (
     JsonOption,
     LargeOption,
     check_figure,
+    check_one_of,
 )
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place, say_unmet
 from chladni.host.figures import fields as figures
@@ -25,7 +26,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import InputError, MissingError, check_one_of
+from chladni.sim.errors import InputError, MissingError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import (
     TOLERANCE,

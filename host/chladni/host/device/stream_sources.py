@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import read_text, read_whole
 
 FloatArray = NDArray[np.float64]
@@ -40,9 +40,9 @@ def parse_drive(text: str) -> list[complex]:
             if not cmath.isfinite(value):
                 raise ValueError
         except ValueError:
-            raise InputError("DRIVE", part, "GAIN@DEGREES, the gain from 0 to 1") from None
+            raise ArgumentError("drive", part, "GAIN@DEGREES, the gain from 0 to 1") from None
         if not 0.0 <= float(gain) <= 1.0:
-            raise InputError("DRIVE", part, "a gain from 0 to 1")
+            raise ArgumentError("drive", part, "a gain from 0 to 1")
         gains.append(value)
     return gains
 
@@ -55,17 +55,17 @@ def read_duties(path: Path) -> FloatArray:
     InputError
         Not readable, too long, not such numbers, or no rows.
     """
-    data = read_whole(path, "--csv", CSV_BYTES)
+    data = read_whole(path, "csv", CSV_BYTES)
     try:
         # Lines, since loadtxt unpacks a file of .gz or .xz, however much is in it.
         with warnings.catch_warnings(action="ignore"):  # of no rows, which is said below
             duties = np.loadtxt(_short_lines(data), delimiter=",", ndmin=2)
     except ValueError as error:
-        raise InputError("--csv", str(error), "rows of numbers", file=str(path)) from None
+        raise ArgumentError("csv", str(error), "rows of numbers", file=str(path)) from None
     if duties.size == 0:
-        raise InputError("--csv", "nothing", "rows of numbers", file=str(path))
+        raise ArgumentError("csv", "nothing", "rows of numbers", file=str(path))
     if not _are_duties(duties):
-        raise InputError("--csv", "numbers outside", "duties from 0 to 1", file=str(path))
+        raise ArgumentError("csv", "numbers outside", "duties from 0 to 1", file=str(path))
     return np.asarray(duties, dtype=np.float64)
 
 
@@ -85,15 +85,15 @@ def load_script(path: Path) -> Duties:
     InputError
         Not readable, no Python, an error of its own, or no such function.
     """
-    source = read_text(path, "--script", SCRIPT_BYTES, "a Python file")
+    source = read_text(path, "script", SCRIPT_BYTES, "a Python file")
     names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
     try:
         exec(compile(source, str(path), "exec"), names)
     except (Exception, SystemExit) as error:
-        raise InputError("--script", _told(error), "a file that runs", file=str(path)) from None
+        raise ArgumentError("script", _told(error), "a file that runs", file=str(path)) from None
     function = names.get("duties")
     if not callable(function):
-        raise InputError("--script", "no duties(t)", "a function of that name", file=str(path))
+        raise ArgumentError("script", "no duties(t)", "a function of that name", file=str(path))
     return _Named(function, path)
 
 

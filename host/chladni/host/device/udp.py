@@ -30,7 +30,7 @@ from chladni.host.protocol.network import (
     VERSION,
     Kind,
 )
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 
 HELLO_TRIES = 4
 HELLO_WAIT_S = 0.25
@@ -132,7 +132,7 @@ class UdpPort:
         host, _, port = address.partition(":")
         is_number = port.isascii() and port.isdigit()
         if not host or (port and not is_number) or not 0 < int(port or DEFAULT_PORT) < 2**16:
-            raise InputError("--udp", address, "HOST or HOST:PORT")
+            raise ArgumentError("address", address, "HOST or HOST:PORT")
         self.name = address
         try:
             self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -8,7 +8,7 @@ from typing import Protocol
 import serial
 
 from chladni.host.emulation.emulator import Emulator
-from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.errors import ArgumentError, ChladniError
 
 BAUD = 115_200
 STEP_MS = 0.25
@@ -96,7 +96,7 @@ class SerialWire:
         except (serial.SerialException, OSError) as error:
             raise WireError(f"{port}: {_reason(error)}") from None
         except ValueError as error:
-            raise InputError("--baud", baud, "a rate that the port can do") from error
+            raise ArgumentError("baud", baud, "a rate that the port can do") from error
 
     @classmethod
     def of(cls, opened: serial.Serial) -> SerialWire:

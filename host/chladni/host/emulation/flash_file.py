@@ -9,7 +9,7 @@ from pathlib import Path
 from chladni.host.emulation._emulator import SECTOR_BYTES
 from chladni.host.emulation._emulator import Emulator as Core
 from chladni.host.protocol.table_store import PARTITION_BYTES
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 from chladni.sim.files import open_regular, write_at
 
 AREAS = {"tables": PARTITION_BYTES, "config": 8192, "network": 4096, "boots": 4096}
@@ -34,24 +34,24 @@ class FlashFile:
         is_new = not os.path.lexists(path)
         try:
             flags = os.O_RDWR | os.O_CREAT
-            self._file = open_regular(path, "--flash", flags, mode=0o600, follow=False)
+            self._file = open_regular(path, "flash", flags, mode=0o600, follow=False)
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._file)
-            raise InputError(
-                "--flash", "in use", "a file that no other device runs on", file=str(path)
+            raise ArgumentError(
+                "flash", "in use", "a file that no other device runs on", file=str(path)
             ) from None
         except OSError as error:
-            raise InputError(
-                "--flash", error.strerror, "a file that can be written, or made", file=str(path)
+            raise ArgumentError(
+                "flash", error.strerror, "a file that can be written, or made", file=str(path)
             ) from None
         found = os.fstat(self._file).st_size
         if found == 0:
             self._make_blank(path, size, is_new=is_new)
         elif found != size:
             os.close(self._file)
-            raise InputError(
-                "--flash", f"{found} bytes", f"the {size} bytes of a flash file, or none",
+            raise ArgumentError(
+                "flash", f"{found} bytes", f"the {size} bytes of a flash file, or none",
                 file=str(path),
             )  # fmt: skip
         self._held = {area: self._read(area) for area in AREAS}

@@ -21,7 +21,7 @@ from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
-from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.errors import ArgumentError, ChladniError, InputError
 from chladni.sim.files import read_whole
 
 TABLE_OFFSET = 0x8000
@@ -157,13 +157,13 @@ def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
     RomError, InputError
         See there.
     """
-    image = read_whole(file, "--firmware", FLASH_BYTES, "an ESP32 application image")
+    image = read_whole(file, "firmware", FLASH_BYTES, "an ESP32 application image")
     if not image or image[0] != IMAGE_MAGIC:
-        raise InputError("--firmware", str(file), "an ESP32 application image (firmware.bin)")
+        raise ArgumentError("firmware", str(file), "an ESP32 application image (firmware.bin)")
     with loader(port, baud) as esp:
         app = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), APP, "factory")
         if len(image) > app.size:
-            raise InputError("--firmware", f"{len(image)} bytes", f"at most {app.size}")
+            raise ArgumentError("firmware", f"{len(image)} bytes", f"at most {app.size}")
         _write(esp, app.offset, image)
     return {"bytes": len(image), "offset": app.offset, "verified": True}
 

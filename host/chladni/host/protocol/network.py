@@ -15,7 +15,7 @@ from enum import IntEnum
 from pathlib import Path
 
 from chladni.host.protocol.link import CRC_BYTES, MAX_FRAME
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import read_with_mode, write_new
 from chladni.tables.layout import Field
 
@@ -126,16 +126,16 @@ def read_key(path: Path) -> bytes:
         Not readable, or no key.
     """
     digits = f"{2 * KEY_BYTES} hexadecimal digits"
-    data, mode = read_with_mode(path, "--key", KEY_FILE_BYTES, f"{digits} in a regular file")
+    data, mode = read_with_mode(path, "key", KEY_FILE_BYTES, f"{digits} in a regular file")
     try:
         key = bytes.fromhex(data.decode("ascii"))
     except ValueError:
         key = b""
     if len(key) != KEY_BYTES:
-        raise InputError("--key", f"{len(data)} bytes", digits, file=str(path))
+        raise ArgumentError("key", f"{len(data)} bytes", digits, file=str(path))
     if os.name == "posix" and mode & 0o077:
         expected = "a file that only you may read: chmod 600"
-        raise InputError("--key", f"mode {mode:o}", expected, file=str(path))
+        raise ArgumentError("key", f"mode {mode:o}", expected, file=str(path))
     return key
 
 
@@ -154,5 +154,5 @@ def make_key(path: Path) -> bytes:
         write_new(path, (key.hex() + "\n").encode("ascii"), 0o600)
     except (FileExistsError, FileNotFoundError, NotADirectoryError, PermissionError) as error:
         expected = "a file to make: a new name in a folder that can be written"
-        raise InputError("--key", error.strerror, expected, file=str(path)) from None
+        raise ArgumentError("key", error.strerror, expected, file=str(path)) from None
     return key

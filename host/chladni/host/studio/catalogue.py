@@ -11,7 +11,7 @@ from chladni.host.studio.requests import Begin, Choose, Open
 from chladni.host.studio.workshop import Choice
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.tables.build import default_objective
 
 MOST_NAME = 80
@@ -68,7 +68,7 @@ class Catalogue:
         if request.text is not None:
             return name, parse_spec(request.text, file=name)
         if name not in self._specs:
-            raise InputError("SPEC", name, "one of: " + ", ".join(self._specs))
+            raise ArgumentError("spec", name, "one of: " + ", ".join(self._specs))
         return name, read_spec(self._specs[name])
 
     def opened(self, request: Open) -> Choice:

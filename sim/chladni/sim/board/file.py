@@ -32,7 +32,7 @@ from chladni.sim.board.parts import (
     Spring,
 )
 from chladni.sim.board.quantity import quantities
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import ArgumentError, InputError, MissingError
 from chladni.sim.files import read_text
 
 Part = TypeVar("Part")
@@ -99,8 +99,8 @@ def load_board(board: str | Path) -> Board:
     InputError
         The file is missing, is not TOML, or says something that cannot be; names file and key.
     """
-    path = file_of(board, shipped_boards(), "BOARD", "a board file")
-    text = read_text(path, "BOARD", MOST_BYTES, "a board file", encoding="utf-8-sig")
+    path = file_of(board, shipped_boards(), "board", "a board file")
+    text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
     return parse_board(text, file=str(path))
 
 
@@ -116,7 +116,7 @@ def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: st
     if os.path.isfile(path):
         return path
     if str(given) not in shipped and not os.path.lexists(path):
-        raise InputError(field, str(given), f"{what}, or one of: {', '.join(shipped)}")
+        raise ArgumentError(field, str(given), f"{what}, or one of: {', '.join(shipped)}")
     return shipped.get(str(given), path)
 
 
@@ -141,12 +141,12 @@ def parse_board(text: str, *, file: str) -> Board:
 
 
 def parse_document(
-    text: str, field: str = "BOARD", what: str = "a board file", *, file: str
+    text: str, field: str = "board", what: str = "a board file", *, file: str
 ) -> dict[str, Any]:
     """As `read_document`, of a file's text."""
     size = len(text.encode("utf-8", "replace"))
     if size > MOST_BYTES:
-        raise InputError(
+        raise ArgumentError(
             field, f"{size:,} bytes", f"{what} of at most {MOST_BYTES:,} bytes", file=file
         )
     try:
@@ -155,7 +155,7 @@ def parse_document(
         raise error.in_file(file) from None
 
 
-def read_document(path: Path, field: str = "BOARD", what: str = "a board file") -> dict[str, Any]:
+def read_document(path: Path, field: str = "board", what: str = "a board file") -> dict[str, Any]:
     """A file's TOML document, shallow and with integers of 64 bits as TOML has them.
 
     Raises

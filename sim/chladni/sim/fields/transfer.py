@@ -13,7 +13,7 @@ from chladni.sim.board.checks import closest
 from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError, check_estimate
+from chladni.sim.errors import ArgumentError, InputError, check_estimate
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import (
     FoundationLayer,
@@ -289,13 +289,15 @@ def actuator_loads(board: Board) -> list[Load]:
     return [_load(board, *actuator.at) for actuator in board.actuators]
 
 
-def check_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:
-    """A target in metres, if it is on the board."""
+def check_target(
+    board: Board, target_mm: tuple[float, float], argument: str = "target_mm"
+) -> tuple[float, float]:
+    """A target in metres, if it is on the board; `argument` is what it came as."""
     x, y = target_mm[0] * MM, target_mm[1] * MM
     if not board.contains(x, y):
         half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
-        raise InputError(
-            "target",
+        raise ArgumentError(
+            argument,
             f"{target_mm[0]:g},{target_mm[1]:g}",
             f"a place on the board in mm: |x| up to {half_x:g}, |y| up to {half_y:g}",
         )

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.problem.problem import Problem
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 from chladni.sim.files import read_arrays, write_arrays
 
 FloatArray = NDArray[np.float64]
@@ -131,7 +131,7 @@ def run(
         return space.value(objective, drive)
 
     if options.trace and steps > MOST_STEPS:
-        raise InputError("steps", steps, f"at most {MOST_STEPS:,} with a trace")
+        raise ArgumentError("steps", steps, f"at most {MOST_STEPS:,} with a trace")
     rng = np.random.default_rng(options.seed)
     state = start(rng)
     chain = _resume(options.trace, key, state.shape) if options.trace else None
@@ -201,7 +201,7 @@ def read_trace(path: Path) -> tuple[Chain, dict[str, Any]]:
         The file is no trace, or a link to one.
     """
     try:
-        data = read_arrays(path, "--trace", TRACE_BYTES, "a trace", follow=False)
+        data = read_arrays(path, "trace", TRACE_BYTES, "a trace", follow=False)
         about = json.loads(str(data["about"]))
         rng = np.random.default_rng()
         rng.bit_generator.state = about["rng"]
@@ -213,7 +213,7 @@ def read_trace(path: Path) -> tuple[Chain, dict[str, Any]]:
         if not (isinstance(key, dict) and _is_chain(data) and len(_words(key)) < MOST_WORDS):
             raise ValueError("no chain")
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
-        raise InputError("--trace", str(path), "a new file, or a trace of this solve") from error
+        raise ArgumentError("trace", str(path), "a new file, or a trace of this solve") from error
     return chain, key
 
 
@@ -236,11 +236,11 @@ def _resume(path: Path, key: dict[str, Any], shape: tuple[int, ...]) -> Chain | 
         return None
     chain, saved = read_trace(path)
     if saved != key:
-        raise InputError(
-            "--trace", str(path), f"a trace of {_words(key)}; it is one of {_words(saved)}"
+        raise ArgumentError(
+            "trace", str(path), f"a trace of {_words(key)}; it is one of {_words(saved)}"
         )
     if chain.state.shape != shape:
-        raise InputError("--trace", f"a state of shape {chain.state.shape}", f"{shape}",
+        raise ArgumentError("trace", f"a state of shape {chain.state.shape}", f"{shape}",
                          file=str(path))  # fmt: skip
     return chain
 

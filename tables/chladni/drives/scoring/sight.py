@@ -20,7 +20,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Active
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
@@ -148,7 +148,7 @@ def active_lattice(board: Board, pitch: float) -> Lattice:
         The pitch is not a length, or nothing is left of the board.
     """
     if not pitch > 0.0 or not np.isfinite(pitch):
-        raise InputError("pitch", pitch / MM, "a length above 0 mm")
+        raise ArgumentError("pitch", pitch / MM, "a length above 0 mm")
     margin = (board.active or Active()).margin
     axes, cell = [], []
     for side in board.plate.size:

@@ -91,6 +91,25 @@ def required(option: str, value: Given | None, what: str) -> Given:
     return value
 
 
+def check_one_of(what: str = "", **given: bool) -> None:
+    """Refuse none or several of some options; `udp_port` stands for --udp-port, `TABLE` for TABLE.
+
+    Raises
+    ------
+    MissingError
+        None is given.
+    ConflictError
+        Several are.
+    """
+    names = {n: n if n.isupper() else "--" + n.replace("_", "-") for n in given}
+    taken = [names[name] for name, is_given in given.items() if is_given]
+    if not taken:
+        *others, last = names.values()
+        raise MissingError(f"one of {', '.join(others)} and {last}", what)
+    if len(taken) > 1:
+        raise ConflictError(taken[0], " or ".join(taken[1:]))
+
+
 def with_focus(
     board: Board, objective: str, *, quieter_from_mm: float | None, quieter_db: float | None,
     silent_from_mm: float | None, floor_um: float | None,

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from serial.tools import list_ports
 
+from chladni.host.cli.common.commands import Commands
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, parse_place
 from chladni.host.cli.device.config import config
@@ -29,8 +30,10 @@ FARTHEST_MM = 1000.0
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
 
-device_app = typer.Typer(help="Ask a device and tell it what to do.", no_args_is_help=True)
-key_app = typer.Typer(help="Keys that hosts on a network prove themselves with.",
+device_app = typer.Typer(
+    cls=Commands, help="Ask a device and tell it what to do.", no_args_is_help=True
+)
+key_app = typer.Typer(cls=Commands, help="Keys that hosts on a network prove themselves with.",
                       no_args_is_help=True)  # fmt: skip
 
 

@@ -10,14 +10,13 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from chladni.host.cli.common.options import required
+from chladni.host.cli.common.options import check_one_of, required
 from chladni.host.device.device import Device
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
-from chladni.sim.errors import check_one_of
 from chladni.tables.format import pack, read_table
 
 

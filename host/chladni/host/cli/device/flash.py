@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.options import JsonOption, check_one_of, required
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.link import LinkError
 from chladni.host.flashing import rom_loader
-from chladni.sim.errors import ConflictError, InputError, check_one_of
+from chladni.sim.errors import ConflictError, InputError
 from chladni.tables.format import pack, read_table
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli.common.options import JsonOption
+from chladni.host.cli.common.options import JsonOption, check_one_of
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
@@ -22,7 +22,7 @@ from chladni.host.device.stream_sources import (
 )
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import InputError, check_one_of
+from chladni.sim.errors import InputError
 
 
 @connecting

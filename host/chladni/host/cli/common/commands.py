@@ -1,0 +1,65 @@
+"""Groups of commands: what Ctrl-C is in them, and how their errors name what was given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import typer
+from typer.core import TyperArgument, TyperGroup
+
+from chladni.sim.errors import InputError, StoppedError
+
+ARGUMENTS = {
+    "address": ("udp",),
+    "frequencies_hz": ("frequency",),
+    "frequency_hz": ("frequency",),
+    "milliseconds": ("ms",),
+    "table": ("table", "emulated_table"),
+    "target_mm": ("target",),
+    "touches": ("touch",),
+}
+"""Arguments of the library, and the parameters of commands where they are called otherwise."""
+
+
+class Commands(TyperGroup):
+    """Commands of which Ctrl-C is an error like others, and whose errors speak of options."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run the command that was asked for.
+
+        Raises
+        ------
+        StoppedError
+            Ctrl-C, at work or at a question.
+        InputError
+            As the library raises it, with options and not arguments named.
+        """
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise StoppedError from None
+        except typer.Abort as error:
+            if isinstance(error.__context__, KeyboardInterrupt):
+                raise StoppedError from None
+            raise
+        except InputError as error:
+            error.on_command_line(dict(_options(self.commands.get(ctx.invoked_subcommand or ""))))
+            raise
+
+
+def _options(command: Any) -> Iterator[tuple[str, str]]:
+    """What a command's user calls each argument of the library."""
+    if command is None:
+        return
+    known = {}
+    for parameter in command.params:
+        if isinstance(parameter, TyperArgument):
+            known[parameter.name] = (parameter.metavar or parameter.name.upper()).strip("[]")
+        else:
+            known[parameter.name] = max(parameter.opts, key=len)
+    yield from known.items()
+    for argument, names in ARGUMENTS.items():
+        given = [known[name] for name in names if name in known]
+        if given:
+            yield argument, ", ".join(given)
