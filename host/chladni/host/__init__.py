@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         TouchEvent,
         emulate,
     )
+    from chladni.host.emulation.touches import TouchScore
     from chladni.host.protocol.config import DeviceConfig, config_of
     from chladni.host.protocol.network import NetworkSettings, read_key
 
@@ -38,6 +39,7 @@ _PLACES = {
     "device.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
     "emulation.closed_loop": ("LoopReport", "board_of", "run_loop"),
     "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
+    "emulation.touches": ("TouchScore",),
     "protocol.config": ("DeviceConfig", "config_of"),
     "protocol.network": ("NetworkSettings", "read_key"),
 }
@@ -55,6 +57,7 @@ __all__ = [
     "Recording",
     "SerialWire",
     "TouchEvent",
+    "TouchScore",
     "UdpPort",
     "UdpWire",
     "Wire",

@@ -11,14 +11,13 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.drives.problem.problem import Problem, solved_board
-from chladni.drives.scoring.finger import felt, remark_on
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
 from chladni.host.emulation.flash_file import FlashFile
+from chladni.host.emulation.touches import TouchScore
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
 from chladni.sim.board.board import Board
@@ -94,25 +93,38 @@ def emulate(
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
     run_ms = required("--ms", ms, "how long to run, ms")
     file = check_output(required("-o", output, "a file to write (.npz)"), "-o", ARRAYS)
+    for at in lift or []:
+        if not 0.0 <= at < run_ms:
+            raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
     events = [_parse_touch(text) for text in touches] + [TouchEvent(at, None) for at in lift or []]
     owner = board_of(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
-    result = _scored(owner, report, loaded.section(frequency).frequency_hz) | {"path": str(file)}
+    result = _scored(owner, report) | {"path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _scored(board: Board, report: LoopReport, frequency_hz: float) -> dict[str, Any]:
-    """A touch's report, and what a finger feels of it."""
+def _scored(board: Board, report: LoopReport) -> dict[str, Any]:
+    """The last touch's report, what a finger feels of it, and the score of every touch."""
     result: dict[str, Any] = {name: getattr(report, name) for name in ANSWERED}
     result["channels"] = [
         {"actuator": actuator.name, **asdict(channel)}
         for actuator, channel in zip(board.actuators, report.channels, strict=True)
     ]
-    solved = solved_board(board).at_frequency(frequency_hz)
-    problem = Problem(solved, report.target_mm, report.target_field)
-    result |= asdict(felt(problem, report.played))
-    return result | {"remark": remark_on(problem, report.played)}
+    last = report.touches[-1].card
+    assert last.felt is not None
+    result |= asdict(last.felt) | {"remark": last.remark}
+    return result | {"touches": [_touch(touch) for touch in report.touches]}
+
+
+def _touch(touch: TouchScore) -> dict[str, Any]:
+    """One touch of many, with its scorecard as `chladni solve --json` names it."""
+    card = asdict(touch.card)
+    felt, baselines = card.pop("felt"), card.pop("nulls")
+    return {
+        "at_ms": touch.at_ms, "target_mm": list(touch.target_mm), "region": touch.region,
+        "settled": touch.settled, **card, **felt, "baselines": baselines,
+    }  # fmt: skip
 
 
 def _device(

@@ -9,13 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import solved_board
-from chladni.host.emulation.demodulate import (
-    Play,
-    drive_phasors,
-    edge_sfdr_db,
-    first_change,
-    sfdr_db,
-)
+from chladni.host.emulation.demodulate import edge_sfdr_db, first_change, sfdr_db
 from chladni.host.emulation.emulator import (
     LEVEL,
     Recording,
@@ -24,14 +18,21 @@ from chladni.host.emulation.emulator import (
     emulated_config,
     reported_um,
 )
-from chladni.host.protocol.config import coil_gains
+from chladni.host.emulation.touches import (
+    SHORTEST_WAVES,
+    SILENT,
+    TouchScore,
+    played_touches,
+    playing_finger,
+    score_touches,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import ArgumentError, InputError, MissingArgumentError
 from chladni.sim.fields.transfer import check_target, target_field
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import compose
-from chladni.tables.table import Section, Table
+from chladni.tables.table import Table
 
 ComplexArray = NDArray[np.complex128]
 
@@ -40,9 +41,7 @@ PANEL_MS = 12.0
 SETTLE_MS = 2.0
 """After a ramp, until the error feedback has forgotten it."""
 LEAST_WAVES = 8
-"""A phasor is measured over this many waves at least."""
-SILENT = 1e-4
-"""A gain below this share of full scale is silence: there is no ratio to report."""
+"""A settled drive is measured over this many waves."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +56,14 @@ class ChannelReport:
 
 @dataclass(frozen=True)
 class LoopReport:
-    """An emulated touch, scored.
+    """Emulated touches, scored.
 
     Attributes
     ----------
     latency_ms
         From the first touch to the first changed duty on a pin.
     channels
-        Of the last touch, once settled.
+        Of the last touch, as settled as it is (`touches[-1].settled`).
     region, target_mm
         Of the last touch: the region it lies in, and its place.
     ssim
@@ -78,6 +77,8 @@ class LoopReport:
         The drive that the pins made, shape (actuators,).
     field, target_field
         Complex displacement of the PWM's drive and of the unit load, shape (nx, ny).
+    touches
+        Scores of all touches that the panel reported, in the order of time.
     """
 
     latency_ms: float
@@ -90,6 +91,7 @@ class LoopReport:
     played: ComplexArray
     field: ComplexArray
     target_field: ComplexArray
+    touches: list[TouchScore]
 
 
 def board_of(table: Table, board: str | None, *, file: str) -> Board:
@@ -101,7 +103,7 @@ def board_of(table: Table, board: str | None, *, file: str) -> Board:
         No such board, or the table was made for another.
     """
     if board is None and table.board_name not in shipped_boards():
-        raise MissingError("--board", f"{table.board_name!r} is not a shipped board")
+        raise MissingArgumentError("board", f"{table.board_name!r} is not a shipped board")
     found = load_board(board or table.board_name)
     if len(found.actuators) != table.actuators:
         expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
@@ -118,90 +120,81 @@ def run_loop(
     table: Table, board: Board, touches: Sequence[TouchEvent], milliseconds: float, *,
     level: float = LEVEL, frequency_hz: float | None = None,
 ) -> tuple[Recording, LoopReport]:  # fmt: skip
-    """Play touches on the emulated board and score the last one.
+    """Play touches on the emulated board and score what the pins make of each.
+
+    Parameters
+    ----------
+    touches
+        Places and lifts in any order; a swipe has a place for every report of the panel.
+    milliseconds
+        How long to run, from power-on.
+    level
+        Share of full amplitude.
+    frequency_hz
+        Of the table's drives; those of its first section by default.
 
     Raises
     ------
     InputError
-        A touch off the board or after the end, or too short a run to measure anything.
+        A touch off the board or after the end, or a last touch that is too short to be measured.
     """
+    _check_events(board, touches, milliseconds)
     events = sorted(touches, key=lambda event: event.at_ms)
-    places = [event for event in events if event.place_mm is not None]
-    _check_events(board, events, places, milliseconds)
     section = table.section(frequency_hz)
     recording = emulate(board, table, events, milliseconds, level=level, frequency_hz=frequency_hz)
-    changed = first_change(recording, int(places[0].at_ms * 1e-3 * recording.carrier_hz))
-    if changed is None:
-        raise InputError("--ms", milliseconds, "a run long enough for a duty to change")
-    play = _steady_play(recording, table, section, events, places[-1])
-    last = places[-1].place_mm
-    assert last is not None
-    # A panel says which of its pixels was touched; the device knows no better.
-    x_um, y_um = reported_um(emulated_config(board), last)
-    promised = table.drive_at(section, x_um, y_um)
-    phasors = drive_phasors(recording, play, section.frequency_hz, level=level)
-    # The device makes up for polarity and trim, which the coils themselves then undo.
-    played = section.full_scale_gain * phasors / np.array(coil_gains(board))
+    first_ms, last_ms = _first_and_last(events)
+    changed = first_change(recording, int(first_ms * 1e-3 * recording.carrier_hz))
     solved = solved_board(board).at_frequency(section.frequency_hz)
-    fields = solved.fields.values
-    wanted = target_field(solved.board, last, model=solved.model, allow_unmet=True).values[0]
-    field = compose(fields, played)
+    played = played_touches(recording, table, section, board, events)
+    scores = score_touches(recording, table, section, solved, played, level=level)
+    if changed is None or not scores or scores[-1].at_ms != last_ms:
+        needed = SHORTEST_WAVES / section.frequency_hz * 1e3
+        expected = f"a last touch that the panel reports and that then plays {needed:.1f} ms"
+        raise ArgumentError("touches, milliseconds", f"{last_ms:g}, {milliseconds:g} ms", expected)
+    last = scores[-1]
+    # A panel says which of its pixels was touched; the device knows no better.
+    promised = table.drive_at(section, *reported_um(emulated_config(board), last.target_mm))
+    wanted = target_field(board, last.target_mm, model=solved.model, allow_unmet=True).values[0]
+    play = last.play
     purity = [measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)]
     return recording, LoopReport(
-        latency_ms=changed / recording.carrier_hz * 1e3 - places[0].at_ms,
-        channels=_channels(played, promised, section.full_scale_gain, purity),
-        region=table.grid.region_at(x_um, y_um),
-        target_mm=last,
-        ssim=metrics.ssim(np.abs(field), np.abs(wanted)),
-        ssim_table=metrics.ssim(np.abs(compose(fields, promised)), np.abs(wanted)),
+        latency_ms=changed / recording.carrier_hz * 1e3 - first_ms,
+        channels=_channels(last.drive, promised, section.full_scale_gain, purity),
+        region=last.region,
+        target_mm=last.target_mm,
+        ssim=last.card.ssim,
+        ssim_table=metrics.ssim(np.abs(compose(solved.fields.values, promised)), np.abs(wanted)),
         promised=promised,
-        played=played,
-        field=field,
+        played=last.drive,
+        field=compose(solved.fields.values, last.drive),
         target_field=wanted,
+        touches=scores,
     )
 
 
-def _check_events(
-    board: Board, events: list[TouchEvent], places: list[TouchEvent], milliseconds: float
-) -> None:
+def _check_events(board: Board, events: Sequence[TouchEvent], milliseconds: float) -> None:
     if not 0.0 < milliseconds <= 600_000.0:
-        raise InputError("--ms", milliseconds, "a time from 0 to 600000 ms")
-    if not places:
-        raise MissingError("--touch", "at least one touch X,Y@MS")
-    for event in events:
-        option = "--lift" if event.place_mm is None else "--touch"
+        raise ArgumentError("milliseconds", milliseconds, "a time from 0 to 600000 ms")
+    if all(event.place_mm is None for event in events):
+        raise MissingArgumentError("touches", "at least one place and its time")
+    for number, event in enumerate(events):
+        name = f"touches[{number}]"
         if not 0.0 <= event.at_ms < milliseconds:
-            raise InputError(option, f"@{event.at_ms:g}", f"a time from 0 to {milliseconds:g} ms")
+            expected = f"a time from 0 to {milliseconds:g} ms"
+            raise ArgumentError(name, f"@{event.at_ms:g}", expected)
         if event.place_mm is not None:
-            check_target(board, event.place_mm)
+            check_target(board, event.place_mm, name)
+
+
+def _first_and_last(events: Sequence[TouchEvent]) -> tuple[float, float]:
+    """When the finger that plays comes, and when it is put to its last place, ms."""
+    times = [at_ms for at_ms, place in playing_finger(events) if place is not None]
+    return times[0], times[-1]
 
 
 def settled_ms(table: Table, touch: TouchEvent) -> float:
     """When a touch plays steadily: after its report and the ramp."""
     return touch.at_ms + PANEL_MS + table.limits.ramp_us / 1e3 + SETTLE_MS
-
-
-def _steady_play(
-    recording: Recording, table: Table, section: Section, events: list[TouchEvent], last: TouchEvent
-) -> Play:
-    """The settled stretch of the last touch: from after its ramp to its lift or the end."""
-    begin_ms = settled_ms(table, last)
-    lifts = [e.at_ms for e in events if e.place_mm is None]
-    after = [at for at in lifts if at >= last.at_ms]
-    # The on-time counts from the first contact since the finger was last lifted.
-    before = max([at for at in lifts if at < last.at_ms], default=-1.0)
-    contact_ms = min(e.at_ms for e in events if e.place_mm is not None and e.at_ms > before)
-    longest_ms = contact_ms + table.limits.max_on_us / 1e3
-    total_ms = recording.duty_steps.shape[0] / recording.carrier_hz * 1e3
-    end_ms = min([total_ms, longest_ms, *after])
-    needed = LEAST_WAVES / section.frequency_hz * 1e3
-    if end_ms - begin_ms < needed:
-        what = f"a last touch that plays {begin_ms + needed - last.at_ms:.0f} ms at least"
-        limit = "the table's max_on" if end_ms == longest_ms else "its lift or the end of the run"
-        raise InputError("--touch, --lift, --ms", f"{end_ms - last.at_ms:.0f} ms to {limit}", what)
-    return Play(
-        int(begin_ms * 1e-3 * recording.carrier_hz), int(end_ms * 1e-3 * recording.carrier_hz)
-    )
 
 
 def _channels(

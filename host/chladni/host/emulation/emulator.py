@@ -99,11 +99,14 @@ class Recording:
         Carrier frequency.
     pwm_bits
         A duty of 1 is 2^pwm_bits steps.
+    panel_reports
+        Carrier periods in which the panel had news of fingers.
     """
 
     duty_steps: NDArray[np.uint16]
     carrier_hz: float
     pwm_bits: int
+    panel_reports: tuple[int, ...] = ()
 
     @property
     def duty(self) -> FloatArray:
@@ -249,11 +252,13 @@ class Emulator:
         EmulatorError
             The firmware did something the hardware would not forgive.
         """
+        begun, reported = self.core.period, len(self.core.calls)
         try:
             self.core.run_us(round(milliseconds * 1000.0))
         except RuntimeError as error:
             raise EmulatorError(f"at {self.core.now_us / 1000.0:.3f} ms: {error}") from None
-        return Recording(self.core.take_duties(), self.carrier_hz, self.config["pwm_bits"])
+        reports = tuple(call - begun for call in self.core.calls[reported:])
+        return Recording(self.core.take_duties(), self.carrier_hz, self.config["pwm_bits"], reports)
 
 
 def _hmac_sha256(key: bytes, data: bytes) -> bytes:

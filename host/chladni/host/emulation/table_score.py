@@ -13,9 +13,8 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.sight import SAMPLES, Place, Score, active_lattice, score_drives
 from chladni.host.emulation.closed_loop import LEAST_WAVES, settled_ms
-from chladni.host.emulation.demodulate import Play, drive_phasors
+from chladni.host.emulation.demodulate import Play, made_drive
 from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
-from chladni.host.protocol.config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.tables.table import Table
@@ -94,11 +93,10 @@ def played_drives(
 ) -> list[ComplexArray]:
     """The drives that the pins make at places (m), each complex128 of shape (actuators,).
 
-    In units of the largest gain, each with a common phase of its own. Every place is touched on a
+    In units of gain, each with a common phase of its own. Every place is touched on a
     device that was just powered on, whose coils are cold.
     """
     section = table.section(frequency_hz)
-    gains = np.array(coil_gains(board))
     needed_ms = LEAST_WAVES / section.frequency_hz * 1e3
     found = []
     for x, y in places:
@@ -106,6 +104,5 @@ def played_drives(
         begin_ms = settled_ms(table, touch)
         recording = emulate(board, table, [touch], begin_ms + needed_ms, frequency_hz=frequency_hz)
         play = Play(int(begin_ms * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
-        played = drive_phasors(recording, play, section.frequency_hz, level=LEVEL)
-        found.append(np.asarray(played / gains))
+        found.append(made_drive(recording, play, section, board, level=LEVEL))
     return found

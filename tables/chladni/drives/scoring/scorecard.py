@@ -86,16 +86,25 @@ def score_field(
     return score_on(problem, field, null_models(problem), drive=drive)
 
 
-def null_models(problem: Problem) -> NullModels:
-    """The null models of one target."""
+def null_models(problem: Problem, *, misplaced: ComplexArray | None = None) -> NullModels:
+    """The null models of one target.
+
+    Parameters
+    ----------
+    misplaced
+        Field of a unit load at `misplaced_target`, shape (nx, ny), if it was found already.
+    """
     solved, wanted = problem.solved, np.abs(problem.wanted)
     alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
-    place = misplaced_target(problem.board, problem.target_mm)
-    wrong = target_field(problem.board, place, model=solved.model, allow_unmet=True).values[0]
+    if misplaced is None:
+        place = misplaced_target(problem.board, problem.target_mm)
+        (misplaced,) = target_field(
+            problem.board, place, model=solved.model, allow_unmet=True
+        ).values
     return NullModels(
         silent=metrics.ssim(np.zeros_like(wanted), wanted),
         nearest_actuator=metrics.ssim(np.abs(alone), wanted),
-        misplaced=metrics.ssim(np.abs(wrong), wanted),
+        misplaced=metrics.ssim(np.abs(misplaced), wanted),
     )
 
 
