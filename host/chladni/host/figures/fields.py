@@ -26,7 +26,6 @@ from chladni.sim.plate.modes import ModeShapes
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
-mpl.use("Agg")
 INK = "#222222"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00")
 """Okabe and Ito's palette, which the colour-blind tell apart."""
@@ -50,6 +49,18 @@ def save(figure: Figure, path: Path) -> None:
             buffer, format=kind, dpi=150, bbox_inches="tight", metadata=UNDATED.get(kind)
         )
     write_whole(path, buffer.getvalue())
+
+
+def is_wide(board: Board) -> bool:
+    """Whether pictures of a board go below each other: it is wider than it is long."""
+    return board.plate.size[0] > board.plate.size[1]
+
+
+def board_inches(board: Board, most: tuple[float, float]) -> tuple[float, float]:
+    """Width and height of a picture of a board that fills a room, in inches."""
+    width, length = board.plate.size
+    scale = min(most[0] / width, most[1] / length)
+    return width * scale, length * scale
 
 
 def draw_board(
