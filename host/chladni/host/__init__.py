@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         TouchEvent,
         emulate,
     )
+    from chladni.host.emulation.table_score import TableScore, score_table
     from chladni.host.emulation.touches import TouchScore
     from chladni.host.protocol.config import DeviceConfig, config_of
     from chladni.host.protocol.network import NetworkSettings, read_key
@@ -39,6 +40,7 @@ _PLACES = {
     "device.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
     "emulation.closed_loop": ("LoopReport", "board_of", "run_loop"),
     "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
+    "emulation.table_score": ("TableScore", "score_table"),
     "emulation.touches": ("TouchScore",),
     "protocol.config": ("DeviceConfig", "config_of"),
     "protocol.network": ("NetworkSettings", "read_key"),
@@ -56,6 +58,7 @@ __all__ = [
     "NetworkSettings",
     "Recording",
     "SerialWire",
+    "TableScore",
     "TouchEvent",
     "TouchScore",
     "UdpPort",
@@ -67,6 +70,7 @@ __all__ = [
     "emulate",
     "read_key",
     "run_loop",
+    "score_table",
 ]
 
 

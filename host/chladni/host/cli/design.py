@@ -28,7 +28,7 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar, s
 from chladni.host.figures.designs import front_figure
 from chladni.host.figures.fields import save
 from chladni.sim.board.writing import board_file
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
 
 TOML = (".toml",)
@@ -89,7 +89,8 @@ def design_board(
                 samples=samples, progress=progress, on_board=keep,
             )  # fmt: skip
     except InputError as error:
-        raise (error if error.field.startswith("--") else error.in_file(spec)) from None
+        is_option = isinstance(error, ArgumentError) and error.field != "spec"
+        raise (error if is_option else error.in_file(spec)) from None
     write_whole(output, board_file(found.board, _about(found, spec)))
     entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
     if front is not None:

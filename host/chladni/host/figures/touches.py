@@ -39,7 +39,9 @@ def swipe_figure(board: Board, touches: Sequence[TouchScore]) -> Figure:
     over = map_part.subplots()
     over.set_facecolor("#eef2f6")
     over.plot(*places.T, color="#999999", linewidth=0.8, zorder=1)
-    drawn = over.scatter(*places.T, c=levels, cmap="viridis", s=24, zorder=2, label="touches")
+    drawn = over.scatter(
+        places[:, 0], places[:, 1], c=levels, cmap="viridis", s=24, zorder=2, label="touches"
+    )
     draw_board(over, board, ink=INK, small=True)
     over.set_ylabel("y / mm")
     over.set_title("Touches", fontsize=10, color=INK)

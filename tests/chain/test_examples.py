@@ -1,0 +1,134 @@
+"""Every example runs as its page says, makes its figure, and stays short."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from chladni.sim import load_board
+from chladni.tables import build_table, pack, read_table
+from conftest import ROOT
+
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
+MOST_LINES = 40
+LEAST_COLOURS = 20
+
+
+def run(name: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, ROOT / "examples" / f"{name}.py", *map(str, arguments)],
+        capture_output=True, text=True, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+    )  # fmt: skip
+
+
+def of_field(said: str, folder: Path) -> None:
+    del folder
+    assert re.search(r"prototype at 160 Hz: 20\.\d µm per newton", said)
+
+
+def of_table(said: str, folder: Path) -> None:
+    table = read_table(folder / "strip5.chl")
+    assert table.board_fingerprint == load_board("strip5").fingerprint()
+    second = re.search(r"second finger 20 mm away: (\S+) dB below", said)
+    assert second is not None
+    assert float(second[1]) > 15.0
+
+
+def of_swipe(said: str, folder: Path) -> None:
+    del folder
+    rows = re.findall(r"(\d+) ms  second finger +\+(\S+) dB", said)
+    assert [int(at) for at, _ in rows] == list(range(20, 421, 50))
+
+
+def of_design(said: str, folder: Path) -> None:
+    board = load_board(folder / "mine.toml")
+    assert board.name == "mine"
+    assert 2 <= len(board.actuators) <= 3
+    assert "boards; the best has coils at y = " in said
+
+
+CHECKS: dict[str, Callable[[str, Path], None]] = {
+    "field": of_field, "table": of_table, "swipe": of_swipe, "design": of_design,
+}  # fmt: skip
+
+
+def check_figure(path: Path) -> None:
+    """A picture of its own size that is not blank."""
+    picture = plt.imread(path)
+    assert min(picture.shape[:2]) > 300
+    assert len(np.unique(picture[::3, ::3, :3].reshape(-1, 3), axis=0)) > LEAST_COLOURS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHECKS)
+def test_an_example_runs_and_draws(name: str, tmp_path: Path) -> None:
+    done = run(name, tmp_path / "new")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    CHECKS[name](done.stdout, tmp_path / "new")
+    check_figure(tmp_path / "new" / f"example-{name}.png")
+
+
+@contextmanager
+def emulated(table: Path) -> Iterator[str]:
+    """A port of an emulated device, in a process of its own."""
+    command = [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(table), "--serial"]
+    process = subprocess.Popen([*command, "--ms", "60000"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        yield process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_the_device_on_a_port_plays(tmp_path: Path) -> None:
+    table = tmp_path / "t.chl"
+    table.write_bytes(pack(build_table(load_board("strip5"))[0]))
+    with emulated(table) as port:
+        done = run("device", port, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "verified=True" in done.stdout
+    assert re.search(r"playing; played 1\.\d+ s", done.stdout)
+    check_figure(tmp_path / "example-device.png")
+
+
+@pytest.mark.slow
+def test_a_device_of_another_board_is_left_alone(port: str, tmp_path: Path) -> None:
+    """The emulated prototype has five channels, as `strip5` has."""
+    done = run("device", port, tmp_path)
+    assert done.returncode == 2
+    assert "a table for prototype" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_port_that_is_not_there_is_said() -> None:
+    for arguments, words in (
+        ((), "no port given: no such port"),
+        (("nowhere",), "nowhere: no such port"),
+    ):
+        done = run("device", *arguments)
+        assert done.returncode == 2
+        assert words in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_the_page_shows_every_example_and_they_are_short() -> None:
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert sorted([*CHECKS, "device"]) == EXAMPLES
+    for name in EXAMPLES:
+        text = (ROOT / "examples" / f"{name}.py").read_text(encoding="utf-8")
+        assert text.count("\n") <= MOST_LINES
+        assert f"```python\n{text}```" in page
+        assert f"](images/example-{name}.png)" in page
+        assert (ROOT / "docs" / "images" / f"example-{name}.png").is_file()
