@@ -33,7 +33,7 @@ IN_PYTHON = """
 import chladni.host
 from chladni.drives import solve
 from chladni.host import Device, EmulatorWire, config_of
-from chladni.host.figures import chain_figure
+from chladni.host.figures import field_figure
 from chladni.sim import load_board
 from chladni.tables import build_table
 print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0)).drive))

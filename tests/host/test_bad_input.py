@@ -181,7 +181,7 @@ def test_a_table_for_another_board(chladni: CommandLine, tmp_path: Path, table: 
             "focus.quieter_from_mm",
         ),
         (["solve", "paper", "--target", "0,0", "--trace", "t.npz"], "anneal"),
-        (["solve", "paper", "--target", "0,0", "--figure", "f.png"], "--trace"),
+        (["solve", "paper", "--target", "0,0", "--figure", "f.gif"], "--figure"),
         (
             ["solve", "paper", "--target", "0,0", "--method", "anneal", "--trace", "no/t.npz"],
             "--trace",

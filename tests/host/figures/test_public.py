@@ -17,6 +17,7 @@ from chladni.host.emulation.touches import TouchScore
 from chladni.sim.board.board import Board
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
+from lying import lying
 
 
 @pytest.mark.parametrize("name", figures.__all__)
@@ -57,10 +58,7 @@ def test_a_swipe_shows_its_places_and_numbers(
 ) -> None:
     board, touches = coarse_board, list(swiped)
     if wide:
-        plate = replace(board.plate, size=board.plate.size[::-1])
-        coils = tuple(replace(one, at=one.at[::-1]) for one in board.actuators)
-        screws = tuple(replace(one, at=one.at[::-1]) for one in board.screws)
-        board = replace(board, plate=plate, actuators=coils, screws=screws)
+        board = lying(board)
         touches = [replace(one, target_mm=one.target_mm[::-1]) for one in touches]
     figure = figures.swipe_figure(board, touches)
     over, *curves = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -19,7 +19,14 @@ from chladni.host.cli.common.options import (
     check_figure,
     check_one_of,
 )
-from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place, say_unmet
+from chladni.host.cli.common.output import (
+    ARRAYS,
+    Place,
+    answer,
+    check_output,
+    parse_place,
+    say_unmet,
+)
 from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -72,7 +79,7 @@ def field(
     loaded = load_board(board)
     place = parse_place(target, "--target") if target is not None else None
     index = _index_of(loaded, actuator) if actuator is not None else None
-    amplitudes = _read_drive(drive, loaded) if drive is not None else None
+    amplitudes, marked = _read_drive(drive, loaded) if drive is not None else (None, None)
     started = time.perf_counter()
     found: Response | TransferFields
     if place is not None:
@@ -92,7 +99,10 @@ def field(
         energy=energy_image(values),
     )
     if figure:
-        figures.save(figures.field_figure(loaded, values, target_mm=place), figure)
+        drawn = figures.field_figure(
+            loaded, values, target_mm=place or marked, per_newton=amplitudes is None
+        )
+        figures.save(drawn, figure)
     result = {
         "path": str(output),
         "modes_used": found.modes_used,
@@ -191,8 +201,8 @@ def _index_of(board: Board, actuator: str) -> int:
     return names.index(actuator)
 
 
-def _read_drive(path: Path, board: Board) -> NDArray[np.complex128]:
-    """A drive as `chladni solve --json` writes it."""
+def _read_drive(path: Path, board: Board) -> tuple[NDArray[np.complex128], Place | None]:
+    """A drive as `chladni solve --json` writes it, and its target if the board has that place."""
     file = str(path)
     try:
         document = json.loads(read_text(path, "--drive", DRIVE_BYTES))
@@ -217,4 +227,13 @@ def _read_drive(path: Path, board: Board) -> NDArray[np.complex128]:
             raise InputError(f"drive[{k}]", entry, "each actuator once", file=file)
         seen.add(index)
         values[index] = gain * np.exp(1j * np.radians(phase))
-    return values
+    return values, _target_of(document, board)
+
+
+def _target_of(document: dict[str, Any], board: Board) -> Place | None:
+    """The place that a drive says it is for, mm, where it is one on the board."""
+    try:
+        x, y = (float(along) for along in document["target_mm"])
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return None
+    return (x, y) if board.contains(x * MM, y * MM) else None

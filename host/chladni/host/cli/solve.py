@@ -12,7 +12,7 @@ import typer
 
 from chladni.drives.methods import SEED
 from chladni.drives.methods.focus import shortfall
-from chladni.drives.scoring.scorecard import score
+from chladni.drives.scoring.scorecard import Scorecard, score
 from chladni.drives.solve import Solution, check_request, solve
 from chladni.host.cli.common.options import (
     BoardArgument,
@@ -38,11 +38,10 @@ from chladni.host.cli.common.output import (
     say_unmet,
 )  # fmt: skip
 from chladni.host.figures.fields import save
-from chladni.host.figures.searches import trace_figure
+from chladni.host.figures.solutions import solution_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.focus import Focus
-from chladni.sim.errors import MissingError
 from chladni.sim.fields.transfer import TOLERANCE
 
 
@@ -71,8 +70,6 @@ def solve_command(
     if trace is not None:
         check_output(trace, "--trace")
     check_figure(figure)
-    if figure is not None and trace is None:
-        raise MissingError("--trace", "--figure draws it")
     loaded = with_focus(
         load_board(board), objective, quieter_from_mm=quieter_from_mm, quieter_db=quieter_db,
         silent_from_mm=silent_from_mm, floor_um=floor_um,
@@ -82,9 +79,10 @@ def solve_command(
             loaded, place, method=method, objective=objective, seed=seed, steps=steps,
             trace=trace, progress=progress, allow_unmet=True,
         )  # fmt: skip
-    if figure is not None and trace is not None:
-        save(trace_figure(trace, solution), figure)
-    report = solution_report(loaded, solution)
+    card = score(solution, loaded)
+    if figure is not None:
+        save(solution_figure(loaded, solution, card, trace=trace), figure)
+    report = solution_report(loaded, solution, card)
     say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:
         sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")
@@ -99,9 +97,9 @@ def solve_command(
     answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
 
 
-def solution_report(board: Board, solution: Solution) -> dict[str, Any]:
+def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:
     """A solution and its scorecard as `chladni solve --json` answers."""
-    card = asdict(score(solution, board))
+    card = asdict(scored)
     baselines, felt = card.pop("nulls"), card.pop("felt")
     return {
         "target_mm": list(solution.target_mm),

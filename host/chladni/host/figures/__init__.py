@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from chladni.host.figures.drawing_files import save_drawing
     from chladni.host.figures.fields import (
         at_largest_swing,
-        chain_figure,
         draw_board,
         draw_displacement,
         draw_image,
@@ -28,7 +27,8 @@ if TYPE_CHECKING:
         save,
         sweep_figure,
     )
-    from chladni.host.figures.searches import compare_figure, trace_figure
+    from chladni.host.figures.searches import compare_figure, draw_trace
+    from chladni.host.figures.solutions import solution_figure
     from chladni.host.figures.touches import swipe_figure
     from chladni.host.figures.wiring import wiring_figure
 
@@ -39,10 +39,11 @@ _PLACES = {
     "drawing": ("board_drawing",),
     "drawing_files": ("save_drawing",),
     "fields": (
-        "at_largest_swing", "chain_figure", "draw_board", "draw_displacement", "draw_image",
-        "field_figure", "modes_figure", "save", "sweep_figure",
+        "at_largest_swing", "draw_board", "draw_displacement", "draw_image", "field_figure",
+        "modes_figure", "save", "sweep_figure",
     ),
-    "searches": ("compare_figure", "trace_figure"),
+    "searches": ("compare_figure", "draw_trace"),
+    "solutions": ("solution_figure",),
     "touches": ("swipe_figure",),
     "wiring": ("wiring_figure",),
 }  # fmt: skip
@@ -51,12 +52,12 @@ __all__ = [
     "Chain",
     "at_largest_swing",
     "board_drawing",
-    "chain_figure",
     "chains_figure",
     "compare_figure",
     "draw_board",
     "draw_displacement",
     "draw_image",
+    "draw_trace",
     "field_figure",
     "front_figure",
     "modes_figure",
@@ -64,9 +65,9 @@ __all__ = [
     "save_drawing",
     "score_figure",
     "sensitivity_figure",
+    "solution_figure",
     "sweep_figure",
     "swipe_figure",
-    "trace_figure",
     "wiring_figure",
 ]
 

@@ -11,7 +11,15 @@ from matplotlib.patheffects import withStroke
 
 from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.sight import Score
-from chladni.host.figures.fields import COLOURS, INK, draw_board
+from chladni.host.figures.fields import (
+    COLOURS,
+    INK,
+    LARGEST_INCHES,
+    board_inches,
+    draw_board,
+    explain_marks,
+    pictures,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
@@ -52,18 +60,18 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
 
 
 MAPS = (
-    ("second_finger_20mm_db", "second finger, 20 mm or more, dB"),
-    ("focal_error_mm", "focal error, mm"),
-    ("finger_um", "under the finger, µm"),
+    ("second_finger_20mm_db", "the finger over any 20 mm away", "dB"),
+    ("focal_error_mm", "maximum off the finger", "mm"),
+    ("finger_um", "under the finger, coils at their limit", "µm"),
 )
+"""Number, title and unit."""
 
 
 def score_figure(board: Board, score: Score) -> Figure:
     """A board's focus by place: second finger, focal error and level, over its parts."""
-    width, length = board.plate.size
-    height = min(max(3.2 * length / width, 3.6), 7.0)
-    figure = Figure(figsize=(10.0, height), layout="constrained")
-    for axes, (name, title) in zip(figure.subplots(1, 3, sharey=True), MAPS, strict=True):
+    figure, panels = pictures(board, len(MAPS))
+    inch = board_inches(board, LARGEST_INCHES)[0] / board.plate.size[0]
+    for axes, (name, title, unit) in zip(panels, MAPS, strict=True):
         values = getattr(score.maps, name)
         known = np.ma.masked_invalid(np.where(np.abs(values) < NONE_DB, values, np.nan))
         edges = [
@@ -73,13 +81,13 @@ def score_figure(board: Board, score: Score) -> Figure:
             )
         ]
         image = axes.pcolormesh(*edges, known.T)
-        draw_board(axes, board, small=True)
+        draw_board(axes, board, ink=INK, small=True)
         axes.set_title(title, fontsize=9, color=INK)
         if known.count():
-            figure.colorbar(image, ax=axes, shrink=0.8)
-        if score.places <= LABELLED and height * score.maps.cell_mm[0] * MM / length >= ROOM:
+            figure.colorbar(image, ax=axes, label=unit, shrink=0.8)
+        if score.places <= LABELLED and inch * min(score.maps.cell_mm) * MM >= ROOM:
             _label(axes, score, known)
-    figure.axes[0].set_ylabel("y / mm")
+    explain_marks(figure, board)
     above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
     figure.suptitle(f"{board.name}: {above} above every second finger", fontsize=11, color=INK)
     return figure

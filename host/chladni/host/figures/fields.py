@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from chladni.host.emulation.emulator import Recording
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil
 from chladni.sim.board.quantity import MM
@@ -31,6 +31,10 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00")
 """Okabe and Ito's palette, which the colour-blind tell apart."""
 
 
+LARGEST_INCHES = (5.6, 5.6)
+"""Of a picture of a board."""
+FRAME_INCHES = (1.6, 1.0)
+"""Around it: axes, their labels, a scale of colours."""
 FORMATS = (".png", ".svg", ".pdf")
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 """Metadata without the time, by format."""
@@ -63,15 +67,53 @@ def board_inches(board: Board, most: tuple[float, float]) -> tuple[float, float]
     return width * scale, length * scale
 
 
+def pictures(
+    board: Board, count: int, *, beside: tuple[float, float] = (0.0, 0.0)
+) -> tuple[Figure, list[Axes]]:
+    """A figure with pictures of a board, side by side, or below each other if it is wide.
+
+    Parameters
+    ----------
+    beside
+        Inches for more, on the right and at the bottom.
+    """
+    width, height = board_inches(board, LARGEST_INCHES)
+    if is_wide(board):
+        size = (width + FRAME_INCHES[0], count * (height + FRAME_INCHES[1]))
+    else:
+        size = (count * (width + FRAME_INCHES[0]), height + FRAME_INCHES[1])
+    figure = Figure(figsize=(size[0] + beside[0], size[1] + beside[1]), layout="constrained")
+    shape = (count, 1) if is_wide(board) else (1, count)
+    axes = np.asarray(figure.subplots(*shape, squeeze=False)).ravel().tolist()
+    for one in axes if is_wide(board) else axes[:1]:
+        one.set_ylabel("y / mm")
+    return figure, axes
+
+
+def explain_marks(
+    figure: Figure | SubFigure, board: Board, *, target: bool = False, maximum: bool = False
+) -> None:
+    """A legend of the marks on pictures of a board, below them."""
+    marks = [("o", "actuator", True), ("x", "screw", bool(board.screws)), ("+", "target", target),
+             ("s", "maximum", maximum)]  # fmt: skip
+    handles = [
+        Line2D([], [], linestyle="", marker=mark, color=INK, label=label, markerfacecolor="none")
+        for mark, label, is_there in marks if is_there
+    ]  # fmt: skip
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8,
+                  frameon=False)  # fmt: skip
+
+
 def draw_board(
     axes: Axes,
     board: Board,
     *,
     target_mm: tuple[float, float] | None = None,
+    maximum_mm: tuple[float, float] | None = None,
     ink: str = "white",
     small: bool = False,
 ) -> None:
-    """Outline, screws, actuators and target on axes in mm."""
+    """Outline, screws, actuators, target and an image's maximum on axes in mm."""
     size = 0.5 if small else 1.0
     half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
     axes.set_xlim(-half_x, half_x)
@@ -88,18 +130,21 @@ def draw_board(
         axes.plot(x, y, "o", color=colour, markersize=5 * size)
     if target_mm is not None:
         axes.plot(*target_mm, "+", color=ink, markersize=14, markeredgewidth=2)
+    if maximum_mm is not None:
+        axes.plot(*maximum_mm, "s", color=ink, markersize=10, markerfacecolor="none", clip_on=False)
 
 
-def draw_image(axes: Axes, board: Board, field: ComplexArray) -> None:
-    """The normalised energy image of a displacement field."""
+def draw_image(axes: Axes, board: Board, field: ComplexArray) -> AxesImage:
+    """The normalised energy image of a displacement field, from 0 to 1."""
+    return axes.imshow(
+        image_of(field).T, origin="lower", extent=_extent(board), cmap="viridis", vmin=0.0,
+        vmax=1.0, interpolation="bilinear",
+    )  # fmt: skip
+
+
+def _extent(board: Board) -> tuple[float, float, float, float]:
     half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
-    axes.imshow(
-        image_of(field).T,
-        origin="lower",
-        extent=(-half_x, half_x, -half_y, half_y),
-        cmap="viridis",
-        interpolation="bilinear",
-    )
+    return -half_x, half_x, -half_y, half_y
 
 
 def at_largest_swing(field: ComplexArray) -> FloatArray:
@@ -120,12 +165,11 @@ def draw_displacement(
     scale
         What the deepest colours stand for, in the same unit; by default the largest of `instant`.
     """
-    half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
     largest = 1e6 * (scale or float(np.abs(instant).max()) or 1.0)
     return axes.imshow(
         instant.T * 1e6,
         origin="lower",
-        extent=(-half_x, half_x, -half_y, half_y),
+        extent=_extent(board),
         cmap="RdBu_r",
         vmin=-largest,
         vmax=largest,
@@ -133,96 +177,66 @@ def draw_displacement(
     )
 
 
-def chain_figure(
-    board: Board,
-    target_mm: tuple[float, float],
-    wanted: ComplexArray,
-    achieved: ComplexArray,
-    recording: Recording,
-    *,
-    span_ms: tuple[float, float],
-    captions: Sequence[str],
-) -> Figure:
-    """Target image, image of the PWM's field, and the duties of the channels.
-
-    Parameters
-    ----------
-    span_ms
-        Stretch of the recording that is drawn.
-    captions
-        Titles of the two images.
-    """
-    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
-    left, middle, right = figure.subplots(1, 3, width_ratios=[1.0, 1.0, 1.9])
-    for axes, field, caption in zip((left, middle), (wanted, achieved), captions, strict=True):
-        draw_image(axes, board, field)
-        draw_board(axes, board, target_mm=target_mm)
-        axes.set_title(caption, fontsize=10, color=INK)
-    left.set_ylabel("y / mm")
-    start, stop = (int(ms * 1e-3 * recording.carrier_hz) for ms in span_ms)
-    time_ms = recording.t_s[start:stop] * 1e3
-    duty = recording.duty[start:stop]
-    for k, actuator in enumerate(board.actuators):
-        offset = len(board.actuators) - 1 - k
-        colour = COLOURS[k % len(COLOURS)]
-        right.plot(time_ms, duty[:, k] + offset, color=colour, linewidth=0.9)
-        right.axhline(offset, color="#cccccc", linewidth=0.6, zorder=0)
-        right.text(
-            time_ms[0], offset + 0.86, f" {actuator.name}, GPIO {board.electronics.pwm_pins[k]}",
-            fontsize=9, color=colour, va="top",
-        )  # fmt: skip
-    right.set_xlim(time_ms[0], time_ms[-1])
-    right.set_ylim(-0.05, len(board.actuators))
-    right.set_yticks([0, 1], ["0", "1"])
-    right.set_xlabel("t / ms")
-    right.set_ylabel("duty, one unit per channel")
-    right.set_title("What the pins do on a touch", fontsize=10, color=INK)
-    return figure
+def maximum_mm(board: Board, field: ComplexArray) -> tuple[float, float]:
+    """Where a field is largest, mm."""
+    i, j = np.unravel_index(int(np.argmax(np.abs(field))), field.shape)
+    return float(board.x[i] / MM), float(board.y[j] / MM)
 
 
 def field_figure(
-    board: Board, field: ComplexArray, *, target_mm: tuple[float, float] | None = None
-) -> Figure:
-    """The displacement at the instant of its largest swing, and the energy image."""
-    figure = Figure(figsize=(8.0, 6.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    board: Board, field: ComplexArray, *, target_mm: tuple[float, float] | None = None,
+    per_newton: bool = True,
+) -> Figure:  # fmt: skip
+    """The displacement at the instant of its largest swing, and the energy image.
+
+    Parameters
+    ----------
+    field
+        complex128, shape (nx, ny), m/N or m.
+    target_mm
+        A place to mark.
+    per_newton
+        Whether it is the answer to one newton; else to a drive whose gains are newtons.
+    """
+    figure, (left, right) = pictures(board, 2)
     drawn = draw_displacement(left, board, at_largest_swing(field))
-    figure.colorbar(drawn, ax=left, label="displacement / µm (per N for a unit load)", shrink=0.8)
-    draw_board(left, board, target_mm=target_mm, ink="black")
+    unit = "µm per newton" if per_newton else "µm, gains in newtons"
+    figure.colorbar(drawn, ax=left, label=f"displacement / {unit}", shrink=0.8)
     left.set_title("Displacement at an instant", fontsize=10, color=INK)
-    left.set_ylabel("y / mm")
-    draw_image(right, board, field)
-    draw_board(right, board, target_mm=target_mm)
+    figure.colorbar(draw_image(right, board, field), ax=right, label="share of its range",
+                    shrink=0.8)  # fmt: skip
     right.set_title("Energy image", fontsize=10, color=INK)
+    for axes, ink in ((left, "black"), (right, "white")):
+        draw_board(axes, board, target_mm=target_mm, maximum_mm=maximum_mm(board, field), ink=ink)
+    explain_marks(figure, board, target=target_mm is not None, maximum=True)
     return figure
 
 
 def modes_figure(board: Board, shapes: ModeShapes) -> Figure:
     """Nodal lines of every mode over its shape: Chladni figures."""
     count = shapes.frequencies_hz.size
-    columns = min(count, 5)
+    columns = min(count, 3 if is_wide(board) else 5)
     rows = -(-count // columns)
-    figure = Figure(figsize=(2.2 * columns, 3.6 * rows + 0.3), layout="constrained")
+    width, height = board_inches(board, (3.2, 3.2))
+    size = (columns * (width + 0.5), rows * (height + 0.5) + 0.6)
+    figure = Figure(figsize=size, layout="constrained")
     grid = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
-    x, y = board.x / MM, board.y / MM
     for axes in grid[count:]:
         axes.set_axis_off()
     for axes, frequency, shape in zip(grid, shapes.frequencies_hz, shapes.shapes, strict=False):
         scale = np.abs(shape).max()
-        axes.imshow(
-            shape.T,
-            origin="lower",
-            extent=(x[0], x[-1], y[0], y[-1]),
-            cmap="RdBu_r",
-            vmin=-scale,
-            vmax=scale,
-            alpha=0.6,
-        )
-        axes.contour(x, y, shape.T, levels=[0.0], colors=INK, linewidths=1.2)
+        axes.imshow(shape.T, origin="lower", extent=_extent(board), cmap="RdBu_r", vmin=-scale,
+                    vmax=scale, alpha=0.6)  # fmt: skip
+        axes.contour(board.x / MM, board.y / MM, shape.T, levels=[0.0], colors=INK, linewidths=1.2)
         draw_board(axes, board, ink="black", small=True)
         axes.set_title(f"{frequency:.1f} Hz", fontsize=9, color=INK)
-        axes.set_xlabel("")
         axes.tick_params(labelsize=6)
+        axes.xaxis.label.set_size(8)
+    for axes in grid[: max(count - columns, 0)]:
+        axes.set_xlabel("")
+    figure.supylabel("y / mm", fontsize=8)
+    figure.suptitle("Shapes at an instant: red up, blue down, lines at rest", fontsize=9, color=INK)
+    explain_marks(figure, board)
     return figure
 
 

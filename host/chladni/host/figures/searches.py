@@ -6,79 +6,109 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chladni.drives.methods.anneal import read_trace
 from chladni.drives.problem.places import RegionGrid
 from chladni.drives.scoring.compare import NULLS, Row
-from chladni.drives.solve import Solution
-from chladni.host.figures.fields import COLOURS, INK, draw_board
+from chladni.host.figures.fields import (
+    COLOURS,
+    INK,
+    board_inches,
+    draw_board,
+    explain_marks,
+    is_wide,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
 FloatArray = NDArray[np.float64]
 
 
-def trace_figure(trace: Path, solution: Solution) -> Figure:
+def draw_trace(axes: Axes, trace: Path) -> None:
     """An annealing's SSIM over its steps, like the paper's figure 5C."""
     chain, key = read_trace(trace)
     ssim = np.array(chain.ssim)
     best = np.maximum.accumulate(ssim)
-    figure = Figure(figsize=(7.0, 4.0), layout="constrained")
-    axes = figure.subplots()
     axes.plot(ssim, color=COLOURS[0], linewidth=0.7, label="present state")
     axes.plot(best, color=COLOURS[1], linewidth=1.3, label="best so far")
     axes.set_xlabel("step")
     axes.set_ylabel("SSIM")
-    axes.set_title(
-        f"{key['method']} for ({solution.target_mm[0]:g}, {solution.target_mm[1]:g}) mm: "
-        f"{ssim[0]:.3f} → {best[-1]:.4f}",
-        fontsize=10,
-        color=INK,
-    )
+    axes.set_title(f"{key['method']}: {ssim[0]:.3f} → {best[-1]:.4f}", fontsize=10, color=INK)
     axes.legend(frameon=False, fontsize=9, loc="lower right")
-    return figure
 
 
 MAPS = (
     ("ssim", "SSIM", "viridis", False),
-    ("focal_error_mm", "focal error / mm", "magma_r", True),
-    ("second_finger_db", "here over elsewhere / dB", "viridis", False),
+    ("focal_error_mm", "maximum off the finger / mm", "magma_r", True),
+    ("second_finger_db", "the finger over any other / dB", "viridis", False),
 )
-"""Column of a row, title, colours, and whether the scale begins at 0."""
+"""Number of a row, title with unit, colours, and whether the scale begins at 0."""
+LARGEST_INCHES = (2.6, 2.6)
+"""Of one map."""
 
 
 def compare_figure(board: Board, grid: RegionGrid, rows: Sequence[Row]) -> Figure:
-    """A map over the board per method and number; every line of maps has one scale."""
+    """A map over the board per method and number, and one scale of colours per number.
+
+    Numbers are lines and methods columns; the other way round where the board is wide.
+    """
     names = [
         pair
         for pair in dict.fromkeys((row.method, row.objective) for row in rows)
         if pair[0] not in NULLS
     ]
-    figure = Figure(figsize=(1.5 * len(names) + 1.0, 3.1 * len(MAPS) + 0.4), layout="constrained")
-    panels = np.atleast_2d(figure.subplots(len(MAPS), len(names), squeeze=False))
-    half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
-    for line, (column, title, colours, from_zero) in enumerate(MAPS):
+    figure, panels = _grid(board, len(names))
+    for line, (column, title, colours, from_zero) in zip(panels, MAPS, strict=True):
         maps = [_map(rows, pair, column, grid) for pair in names]
         every = np.concatenate([values.ravel() for values in maps])
-        low, high = (0.0 if from_zero else float(every.min())), float(every.max())
-        for panel, values, (method, objective) in zip(panels[line], maps, names, strict=True):
-            drawn = panel.imshow(
-                values, origin="lower", extent=(-half_x, half_x, -half_y, half_y), cmap=colours,
-                vmin=low, vmax=high, interpolation="nearest",
-            )  # fmt: skip
-            draw_board(panel, board, small=True)
-            panel.set_xlabel("")
-            panel.set_xticks([])
-            panel.set_yticks([])
-            label = method if method != "phasor" else f"phasor\n{objective}"
-            median = np.median(values)
-            panel.set_title(f"{label}\n{median:.3g}" if line == 0 else f"{median:.3g}",
-                            fontsize=8, color=INK)  # fmt: skip
-        figure.colorbar(drawn, ax=panels[line].tolist(), label=title, shrink=0.8)
+        scale = Normalize(0.0 if from_zero else float(every.min()), float(every.max()))
+        for panel, values in zip(line, maps, strict=True):
+            _draw_map(panel, board, values, colours, scale)
+        mappable = ScalarMappable(scale, colours)
+        location = "bottom" if is_wide(board) else "right"
+        figure.colorbar(mappable, ax=list(line), label=title, location=location, shrink=0.8)
+    for panel, (method, objective) in zip(panels[0], names, strict=True):
+        label = method if method != "phasor" else f"phasor\n{objective}"
+        if is_wide(board):
+            panel.set_ylabel(label, fontsize=8, color=INK)
+        else:
+            panel.set_title(f"{label}\n{panel.get_title()}", fontsize=8, color=INK)
     figure.suptitle("Medians over the board stand above the maps", fontsize=9, color=INK)
+    explain_marks(figure, board)
     return figure
+
+
+def _grid(board: Board, methods: int) -> tuple[Figure, NDArray[np.object_]]:
+    """A figure, and its axes by number and method."""
+    width, height = board_inches(board, LARGEST_INCHES)
+    if is_wide(board):
+        size = (len(MAPS) * (width + 0.3) + 0.5, methods * (height + 0.35) + 1.8)
+        figure = Figure(figsize=size, layout="constrained")
+        return figure, np.asarray(figure.subplots(methods, len(MAPS), squeeze=False)).T
+    size = (methods * (width + 0.25) + 1.2, len(MAPS) * (height + 0.35) + 1.2)
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, np.asarray(figure.subplots(len(MAPS), methods, squeeze=False))
+
+
+def _draw_map(
+    panel: Axes, board: Board, values: FloatArray, colours: str, scale: Normalize
+) -> None:
+    """One number of one method over the board, its median above it."""
+    half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
+    panel.imshow(
+        values, origin="lower", extent=(-half_x, half_x, -half_y, half_y), cmap=colours,
+        norm=scale, interpolation="nearest",
+    )  # fmt: skip
+    draw_board(panel, board, small=True)
+    panel.set_xlabel("")
+    panel.set_xticks([])
+    panel.set_yticks([])
+    panel.set_title(f"{np.median(values):.3g}", fontsize=8, color=INK)
 
 
 def _map(rows: Sequence[Row], pair: tuple[str, str], column: str, grid: RegionGrid) -> FloatArray:

@@ -1,0 +1,147 @@
+"""Figures of boards that stand and of boards that lie: where pictures go, and what is on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from chladni.drives import score, solve
+from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.compare import compare
+from chladni.host import figures
+from chladni.sim import target_field
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import actuator_loads, plate_model
+from conftest import CommandLine
+from lying import lying
+
+PLACE = (10.0, 25.0)
+PITCH = 35e-3
+
+
+def of_field(board: Board, place: tuple[float, float]) -> Figure:
+    field = target_field(board, place).values[0]
+    return figures.field_figure(board, field, target_mm=place)
+
+
+def of_solution(board: Board, place: tuple[float, float]) -> Figure:
+    solution = solve(board, place)
+    return figures.solution_figure(board, solution, score(solution, board))
+
+
+def of_score(board: Board, place: tuple[float, float]) -> Figure:
+    del place
+    return figures.score_figure(board, score_board(board, pitch=PITCH, samples=0))
+
+
+def of_modes(board: Board, place: tuple[float, float]) -> Figure:
+    del place
+    shapes = plate_model(board).modes(4, actuator_loads(board), board.x, board.y)
+    return figures.modes_figure(board, shapes)
+
+
+def of_methods(board: Board, place: tuple[float, float]) -> Figure:
+    del place
+    return figures.compare_figure(board, *compare(board, pitch=PITCH, methods=["nearest"]))
+
+
+DRAWN: dict[str, tuple[Callable[[Board, tuple[float, float]], Figure], set[str], int]] = {
+    "field": (of_field, {"actuator", "screw", "target", "maximum"}, 2),
+    "solution": (of_solution, {"actuator", "screw", "target", "maximum"}, 2),
+    "score": (of_score, {"actuator", "screw"}, 3),
+    "modes": (of_modes, {"actuator", "screw"}, 4),
+    "methods": (of_methods, {"actuator", "screw"}, 3),
+}
+"""How it is made, what its legend explains, how many pictures of the board it has."""
+
+
+def boards(figure: Figure) -> list[Axes]:
+    """Pictures of the board: what keeps its shape."""
+    return [axes for axes in figure.axes if axes.get_aspect() == 1.0]
+
+
+def at(line: Line2D) -> NDArray[np.float64]:
+    """Where a mark is, mm."""
+    return np.asarray(np.asarray(line.get_xydata(), dtype=np.float64)[0])
+
+
+@pytest.mark.parametrize("is_wide", [False, True])
+@pytest.mark.parametrize("kind", DRAWN)
+def test_pictures_fill_their_room_and_are_explained(
+    prototype: Board, kind: str, is_wide: bool, tmp_path: Path
+) -> None:
+    """A board that lies is drawn as large as one that stands, and nothing lies over it."""
+    make, words, count = DRAWN[kind]
+    board = lying(prototype) if is_wide else prototype
+    figure = make(board, PLACE[::-1] if is_wide else PLACE)
+    figures.save(figure, tmp_path / "f.png")  # lays it out
+    pictures = boards(figure)
+    assert len(pictures) == count
+    legends = [*figure.legends, *(one for part in figure.subfigs for one in part.legends)]
+    legends += [one for part in figure.subfigs for own in part.subfigs for one in own.legends]
+    assert {text.get_text() for one in legends for text in one.get_texts()} == words
+    boxes = [axes.get_position().transformed(axes.figure.transSubfigure) for axes in pictures]
+    width, height = board.plate.size
+    for box in boxes:
+        assert box.width / box.height == pytest.approx(width / height, rel=0.02)
+    for k, box in enumerate(boxes):
+        for other in boxes[k + 1 :]:
+            assert not box.overlaps(other)
+    # A third of the paper is boards: there were figures of which a tenth was.
+    assert sum(box.width * box.height for box in boxes) > (0.2 if kind == "solution" else 0.3) * (
+        figure.bbox.width * figure.bbox.height
+    )
+
+
+def test_the_maximum_is_marked_where_it_is(prototype: Board) -> None:
+    solution = solve(prototype, PLACE)
+    card = score(solution, prototype)
+    made = boards(figures.solution_figure(prototype, solution, card))[1]
+    marks = {str(line.get_marker()): at(line) for line in made.lines}
+    assert marks["+"].tolist() == list(PLACE)
+    off = np.hypot(*(marks["s"] - marks["+"]))
+    assert off == pytest.approx(card.focal_error_mm, abs=1e-6)
+
+
+def test_a_drive_from_a_file_has_its_target_and_unit(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    draw = figures.field_figure
+
+    def kept(*arguments: Any, **options: Any) -> Figure:
+        drawn.append(draw(*arguments, **options))
+        return drawn[-1]
+
+    monkeypatch.setattr("chladni.host.figures.fields.field_figure", kept)
+    drive = tmp_path / "d.json"
+    solved = chladni("solve", "prototype", "--target", "10,25", "--json").out
+    for text, targets in ((solved, [[10.0, 25.0]]), (solved.replace('"target_mm"', '"x"'), [])):
+        drive.write_text(text, encoding="utf-8")
+        answer = chladni("field", "prototype", "--drive", drive, "-o", tmp_path / "f.npz",
+                         "--figure", tmp_path / "f.png")  # fmt: skip
+        assert answer.code == 0, answer.err
+        left = drawn[-1].axes[0]
+        marks = [at(line).tolist() for line in left.lines if line.get_marker() == "+"]
+        assert marks == targets
+        assert "displacement / µm, gains in newtons" in [a.get_ylabel() for a in drawn[-1].axes]
+    chladni("field", "prototype", "--target", "10,25", "-o", tmp_path / "f.npz",
+            "--figure", tmp_path / "f.png")  # fmt: skip
+    assert "displacement / µm per newton" in [axes.get_ylabel() for axes in drawn[-1].axes]
+
+
+def test_solve_draws_with_and_without_a_trace(chladni: CommandLine, tmp_path: Path) -> None:
+    arguments = ("solve", "paper", "--target", "10,25", "--figure", tmp_path / "s.png")
+    assert chladni(*arguments).code == 0
+    short = (tmp_path / "s.png").stat().st_size
+    traced = ("--method", "anneal", "--steps", "20", "--trace", tmp_path / "t.npz")
+    assert chladni(*arguments, *traced).code == 0
+    assert (tmp_path / "s.png").stat().st_size != short
