@@ -113,9 +113,9 @@ def test_one_actuator_and_a_target_on_a_screw_stay_finite(prototype: Board) -> N
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [
-        ({"target_mm": (36.0, 0.0)}, "target"),
-        ({"target_mm": (0.0, -80.0)}, "target"),
-        ({"target_mm": (float("nan"), 0.0)}, "target"),
+        ({"target_mm": (36.0, 0.0)}, "target_mm"),
+        ({"target_mm": (0.0, -80.0)}, "target_mm"),
+        ({"target_mm": (float("nan"), 0.0)}, "target_mm"),
         ({"target_mm": (0.0, 0.0), "method": "magic"}, "method"),
         ({"target_mm": (0.0, 0.0), "steps": 0}, "steps"),
         ({"target_mm": (0.0, 0.0), "objective": "magic"}, "objective"),

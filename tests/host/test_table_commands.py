@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from chladni.sim.board.board import Board
-from chladni.tables.format import pack
+from chladni.tables.format import pack, read_table
 from chladni.tables.mirror_symmetry import NO_MIRRORS
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
@@ -107,3 +107,34 @@ def test_export_writes_every_channel(
     assert (row["region"], row["channel"]) == ("11", "3")
     value = float(row["gain"]) * np.exp(1j * np.radians(float(row["phase_deg"])))
     assert value == pytest.approx(table.drives(table.section())[11, 3], rel=1e-4)
+
+
+@pytest.mark.parametrize("place", ["-8.9375,-64.18125", "26.8125,45.84375"])
+def test_a_place_has_the_phases_that_solve_gives_it(
+    chladni: CommandLine, table_file: Path, place: str
+) -> None:
+    """At the centre of a region, within the table's rounding; the place itself moves in phase 0."""
+    shown = chladni("table", "show", table_file, "--at", place, "--json").json
+    assert shown["region_centre_mm"] == pytest.approx([float(part) for part in place.split(",")])
+    solved = chladni("solve", "prototype", "--target", place, "--json").json
+    one, other = (
+        np.array([c["gain"] * np.exp(1j * np.radians(c["phase_deg"])) for c in answer["drive"]])
+        for answer in (shown, solved)
+    )
+    # Rounding is by less than a step of twelve bits a coil, and 10 is the largest gain.
+    assert np.abs(one - other).max() < 4.0 * 10.0 / 2048.0
+    assert np.abs(np.angle(one)).max() > 0.1
+
+
+def test_a_table_of_an_unknown_board_keeps_its_phases(
+    chladni: CommandLine, table_file: Path, tmp_path: Path
+) -> None:
+    own = tmp_path / "own.chl"
+    own.write_bytes(pack(dataclasses.replace(read_table(table_file), board_name="own")))
+    shown = chladni("table", "show", own, "--at", "10,25", "--json")
+    assert "phases are as the table has them" in shown.err
+    table = read_table(own)
+    drive = table.drive_at(table.section(), 10_000, 25_000)
+    assert [c["phase_deg"] for c in shown.json["drive"]] == pytest.approx(
+        np.degrees(np.angle(drive)).tolist()
+    )

@@ -174,18 +174,22 @@ def solve_problem(problem: Problem, method: str, options: Options) -> Solution:
 
 
 def gauge(problem: Problem, drive: ComplexArray) -> ComplexArray:
-    """Scale a drive to the board's `max_gain` and turn it so that the target moves in phase 0.
-
-    Where the drive leaves the target still, its strongest actuator gets phase 0 instead.
-    """
+    """Scale a drive to the board's `max_gain` and turn it so that the target moves in phase 0."""
     largest = np.abs(drive).max()
     if not np.isfinite(largest) or largest == 0.0:
         return np.zeros_like(drive)
+    return np.asarray(turned(problem, drive) * (problem.board.drive.max_gain / largest))
+
+
+def turned(problem: Problem, drive: ComplexArray) -> ComplexArray:
+    """A drive turned so that the target moves in phase 0.
+
+    Where the drive leaves the target still, its strongest actuator gets phase 0 instead.
+    """
     at_target = drive @ problem.at_target
-    if abs(at_target) < 1e-9 * np.abs(problem.transfer).max() * largest:
+    if abs(at_target) < 1e-9 * np.abs(problem.transfer).max() * np.abs(drive).max():
         at_target = drive[int(np.abs(drive).argmax())]
-    gain = problem.board.drive.max_gain / largest
-    return np.asarray(drive * gain * np.exp(-1j * np.angle(at_target)))
+    return np.asarray(drive * np.exp(-1j * np.angle(at_target)))
 
 
 def tie_break(problem: Problem, drive: ComplexArray) -> ComplexArray:

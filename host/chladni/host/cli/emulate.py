@@ -28,6 +28,8 @@ from chladni.tables.format import read_table
 
 ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
+SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "finger_um")
+"""Of every touch, to people."""
 UNLESS_SERIAL = "Required without --serial."
 TouchOption = Annotated[
     list[str] | None,
@@ -101,6 +103,8 @@ def emulate(
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     result = _scored(owner, report) | {"path": str(file)}
+    if not as_json:
+        result["touches"] = [{name: touch[name] for name in SHOWN} for touch in result["touches"]]
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 

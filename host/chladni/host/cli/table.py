@@ -17,7 +17,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
 from chladni.drives.scoring.sight import SAMPLES
-from chladni.drives.solve import check_request
+from chladni.drives.solve import check_request, turned
 from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
@@ -154,26 +154,32 @@ def show(
         region = grid.region_at(x_um, y_um)
         result["region"] = region
         result["region_centre_mm"] = list(grid.centre_mm(region))
-        result["drive"] = [
-            {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
-            for k, c in enumerate(loaded.drive_at(section, x_um, y_um))
-        ]
-        result |= _felt_at(loaded, section, place, board, file=str(table))
+        result |= _drive_at(loaded, section, place, board, file=str(table))
     answer(result, as_json=as_json, title=str(table))
 
 
-def _felt_at(
+def _drive_at(
     table: Table, section: Section, place: Place, board: str | None, *, file: str
 ) -> dict[str, Any]:
-    """What a finger at a place feels, where the table's board is known."""
-    if board is None and table.board_name not in shipped_boards():
-        sys.stderr.write("chladni: --board says what a finger feels; the board is not shipped\n")
-        return {}
-    owner = board_of(table, board, file=file)
-    solved = solved_board(owner).at_frequency(section.frequency_hz)
+    """The drive for a place, and what a finger there feels, where the table's board is known.
+
+    Its phases are then those of `chladni solve`: the place itself moves in phase 0.
+    """
     drive = table.drive_at(section, *(round(value * 1000.0) for value in place))
-    problem = solved.problem(place)
-    return asdict(felt(problem, drive)) | {"remark": remark_on(problem, drive)}
+    known: dict[str, Any] = {}
+    if board is None and table.board_name not in shipped_boards():
+        sys.stderr.write("chladni: --board says what a finger feels; the board is not shipped, "
+                         "and phases are as the table has them\n")  # fmt: skip
+    else:
+        owner = board_of(table, board, file=file)
+        problem = solved_board(owner).at_frequency(section.frequency_hz).problem(place)
+        drive = turned(problem, drive)
+        known = asdict(felt(problem, drive)) | {"remark": remark_on(problem, drive)}
+    entries = [
+        {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
+        for k, c in enumerate(drive)
+    ]
+    return {"drive": entries} | known
 
 
 def verify(

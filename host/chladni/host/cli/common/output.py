@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
+from chladni.host.cli.common.terms import LEFT_OUT, WORDS, unit_of, words_of
 from chladni.sim.errors import InputError, StoppedError
 
 Place = tuple[float, float]
@@ -46,32 +47,56 @@ def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
     Console().print(table)
 
 
+NAMES = ("actuator", "name", "channel", "waveform", "method", "at_ms", "pin", "port")
+"""What an entry of a list is called by, the first that it has."""
+SPREAD = ["median", "p10", "p90"]
+
+
 def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
-    if isinstance(value, dict):
-        if list(value) == ["median", "p10", "p90"]:
-            yield key.replace("_", " "), _text(value)
-            return
+    """What people read of one key: nothing of what is left out, unknown or empty."""
+    if key in LEFT_OUT or value is None or value == {}:
+        return
+    # A text has its unit; names of settings are to be typed.
+    label = WORDS.get(key, key.replace("_", " ")) if isinstance(value, str) else words_of(key)
+    if isinstance(value, dict) and list(value) != SPREAD:
         for name, item in value.items():
-            yield f"{key} · {name.replace('_', ' ')}", _text(item)
+            for own, text in _rows(name, item):
+                yield f"{label} · {own}", text
     elif isinstance(value, list) and value and isinstance(value[0], dict):
         for item in value:
-            label, *rest = item.items()
-            words = ", ".join(f"{name.replace('_', ' ')} {_text(part)}" for name, part in rest)
-            yield f"{key} · {label[1]}", words
+            name = next((name for name in NAMES if name in item), next(iter(item)))
+            rest = ((own, part) for own, part in item.items() if own != name)
+            told = ", ".join(f"{own} {text}" for one in rest for own, text in _rows(*one))
+            yield f"{label} · {_text(name, item[name])}", told
     else:
-        yield key.replace("_", " "), _text(value)
+        yield label, _text(key, value)
 
 
-def _text(value: Any) -> str:
+def _text(key: str, value: Any) -> str:
+    """A value with its unit."""
+    if isinstance(value, dict):
+        middle, low, high = (_text("", part) for part in value.values())
+        return _with_unit(f"{middle}, from {low} to {high} at 80 % of places", key)
+    if isinstance(value, (list, tuple)):
+        between = "; " if any(isinstance(item, (list, tuple)) for item in value) else ", "
+        return _with_unit(between.join(_text("", item) for item in value) or "none", key)
+    if isinstance(value, str):
+        return value
+    return _with_unit(_number(value), key) if value is not None else "–"
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
-    if isinstance(value, dict):
-        if list(value) == ["median", "p10", "p90"]:
-            return "{}, from {} to {} at 80 % of places".format(*map(_text, value.values()))
-        return ", ".join(f"{name.replace('_', ' ')} {_text(item)}" for name, item in value.items())
-    if isinstance(value, (list, tuple)):
-        return ", ".join(_text(item) for item in value)
-    return "–" if value is None else str(value)
+    return str(value)
+
+
+def _with_unit(text: str, key: str) -> str:
+    unit = unit_of(key) if text != "none" else ""
+    first, comma, rest = text.partition(", from ")
+    return f"{first} {unit}{comma}{rest}".replace(" °", "°") if unit else text
 
 
 def say(text: str) -> None:

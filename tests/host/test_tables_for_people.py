@@ -1,0 +1,74 @@
+"""What commands print for people: words and units, and nothing that only Python says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from chladni.host.cli.common.output import answer
+from conftest import CommandLine
+
+PYTHON = re.compile(r"None|True|False|[{}]|\(-?\d[\d.]*, |'[a-z_]+'|\w+_\w+|nan|np\.")
+"""What has no business in a table: Python's own words, dicts, tuples, keys."""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("board", "show", "strip5"),
+        ("board", "parts", "strip5"),
+        ("board", "score", "strip5", "--samples", "1", "--pitch", "20"),
+        ("solve", "prototype", "--target", "20,30"),
+        ("solve", "strip5", "--target", "0,6", "--objective", "focus"),
+        ("modes", "strip5", "--count", "3"),
+        ("sweep", "prototype"),
+        ("table", "show", "TABLE", "--at", "10,25"),
+        ("table", "diff", "TABLE", "TABLE"),
+        ("table", "verify", "TABLE"),
+        ("emulate", "TABLE", "--touch", "0,6@20", "--touch", "0,7@30", "--ms", "100", "-o", "OUT"),
+        ("device", "info", "--emulator"),
+        ("device", "self-test", "--emulator"),
+        ("--version",),
+    ],
+    ids=lambda command: " ".join(command[:2]),
+)
+def test_tables_speak_no_python(
+    chladni: CommandLine, table_file: Path, tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    names = {"TABLE": str(table_file), "OUT": str(tmp_path / "r.npz")}
+    done = chladni(*(names.get(word, word) for word in command))
+    assert done.code == 0, done.err
+    text = done.out.replace(str(table_file), "").replace(str(tmp_path / "r.npz"), "")
+    # Titles and paths are names that were given.
+    rows = [row for row in text.splitlines() if row.startswith("│") and "path" not in row]
+    assert rows
+    found = [PYTHON.findall(row) for row in rows]
+    assert not any(found), [one for one in found if one]
+
+
+def shown(capsys: pytest.CaptureFixture[str], **result: object) -> list[str]:
+    answer(dict(result), as_json=False)
+    lines = capsys.readouterr().out.splitlines()
+    return [" ".join(row.strip("│ ").split()) for row in lines if row.startswith("│")]
+
+
+def test_values_have_units_and_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert shown(capsys, focal_error_mm=27.3) == ["maximum off the finger │ 27.3 mm"]
+    assert shown(capsys, tolerance_met=True) == ["as exact as fields should be │ yes"]
+    assert shown(capsys, size_mm=[14.0, 60.0]) == ["size │ 14, 60 mm"]
+    assert shown(capsys, drive=[{"actuator": "a", "gain": 1.0, "phase_deg": 3.25}]) == [
+        "drive · a │ gain 1, phase 3.25°"
+    ]
+    assert shown(capsys, ramp_ms={"median": 1.0, "p10": 0.5, "p90": 2.0}) == [
+        "ramp │ 1 ms, from 0.5 to 2 at 80 % of places"
+    ]
+    assert shown(capsys, header={"mirror_x": [[0, 1], [1, 0]]}) == [
+        "header · mirror x │ 0, 1; 1, 0"
+    ]
+    assert shown(capsys, faults=[], remark=None, details={"a": 1.0}) == ["faults │ none"]
+
+
+def test_names_of_settings_stay_what_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert shown(capsys, report_ms="10") == ["report ms │ 10"]
