@@ -14,10 +14,9 @@ from chladni.drives.scoring.sight import Score
 from chladni.host.figures.fields import (
     COLOURS,
     INK,
-    LARGEST_INCHES,
-    board_inches,
     draw_board,
     explain_marks,
+    picture_inches,
     pictures,
 )
 from chladni.sim.board.board import Board
@@ -70,7 +69,7 @@ MAPS = (
 def score_figure(board: Board, score: Score) -> Figure:
     """A board's focus by place: second finger, focal error and level, over its parts."""
     figure, panels = pictures(board, len(MAPS))
-    inch = board_inches(board, LARGEST_INCHES)[0] / board.plate.size[0]
+    inch = picture_inches(board)[0] / board.plate.size[0]
     for axes, (name, title, unit) in zip(panels, MAPS, strict=True):
         values = getattr(score.maps, name)
         known = np.ma.masked_invalid(np.where(np.abs(values) < NONE_DB, values, np.nan))

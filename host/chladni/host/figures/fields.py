@@ -31,8 +31,8 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00")
 """Okabe and Ito's palette, which the colour-blind tell apart."""
 
 
-LARGEST_INCHES = (5.6, 5.6)
-"""Of a picture of a board."""
+LONG_INCHES, SHORT_INCHES = 5.6, 3.8
+"""Of a picture of a board, at most: along its long side and across."""
 FRAME_INCHES = (1.6, 1.0)
 """Around it: axes, their labels, a scale of colours."""
 FORMATS = (".png", ".svg", ".pdf")
@@ -67,22 +67,20 @@ def board_inches(board: Board, most: tuple[float, float]) -> tuple[float, float]
     return width * scale, length * scale
 
 
-def pictures(
-    board: Board, count: int, *, beside: tuple[float, float] = (0.0, 0.0)
-) -> tuple[Figure, list[Axes]]:
-    """A figure with pictures of a board, side by side, or below each other if it is wide.
+def picture_inches(board: Board) -> tuple[float, float]:
+    """Width and height of one of several pictures of a board."""
+    most = (SHORT_INCHES, LONG_INCHES)
+    return board_inches(board, most[::-1] if is_wide(board) else most)
 
-    Parameters
-    ----------
-    beside
-        Inches for more, on the right and at the bottom.
-    """
-    width, height = board_inches(board, LARGEST_INCHES)
+
+def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:
+    """A figure with pictures of a board, side by side, or below each other if it is wide."""
+    width, height = picture_inches(board)
     if is_wide(board):
         size = (width + FRAME_INCHES[0], count * (height + FRAME_INCHES[1]))
     else:
         size = (count * (width + FRAME_INCHES[0]), height + FRAME_INCHES[1])
-    figure = Figure(figsize=(size[0] + beside[0], size[1] + beside[1]), layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     shape = (count, 1) if is_wide(board) else (1, count)
     axes = np.asarray(figure.subplots(*shape, squeeze=False)).ravel().tolist()
     for one in axes if is_wide(board) else axes[:1]:
