@@ -95,6 +95,10 @@ def test_pictures_fill_their_room_and_are_explained(
     for k, box in enumerate(boxes):
         for other in boxes[k + 1 :]:
             assert not box.overlaps(other)
+    if kind in ("field", "solution", "score"):
+        # Next to each other along their short sides, which leaves the long ones their length.
+        corners = {round(box.x0 if is_wide else box.y0) for box in boxes}
+        assert max(corners) - min(corners) <= 2.0
     # A third of the paper is boards: there were figures of which a tenth was.
     assert sum(box.width * box.height for box in boxes) > (0.2 if kind == "solution" else 0.3) * (
         figure.bbox.width * figure.bbox.height
