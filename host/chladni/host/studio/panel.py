@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
-from chladni.host.emulation.demodulate import Play, drive_phasors, first_change
+from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
-from chladni.host.protocol.config import coil_gains
 from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.errors import ChladniError
 
@@ -150,9 +149,7 @@ class EmulatedPanel:
         emulator.run(self._settle_ms)
         recording = emulator.run(self._step_ms - self._settle_ms)
         play = Play(0, recording.duty_steps.shape[0])
-        phasors = drive_phasors(recording, play, self._section.frequency_hz, level=LEVEL)
-        gains = np.array(coil_gains(self._ready.board))
-        drive = self._section.full_scale_gain * phasors / gains
+        drive = made_drive(recording, play, self._section, self._ready.board, level=LEVEL)
         # The firmware's rule: the first finger down plays until it lifts.
         place = next(iter(self._down.values()))
         i = int(np.argmin(np.abs(solved.fields.x - place[0] * 1e-3)))
