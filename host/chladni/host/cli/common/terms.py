@@ -25,12 +25,9 @@ WORDS = {
     "above_second_finger": "share of places above every other finger",
     "louder_fraction": "share of the board that moves more",
     "spot_mm2": "area above half the maximum",
-    "diffraction_spot_mm": "narrowest focus of free waves",
     "movable": "coils can move the place",
     "finger_um": "under the finger (coils at their limit)",
-    "um_per_newton": "under the finger, µm for a newton",
     "full_volts": "at the loudest coil, V",
-    "full_amperes": "through the loudest coil, A",
     "sensation_db": "above the threshold of feeling",
     "static_um": "bent by the coils' bias",
     "finger_load": "pressing changes",
@@ -38,7 +35,6 @@ WORDS = {
     "error_estimate": "estimated error of the fields",
     "tolerance_met": "as exact as fields should be",
     "modes_used": "functions in the sum",
-    "evaluations": "drives that were tried",
     "baselines": "SSIM to compare",
     "silent": "nothing moves",
     "nearest_actuator": "nearest coil alone",
@@ -76,9 +72,8 @@ WORDS = {
     "bits": "bits of a stored integer",
     "labels": "labels (drives are mixed within one)",
     "full_scale_gain": "largest gain",
-    "bytes": "bytes",
 }
-UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm", "um_per_newton"})
+UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({
     "details", "evaluations", "seed", "diffraction_spot_mm",
     "steps_before", "steps_after", "steps_within", "sections", "measured_regions",
