@@ -10,13 +10,13 @@ import list_messages
 import pytest
 from list_messages import OWN, PAGE, group_of, messages, page, read_sources
 
+from chladni.host.cli.common.options import check_one_of
 from chladni.sim.errors import (
     ChladniError,
     InputError,
     ResonanceError,
     ToleranceError,
     TooLargeError,
-    check_one_of,
 )
 from conftest import ROOT, CommandLine
 

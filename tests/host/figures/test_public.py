@@ -17,7 +17,7 @@ from chladni.host.emulation.touches import TouchScore
 from chladni.sim.board.board import Board
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from lying import lying
+from wide import turned
 
 
 @pytest.mark.parametrize("name", figures.__all__)
@@ -58,7 +58,7 @@ def test_a_swipe_shows_its_places_and_numbers(
 ) -> None:
     board, touches = coarse_board, list(swiped)
     if wide:
-        board = lying(board)
+        board = turned(board)
         touches = [replace(one, target_mm=one.target_mm[::-1]) for one in touches]
     figure = figures.swipe_figure(board, touches)
     over, *curves = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]

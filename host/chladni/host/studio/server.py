@@ -22,7 +22,7 @@ from chladni.host.studio.guard import Guard
 from chladni.host.studio.requests import LONGEST
 from chladni.host.studio.session import Session
 from chladni.host.studio.workshop import Choice, Workshop
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ArgumentError
 
 PAGE = Path(__file__).parent / "page"
 LOOPBACK = "127.0.0.1"
@@ -64,7 +64,7 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
         The port is taken or not to be had, or the address is not one of this machine's.
     """
     if host in EVERY_ADDRESS:
-        raise InputError("--host", host, "one address of this machine: pages are held against it")
+        raise ArgumentError("host", host, "one address of this machine: pages are held against it")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     # A server that was just stopped leaves its port in TIME_WAIT.
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -79,8 +79,8 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
             expected = "a port above 1023; 0 takes any"
         else:
             expected = "an address of this machine, such as 192.168.1.20"
-            raise InputError("--host", host, expected) from None
-        raise InputError("--port", port, expected) from None
+            raise ArgumentError("host", host, expected) from None
+        raise ArgumentError("port", port, expected) from None
     return listening
 
 

@@ -1,6 +1,6 @@
 """Run the examples and put their figures, and their texts, where docs/examples.md shows them.
 
-    python tools/draw_examples.py
+    python tools/pictures/examples.py
 
 The device is emulated, on a port of this machine.
 """
@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
 PAGE = ROOT / "docs" / "examples.md"
 ALONE = ("field", "table", "swipe", "design")

@@ -8,7 +8,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image
 
 
-def lying(board: Board) -> Board:
+def turned(board: Board) -> Board:
     """The board with x and y exchanged; without a panel, which does not turn with it."""
     return replace(
         board,

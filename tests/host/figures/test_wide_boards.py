@@ -21,7 +21,7 @@ from chladni.sim import target_field
 from chladni.sim.board.board import Board
 from chladni.sim.fields.transfer import actuator_loads, plate_model
 from conftest import CommandLine
-from lying import lying
+from wide import turned
 
 PLACE = (10.0, 25.0)
 PITCH = 35e-3
@@ -80,7 +80,7 @@ def test_pictures_fill_their_room_and_are_explained(
 ) -> None:
     """A board that lies is drawn as large as one that stands, and nothing lies over it."""
     make, words, count = DRAWN[kind]
-    board = lying(prototype) if is_wide else prototype
+    board = turned(prototype) if is_wide else prototype
     figure = make(board, PLACE[::-1] if is_wide else PLACE)
     figures.save(figure, tmp_path / "f.png")  # lays it out
     pictures = boards(figure)
