@@ -153,4 +153,4 @@ def test_errors_that_make_their_own_text_are_on_the_page() -> None:
         check_one_of(one=True, two=True)
     for error in [*made, several.value]:
         assert is_listed(str(error)) or " does not go with " in str(error), str(error)
-    assert OWN.keys() == {"ToleranceError", "ResonanceError"}
+    assert OWN.keys() == {"ToleranceError", "ResonanceError", "TooLargeError"}

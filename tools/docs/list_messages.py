@@ -183,7 +183,6 @@ SHAPES = {
     "InputError": ("field", "value", "expected"),
     "MissingError": ("field", "what"),
     "ConflictError": ("field", "other"),
-    "TooLargeError": ("what", "needed", "most", "lower"),
     "TableRefusedError": ("verdict", "field", "value", "expected"),
     "ToleranceError": (),
     "ResonanceError": (),
@@ -196,6 +195,8 @@ OWN = {
     "ToleranceError": "the field's estimated error is ‹estimate›, above ‹tolerance›: move features "
     "that nearly touch apart or merge them (‹which›), give a plate driven at a mode a loss_factor "
     "or another frequency, or ask for another tolerance",
+    "TooLargeError": "‹what› takes about ‹size› GB, more than ‹size›: lower ‹lower›, or go on with "
+    "‹--large, or allow_large_work(True)›",
     "ResonanceError": "drive.frequency_hz: ‹frequency› Hz lies on mode ‹mode› (‹frequency› Hz) of "
     "a plate without loss; expected another frequency or a plate.loss_factor above 0",
 }
@@ -232,9 +233,6 @@ def _put_together(kind: str, parts: Mapping[str, list[str]]) -> Iterator[str]:
                 yield f"{place} is required" + (f": {what}" if what else "")
         elif kind == "ConflictError":
             yield from (f"{place} does not go with {other}" for other in parts["other"])
-        elif kind == "TooLargeError":
-            yield (f"{parts['what'][0]} takes about ‹size› GB, more than ‹size›: lower "
-                   f"{parts['lower'][0]}, or go on with --large")  # fmt: skip
         else:
             yield from parts.get("text", ["interrupted"])
 

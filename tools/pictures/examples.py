@@ -39,9 +39,9 @@ def main() -> None:
         (IMAGES / f"example-{name}.png").write_bytes((out / f"example-{name}.png").read_bytes())
         text = (ROOT / "examples" / f"{name}.py").read_text(encoding="utf-8")
         page = PAGE.read_text(encoding="utf-8")
-        before, after = page.split(f"[examples/{name}.py]")
+        before, after = page.split(f"`examples/{name}.py`")
         head, _, rest = after.partition("```python\n")
-        shown = f"{before}[examples/{name}.py]{head}```python\n{text}```{rest.partition('```')[2]}"
+        shown = f"{before}`examples/{name}.py`{head}```python\n{text}```{rest.partition('```')[2]}"
         PAGE.write_text(shown, encoding="utf-8")
 
 
