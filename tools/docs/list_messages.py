@@ -186,6 +186,7 @@ SHAPES = {
     "TableRefusedError": ("verdict", "field", "value", "expected"),
     "ToleranceError": (),
     "ResonanceError": (),
+    "TooLargeError": (),
     "LinkError": ("text",),
 }
 """What errors are made of that put their text together from parts. Those without parts make their
