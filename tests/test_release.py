@@ -14,6 +14,9 @@ import pytest
 import yaml
 from release import faults_of, notes_of
 
+from chladni.drives.solve import solve
+from chladni.sim.board.file import load_board
+from chladni.tables.build import default_objective
 from conftest import ROOT
 
 WORKFLOWS = ROOT / ".github" / "workflows"
@@ -86,3 +89,14 @@ def test_every_tool_that_a_workflow_calls_is_there() -> None:
     for workflow in WORKFLOWS.glob("*.yml"):
         for name in re.findall(r"\btools/\w+\.py", workflow.read_text(encoding="utf-8")):
             assert (ROOT / name).is_file(), name
+
+
+def test_a_board_file_of_the_version_before_is_read_as_it_was() -> None:
+    """The first one that was ever written; it knows nothing of coils, panels or fingers."""
+    old, new = load_board(ROOT / "tests" / "prototype-0.1.0.toml"), load_board("prototype")
+    assert old.plate.size == new.plate.size
+    assert [one.at for one in old.actuators] == [one.at for one in new.actuators]
+    assert (old.coil, old.panel, old.focus, old.foundation) == (None, None, None, None)
+    assert default_objective(old) == "ssim"
+    # Its corners are square, which moves the plate 20 mm from them by a hundredth.
+    assert solve(old, (10.0, 25.0)).ssim == pytest.approx(solve(new, (10.0, 25.0)).ssim, abs=0.01)
