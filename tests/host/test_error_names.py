@@ -28,7 +28,7 @@ GIVEN: list[tuple[str, Callable[[Board], object]]] = [
     ("bits", lambda board: build_table(board, bits=9)),
     ("seed", lambda board: build_table(board, seed=-1)),
     ("pitch", lambda board: score_board(board, pitch=-1.0)),
-    ("scheduler", lambda board: compare(board, pitch=40e-3, scheduler="tcp://127.0.0.1:1")),
+    ("scheduler", lambda board: compare(board, pitch=70e-3, methods=["nearest"], scheduler="tcp://127.0.0.1:1")),
     ("board", lambda board: load_board("nowhere")),
     ("address", lambda board: UdpPort(":::")),
     ("key", lambda board: read_key(Path("nowhere"))),
@@ -36,7 +36,10 @@ GIVEN: list[tuple[str, Callable[[Board], object]]] = [
 
 
 @pytest.mark.parametrize("number", range(len(GIVEN)))
-def test_python_is_told_of_arguments(prototype: Board, number: int) -> None:
+def test_python_is_told_of_arguments(
+    prototype: Board, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    monkeypatch.setattr("chladni.drives.workers.SCHEDULER_S", 0.5)
     name, call = GIVEN[number]
     with pytest.raises(InputError) as caught:
         call(prototype)

@@ -92,7 +92,7 @@ def test_one_search_runs_at_a_time_and_is_stopped_by_its_page(studio: Studio) ->
     ("spec", "said"),
     [
         ({"actuators": [{"name": "a", "at_mm": [0.0, 0.0]}], "design": {"coils": None}},
-         "own.toml, SPEC"),
+         "own.toml, spec"),
         ({"design": {"coils": 40}}, "own.toml, design.coils"),
         ({"plate": {"thickness_mm": {"from": 3.0, "to": 1.0}}}, "own.toml, plate.thickness_mm"),
     ],
@@ -110,7 +110,7 @@ def test_only_what_was_found_can_be_shown(studio: Studio) -> None:
         own.send(json.dumps({"type": "take", "index": 0}))
         assert told_of(own, "refused")["field"] == "index"
         own.send(json.dumps({"type": "design", "name": "../prototype", "text": None}))
-        assert told_of(own, "refused")["field"] == "SPEC"
+        assert told_of(own, "refused")["field"] == "spec"
 
 
 def test_the_page_draws_a_front_and_shows_a_board_of_it(page: Page, tmp_path: Path) -> None:

@@ -23,7 +23,6 @@ _KINDS = (
     (stat.S_ISDIR, "a folder"), (stat.S_ISLNK, "a link"), (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
 )  # fmt: skip
-CHUNK_BYTES = 65_536
 _PACKINGS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -66,13 +65,14 @@ def read_with_mode(
         handle = open_regular(path, field, os.O_RDONLY, expected, follow=follow)
         with os.fdopen(handle, "rb") as file:
             found = os.fstat(handle)
-            data = b"" if found.st_size > most_bytes else file.read(found.st_size)
+            size = found.st_size
+            data = b"" if size > most_bytes else file.read(size)
             # A file of /proc says 0 bytes, and another may have grown.
-            while len(data) <= most_bytes and (more := file.read(CHUNK_BYTES)):
-                data += more
+            if size <= most_bytes:
+                data += file.read(most_bytes + 1 - len(data))
     except OSError as error:
         raise ArgumentError(field, error.strerror, "a readable file", file=str(path)) from None
-    size = max(found.st_size, len(data))
+    size = max(size, len(data))
     if size > most_bytes:
         hint = "; is this the file that was meant?"
         raise ArgumentError(field, f"{size:,} bytes or more", expected + hint, file=str(path))
