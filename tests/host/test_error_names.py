@@ -28,7 +28,12 @@ GIVEN: list[tuple[str, Callable[[Board], object]]] = [
     ("bits", lambda board: build_table(board, bits=9)),
     ("seed", lambda board: build_table(board, seed=-1)),
     ("pitch", lambda board: score_board(board, pitch=-1.0)),
-    ("scheduler", lambda board: compare(board, pitch=70e-3, methods=["nearest"], scheduler="tcp://127.0.0.1:1")),
+    (
+        "scheduler",
+        lambda board: compare(
+            board, pitch=70e-3, methods=["nearest"], scheduler="tcp://127.0.0.1:1"
+        ),
+    ),
     ("board", lambda board: load_board("nowhere")),
     ("address", lambda board: UdpPort(":::")),
     ("key", lambda board: read_key(Path("nowhere"))),
