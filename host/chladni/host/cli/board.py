@@ -108,6 +108,7 @@ def board_score(
     say_unmet(score.error_estimate, TOLERANCE)
     if figure is not None:
         save(score_figure(loaded, score), figure)
+        say(f"figure: {figure}")
     result = {"name": loaded.name} | asdict(score)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
@@ -131,6 +132,7 @@ def board_sensitivity(
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
         save(sensitivity_figure(loaded.name, influences), figure)
+        say(f"figure: {figure}")
     result = {
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),

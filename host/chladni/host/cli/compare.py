@@ -33,6 +33,7 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     progress_bar,
+    say,
     say_unmet,
 )
 from chladni.host.figures.fields import save
@@ -96,6 +97,7 @@ def compare_methods(
         write_whole(output, as_csv(rows))
     if figure is not None:
         save(compare_figure(loaded, grid, rows), figure)
+        say(f"figure: {figure}")
     table = summary(rows)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)

@@ -100,6 +100,7 @@ def design_board(
             entry["path"] = str(path)
     if figure is not None:
         save(front_figure(found), figure)
+        say(f"figure: {figure}")
     answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         say(f"`chladni board score {output}` says more.")

@@ -25,6 +25,7 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     parse_place,
+    say,
     say_unmet,
 )
 from chladni.host.figures import fields as figures
@@ -103,6 +104,7 @@ def field(
             loaded, values, target_mm=place or marked, per_newton=amplitudes is None
         )
         figures.save(drawn, figure)
+        say(f"figure: {figure}")
     result = {
         "path": str(output),
         "modes_used": found.modes_used,
@@ -140,6 +142,7 @@ def modes(
         )
     if figure:
         figures.save(figures.modes_figure(loaded, shapes), figure)
+        say(f"figure: {figure}")
     result = {
         "name": loaded.name,
         "modes_hz": shapes.frequencies_hz.tolist(),
@@ -175,6 +178,7 @@ def sweep(
         write_arrays(output, frequencies_hz=frequencies, **arrays)
     if figure:
         figures.save(figures.sweep_figure(loaded.coil, frequencies, curves), figure)
+        say(f"figure: {figure}")
     waves = [
         {
             "waveform": wave,

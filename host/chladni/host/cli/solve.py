@@ -35,6 +35,7 @@ from chladni.host.cli.common.output import (
     check_output,
     parse_place,
     progress_bar,
+    say,
     say_unmet,
 )  # fmt: skip
 from chladni.host.figures.fields import save
@@ -82,6 +83,7 @@ def solve_command(
     card = score(solution, loaded)
     if figure is not None:
         save(solution_figure(loaded, solution, card, trace=trace), figure)
+        say(f"figure: {figure}")
     report = solution_report(loaded, solution, card)
     say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:

@@ -40,6 +40,7 @@ from chladni.host.cli.common.output import (
     check_output,
     parse_place,
     progress_bar,
+    say,
     say_unmet,
 )
 from chladni.host.emulation.closed_loop import board_of
@@ -247,6 +248,7 @@ def score(
     say_unmet(found.error_estimate, TOLERANCE)
     if figure is not None:
         save(score_figure(owner, found), figure)
+        say(f"figure: {figure}")
     result = {"name": owner.name} | asdict(found)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")

@@ -45,8 +45,9 @@ class Played:
     def chain(self) -> Chain:
         """For the figure."""
         card = self.card
-        caption = (f"SSIM {card.ssim:.2f}, maximum {card.focal_error_mm:.0f} mm off, second finger "
-                   f"{card.second_finger_db:+.1f} dB")  # fmt: skip
+        level = card.second_finger_db
+        gets = f"another finger gets {abs(level):.1f} dB {'less' if level >= 0.0 else 'more'}"
+        caption = f"SSIM {card.ssim:.2f}, maximum {card.focal_error_mm:.0f} mm off, {gets}"
         return Chain(self.board, self.loop.target_mm, self.loop.target_field, self.loop.field,
                      caption)  # fmt: skip
 

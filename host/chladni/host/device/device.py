@@ -307,7 +307,10 @@ class Device:
         """
         config, info = self.config(), self.info()
         if table.actuators != config["channels"]:
-            expected = f"{config['channels']}, the channels of the device"
+            expected = (
+                f"{config['channels']}, the channels of the device; configure it for the board "
+                "by `device config set --from BOARD`, or name an emulated one's by --board"
+            )
             raise InputError("actuators", table.actuators, expected)
         known = config.board
         if known is None and info["board"]:

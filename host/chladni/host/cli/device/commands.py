@@ -66,13 +66,14 @@ def why_silent(info: dict[str, Any], *, is_emulated: bool) -> str | None:
     if not info["standing"] or info["state"] != "fault":
         return None
     text = f"the device plays nothing: {', '.join(info['standing'])}"
+    if "never configured" in info["standing"]:
+        then = ", then chladni flash T.chl" if "no table" in info["standing"] else ""
+        return f"{text}; chladni device config set --from BOARD{then}"
     if "no table" in info["standing"]:
         here = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
         return f"{text}; {here}"
     if info["standing"] == ["coil hot"]:
         return f"{text}; wait until the coils have cooled, some seconds after power came on"
-    if "never configured" in info["standing"]:
-        return f"{text}; chladni device config set --from BOARD"
     return text
 
 
