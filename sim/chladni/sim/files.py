@@ -23,6 +23,7 @@ _KINDS = (
     (stat.S_ISDIR, "a folder"), (stat.S_ISLNK, "a link"), (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
 )  # fmt: skip
+CHUNK_BYTES = 65_536
 _PACKINGS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -68,8 +69,11 @@ def read_with_mode(
             size = found.st_size
             data = b"" if size > most_bytes else file.read(size)
             # A file of /proc says 0 bytes, and another may have grown.
-            if size <= most_bytes:
-                data += file.read(most_bytes + 1 - len(data))
+            rest, left = [], most_bytes + 1 - size
+            while left > 0 and (more := file.read(min(left, CHUNK_BYTES))):
+                rest.append(more)
+                left -= len(more)
+            data = b"".join((data, *rest))
     except OSError as error:
         raise ArgumentError(field, error.strerror, "a readable file", file=str(path)) from None
     size = max(size, len(data))
