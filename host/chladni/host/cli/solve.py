@@ -96,7 +96,7 @@ def solve_command(
             sys.stderr.write(f"chladni: {gives_way}\n")
     if loaded.coil is None:
         sys.stderr.write(f"chladni: {NO_COIL}\n")
-    answer(report, as_json=as_json, title=f"{loaded.name}: focus at {target} mm")
+    answer(report, as_json=as_json, title=f"{loaded.name}: the drive for {target} mm")
 
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:
