@@ -31,7 +31,14 @@ from chladni.host.cli.common.options import (
     check_figure,
     check_samples,
 )  # fmt: skip
-from chladni.host.cli.common.output import answer, check_output, progress_bar, say, say_unmet
+from chladni.host.cli.common.output import (
+    answer,
+    check_output,
+    progress_bar,
+    say,
+    say_unmet,
+    write_figure,
+)
 from chladni.host.figures.board_parts import board_parts, moving_mass_g
 from chladni.host.figures.boards import score_figure, sensitivity_figure
 from chladni.host.figures.drawing import board_drawing
@@ -107,8 +114,7 @@ def board_score(
         )  # fmt: skip
     say_unmet(score.error_estimate, TOLERANCE)
     if figure is not None:
-        save(score_figure(loaded, score), figure)
-        say(f"figure: {figure}")
+        write_figure(score_figure(loaded, score), figure)
     result = {"name": loaded.name} | asdict(score)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
@@ -131,8 +137,7 @@ def board_sensitivity(
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
-        save(sensitivity_figure(loaded.name, influences), figure)
-        say(f"figure: {figure}")
+        write_figure(sensitivity_figure(loaded.name, influences), figure)
     result = {
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),

@@ -33,10 +33,9 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     progress_bar,
-    say,
     say_unmet,
+    write_figure,
 )
-from chladni.host.figures.fields import save
 from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -96,8 +95,7 @@ def compare_methods(
     if output is not None:
         write_whole(output, as_csv(rows))
     if figure is not None:
-        save(compare_figure(loaded, grid, rows), figure)
-        say(f"figure: {figure}")
+        write_figure(compare_figure(loaded, grid, rows), figure)
     table = summary(rows)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)

@@ -24,9 +24,8 @@ from chladni.host.cli.common.options import (
     check_figure,
     check_jobs,
 )  # fmt: skip
-from chladni.host.cli.common.output import answer, check_output, progress_bar, say
+from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.figures.designs import front_figure
-from chladni.host.figures.fields import save
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -99,8 +98,7 @@ def design_board(
             write_whole(path, board_file(board_of(one.document), _about_entry(one)))
             entry["path"] = str(path)
     if figure is not None:
-        save(front_figure(found), figure)
-        say(f"figure: {figure}")
+        write_figure(front_figure(found), figure)
     answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         say(f"`chladni board score {output}` says more.")

@@ -25,8 +25,8 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     parse_place,
-    say,
     say_unmet,
+    write_figure,
 )
 from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
@@ -103,8 +103,7 @@ def field(
         drawn = figures.field_figure(
             loaded, values, target_mm=place or marked, per_newton=amplitudes is None
         )
-        figures.save(drawn, figure)
-        say(f"figure: {figure}")
+        write_figure(drawn, figure)
     result = {
         "path": str(output),
         "modes_used": found.modes_used,
@@ -141,8 +140,7 @@ def modes(
             modal_masses_g=shapes.modal_masses * 1e3,
         )
     if figure:
-        figures.save(figures.modes_figure(loaded, shapes), figure)
-        say(f"figure: {figure}")
+        write_figure(figures.modes_figure(loaded, shapes), figure)
     result = {
         "name": loaded.name,
         "modes_hz": shapes.frequencies_hz.tolist(),
@@ -177,8 +175,7 @@ def sweep(
         }
         write_arrays(output, frequencies_hz=frequencies, **arrays)
     if figure:
-        figures.save(figures.sweep_figure(loaded.coil, frequencies, curves), figure)
-        say(f"figure: {figure}")
+        write_figure(figures.sweep_figure(loaded.coil, frequencies, curves), figure)
     waves = [
         {
             "waveform": wave,

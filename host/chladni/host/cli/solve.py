@@ -35,10 +35,9 @@ from chladni.host.cli.common.output import (
     check_output,
     parse_place,
     progress_bar,
-    say,
     say_unmet,
+    write_figure,
 )  # fmt: skip
-from chladni.host.figures.fields import save
 from chladni.host.figures.solutions import solution_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -82,8 +81,7 @@ def solve_command(
         )  # fmt: skip
     card = score(solution, loaded)
     if figure is not None:
-        save(solution_figure(loaded, solution, card, trace=trace), figure)
-        say(f"figure: {figure}")
+        write_figure(solution_figure(loaded, solution, card, trace=trace), figure)
     report = solution_report(loaded, solution, card)
     say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:

@@ -40,13 +40,12 @@ from chladni.host.cli.common.output import (
     check_output,
     parse_place,
     progress_bar,
-    say,
     say_unmet,
+    write_figure,
 )
 from chladni.host.emulation.closed_loop import board_of
 from chladni.host.emulation.table_score import PITCH, score_table
 from chladni.host.figures.boards import score_figure
-from chladni.host.figures.fields import save
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, InputError
@@ -247,8 +246,7 @@ def score(
         )  # fmt: skip
     say_unmet(found.error_estimate, TOLERANCE)
     if figure is not None:
-        save(score_figure(owner, found), figure)
-        say(f"figure: {figure}")
+        write_figure(score_figure(owner, found), figure)
     result = {"name": owner.name} | asdict(found)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")

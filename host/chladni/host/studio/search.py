@@ -184,7 +184,8 @@ class Watch:
 def _message(search: Search) -> dict[str, Any]:
     """How a design goes: a point for each board that it found, and which of them are the front."""
     keys = ("finger_um", "second_finger_20mm_db", "coils", "robust_score")
-    rows = [[entry.summary[key] for key in keys] for entry in search.entries]
+    summaries = [entry.summary for entry in search.entries]
+    rows = [[summary[key] for key in keys] for summary in summaries]
     return {
         "type": "search",
         "name": search.name,

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -18,6 +18,9 @@ from rich.table import Table as RichTable
 
 from chladni.host.cli.common.terms import LEFT_OUT, WORDS, unit_of, words_of
 from chladni.sim.errors import InputError, StoppedError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Place = tuple[float, float]
 
@@ -102,6 +105,15 @@ def _with_unit(text: str, key: str) -> str:
 def say(text: str) -> None:
     """A line on stderr: what a command is doing, beside its answer."""
     sys.stderr.write(f"chladni: {text}\n")
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure, and say where."""
+    # What draws takes a third of a second to load, and most commands draw nothing.
+    from chladni.host.figures.fields import save  # noqa: PLC0415
+
+    save(figure, path)
+    say(f"figure: {path}")
 
 
 def say_unmet(estimate: float, tolerance: float) -> None:
