@@ -17,8 +17,8 @@ from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
-from chladni.sim.ritz.circle_functions import SplitPoints
-from chladni.sim.ritz.circle_terms import RadialFunction, Term
+from chladni.sim.ritz.circles.derivatives import SplitPoints
+from chladni.sim.ritz.circles.terms import RadialFunction, Term
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import Resolution

@@ -29,8 +29,8 @@ from chladni.sim.ritz.basis_values import (
     TablePart,
     point_sets,
 )  # fmt: skip
-from chladni.sim.ritz.circle_functions import Derivative
-from chladni.sim.ritz.circle_terms import radial_derivative
+from chladni.sim.ritz.circles.derivatives import Derivative
+from chladni.sim.ritz.circles.terms import radial_derivative
 from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows, signed_product
 from chladni.sim.ritz.foundation import is_left_out
 from chladni.sim.ritz.parity import Parity, ParityBasis
@@ -69,13 +69,16 @@ class Assembly:
     def _make_tables(self, make: Callable[[Points], Table], area: Table) -> Tables:
         """Functions on all sets of points, those together that want the same derivatives."""
         sets = self.sets
-        edges = _shared([edge.points for edge in sets.edges], make)
+        edges: dict[int, Table] = {}
+        for axis in (0, 1):
+            alike = [k for k, edge in enumerate(sets.edges) if edge.axis == axis]
+            edges |= zip(alike, _shared([sets.edges[k].points for k in alike], make), strict=True)
         rims = _shared([rim.points for rim in sets.rims.values()], make)
         corners, offcuts, points = _shared([sets.corners, sets.offcuts, sets.points], make)
         (discs,) = _shared([self.discs.points], make)
         (foundation,) = _shared([sets.foundation], make)
         return Tables(
-            edges=list(edges),
+            edges=[edges[k] for k in range(len(sets.edges))],
             corners=corners,
             discs=discs,
             foundation=foundation,

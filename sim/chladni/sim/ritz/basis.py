@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.geometry import PlateGeometry
-from chladni.sim.ritz.circle_functions import Circle, Derivative, HeldEdge, evaluate_circles
-from chladni.sim.ritz.circle_terms import RIM_KINDS, FunctionSet
+from chladni.sim.ritz.circles.derivatives import Derivative
+from chladni.sim.ritz.circles.functions import Circle, evaluate_circles
+from chladni.sim.ritz.circles.held_edges import HeldEdge
+from chladni.sim.ritz.circles.terms import RIM_KINDS, FunctionSet
 from chladni.sim.ritz.quadrature import gauss_points
 from chladni.sim.ritz.resolution import Resolution, crowding, order_beside
 

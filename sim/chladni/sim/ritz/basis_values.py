@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.circle_functions import Circle, Derivative
+from chladni.sim.ritz.circles.derivatives import Derivative
+from chladni.sim.ritz.circles.functions import Circle
 from chladni.sim.ritz.foundation import signed_points
 from chladni.sim.ritz.parity import ParityBasis
 from chladni.sim.ritz.quadrature import Points, gauss_points

@@ -24,7 +24,7 @@ from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.basis_values import BasisTable
-from chladni.sim.ritz.circle_functions import Derivative
+from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 

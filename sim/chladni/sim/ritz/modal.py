@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, lu_factor, lu_solve, qr
+from scipy.linalg import block_diag, qr
 
 from chladni.sim.ritz.basis import met_by_polynomials, released_by_fewer
 from chladni.sim.ritz.load_cases import ClassLoad
+from chladni.sim.ritz.symmetric_factors import SymmetricFactors
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -69,7 +70,7 @@ class ClassModes:
         self._subset = subset
         self._solved = 0
         # Many loads come at one frequency: its factors are kept.
-        self._factored: tuple[tuple[float, float], Any] | None = None
+        self._factored: tuple[tuple[float, float], SymmetricFactors] | None = None
         self._left_out: _LeftOut | None = None
         self._size = stiffness.shape[0]
         self._forms = stiffness, mass
@@ -212,8 +213,8 @@ class ClassModes:
     def _is_factored(self, omega: float, loss_factor: float) -> bool:
         return self._factored is not None and self._factored[0] == (omega, loss_factor)
 
-    def _factors(self, omega: float, loss_factor: float) -> Any:
-        """LU factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
+    def _factors(self, omega: float, loss_factor: float) -> SymmetricFactors:
+        """Factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
         constraints = self._constraints
         size, count = self._subset.size, constraints.shape[0]
         is_real = loss_factor == 0.0 and self._has_one_loss(loss_factor)
@@ -226,23 +227,22 @@ class ClassModes:
         if self._foundation is not None and not self._has_one_loss(loss_factor):
             form, own = self._foundation
             bordered.imag[:size, :size] += (own - loss_factor) * scale * self._own_part(form)
-        bordered[size:, :size] = constraints
         bordered[:size, size:] = constraints.T
-        return lu_factor(bordered, overwrite_a=True, check_finite=False)
+        return SymmetricFactors(bordered)
 
     def solve_in(
-        self, coarser: ClassModes, load: ClassLoad, omega: float, loss_factor: float
-    ) -> ComplexArray:
-        """The solution in a part of this basis; after `solve` it takes no factors of its own.
+        self, coarser: list[ClassModes], load: ClassLoad, omega: float, loss_factor: float
+    ) -> list[ComplexArray]:
+        """Solutions in parts of this basis; after `solve` they take no factors of their own.
 
         What is left out, multipliers of conditions among it, is forced to be zero: a block of the
         inverse as large as its number does that.
         """
         if not self._has_plain_rows or not self._is_factored(omega, loss_factor):
-            return coarser.solve(load, omega, loss_factor)
+            return [part.solve(load, omega, loss_factor) for part in coarser]
         whole = self._back(self._loaded(load, omega, loss_factor))
-        out = coarser._left_out_of(self, omega, loss_factor)
-        return self._functions(whole - out.block @ (out.directions.T @ whole))
+        out = [part._left_out_of(self, omega, loss_factor) for part in coarser]
+        return [self._functions(whole - o.block @ (o.directions.T @ whole)) for o in out]
 
     def _left_out_of(self, finer: ClassModes, omega: float, loss_factor: float) -> _LeftOut:
         """What of a finer basis this one has not."""
@@ -283,12 +283,10 @@ class ClassModes:
     def _back(self, right: ComplexArray) -> ComplexArray:
         """Scaled coefficients and multipliers, by the factors kept."""
         assert self._factored is not None
-        lu, pivots = self._factored[1]
-        if np.iscomplexobj(lu):
-            return np.asarray(lu_solve((lu, pivots), right, check_finite=False))
-        count = right.shape[1]
-        both = np.concatenate((right.real, right.imag), axis=1)
-        both = lu_solve((lu, pivots), both, overwrite_b=True, check_finite=False)
+        factors, count = self._factored[1], right.shape[1]
+        if factors.is_complex:
+            return factors.solve(right)
+        both = factors.solve(np.concatenate((right.real, right.imag), axis=1))
         return np.asarray(both[:, :count] + 1j * both[:, count:])
 
     @cached_property

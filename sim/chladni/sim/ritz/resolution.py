@@ -49,7 +49,7 @@ class Resolution:
     nx, ny
         Polynomials along x and y.
     rim_rings, inclusion_rings, inclusion_bubbles
-        Highest angular order of the functions on each circle (circle_functions.py).
+        Highest angular order of the functions on each circle (circles/functions.py).
     crowded
         What neighbours may leave of a circle's field: circles near others get higher orders for it
         (resolution.py); 1 for none.

@@ -256,7 +256,8 @@ class Solver:
         for fine, c in zip(solution, self.classes, strict=True):
             load = case.in_class(c.basis)
             steps = [fine, c.modes.stiffened(fine, omega, loss_factor)]
-            steps += [fine - c.modes.solve_in(k, load, omega, loss_factor) for k in c.coarser]
+            coarser = c.modes.solve_in(c.coarser, load, omega, loss_factor)
+            steps += [fine - coarse for coarse in coarser]
             own = [part(step) for step in steps for part in (np.real, np.imag)]
             columns.append(np.concatenate(own, axis=1))
         fields = probe.fields([c.basis for c in self.classes], columns)

@@ -1,0 +1,1 @@
+"""Functions that circles bring into the basis: their terms, derivatives and mirror images."""
