@@ -35,8 +35,9 @@ class SymmetricFactors:
     """
 
     def __init__(self, matrix: AnyArray) -> None:
-        factor, convert = get_lapack_funcs(("sytrf", "syconv"), (matrix,))
-        (self._divide_by_lower,) = get_blas_funcs(("trsm",), (matrix,))
+        factor: Any = get_lapack_funcs("sytrf", (matrix,))
+        convert: Any = get_lapack_funcs("syconv", (matrix,))
+        self._divide_by_lower: Any = get_blas_funcs("trsm", (matrix,))
         # LAPACK reads columns, so what is above the diagonal here is below it there.
         packed, pivots, info = factor(matrix.T, lower=1, lwork=BLOCK * len(matrix), overwrite_a=1)
         if info > 0:
@@ -62,7 +63,7 @@ class SymmetricFactors:
         columns = self._divide_by_lower(
             1.0, self._lower, divided, lower=1, diag=1, trans_a=1, overwrite_b=1
         )
-        result = np.empty_like(columns)
+        result: AnyArray = np.empty_like(columns)
         result[self._order] = columns
         return result
 
