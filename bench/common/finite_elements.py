@@ -24,7 +24,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.fields.transfer import actuator_loads, plate_geometry
 from chladni.sim.ritz import quadrature
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 from plate_fem.mesh import Disc, PlateMesh, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Inclusion, Material
 
