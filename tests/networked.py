@@ -82,3 +82,29 @@ class Recorder:
 
     def close(self) -> None:
         """Nothing."""
+
+
+class UnpunctualPort(EmulatedPort):
+    """A network whose host comes too late one time in ten, some way from the device, in s."""
+
+    def __init__(self, emulator: Emulator, *, late_s: float = 0.0, way_s: float = 0.0) -> None:
+        super().__init__(emulator)
+        self.late_s, self.way_s = late_s, way_s
+        self._rng = np.random.default_rng(7)
+
+    def send(self, data: bytes) -> None:
+        """One to the device."""
+        self._pass(self.way_s)
+        super().send(data)
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """One from it."""
+        data = super().receive(timeout_s)
+        if data is not None:
+            self._pass(self.way_s)
+        elif self._rng.random() < 0.1:
+            self._pass(self.late_s)
+        return data
+
+    def _pass(self, seconds: float) -> None:
+        self.emulator.core.run_us(round(seconds * 1e6))

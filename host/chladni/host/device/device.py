@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.link import GREETING_TRIES, Link, LinkError
+from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
 from chladni.host.device.upload import Progress, TableUpload
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.codes import (
@@ -24,9 +24,6 @@ from chladni.host.protocol.codes import (
 )
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.link import (
-    LEAST_TARGET,
-    MAX_PAYLOAD,
-    MOST_TARGET,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
@@ -38,24 +35,6 @@ from chladni.tables.table import Table
 
 NETWORK_STATES = ("off", "not on the network", "on")
 RESTART_TRIES, RESTART_S = 3, 1.0
-STREAM_WAIT_S = 0.03
-"""For the answer to a piece of a stream: its frames are wanted in 10 ms."""
-STREAM_BUFFER_S = 0.005
-"""Of frames that the device keeps in its ring on the average. A host that is late for longer than
-this less half a piece makes an underrun."""
-STREAM_RING = 512
-"""Frames that it holds; so many may come on any wire."""
-STREAM_TURN_S = 0.002
-"""From a request's last byte to its answer: two turns of the main loop."""
-STREAM_SHARE = 0.8
-"""Of the time that frames take to play, for sending them."""
-STREAM_SETTLED = 8
-"""Pieces after which the device plays for certain."""
-STREAM_MEAN, STREAM_FOLLOW = 0.1, 0.02
-"""A piece's share in the mean of what the ring holds, and what it makes up for of its error:
-half of it is gone after 35 pieces, and single late ones do not matter."""
-SMALLEST_PIECE = 16
-"""Frames at once, 2 ms: smaller pieces cost more requests, and are late as often."""
 
 
 @dataclass(frozen=True)
@@ -67,21 +46,6 @@ class Flashed:
     seconds: float
     repeated: int
     verified: bool
-
-
-@dataclass(frozen=True)
-class StreamStep:
-    """Frames that one request of a stream took, how many the ring then held, and its time."""
-
-    taken: int
-    filled: int
-    seconds: float
-
-
-def pack_frames(words: NDArray[np.uint16]) -> bytes:
-    """Ten bits a duty, one after another from the lowest bit, shape (frames, channels)."""
-    bits = (words.reshape(-1, 1) >> np.arange(10, dtype=np.uint16)) & 1
-    return np.packbits(bits.astype(np.uint8).reshape(-1), bitorder="little").tobytes()
 
 
 class Device:
@@ -213,7 +177,7 @@ class Device:
             "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
         )
 
-    def stream(self, duties: NDArray[np.float64], *, buffer_s: float = STREAM_BUFFER_S) -> int:
+    def stream(self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S) -> int:
         """Play raw duties at carrier/8 frames a second of this machine's clock.
 
         Parameters
@@ -238,57 +202,11 @@ class Device:
         return sum(step.taken for step in self.stream_steps(duties, buffer_s=buffer_s))
 
     def stream_steps(
-        self, duties: NDArray[np.float64], *, buffer_s: float = STREAM_BUFFER_S
+        self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S
     ) -> Iterator[StreamStep]:
         """The same, piece by piece: what a request came to."""
         rate_hz = self.config().frame_rate_hz
-        words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
-        piece = self._stream_piece(len(words), words.shape[1], rate_hz)
-        # On a slow wire pieces are long, and the ring has to hold one while the next travels.
-        target = int(np.clip(round(buffer_s * rate_hz), max(LEAST_TARGET, piece), MOST_TARGET))
-        self.link.request("stream_begin", target=target)
-        # Each piece goes out so early that the ring holds its target on the average. How long the
-        # device takes to begin shows in what it holds then, and is made up for; later on what the
-        # ring holds on the average is, a little with each piece.
-        lead, sent, begun = target + piece // 2, 0, self.wire.now_s()
-        held = float(lead)
-        for number in itertools.count():
-            if sent == len(words):
-                return
-            part = words[sent : sent + piece]
-            due = begun + (sent + len(part) - lead) / rate_hz
-            if due > self.wire.now_s():
-                self.link.wait(due - self.wire.now_s())
-            asked = self.wire.now_s()
-            answer = self.link.request(
-                "stream_data", pack_frames(part), first_wait_s=STREAM_WAIT_S
-            ).fields
-            sent += answer["taken"]
-            yield StreamStep(answer["taken"], answer["filled"], self.wire.now_s() - asked)
-            if number == STREAM_SETTLED:
-                begun += (answer["filled"] - lead) / rate_hz
-            elif number > STREAM_SETTLED:
-                held += STREAM_MEAN * (answer["filled"] - held)
-                begun += STREAM_FOLLOW * (held - lead) / rate_hz
-            if answer["taken"] < len(part):
-                # The ring was full: this machine was late, and caught up too fast.
-                self.link.wait(piece / rate_hz)
-
-    def _stream_piece(self, frames: int, channels: int, rate_hz: float) -> int:
-        """Frames per request: as few as the wire can carry in time, whole bytes of them."""
-        # Whole frames that fill whole bytes: four of any number of channels do.
-        most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
-        least = min(SMALLEST_PIECE, most)
-        spare_s = STREAM_SHARE / rate_hz - self.link.wire_time(1) * 10 * channels / 8.0
-        if spare_s > 0.0:
-            return int(np.clip(STREAM_TURN_S / spare_s // 4 * 4 + 4, least, most))
-        if frames > STREAM_RING:
-            needed = 1.25 * 10 * channels * rate_hz / STREAM_SHARE
-            raise LinkError(
-                f"{channels} channels need a wire of {needed:,.0f} baud, and this has "
-                f"{self.wire.baud:,.0f}: set link_baud, or use the network"
-            )
-        return least
+        return stream_steps(self.link, duties, rate_hz=rate_hz, buffer_s=buffer_s)
 
     def stop(self) -> None:
         """End a live drive or a stream."""
