@@ -185,9 +185,9 @@ def bench_stream() -> None:
     print(
         f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, on loopback, both ends on "
         "this machine, which had nothing else to do; from the host's call to the pin, the answer's "
-        "way counted as well. The paper's host needed 10 ms. After each minute a bare timer of 1 ms "
-        f"was late by the last column within {TIMED_S:.0f} s, at most: an underrun is such a pause "
-        "that is longer than the ring.\n"
+        "way counted as well. The paper's host needed 10 ms. After each minute a bare timer of "
+        f"1 ms was late by the last column within {TIMED_S:.0f} s, at most: an underrun is such a "
+        "pause that is longer than the ring.\n"
     )
     print("| in the ring | frames | lost | underruns | latency p50 | p99 | timer late by |")
     print("|---|---|---|---|---|---|---|")
