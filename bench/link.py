@@ -19,7 +19,6 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
@@ -35,11 +34,9 @@ from chladni.tables.format import pack
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 from made_up import PacketWire, device_of, make_table, random_table  # noqa: E402
-from networked import KEY as LAB_KEY  # noqa: E402
-from networked import UnpunctualPort, networked  # noqa: E402
+from networked import KEY, UnpunctualPort, late_ms, networked, wave  # noqa: E402
 
 SEEDS = range(7)
-KEY = bytes(range(1, 33))
 UDP_PORT = 50_161
 STREAM_S = 60.0
 BUFFERS_S = (BUFFER_S, 0.01, 0.02)
@@ -120,25 +117,15 @@ def serve(port: int, stop: Event) -> None:
     VirtualPort(emulator).serve(stop.is_set)
 
 
-def wave(seconds: float, rate_hz: float) -> NDArray[np.float64]:
-    """Five channels of 160 Hz."""
-    t = np.arange(round(seconds * rate_hz)) / rate_hz
-    return np.asarray(0.4 + 0.3 * np.sin(2.0 * np.pi * 160.0 * t[:, None] + np.arange(5)))
-
-
 def streamed(device: Device, buffer_s: float) -> str:
     """A minute of raw duties: frames, lost ones, underruns, latencies."""
-    rate_hz = device.config().frame_rate_hz
-    duties = wave(STREAM_S, rate_hz)
+    duties = wave(STREAM_S)
     steps: list[StreamStep] = []
     # A device that hears nothing for 0.1 s ends the stream: then frames are lost.
     with suppress(LinkError):
         steps += device.stream_steps(duties, buffer_s=buffer_s)
     device.stop()
-    # The last frame of a piece waits for all before it in the ring; the request's way is counted
-    # there and back, so this is an upper bound.
-    late_ms = np.array([1e3 * (step.seconds + step.filled / rate_hz) for step in steps])
-    half, most = np.percentile(late_ms, [50, 99])
+    half, most = np.percentile(late_ms(steps), [50, 99])
     taken = sum(step.taken for step in steps)
     faults = [fault["cause"] for fault in device.faults()].count("stream underrun")
     underruns = f"{faults}" if faults < FAULTS_KEPT else f"{faults} or more"
@@ -206,10 +193,10 @@ def bench_lateness() -> None:
     print("| in the ring | host late by | frames | lost | underruns | latency p50 | p99 |")
     print("|---|---|---|---|---|---|---|")
     for buffer_s in BUFFERS_S:
-        for late_ms in LATE_MS:
-            port = UnpunctualPort(networked(), late_s=late_ms / 1e3)
-            row = streamed(Device(UdpWire(port, LAB_KEY)), buffer_s)
-            print(f"| {1e3 * buffer_s:g} ms | {late_ms:g} ms | {row} |", flush=True)
+        for host_ms in LATE_MS:
+            port = UnpunctualPort(networked(), late_s=host_ms / 1e3)
+            row = streamed(Device(UdpWire(port, KEY)), buffer_s)
+            print(f"| {1e3 * buffer_s:g} ms | {host_ms:g} ms | {row} |", flush=True)
     print()
 
 

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
+from chladni.host.device.streaming import StreamStep
 from chladni.host.device.udp import (
     EmulatedPort,
     seal,
@@ -22,6 +24,8 @@ from chladni.host.protocol.network import (
 from chladni.tables.format import pack
 from made_up import make_table, powered, random_table
 
+FRAME_HZ = 78_125 / 8
+"""Of raw duties: carrier/8."""
 KEY = bytes(range(1, KEY_BYTES + 1))
 OTHER_KEY = bytes(KEY_BYTES - 1) + b"\1"
 LAB = NetworkSettings("lab", "a passphrase", KEY)
@@ -108,3 +112,17 @@ class UnpunctualPort(EmulatedPort):
 
     def _pass(self, seconds: float) -> None:
         self.emulator.core.run_us(round(seconds * 1e6))
+
+
+def wave(seconds: float) -> NDArray[np.float64]:
+    """Raw duties of five channels at 160 Hz, shape (frames, 5)."""
+    t = np.arange(round(seconds * FRAME_HZ))[:, None] / FRAME_HZ
+    return np.asarray(0.4 + 0.3 * np.sin(2.0 * np.pi * 160.0 * t + np.arange(5)))
+
+
+def late_ms(steps: list[StreamStep]) -> NDArray[np.float64]:
+    """How long the last frame of each piece takes from the host's call to the pins, at most.
+
+    It waits for all before it in the ring, and the request's way is counted there and back.
+    """
+    return np.array([1e3 * (step.seconds + step.filled / FRAME_HZ) for step in steps])

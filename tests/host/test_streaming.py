@@ -4,19 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from chladni.host.device.device import Device
 from chladni.host.device.streaming import BUFFER_S, SMALLEST_PIECE, StreamStep
 from chladni.host.device.udp import UdpWire
-from networked import KEY, UnpunctualPort, networked
-
-FRAME_HZ = 78_125 / 8
-
-
-def wave(seconds: float) -> NDArray[np.float64]:
-    t = np.arange(round(seconds * FRAME_HZ))[:, None] / FRAME_HZ
-    return np.asarray(0.4 + 0.3 * np.sin(2.0 * np.pi * 160.0 * t + np.arange(5)))
+from networked import FRAME_HZ, KEY, UnpunctualPort, late_ms, networked, wave
 
 
 def streamed(
@@ -26,11 +18,6 @@ def streamed(
     steps = list(device.stream_steps(wave(10.0), buffer_s=buffer_s))
     assert sum(step.taken for step in steps) == len(wave(10.0))
     return device, steps
-
-
-def late_ms(steps: list[StreamStep]) -> NDArray[np.float64]:
-    """From the host's call to the pin, at most: the answer's way counts as well."""
-    return np.array([1e3 * (step.seconds + step.filled / FRAME_HZ) for step in steps])
 
 
 @pytest.mark.parametrize("late_s", [2e-3, 5e-3])
