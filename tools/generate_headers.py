@@ -42,7 +42,7 @@ TABLE_NOTES = {
     "kFractionBits": "of a place between two cells",
     "kSmallestFile": "one section of no regions",
     "kLargestFile": "what a slot holds",
-    "kMinFrequencyMhz": "millihertz",
+    "kMinFrequencyMillihertz": "millihertz",
 }
 
 
@@ -67,8 +67,8 @@ def table_header() -> str:
         "kLastObjective": len(layout.OBJECTIVE_NAMES) - 1,
         "kMaxCellsPerSide": layout.MAX_CELLS_PER_SIDE,
         "kMaxSpanUm": layout.MAX_SPAN_UM,
-        "kMinFrequencyMhz": layout.MIN_FREQUENCY_MHZ,
-        "kMaxFrequencyMhz": layout.MAX_FREQUENCY_MHZ,
+        "kMinFrequencyMillihertz": layout.MIN_FREQUENCY_MILLIHERTZ,
+        "kMaxFrequencyMillihertz": layout.MAX_FREQUENCY_MILLIHERTZ,
         "kMinRampUs": layout.MIN_RAMP_US,
         "kMaxRampUs": layout.MAX_RAMP_US,
         "kMinTouchTimeoutUs": layout.MIN_TOUCH_TIMEOUT_US,

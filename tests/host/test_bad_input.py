@@ -262,7 +262,7 @@ def test_boards_that_no_table_can_hold_are_refused_before_solving(
     for old, new, named in (
         ("pitch_mm = 5.0", "pitch_mm = 0.5", "table.bytes"),
         ("max_gain = 10.0", "max_gain = 0.0014", "drive.max_gain"),
-        ("frequency_hz = 160.0", "frequency_hz = 1500.0", "table.frequency_mhz"),
+        ("frequency_hz = 160.0", "frequency_hz = 1500.0", "table.frequency_millihertz"),
     ):
         options = three if named == "table.bytes" else []
         answer = chladni("table", "build", board_file(tmp_path, old, new), "-o", out, *options)

@@ -223,7 +223,7 @@ FORGERIES = [
     ({"columns": 2}, "end of the sections"),
     ({"rows": 5}, "section 0"),
     ({"width_um": 0}, "width_um"),
-    ({"frequency_mhz": 0}, "frequency_mhz"),
+    ({"frequency_millihertz": 0}, "frequency_millihertz"),
     ({"full_scale_gain_milli": 0}, "full_scale_gain_milli"),
     ({"objective": 9}, "objective"),
     ({"labels": 0}, "labels"),

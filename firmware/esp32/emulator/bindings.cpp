@@ -109,14 +109,15 @@ uint32_t stream_push(Emulator& self,
 }
 
 bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains,
-               uint32_t frequency_mhz, uint32_t waveform) {
+               uint32_t frequency_millihertz, uint32_t waveform) {
   if (gains.size() != self.pwm().channels()) throw nb::value_error("gains: one pair per channel");
   if (waveform >= chladni::kWaveforms) throw nb::value_error("waveform: 0 to 3");
   chladni::Drive drive{};
   for (size_t k = 0; k < gains.size(); ++k) {
     drive[k] = {static_cast<int16_t>(gains[k].first), static_cast<int16_t>(gains[k].second)};
   }
-  return self.device().play_live(drive, frequency_mhz, static_cast<chladni::Waveform>(waveform));
+  return self.device().play_live(drive, frequency_millihertz,
+                                 static_cast<chladni::Waveform>(waveform));
 }
 
 void bind_functions(nb::module_& m) {
@@ -124,8 +125,8 @@ void bind_functions(nb::module_& m) {
   m.attr("STREAM_TARGET") = chladni::kStreamTarget;
   m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
         "Largest amplitude of an output in duty steps.");
-  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_mhz"), nb::arg("pwm_bits"),
-        "Phase advance per sample in 2^-32 turns.");
+  m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_millihertz"),
+        nb::arg("pwm_bits"), "Phase advance per sample in 2^-32 turns.");
   m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");
   m.def(
       "panel_place",
@@ -224,7 +225,8 @@ void bind_outputs(nb::class_<Emulator>& emulator) {
       .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
       .def("stream_push", &stream_push, nb::arg("frames"))
       .def("stream_end", [](Emulator& self) { self.device().stream_end(); })
-      .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_mhz"), nb::arg("waveform"))
+      .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_millihertz"),
+           nb::arg("waveform"))
       .def("update_begin", [](Emulator& self) { return self.device().update_begin(); })
       .def("update_end", [](Emulator& self) { self.device().update_end(); });
 }

@@ -10,7 +10,7 @@ class FirmwareTable:
     @property
     def status(self) -> str:
         """What the device says of it: "ok", or why it refuses."""
-    def select(self, frequency_mhz: int) -> str:
+    def select(self, frequency_millihertz: int) -> str:
         """Use another frequency's drives; "ok", or why not."""
     def lookup(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.int16]:
         """Drives of places, shape (places, channels, 2)."""

@@ -180,7 +180,7 @@ def _header_values(table: Table) -> dict[str, Any]:
 
 def _section_values(section: Section) -> dict[str, Any]:
     return {
-        "frequency_mhz": round(section.frequency_hz * 1000.0),
+        "frequency_millihertz": round(section.frequency_hz * 1000.0),
         "full_scale_gain_milli": round(section.full_scale_gain * 1000.0),
         "objective": OBJECTIVE_NAMES.index(section.objective),
         "labels": len(section.crossings),
@@ -292,7 +292,7 @@ def _read_section(
     if _is_loud(iq):
         raise refuse(f"{name} gains", "one beyond full scale", f"at most {FULL_SCALE}")
     section = Section(
-        frequency_hz=values["frequency_mhz"] / 1000.0,
+        frequency_hz=values["frequency_millihertz"] / 1000.0,
         objective=OBJECTIVE_NAMES[values["objective"]],
         full_scale_gain=values["full_scale_gain_milli"] / 1000.0,
         labels=records[:, 0].copy(),

@@ -27,7 +27,7 @@ MAX_LABELS = 255
 MAX_SPAN_UM = 500_000
 """So that (2 · place + span) and cells · span fit 32 bits on the device."""
 MAX_CELLS_PER_SIDE = 2048
-MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ = 1_000, 1_000_000
+MIN_FREQUENCY_MILLIHERTZ, MAX_FREQUENCY_MILLIHERTZ = 1_000, 1_000_000
 """1 to 1000 Hz: beyond, a wave has too few samples for the synthesis."""
 MIN_RAMP_US, MAX_RAMP_US = 500, 1_000_000
 MIN_TOUCH_TIMEOUT_US, MAX_TOUCH_TIMEOUT_US = 30_000, 5_000_000
@@ -91,7 +91,7 @@ HEADER_FIELDS = (
     Field("mirror_y", "u64", "The same for y → −y."),
 )
 SECTION_FIELDS = (
-    Field("frequency_mhz", "u32", "Drive frequency in millihertz."),
+    Field("frequency_millihertz", "u32", "Drive frequency in millihertz."),
     Field("full_scale_gain_milli", "u32", "Gain at full scale, in thousandths."),
     Field("objective", "u8", "0 unknown, 1 ssim, 2 contrast, 3 kept free, 4 balanced, 5 focus."),
     Field("labels", "u8", "Labels of the section, 1 to 255."),
@@ -133,7 +133,7 @@ HEADER_RANGES = (
     ("max_on_us", MIN_ON_US, MAX_ON_US),
 )
 SECTION_RANGES = (
-    ("frequency_mhz", MIN_FREQUENCY_MHZ, MAX_FREQUENCY_MHZ),
+    ("frequency_millihertz", MIN_FREQUENCY_MILLIHERTZ, MAX_FREQUENCY_MILLIHERTZ),
     ("full_scale_gain_milli", 1, 0xFFFFFFFF),
     ("objective", 0, len(OBJECTIVE_NAMES) - 1),
     ("labels", 1, MAX_LABELS),

@@ -75,8 +75,8 @@ class FirmwareTable {
   }
 
   std::string status() const { return chladni::to_text(status_); }
-  std::string select(uint32_t frequency_mhz) {
-    return chladni::to_text(table_.select(frequency_mhz));
+  std::string select(uint32_t frequency_millihertz) {
+    return chladni::to_text(table_.select(frequency_millihertz));
   }
 
   auto lookup(Places x_um, Places y_um) const {
@@ -180,7 +180,7 @@ NB_MODULE(_firmware, m) {
   nb::class_<FirmwareTable>(m, "FirmwareTable")
       .def(nb::init<nb::bytes, uint32_t>(), nb::arg("data"), nb::arg("channels"))
       .def_prop_ro("status", &FirmwareTable::status)
-      .def("select", &FirmwareTable::select, nb::arg("frequency_mhz"))
+      .def("select", &FirmwareTable::select, nb::arg("frequency_millihertz"))
       .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"));
   nb::class_<FirmwareStore>(m, "FirmwareStore")
       .def(nb::init<nb::bytes>(), nb::arg("image"))

@@ -67,7 +67,8 @@ SynthesisSettings Device::synthesis_settings() const {
   settings.channels = config_.channels;
   settings.pwm_bits = config_.pwm_bits;
   const bool has_table = table_.is_loaded();
-  settings.frequency_mhz = has_table ? table_.frequency_mhz() : kDefaultFrequencyMhz;
+  settings.frequency_millihertz =
+      has_table ? table_.frequency_millihertz() : kDefaultFrequencyMillihertz;
   settings.ramp_us = has_table ? table_.ramp_us() : kDefaultRampUs;
   settings.touch_timeout_us = has_table ? table_.touch_timeout_us() : kDefaultTimeoutUs;
   settings.max_on_us = has_table ? table_.max_on_us() : kDefaultMaxOnUs;
@@ -349,13 +350,13 @@ void Device::make_up_for_coils(Drive& drive) const {
 bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
 
 // The drives of another frequency, from the next touch on.
-TableStatus Device::select_frequency(uint32_t frequency_mhz) {
+TableStatus Device::select_frequency(uint32_t frequency_millihertz) {
   if (table_.is_loaded() && !table_.is_intact()) {
     table_is_damaged();
     return table_status_;
   }
-  const TableStatus status = table_.select(frequency_mhz);
-  if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_mhz);
+  const TableStatus status = table_.select(frequency_millihertz);
+  if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_millihertz);
   return status;
 }
 

@@ -23,7 +23,7 @@
 namespace chladni {
 
 // While no table says otherwise.
-constexpr uint32_t kDefaultFrequencyMhz = 160000;
+constexpr uint32_t kDefaultFrequencyMillihertz = 160000;
 constexpr uint32_t kDefaultRampUs = 4000;
 constexpr uint32_t kDefaultTimeoutUs = 100000;
 constexpr uint32_t kDefaultMaxOnUs = 10000000;
@@ -73,7 +73,7 @@ class Device {
   bool stream_begin(uint32_t target = kStreamTarget);
   bool stream_push(const uint16_t* duties_q16);
   // … or with a drive that it must repeat within the touch timeout.
-  bool play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform);
+  bool play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform);
   void stream_end();
 
   // Flash may be written once outputs are off; false until then, so ask again. Touches and streams
@@ -117,7 +117,7 @@ class Device {
 
   // Of touches from now on.
   bool set_waveform(Waveform waveform);
-  TableStatus select_frequency(uint32_t frequency_mhz);
+  TableStatus select_frequency(uint32_t frequency_millihertz);
 
   DeviceState state() const { return state_; }
   const Config& config() const { return config_; }

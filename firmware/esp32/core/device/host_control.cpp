@@ -51,13 +51,14 @@ bool Device::stream_push(const uint16_t* duties_q16) {
   return synthesis_.stream().push(duties_q16);
 }
 
-bool Device::play_live(const Drive& drive, uint32_t frequency_mhz, Waveform waveform) {
+bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform) {
   if (state_ != DeviceState::kStreaming) {
     if (!stream_begin()) return false;
     host_drive_ = HostDrive::kWaves;
   }
   if (host_drive_ != HostDrive::kWaves || post_ == Post::kRelease) return false;
-  if (!synthesis_.set_frequency(frequency_mhz) || !synthesis_.set_waveform(waveform)) return false;
+  if (!synthesis_.set_frequency(frequency_millihertz) || !synthesis_.set_waveform(waveform))
+    return false;
   watch_outputs();
   if (state_ != DeviceState::kStreaming) {
     forget_host();
@@ -85,7 +86,7 @@ void Device::forget_host() {
   const bool has_waves = host_drive_ == HostDrive::kWaves;
   host_drive_ = HostDrive::kNone;
   if (!has_waves) return;
-  synthesis_.set_frequency(synthesis_settings().frequency_mhz);
+  synthesis_.set_frequency(synthesis_settings().frequency_millihertz);
   synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
 }
 
@@ -149,14 +150,16 @@ bool Device::run_command(const char* line) {
     return true;
   }
   if (reader.word("frequency")) {
-    int32_t frequency_mhz = 0;
-    if (!reader.number(&frequency_mhz) || !reader.at_end() || frequency_mhz <= 0) return false;
+    int32_t frequency_millihertz = 0;
+    if (!reader.number(&frequency_millihertz) || !reader.at_end() || frequency_millihertz <= 0)
+      return false;
     if (!table_.is_loaded()) {
       hal_.print(hal_.context, to_text(table_status_));
     } else if (state_ != DeviceState::kIdle) {
       hal_.print(hal_.context, "lift the finger first");
     } else {
-      hal_.print(hal_.context, to_text(select_frequency(static_cast<uint32_t>(frequency_mhz))));
+      hal_.print(hal_.context,
+                 to_text(select_frequency(static_cast<uint32_t>(frequency_millihertz))));
     }
     return true;
   }

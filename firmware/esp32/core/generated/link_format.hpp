@@ -62,7 +62,7 @@ constexpr uint32_t kAnswerMissed = 6U;  // u16
 constexpr uint32_t kAnswerUptimeMs = 8U;  // u32
 constexpr uint32_t kAnswerFaults = 12U;  // u32
 constexpr uint32_t kAnswerSupplyMa = 16U;  // u32
-constexpr uint32_t kAnswerFrequencyMhz = 20U;  // u32
+constexpr uint32_t kAnswerFrequencyMillihertz = 20U;  // u32
 constexpr uint32_t kAnswerTableBytes = 24U;  // u32
 constexpr uint32_t kAnswerTableCrc = 28U;  // u32
 constexpr uint32_t kAnswerFingerprint = 32U;  // u64
@@ -133,7 +133,7 @@ constexpr uint32_t kAnswerBytes = 4U;
 
 namespace frequency {
 constexpr uint32_t kCode = 10U;
-constexpr uint32_t kRequestMhz = 0U;  // u32
+constexpr uint32_t kRequestMillihertz = 0U;  // u32
 constexpr uint32_t kRequestBytes = 4U;
 constexpr uint32_t kAnswerTableStatus = 0U;  // u8
 constexpr uint32_t kAnswerBytes = 1U;
@@ -188,7 +188,7 @@ constexpr uint32_t kAnswerBytes = 0U;
 
 namespace live {
 constexpr uint32_t kCode = 18U;
-constexpr uint32_t kRequestMhz = 0U;  // u32
+constexpr uint32_t kRequestMillihertz = 0U;  // u32
 constexpr uint32_t kRequestWaveform = 4U;  // u8
 constexpr uint32_t kRequestBytes = 5U;
 constexpr uint32_t kAnswerBytes = 0U;

@@ -25,8 +25,8 @@ constexpr uint32_t kMaxLabels = 255U;
 constexpr uint32_t kLastObjective = 5U;
 constexpr uint32_t kMaxCellsPerSide = 2048U;
 constexpr uint32_t kMaxSpanUm = 500000U;
-constexpr uint32_t kMinFrequencyMhz = 1000U;  // millihertz
-constexpr uint32_t kMaxFrequencyMhz = 1000000U;
+constexpr uint32_t kMinFrequencyMillihertz = 1000U;  // millihertz
+constexpr uint32_t kMaxFrequencyMillihertz = 1000000U;
 constexpr uint32_t kMinRampUs = 500U;
 constexpr uint32_t kMaxRampUs = 1000000U;
 constexpr uint32_t kMinTouchTimeoutUs = 30000U;
@@ -57,7 +57,7 @@ constexpr uint32_t kAtMirrorX = 64U;  // u64
 constexpr uint32_t kAtMirrorY = 72U;  // u64
 
 // Byte offsets of a section header's fields.
-constexpr uint32_t kSectionAtFrequencyMhz = 0U;  // u32
+constexpr uint32_t kSectionAtFrequencyMillihertz = 0U;  // u32
 constexpr uint32_t kSectionAtFullScaleGainMilli = 4U;  // u32
 constexpr uint32_t kSectionAtObjective = 8U;  // u8
 constexpr uint32_t kSectionAtLabels = 9U;  // u8

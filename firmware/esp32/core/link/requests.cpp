@@ -150,7 +150,7 @@ Status Requests::put_info() {
   put(device_.faults().count(), 4);
   put(device_.heat().supply_ma(), 4);
   const bool has_table = table.is_loaded();
-  put(has_table ? table.frequency_mhz() : 0U, 4);
+  put(has_table ? table.frequency_millihertz() : 0U, 4);
   put(has_table ? table.total_bytes() : 0U, 4);
   put(has_table ? table.crc() : 0U, 4);
   for (uint32_t k = 0; k < 8; ++k) put(has_table ? table.identity()[k] : 0U, 1);
@@ -237,11 +237,12 @@ Status Requests::take_live(const Request& request) {
     const uint8_t* const gain = at + f::live::kRequestBytes + 4U * k;
     drive[k] = {static_cast<int16_t>(word(gain, 2)), static_cast<int16_t>(word(gain + 2, 2))};
   }
-  const uint32_t mhz = word(at + f::live::kRequestMhz, 4);
-  if (mhz < table_format::kMinFrequencyMhz || mhz > table_format::kMaxFrequencyMhz) {
+  const uint32_t millihertz = word(at + f::live::kRequestMillihertz, 4);
+  if (millihertz < table_format::kMinFrequencyMillihertz ||
+      millihertz > table_format::kMaxFrequencyMillihertz) {
     return Status::kMalformed;
   }
-  if (device_.play_live(drive, mhz, static_cast<Waveform>(waveform))) return Status::kOk;
+  if (device_.play_live(drive, millihertz, static_cast<Waveform>(waveform))) return Status::kOk;
   return device_.state() == DeviceState::kStreaming ? Status::kBusy : Status::kNotNow;
 }
 

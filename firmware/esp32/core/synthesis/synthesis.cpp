@@ -45,10 +45,10 @@ const char* to_text(FadeCause cause) {
   return "unknown";
 }
 
-uint32_t phase_step_u32(uint32_t frequency_mhz, uint32_t pwm_bits) {
+uint32_t phase_step_u32(uint32_t frequency_millihertz, uint32_t pwm_bits) {
   // f / (80 MHz / 2^bits / 4) = f_mHz * 2^(bits - 11) / 9765625; as 2^32 times that, by long
   // division, because the product needs 64 bits.
-  uint32_t remainder = frequency_mhz;
+  uint32_t remainder = frequency_millihertz;
   uint32_t divisor = 9765625U;
   if (pwm_bits < 11) divisor <<= 11 - pwm_bits;
   if (pwm_bits > 11) remainder <<= pwm_bits - 11;
@@ -75,14 +75,14 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   if (settings.channels < 1 || settings.channels > kMaxChannels) return false;
   if (settings.pwm_bits < 10 || settings.pwm_bits > 12) return false;
   namespace f = table_format;
-  if (settings.frequency_mhz < f::kMinFrequencyMhz) return false;
-  if (settings.frequency_mhz > f::kMaxFrequencyMhz) return false;
+  if (settings.frequency_millihertz < f::kMinFrequencyMillihertz) return false;
+  if (settings.frequency_millihertz > f::kMaxFrequencyMillihertz) return false;
   if (settings.ramp_us > f::kMaxRampUs) return false;
   if (settings.touch_timeout_us > f::kMaxTouchTimeoutUs) return false;
   if (settings.max_on_us > f::kMaxOnUs) return false;
   if (settings.limits.max_duty_q15 > 32768U) return false;
   settings_ = settings;
-  phase_step_u32_ = phase_step_u32(settings.frequency_mhz, settings.pwm_bits);
+  phase_step_u32_ = phase_step_u32(settings.frequency_millihertz, settings.pwm_bits);
   next_phase_step_u32_ = phase_step_u32_;
   const uint32_t fraction_bits = 30U - settings.pwm_bits;
   const uint32_t ceiling = (settings.limits.max_duty_q15 << settings.pwm_bits) >> 15;
@@ -186,10 +186,12 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
   return post(command);
 }
 
-bool Synthesis::set_frequency(uint32_t frequency_mhz) {
+bool Synthesis::set_frequency(uint32_t frequency_millihertz) {
   namespace f = table_format;
-  if (frequency_mhz < f::kMinFrequencyMhz || frequency_mhz > f::kMaxFrequencyMhz) return false;
-  next_phase_step_u32_ = phase_step_u32(frequency_mhz, settings_.pwm_bits);
+  if (frequency_millihertz < f::kMinFrequencyMillihertz ||
+      frequency_millihertz > f::kMaxFrequencyMillihertz)
+    return false;
+  next_phase_step_u32_ = phase_step_u32(frequency_millihertz, settings_.pwm_bits);
   return true;
 }
 

@@ -36,12 +36,12 @@ struct Gain {
 using Drive = std::array<Gain, kMaxChannels>;
 
 struct SynthesisSettings {
-  uint32_t channels;          // 1 to kMaxChannels
-  uint32_t pwm_bits;          // 10 to 12; the carrier is 80 MHz / 2^bits
-  uint32_t frequency_mhz;     // of the wave, millihertz
-  uint32_t ramp_us;           // a stream fades in and anything fades out in this time
-  uint32_t touch_timeout_us;  // outputs fade out when "still touched" is not said for this long
-  uint32_t max_on_us;         // and after this in any case
+  uint32_t channels;              // 1 to kMaxChannels
+  uint32_t pwm_bits;              // 10 to 12; the carrier is 80 MHz / 2^bits
+  uint32_t frequency_millihertz;  // of the wave, millihertz
+  uint32_t ramp_us;               // a stream fades in and anything fades out in this time
+  uint32_t touch_timeout_us;      // outputs fade out when "still touched" is not said for this long
+  uint32_t max_on_us;             // and after this in any case
   OutputLimits limits;
 };
 
@@ -56,8 +56,8 @@ struct PlayOptions {
 constexpr uint32_t half_span_steps(uint32_t pwm_bits) { return (1U << (pwm_bits - 1)) - 3U; }
 constexpr uint32_t kBiasMarginSteps = 2;
 
-// Sample rate 80 MHz / 2^bits / 4; `frequency_mhz` must be below half of it.
-uint32_t phase_step_u32(uint32_t frequency_mhz, uint32_t pwm_bits);
+// Sample rate 80 MHz / 2^bits / 4; `frequency_millihertz` must be below half of it.
+uint32_t phase_step_u32(uint32_t frequency_millihertz, uint32_t pwm_bits);
 uint32_t samples_in(uint32_t microseconds, uint32_t pwm_bits);
 
 enum class Output : uint8_t {
@@ -96,7 +96,7 @@ class Synthesis {
   // False while the last command waits to be taken.
   bool play(const Drive& drive, const PlayOptions& options);
   // Waves of the touches that start from now on; false if out of range.
-  bool set_frequency(uint32_t frequency_mhz);
+  bool set_frequency(uint32_t frequency_millihertz);
   bool set_waveform(Waveform waveform);
   // Play the stream instead; false as for `play`.
   bool play_stream();

@@ -64,11 +64,11 @@ TableStatus Table::load(const Hal& hal, uint32_t channels, uint32_t base) {
   return status;
 }
 
-TableStatus Table::select(uint32_t frequency_mhz) {
+TableStatus Table::select(uint32_t frequency_millihertz) {
   if (!is_loaded_) return TableStatus::kNone;
   uint32_t at = f::kHeaderBytes;
   for (uint32_t section = 0; section < sections_; ++section, at += section_bytes(at)) {
-    if (view(at).frequency_mhz != frequency_mhz) continue;
+    if (view(at).frequency_millihertz != frequency_millihertz) continue;
     use(at);
     return TableStatus::kOk;
   }
@@ -77,7 +77,7 @@ TableStatus Table::select(uint32_t frequency_mhz) {
 
 void Table::use(uint32_t at) {
   const SectionView section = view(at);
-  frequency_mhz_ = section.frequency_mhz;
+  frequency_millihertz_ = section.frequency_millihertz;
   crossings_ = section.crossings;
   records_ = section.records;
 }
@@ -85,7 +85,7 @@ void Table::use(uint32_t at) {
 Table::SectionView Table::view(uint32_t at) const {
   const uint8_t* const header = bytes_ + at;
   const uint8_t* const crossings = header + f::kSectionBytes;
-  return {read_u32(header + f::kSectionAtFrequencyMhz), crossings,
+  return {read_u32(header + f::kSectionAtFrequencyMillihertz), crossings,
           crossings + header[f::kSectionAtLabels]};
 }
 
@@ -214,7 +214,8 @@ TableStatus Table::check_section(uint32_t& at) const {
   const uint8_t* const header = bytes_ + at;
   const SectionView section = view(at);
   const uint32_t labels = header[f::kSectionAtLabels];
-  if (!in_range(section.frequency_mhz, f::kMinFrequencyMhz, f::kMaxFrequencyMhz) ||
+  if (!in_range(section.frequency_millihertz, f::kMinFrequencyMillihertz,
+                f::kMaxFrequencyMillihertz) ||
       read_u32(header + f::kSectionAtFullScaleGainMilli) == 0 ||
       header[f::kSectionAtObjective] > f::kLastObjective || !in_range(labels, 1, f::kMaxLabels) ||
       read_u16(header + f::kSectionAtReserved) != 0) {

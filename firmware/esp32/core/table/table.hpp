@@ -23,11 +23,11 @@ class Table {
   // Whether the bytes in use are still what was loaded.
   bool is_intact() const;
   // Use the drives of another frequency instead; kNoSection, and all as before, if there are none.
-  TableStatus select(uint32_t frequency_mhz);
+  TableStatus select(uint32_t frequency_millihertz);
 
   bool is_loaded() const { return is_loaded_; }
   // Of the drives in use.
-  uint32_t frequency_mhz() const { return frequency_mhz_; }
+  uint32_t frequency_millihertz() const { return frequency_millihertz_; }
   uint32_t ramp_us() const { return ramp_us_; }
   uint32_t touch_timeout_us() const { return touch_timeout_us_; }
   uint32_t max_on_us() const { return max_on_us_; }
@@ -68,7 +68,7 @@ class Table {
   };
 
   struct SectionView {
-    uint32_t frequency_mhz;
+    uint32_t frequency_millihertz;
     const uint8_t* crossings;
     const uint8_t* records;
   };
@@ -100,7 +100,7 @@ class Table {
   Axis x_;
   Axis y_;
   // Of the drives in use.
-  uint32_t frequency_mhz_ = 0;
+  uint32_t frequency_millihertz_ = 0;
   const uint8_t* crossings_ = nullptr;
   const uint8_t* records_ = nullptr;
   SourcesByFlips sources_{};

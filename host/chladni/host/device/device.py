@@ -96,6 +96,8 @@ class Device:
             "fingerprint": f"{found['fingerprint']:#018x}",
             "table_crc": f"{found['table_crc']:#010x}",
             "coil_rise_k": [rise / 10.0 for rise in rises],
+            # The old name, which reads as megahertz: until 0.3.0.
+            "frequency_mhz": found["frequency_millihertz"],
             "standing": [
                 code.text for k, code in enumerate(FAULT_CAUSE.members)
                 if found["standing"] >> k & 1
@@ -121,7 +123,7 @@ class Device:
 
     def select_frequency(self, frequency_hz: float) -> None:
         """Play the table's drives of another frequency from the next touch on."""
-        self.link.request("frequency", mhz=round(frequency_hz * 1e3))
+        self.link.request("frequency", millihertz=round(frequency_hz * 1e3))
 
     def set_waveform(self, waveform: str) -> None:
         """Of touches from now on: sine, triangle, square or ramp."""
@@ -174,7 +176,7 @@ class Device:
             for gain in map(complex, gains)
         )
         self.link.request(
-            "live", tail, mhz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
+            "live", tail, millihertz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
         )
 
     def stream(self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S) -> int:

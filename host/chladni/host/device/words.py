@@ -10,7 +10,7 @@ def in_units(info: dict[str, Any]) -> dict[str, Any]:
     table = "none"
     if info["table_bytes"]:
         table = (f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
-                 f"{info['frequency_mhz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
+                 f"{info['frequency_millihertz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
     elif info["table_status"] != "no table":
         table = info["table_status"]
     return {

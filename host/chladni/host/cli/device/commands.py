@@ -128,7 +128,7 @@ def frequency(
         raise InputError("HZ", hertz, "1 to 1000 Hz")
     with connection.device() as device:
         device.select_frequency(hertz)
-        found = device.info()["frequency_mhz"] / 1e3
+        found = device.info()["frequency_millihertz"] / 1e3
     answer({"frequency_hz": found}, as_json=as_json, title="Touches play")
 
 
