@@ -43,7 +43,7 @@ test: venv  ## lint, type-check and run every test
 	@$(PART) "3 of 3: tests, on $(JOBS) cores" true
 	$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences, messages
+lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -56,7 +56,6 @@ lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if
 	$(BIN)/python tools/generate_headers.py --check
 	$(BIN)/python tools/draw_house.py --check
 	$(BIN)/python tools/list_licences.py --check
-	$(BIN)/python tools/docs/list_messages.py --check
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
@@ -88,10 +87,9 @@ bench: venv  ## measure speed against error, one core; rewrites docs/performance
 site: venv  ## build the pages as a site, with a search and a reference of the Python names, into out/site
 	$(BIN)/python tools/docs/build_site.py
 
-headers: venv  ## write the C++ headers that Python declares, the drawing of the house, the page of messages
+headers: venv  ## write the C++ headers that Python declares, the drawing of the house
 	$(BIN)/python tools/generate_headers.py
 	$(BIN)/python tools/draw_house.py
-	$(BIN)/python tools/docs/list_messages.py
 
 native: venv  ## build the firmware core with PlatformIO, without its registry
 	$(BIN)/python tools/platformio_offline.py .pio-core -- run -e native

@@ -28,4 +28,4 @@ def test_it_stops_at_the_first_thing_that_is_not_so(
     monkeypatch.setattr("sys.stdin", io.StringIO("y\nn\n"))
     stopped = chladni("device", "self-test", "--first-boot", "--emulator")
     assert stopped.code == 1
-    assert "step 2, Gates at rest: fit a pull-down" in stopped.err
+    assert "step 2, Gates at rest; fit a pull-down" in stopped.err

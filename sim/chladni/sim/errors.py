@@ -6,7 +6,19 @@ from collections.abc import Mapping
 
 
 class ChladniError(Exception):
-    """Base of every error a user can meet; the CLI exits with 1."""
+    """Base of every error a user can meet; the CLI exits with 1.
+
+    Parameters
+    ----------
+    text
+        What went wrong.
+    hint
+        What to do about it; the message ends with it.
+    """
+
+    def __init__(self, text: str = "", *, hint: str = ""):
+        self.hint = hint
+        super().__init__(_with_hint(text, hint))
 
 
 class StoppedError(ChladniError):
@@ -23,22 +35,27 @@ class InputError(ChladniError):
     value
         What was given.
     expected
-        What would have been right; after a semicolon, a hint.
+        What would have been right.
     file
         Where it stands, if it stands in a file.
+    hint
+        Why, or what to do about it.
     """
 
-    def __init__(self, field: str, value: object, expected: str, *, file: str | None = None):
+    def __init__(
+        self, field: str, value: object, expected: str, *, file: str | None = None, hint: str = ""
+    ):
         self.field = field
         self.value = value
         self.expected = expected
         self.file = file
-        super().__init__(self._text())
+        super().__init__(hint=hint)
+        self._tell()
 
     def in_file(self, file: str) -> InputError:
         """The error, which from now on names the file it came from."""
         self.file = file
-        self.args = (self._text(),)
+        self._tell()
         return self
 
     def on_command_line(self, options: Mapping[str, str]) -> None:
@@ -50,9 +67,12 @@ class InputError(ChladniError):
             By argument.
         """
 
+    def _tell(self) -> None:
+        """Make the message, again where a part of it has changed."""
+        self.args = (_with_hint(self._text(), self.hint),)
+
     def _text(self) -> str:
-        what, semicolon, hint = self.expected.partition("; ")
-        return f"{self._place()}: expected {what}, got {_shown(self.value)}{semicolon}{hint}"
+        return f"{self._place()}: expected {self.expected}, got {_shown(self.value)}"
 
     def _place(self) -> str:
         field = _plain(self.field)
@@ -61,6 +81,10 @@ class InputError(ChladniError):
 
 MOST_SHOWN = 200
 """Characters of a value, or of a key, that a message shows: both may come from a file."""
+
+
+def _with_hint(text: str, hint: str) -> str:
+    return f"{text}; {hint}" if hint else text
 
 
 def _shown(value: object) -> str:
@@ -85,14 +109,14 @@ class MissingError(InputError):
 
     Parameters
     ----------
-    field, file
+    field, file, hint
         As of `InputError`.
     what
         What it is for; may be empty.
     """
 
-    def __init__(self, field: str, what: str = "", *, file: str | None = None):
-        super().__init__(field, None, what, file=file)
+    def __init__(self, field: str, what: str = "", *, file: str | None = None, hint: str = ""):
+        super().__init__(field, None, what, file=file, hint=hint)
 
     def _text(self) -> str:
         return f"{self._place()} is required" + (f": {self.expected}" if self.expected else "")
@@ -111,7 +135,7 @@ class ArgumentError(InputError):
         """Name the options instead, each once; an argument that is no option stays."""
         names = [options.get(name.partition("[")[0], name) for name in self.field.split(", ")]
         self.field = ", ".join(dict.fromkeys(names))
-        self.args = (self._text(),)
+        self._tell()
 
 
 class MissingArgumentError(MissingError, ArgumentError):
@@ -126,11 +150,13 @@ class ConflictError(InputError):
     field
         One of them.
     other
-        The other one; after a semicolon, a hint.
+        The other one.
+    file, hint
+        As of `InputError`.
     """
 
-    def __init__(self, field: str, other: str, *, file: str | None = None):
-        super().__init__(field, None, other, file=file)
+    def __init__(self, field: str, other: str, *, file: str | None = None, hint: str = ""):
+        super().__init__(field, None, other, file=file, hint=hint)
 
     def _text(self) -> str:
         return f"{self._place()} does not go with {self.expected}"
@@ -157,7 +183,7 @@ class TooLargeError(InputError):
     def on_command_line(self, options: Mapping[str, str]) -> None:
         """Name the option that allows it."""
         self.permission = options.get("large", self.permission)
-        self.args = (self._text(),)
+        self._tell()
 
     def _text(self) -> str:
         return (
@@ -190,9 +216,9 @@ class ToleranceError(ChladniError):
         limit = WORST_ESTIMATE if estimate > WORST_ESTIMATE else tolerance
         where = f" ({closest})" if closest else ""
         super().__init__(
-            f"the field's estimated error is {estimate:.2g}, above {limit:g}: move features that "
-            f"nearly touch apart or merge them{where}, give a plate driven at a mode a loss_factor "
-            "or another frequency, or ask for another tolerance"
+            f"the field's estimated error is {estimate:.2g}, above {limit:g}",
+            hint=f"move features that nearly touch apart or merge them{where}, give a plate driven "
+            "at a mode a loss_factor or another frequency, or ask for another tolerance",
         )
 
 
@@ -228,5 +254,6 @@ class ResonanceError(ChladniError):
         self.mode_hz = mode_hz
         super().__init__(
             f"drive.frequency_hz: {frequency_hz:g} Hz lies on mode {mode} ({mode_hz:.3f} Hz) of a "
-            "plate without loss; expected another frequency or a plate.loss_factor above 0"
+            "plate without loss",
+            hint="give another frequency or a plate.loss_factor above 0",
         )

@@ -78,8 +78,10 @@ def read_with_mode(
         raise ArgumentError(field, error.strerror, "a readable file", file=str(path)) from None
     size = max(size, len(data))
     if size > most_bytes:
-        hint = "; is this the file that was meant?"
-        raise ArgumentError(field, f"{size:,} bytes or more", expected + hint, file=str(path))
+        raise ArgumentError(
+            field, f"{size:,} bytes or more", expected, file=str(path),
+            hint="is this the file that was meant?",
+        )  # fmt: skip
     return data, stat.S_IMODE(found.st_mode)
 
 

@@ -180,7 +180,8 @@ class _Run:
         return ArgumentError(
             "spec",
             f"{self.looked_at} boards, all of them beyond a limit",
-            f"limits that a board can meet; the nearest is beyond {nearest.broken}",
+            "limits that a board can meet",
+            hint=f"the nearest is beyond {nearest.broken}",
         )
 
     def _starts(self) -> list[list[Point]]:

@@ -181,8 +181,8 @@ def spec_of(document: Document) -> Spec:
     if not variables and not counts:
         raise ArgumentError(
             "spec", "nothing free",
-            "a range { from = …, to = … }, a list { any = […] } or \"free\" somewhere; "
-            "chladni board score looks at a board that is all given",
+            "a range { from = …, to = … }, a list { any = […] } or \"free\" somewhere",
+            hint="chladni board score looks at a board that is all given",
         )  # fmt: skip
     spec = Spec(
         board, variables, counts, numbers,
@@ -226,8 +226,8 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
     """How many coils a board may have; empty where its actuators are given."""
     if board.get("actuators") != "free":
         if coils is not None:
-            expected = 'nothing where actuators are given; write actuators = "free"'
-            raise InputError("design.coils", coils, expected)
+            expected = "nothing where actuators are given"
+            raise InputError("design.coils", coils, expected, hint='write actuators = "free"')
         return ()
     if coils is None:
         raise MissingError("design.coils", "how many coils: a number, a range or a list")
@@ -278,8 +278,8 @@ def _check_room(spec: Spec) -> None:
     if min(spec.coils) > most:
         raise InputError(
             "design.coils", min(spec.coils),
-            f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate; "
-            "lower coil_spacing_mm or the number",
+            f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate",
+            hint="lower coil_spacing_mm or the number",
         )  # fmt: skip
 
 

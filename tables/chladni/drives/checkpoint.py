@@ -197,8 +197,8 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         return is_own and are_finite(result) and self._is_result(result)
 
     def _refused(self, found: str, expected: str) -> InputError:
-        hint = "; it is left as it is: move it away, or write to another name"
-        return InputError(FIELD, found, expected + hint, file=str(self._path))
+        hint = "it is left as it is: move it away, or write to another name"
+        return InputError(FIELD, found, expected, file=str(self._path), hint=hint)
 
 
 def are_finite(value: Any) -> bool:

@@ -105,8 +105,10 @@ def _client_of(address: str) -> Any:
         # An extra, and a second to import.
         dask, distributed = import_module("dask"), import_module("distributed")
     except ImportError:
-        expected = "the extra chladni[cluster], which is not installed; pip install it"
-        raise ArgumentError("scheduler", address, expected) from None
+        raise ArgumentError(
+            "scheduler", address, "the extra chladni[cluster], which is not installed",
+            hint="pip install it",
+        ) from None  # fmt: skip
     dask.config.set({"distributed.scheduler.allowed-failures": LOST_WORKERS})
     try:
         return distributed.Client(address, timeout=SCHEDULER_S, set_as_default=True)

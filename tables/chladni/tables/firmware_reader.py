@@ -25,7 +25,8 @@ class FirmwareReader:
     def __init__(self, data: bytes, channels: int) -> None:
         self._table = FirmwareTable(data, channels)
         if self._table.status != "ok":
-            raise ChladniError(f"the firmware refuses the table: {self._table.status}")
+            hint = "build it again with this version"
+            raise ChladniError(f"the firmware refuses the table: {self._table.status}", hint=hint)
 
     def drives(self, frequency_hz: float, x_um: IntArray, y_um: IntArray) -> ComplexArray:
         """Drives of places at a frequency the table has, interpolated, shape (places, actuators).
@@ -41,6 +42,8 @@ class FirmwareReader:
         """The same as the device has them, shape (places, actuators, 2)."""
         found = self._table.select(round(frequency_hz * 1000.0))
         if found != "ok":
-            raise ChladniError(f"the firmware plays nothing at {frequency_hz:g} Hz: {found}")
+            hint = "`chladni table show` lists the frequencies"
+            text = f"the firmware plays nothing at {frequency_hz:g} Hz: {found}"
+            raise ChladniError(text, hint=hint)
         x, y = (np.ascontiguousarray(axis, dtype=np.int32) for axis in (x_um, y_um))
         return self._table.lookup(x, y)

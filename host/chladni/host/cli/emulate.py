@@ -87,7 +87,8 @@ def emulate(
     if serial:
         for option, given in (("--touch", touch), ("--lift", lift), ("-o", output)):
             if given:
-                raise ConflictError(option, "--serial; that serves a device until it is stopped")
+                hint = "that serves a device until it is stopped"
+                raise ConflictError(option, "--serial", hint=hint)
         network = NetworkSettings("emulated", "", read_key(key), udp_port) if key else None
         _serve(_device(table, board, level, flash, network), ms, port_link, as_json=as_json)
         return
@@ -141,7 +142,7 @@ def _device(
         owner = board_of(loaded, board, file=str(table))
         return VirtualPort(Emulator(owner, loaded, level=level, network=network))
     if table is not None:
-        raise ConflictError("TABLE", "--flash; flash the table to that device")
+        raise ConflictError("TABLE", "--flash", hint="flash the table to that device")
     named = load_board(board) if board is not None else None
     hardware = fitting_hardware(named, is_rested=False)
     held = FlashFile(flash)

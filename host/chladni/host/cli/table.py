@@ -204,7 +204,10 @@ def verify(
     for number, section in enumerate(loaded.sections):
         played = firmware.integers(section.frequency_hz, x_um, y_um)
         if not np.array_equal(played, loaded.lookup(section, x_um, y_um)):
-            raise ChladniError(f"{table}: section {number}: the firmware plays other drives")
+            raise ChladniError(
+                f"{table}: section {number}: the firmware plays other drives",
+                hint="build the table again with this version",
+            )
         checked += x_um.size
     result = {
         "board": owner.name,

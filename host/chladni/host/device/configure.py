@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
+from chladni.host.device.link import TRY_AGAIN, LinkError
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import changes
 
@@ -25,7 +25,7 @@ def restart_with(device: Device, config: DeviceConfig) -> None:
     device.restart()
     device.link.wait(START_S)
     if device.config() != config:
-        raise LinkError("the device started with another configuration")
+        raise LinkError("the device started with another configuration", hint=TRY_AGAIN)
 
 
 def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.link import GREETING_TRIES, Link, LinkError
+from chladni.host.device.link import GREETING_TRIES, TRY_AGAIN, Link, LinkError
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
 from chladni.host.device.upload import Progress, TableUpload
 from chladni.host.device.wire import Wire
@@ -47,6 +47,11 @@ class Flashed:
     repeated: int
     verified: bool
 
+    def check_verified(self) -> None:
+        """Raise `LinkError` unless the device reports that it plays what was written."""
+        if not self.verified:
+            raise LinkError("the device does not report this table as its own", hint=TRY_AGAIN)
+
 
 class Device:
     """Asks a device and tells it what to do; a context manager that lets go of the wire.
@@ -69,7 +74,7 @@ class Device:
             if error.status is not None:
                 raise
             raise LinkError(
-                "no device answers there; is it a Chladni device, at this baud rate?"
+                "no device answers there", hint="is it a Chladni device, at this baud rate?"
             ) from None
 
     def __enter__(self) -> Self:
@@ -167,7 +172,7 @@ class Device:
                     return
             else:
                 return
-        raise LinkError("restart: the device runs on")
+        raise LinkError("restart: the device runs on", hint=TRY_AGAIN)
 
     def live(self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine") -> None:
         """Play a drive, 1 for full amplitude, until it is no longer repeated."""
@@ -227,11 +232,11 @@ class Device:
         """
         config, info = self.config(), self.info()
         if table.actuators != config["channels"]:
-            expected = (
-                f"{config['channels']}, the channels of the device; configure it for the board "
-                "by `device config set --from BOARD`, or name an emulated one's by --board"
-            )
-            raise InputError("actuators", table.actuators, expected)
+            raise InputError(
+                "actuators", table.actuators, f"{config['channels']}, the channels of the device",
+                hint="configure it for the board by `device config set --from BOARD`, or name an "
+                "emulated one's by --board",
+            )  # fmt: skip
         known = config.board
         if known is None and info["board"]:
             known = int(info["fingerprint"], 16), info["board"]
@@ -240,8 +245,8 @@ class Device:
         version = "" if known[1] != table.board_name else ", in another version of its file"
         raise InputError(
             "board", f"{table.board_name} ({table.board_fingerprint:#018x})",
-            f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}; set the "
-            "device's board by `device config set --from`, or give --force",
+            f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}",
+            hint="set the device's board by `device config set --from`, or give --force",
         )  # fmt: skip
 
     def flash(

@@ -33,11 +33,30 @@ BUSY_FOR_S = 3.0
 LOG_BYTES = 64 * 1024
 
 
+CHECK_WIRE = "check the cable, and that nothing else talks to the device"
+TRY_AGAIN = "try again, or restart the device"
+REMEDIES = {
+    Status.BUSY: TRY_AGAIN,
+    Status.UNKNOWN: "give the device newer firmware",
+    Status.MALFORMED: "give device and host the same version",
+    Status.INCOMPATIBLE: "give device and host the same version",
+    Status.WRONG_OFFSET: TRY_AGAIN,
+    Status.TOO_LARGE: "build a table with a larger pitch or fewer bits",
+    Status.FLASH_FAILED: TRY_AGAIN,
+    Status.REFUSED: "`chladni device info` shows its state",
+    Status.NOT_BEGUN: TRY_AGAIN,
+    Status.NO_OTHER: "flash a table",
+    Status.NOT_NOW: "`chladni device info` shows its state",
+    Status.TOO_OFTEN: "wait a minute",
+}
+"""What to do where the device did not do what it was asked for."""
+
+
 class LinkError(ChladniError):
     """The device did not answer, or refused."""
 
-    def __init__(self, message: str, status: Status | None = None) -> None:
-        super().__init__(message)
+    def __init__(self, text: str, status: Status | None = None, *, hint: str = "") -> None:
+        super().__init__(text, hint=hint)
         self.status = status
 
 
@@ -129,7 +148,7 @@ class Link:
             if answer.status != Status.BUSY:
                 break
             if self.wire.now_s() > end:
-                raise LinkError(f"{name}: the device stays busy", Status.BUSY)
+                raise LinkError(f"{name}: the device stays busy", Status.BUSY, hint=TRY_AGAIN)
             self.wait(BUSY_WAIT_S)
         if answer.status != Status.OK:
             raise refusal(name, answer)
@@ -150,7 +169,7 @@ class Link:
                     if (code, number) == (message.code, sequence):
                         return answer
             wait *= 2.0
-        raise LinkError(f"{message.name}: no answer")
+        raise LinkError(f"{message.name}: no answer", hint=CHECK_WIRE)
 
     def send(self, message: Message, tail: bytes, fields: dict[str, Any]) -> int:
         """Put a request onto the wire; returns its sequence number."""
@@ -187,7 +206,7 @@ def refusal(name: str, answer: Answer) -> LinkError:
     ]
     refused = answer.status == Status.REFUSED and reasons
     why = f"the device refuses it: {reasons[0]}" if refused else STATUS_TEXT[answer.status]
-    return LinkError(f"{name}: {why}", answer.status)
+    return LinkError(f"{name}: {why}", answer.status, hint=REMEDIES[answer.status])
 
 
 def _frame(message: Message, sequence: int, tail: bytes, fields: dict[str, Any]) -> bytes:

@@ -110,7 +110,8 @@ def _piece_of(link: Link, frames: int, channels: int, rate_hz: float) -> int:
         needed = 1.25 * 10 * channels * rate_hz / SHARE
         raise LinkError(
             f"{channels} channels need a wire of {needed:,.0f} baud, and this has "
-            f"{link.wire.baud:,.0f}: set link_baud, or use the network"
+            f"{link.wire.baud:,.0f}",
+            hint="set link_baud, or use the network",
         )
     return least
 

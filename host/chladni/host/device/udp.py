@@ -32,6 +32,8 @@ from chladni.host.protocol.network import (
 )
 from chladni.sim.errors import ArgumentError
 
+CHECK_NETWORK = "check the address, and that this machine is on the device's network"
+
 HELLO_TRIES = 4
 HELLO_WAIT_S = 0.25
 """For a welcome; doubled with every try."""
@@ -138,7 +140,7 @@ class UdpPort:
             self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self.socket.connect((host, int(port or DEFAULT_PORT)))
         except OSError as error:
-            raise WireError(f"{address}: {error.strerror or error}") from None
+            raise WireError(f"{address}: {error.strerror or error}", hint=CHECK_NETWORK) from None
 
     def send(self, data: bytes) -> None:
         """One to the device."""
@@ -147,7 +149,7 @@ class UdpPort:
         except ConnectionRefusedError:
             pass  # no one listens there yet: as if it had been lost
         except OSError as error:
-            raise WireError(f"{self.name}: {error.strerror or error}") from None
+            raise WireError(f"{self.name}: {error.strerror or error}", hint=CHECK_NETWORK) from None
 
     def receive(self, timeout_s: float) -> bytes | None:
         """One from it."""
@@ -160,7 +162,7 @@ class UdpPort:
             time.sleep(min(max(timeout_s, 0.0), 0.01))
             return None
         except OSError as error:
-            raise WireError(f"{self.name}: {error.strerror or error}") from None
+            raise WireError(f"{self.name}: {error.strerror or error}", hint=CHECK_NETWORK) from None
 
     def now_s(self) -> float:
         """Seconds of this machine."""
@@ -266,8 +268,8 @@ class UdpWire:
                     return
             wait *= 2.0
         raise WireError(
-            f"{self.port.name}: no device answers there; is it on this network, and the key its "
-            "own?"
+            f"{self.port.name}: no device answers there",
+            hint="is it on this network, and the key its own?",
         )
 
     def _greet(self) -> int:

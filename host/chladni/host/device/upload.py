@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from chladni.host.device.link import FIRST_WAIT_S, Answer, Link, LinkError, refusal
+from chladni.host.device.link import CHECK_WIRE, FIRST_WAIT_S, Answer, Link, LinkError, refusal
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, WINDOW, Status
 from chladni.host.protocol.table_store import SECTOR_BYTES
 from chladni.tables.layout import HEADER_BYTES
@@ -62,7 +62,7 @@ class TableUpload:
             if self._due < len(self._data) and self._link.wire.now_s() >= self._deadline:
                 quiet += 1
                 if quiet > MAX_SILENCES:
-                    raise LinkError(f"{_DATA.name}: no answer")
+                    raise LinkError(f"{_DATA.name}: no answer", hint=CHECK_WIRE)
                 self._send_again()
 
     def _begin_with_data(self) -> bool:
@@ -108,7 +108,7 @@ class TableUpload:
     def _take(self, sequence: int, answer: Answer) -> None:
         """What the device says of a piece."""
         if answer.status not in (Status.OK, Status.WRONG_OFFSET):
-            raise LinkError(f"{_DATA.name}: {answer.status.name.lower()}", answer.status)
+            raise refusal(_DATA.name, answer)
         # More than was sent, if this table broke off before: the device goes on where that ended.
         self._due = max(self._due, answer.fields["next"])
         self._sent = max(self._sent, self._due)

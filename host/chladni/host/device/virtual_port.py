@@ -53,7 +53,9 @@ class LoopbackNetwork:
         except OSError as error:
             self.socket.close()
             self.socket = None
-            raise WireError(f"UDP {LOOPBACK}:{port}: {error.strerror}; choose another") from None
+            raise WireError(
+                f"UDP {LOOPBACK}:{port}: {error.strerror}", hint="choose another"
+            ) from None
 
     def take(self) -> None:
         """What has come, to the device."""

@@ -94,7 +94,7 @@ class SerialWire:
             self.serial.dtr = self.serial.rts = False
             self.serial.open()
         except (serial.SerialException, OSError) as error:
-            raise WireError(f"{port}: {_reason(error)}") from None
+            raise _wire_error(port, error) from None
         except ValueError as error:
             raise ArgumentError("baud", baud, "a rate that the port can do") from error
 
@@ -110,7 +110,7 @@ class SerialWire:
         try:
             self.serial.write(data)
         except (serial.SerialException, OSError) as error:
-            raise WireError(f"{self.serial.port}: {_reason(error)}") from None
+            raise _wire_error(self.serial.port, error) from None
 
     def read(self, timeout_s: float) -> bytes:
         """What has come."""
@@ -119,7 +119,7 @@ class SerialWire:
             first = self.serial.read(1)
             return bytes(first + self.serial.read(self.serial.in_waiting)) if first else b""
         except (serial.SerialException, OSError, TypeError) as error:
-            raise WireError(f"{self.serial.port}: {_reason(error)}") from None
+            raise _wire_error(self.serial.port, error) from None
 
     def now_s(self) -> float:
         """Seconds of this machine."""
@@ -130,16 +130,16 @@ class SerialWire:
         self.serial.close()
 
 
-def _reason(error: Exception) -> str:
-    """What a user can do something about."""
+def _wire_error(port: str | None, error: Exception) -> WireError:
+    """With what a user can do about it."""
     text = str(error)
     number = getattr(error, "errno", None)
-    for code, word, why in (
-        (2, "No such file", "no such port"),
-        (13, "Permission denied", "no permission; on Linux join the group that owns the port"),
-        (16, "busy", "busy: another program has it"),
-        (11, "exclusively lock", "busy: another program has it"),
+    for code, word, why, hint in (
+        (2, "No such file", "no such port", "chladni device list shows the ports there are"),
+        (13, "Permission denied", "no permission", "on Linux join the group that owns the port"),
+        (16, "busy", "another program has it", "close that program"),
+        (11, "exclusively lock", "another program has it", "close that program"),
     ):
         if number == code or word in text:
-            return why
-    return text or "the device is gone"
+            return WireError(f"{port}: {why}", hint=hint)
+    return WireError(f"{port}: {text or 'the device is gone'}", hint="plug it in again")

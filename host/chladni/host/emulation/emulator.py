@@ -33,6 +33,10 @@ PIXELS_PER_MM = 16
 """Of a panel made up for a board that has none: a finger is 0.03 mm off at most."""
 
 
+VERIFY = "`chladni table verify` checks the table"
+SHOW = "`chladni table show` lists its frequencies"
+
+
 class EmulatorError(ChladniError):
     """The firmware refused the table, or did what the hardware would not forgive."""
 
@@ -216,11 +220,11 @@ class Emulator:
         self.core.boot()
         status = self.core.table_status
         if status != "ok" and must_play:
-            raise EmulatorError(f"the device refused the table: {status}")
+            raise EmulatorError(f"the device refused the table: {status}", hint=VERIFY)
         if frequency_hz is not None:
             self.core.command(f"frequency {round(frequency_hz * 1000.0)}")
             if self.core.printed[-1] != "ok":
-                raise EmulatorError(f"{frequency_hz:g} Hz: {self.core.printed[-1]}")
+                raise EmulatorError(f"{frequency_hz:g} Hz: {self.core.printed[-1]}", hint=SHOW)
 
     @property
     def carrier_hz(self) -> float:
@@ -256,7 +260,8 @@ class Emulator:
         try:
             self.core.run_us(round(milliseconds * 1000.0))
         except RuntimeError as error:
-            raise EmulatorError(f"at {self.core.now_us / 1000.0:.3f} ms: {error}") from None
+            at = f"at {self.core.now_us / 1000.0:.3f} ms"
+            raise EmulatorError(f"{at}: {error}", hint="this is a fault of the firmware") from None
         reports = tuple(call - begun for call in self.core.calls[reported:])
         return Recording(self.core.take_duties(), self.carrier_hz, self.config["pwm_bits"], reports)
 

@@ -37,6 +37,10 @@ IMAGE_MAGIC = 0xE9
 """First byte of an application image."""
 
 
+HOLD_BOOT = "hold the button BOOT while the chip starts"
+SLOWER = "try again with --baud 115200 and a shorter cable"
+
+
 class RomError(ChladniError):
     """The loader did not answer, or what was written is not there."""
 
@@ -83,7 +87,8 @@ def partition_of(table: bytes, kind: int, name: str) -> Partition:
     for partition in partitions(table):
         if (partition.kind, partition.name) == (kind, name):
             return partition
-    raise InputError("partition", "none", f"one named {name!r}: is this Chladni's firmware?")
+    hint = "is this Chladni's firmware?"
+    raise InputError("partition", "none", f"one named {name!r}", hint=hint)
 
 
 def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
@@ -170,7 +175,7 @@ def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
 
 @contextmanager
 def loader(port: str, baud: int) -> Iterator[Any]:
-    """The ROM's loader at a port; the device starts anew at the end.
+    """The ROM's loader at a port; the device starts again at the end.
 
     Raises
     ------
@@ -194,7 +199,7 @@ def _esptool() -> tuple[Any, Any]:
         import esptool  # noqa: PLC0415  (may be missing)
         from esptool import cmds  # noqa: PLC0415
     except ImportError as error:
-        raise RomError("ROM flashing needs esptool: pip install 'chladni[rom]'") from error
+        raise RomError("ROM flashing needs esptool", hint="pip install 'chladni[rom]'") from error
     return esptool, cmds
 
 
@@ -203,10 +208,11 @@ def _loaded(port: str, baud: int) -> Iterator[Any]:
     try:
         esp = cmds.detect_chip(port, baud=115_200)
     except (OSError, esptool.FatalError) as error:
-        raise WireError(f"{port}: {str(error).splitlines()[0]}") from None
+        raise WireError(f"{port}: {str(error).splitlines()[0]}", hint=HOLD_BOOT) from None
     try:
         if esp.CHIP_NAME != "ESP32":
-            raise RomError(f"{port}: {esp.CHIP_NAME}, not an ESP32")
+            hint = "this firmware is for the ESP32 alone"
+            raise RomError(f"{port}: {esp.CHIP_NAME}, not an ESP32", hint=hint)
         esp = cmds.run_stub(esp)
         if baud != 115_200:
             esp.change_baud(baud)
@@ -214,7 +220,7 @@ def _loaded(port: str, baud: int) -> Iterator[Any]:
         yield esp
         cmds.reset_chip(esp)
     except esptool.FatalError as error:
-        raise RomError(f"{port}: {error}") from None
+        raise RomError(f"{port}: {error}", hint=SLOWER) from None
     finally:
         esp._port.close()
 
@@ -223,7 +229,7 @@ def _read(esp: Any, address: int, size: int) -> bytes:
     _, cmds = _esptool()
     data = cmds.read_flash(esp, address, size, no_progress=True)
     if data is None or len(data) != size:
-        raise RomError(f"flash at {address:#x} could not be read")
+        raise RomError(f"flash at {address:#x} could not be read", hint=SLOWER)
     return bytes(data)
 
 
@@ -231,4 +237,4 @@ def _write(esp: Any, address: int, data: bytes) -> None:
     _, cmds = _esptool()
     cmds.write_flash(esp, [(address, data)])
     if _read(esp, address, len(data)) != data:
-        raise RomError(f"flash at {address:#x} does not hold what was written")
+        raise RomError(f"flash at {address:#x} does not hold what was written", hint=SLOWER)

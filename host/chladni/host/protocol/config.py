@@ -180,7 +180,7 @@ class DeviceConfig:
         """Raise `InputError` if there is one."""
         fault = self.pin_fault
         if fault is not None:
-            raise InputError("pins", fault.pin, fault.expected)
+            raise InputError("pins", fault.pin, fault.expected, hint=fault.hint)
 
     @property
     def board(self) -> tuple[int, str] | None:

@@ -155,7 +155,8 @@ def parse_setting(text: str) -> dict[str, Raw]:
         return {raw: SHOWN[raw].parse(value) for raw in RAMPS}
     shown = find(name)
     if shown.raw_name in OWN:
-        raise InputError(name, value, "a setting that is written by hand; this one is not")
+        hint = "this one is not"
+        raise InputError(name, value, "a setting that is written by hand", hint=hint)
     # By the record's name the record's own numbers are meant.
     written = Shown(shown.setting, name, 1.0, shown.words) if name == shown.raw_name else shown
     return {shown.raw_name: written.parse(value)}

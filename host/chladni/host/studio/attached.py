@@ -9,7 +9,6 @@ from serial.tools import list_ports
 
 from chladni.host.device.configure import change_settings
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
 from chladni.host.device.self_test import SELF_TEST_S, try_channel
 from chladni.host.device.wire import USB_VENDORS, SerialWire
 from chladni.host.device.words import in_units
@@ -42,8 +41,8 @@ class Attached:
 
     def __init__(self, port: str, known: Sequence[str]) -> None:
         if port not in ports(known):
-            expected = "one of: " + (", ".join(ports(known)) or "none; name one by --device")
-            raise InputError("port", port, expected)
+            expected = "one of: " + (", ".join(ports(known)) or "none")
+            raise InputError("port", port, expected, hint="name one by --device")
         self.port = port
         self._device = Device(SerialWire(port))
 
@@ -78,8 +77,7 @@ class Attached:
     def flash(self, table: Table, progress: Progress) -> str:
         """Write a table; what came of it, in a sentence."""
         done = self._device.flash(table, progress)
-        if not done.verified:
-            raise LinkError("the device does not say that it plays this table")
+        done.check_verified()
         return (
             f"{done.bytes:,} bytes in slot {done.slot} after {done.seconds:.1f} s; the table plays"
         )

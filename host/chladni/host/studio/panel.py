@@ -119,7 +119,8 @@ class EmulatedPanel:
         if self._step_ms > self._longest_ms:
             raise ChladniError(
                 f"a touch is measured over {self._step_ms:.0f} ms, and the board's max_on_s ends "
-                f"it after {self._longest_ms:.0f} ms"
+                f"it after {self._longest_ms:.0f} ms",
+                hint="raise drive.max_on_s",
             )
         emulator = Emulator(self._ready.board, self._ready.table)
         emulator.run(FIRST_TOUCH_MS)

@@ -114,8 +114,8 @@ class Searches:
             Another one runs.
         """
         if self._latest is not None and self._latest.is_running:
-            expected = "one at a time, and this or another page's still runs; stop it, or wait"
-            raise InputError("design", name, expected)
+            expected = "one at a time, and this or another page's still runs"
+            raise InputError("design", name, expected, hint="stop it, or wait")
         self._latest = Search(name, spec, self._jobs)
         return self._latest
 

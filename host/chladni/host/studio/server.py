@@ -74,13 +74,16 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
     except OSError as error:
         listening.close()
         if error.errno == errno.EADDRINUSE:
-            expected = "a port that no one listens at; is another studio running? 0 takes any"
+            expected, hint = (
+                "a port that no one listens at",
+                "is another studio running? 0 takes any",
+            )
         elif error.errno == errno.EACCES:
-            expected = "a port above 1023; 0 takes any"
+            expected, hint = "a port above 1023", "0 takes any"
         else:
             expected = "an address of this machine, such as 192.168.1.20"
             raise ArgumentError("host", host, expected) from None
-        raise ArgumentError("port", port, expected) from None
+        raise ArgumentError("port", port, expected, hint=hint) from None
     return listening
 
 

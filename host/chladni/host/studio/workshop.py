@@ -171,7 +171,12 @@ class Workshop:
         except ChladniError as error:
             making.result.set_exception(error)
         except BaseException as error:
-            making.result.set_exception(ChladniError(f"{type(error).__name__}: {error}"))
+            making.result.set_exception(
+                ChladniError(
+                    f"{type(error).__name__}: {error}",
+                    hint="this is a fault of the studio, and its terminal has more",
+                )
+            )
             raise
 
     def _made_ready(self, choice: Choice, making: Making) -> Prepared:

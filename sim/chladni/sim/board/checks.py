@@ -106,7 +106,7 @@ def _check_pins(board: BoardParts) -> None:
                 "panel's interrupt line": "panel.interrupt_pin",
                 "panel's reset line": "panel.reset_pin"}  # fmt: skip
         where = keys.get(fault.role, "electronics.pwm_pins")
-        raise InputError(where, fault.pin, fault.expected)
+        raise InputError(where, fault.pin, fault.expected, hint=fault.hint)
 
 
 def _check_supports(board: BoardParts) -> None:
@@ -120,7 +120,8 @@ def _check_supports(board: BoardParts) -> None:
             raise InputError(
                 f"{where}.radius_mm",
                 0.0,
-                "a radius above 0: a clamp at a point has no limit on a thin plate; use a pin",
+                "a radius above 0: a clamp at a point has no limit on a thin plate",
+                hint="use a pin",
             )
         is_sprung = screw.stiffness > 0.0 or screw.rotational_stiffness > 0.0
         if is_sprung != (screw.support == "sprung"):
@@ -142,8 +143,8 @@ def _check_supports(board: BoardParts) -> None:
             raise InputError(
                 f"springs[{index}].rotational_n_mm_per_rad",
                 spring.rotational_stiffness / MM,
-                "nothing: a rotational spring at a point has no limit on a thin plate; "
-                "use a sprung screw, which has a rim",
+                "nothing: a rotational spring at a point has no limit on a thin plate",
+                hint="use a sprung screw, which has a rim",
             )
     for index, mass in enumerate(board.masses):
         if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
@@ -171,7 +172,8 @@ def _check_actuators(board: BoardParts) -> None:
                 raise InputError(
                     f"actuators[{index}].at_mm",
                     in_mm(actuator.at),
-                    f"a place of its own; {other.name!r} is there already",
+                    "a place of its own",
+                    hint=f"{other.name!r} is there already",
                 )
     pins = board.electronics.pwm_pins
     if pins and (len(pins) != len(board.actuators) or len(set(pins)) != len(pins)):

@@ -61,12 +61,12 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
         most = int(winding.turns * MOST_FILL / winding.round.fill)
         raise InputError("winding.turns", winding.turns, f"at most {most}, which fill it with wire")
     if magnet is not None and magnet.remanence and not magnet.height:
-        expected = "above 0; a remanence takes a magnet with a height"
-        raise InputError("magnet.height_mm", 0.0, expected)
+        hint = "a remanence takes a magnet with a height"
+        raise InputError("magnet.height_mm", 0.0, "above 0", hint=hint)
     if magnet is not None and winding.gap <= 0.0 and winding.inner <= 2.0 * magnet.radius:
         raise InputError(
-            "winding.gap_mm", winding.gap / MM,
-            f"above 0; a magnet of {2.0 * magnet.radius / MM:g} mm does not dip into a bore of "
+            "winding.gap_mm", winding.gap / MM, "above 0",
+            hint=f"a magnet of {2.0 * magnet.radius / MM:g} mm does not dip into a bore of "
             f"{winding.inner / MM:g} mm",
         )  # fmt: skip
 
@@ -96,6 +96,6 @@ def check_coil(board: BoardParts) -> None:
         if abs(value / follows - 1.0) > SAME_WINDING:
             raise InputError(
                 field, float(f"{value:.6g}"),
-                f"about {follows:g}, as [winding] and [magnet] make it; leave it out, or mend one "
-                "of them",
+                f"about {follows:g}, as [winding] and [magnet] make it",
+                hint="leave it out, or mend one of them",
             )  # fmt: skip

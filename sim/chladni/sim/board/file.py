@@ -170,8 +170,10 @@ def read_document(path: Path, field: str = "board", what: str = "a board file") 
 def _document(text: str) -> dict[str, Any]:
     for number, line in enumerate(text.split("\n"), 1):
         if line.count(".") > MOST_DOTS:
-            expected = f"at most {MOST_DOTS}; a key has three parts at most"
-            raise InputError(f"line {number}", f"{line.count('.')} dots", expected)
+            raise InputError(
+                f"line {number}", f"{line.count('.')} dots", f"at most {MOST_DOTS}",
+                hint="a key has three parts at most",
+            )  # fmt: skip
     try:
         document = tomllib.loads(text)
     except RecursionError:
@@ -201,8 +203,8 @@ def _check_values(document: dict[str, Any]) -> None:
 
 
 def _too_deep(where: str) -> InputError:
-    expected = f"blocks and lists at most {MOST_DEPTH} deep; a board needs five"
-    return InputError(where, "deeper ones", expected)
+    expected = f"blocks and lists at most {MOST_DEPTH} deep"
+    return InputError(where, "deeper ones", expected, hint="a board needs five")
 
 
 def board_from_document(document: dict[str, Any]) -> Board:

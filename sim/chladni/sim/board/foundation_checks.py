@@ -100,7 +100,9 @@ def _check_stiffness(board: BoardParts) -> None:
         raise MissingError("foundation.material", "thickness_mm says how much of it")
     if own.sealed_air and not own.strips.is_none:
         raise ConflictError(
-            "foundation.sealed_air_mm", "foundation.strips; air would fill what is between them"
+            "foundation.sealed_air_mm",
+            "foundation.strips",
+            hint="air would fill what is between them",
         )
     if own.material and not own.thickness:
         raise MissingError("foundation.thickness_mm", "a material's stiffness goes with it")
@@ -139,6 +141,7 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
                 value = in_mm(cut.at)
                 raise InputError(
                     name, value if k < explicit else float(f"{cut.radius / MM:.9g}"),
-                    f"a cut-out clear of {other}; they are {apart / MM:.3g} mm apart, "
+                    f"a cut-out clear of {other}",
+                    hint=f"they are {apart / MM:.3g} mm apart, "
                     f"{(cut.radius + radius) / MM:.3g} would do",
                 )  # fmt: skip

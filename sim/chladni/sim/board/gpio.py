@@ -64,9 +64,13 @@ class PinFault:
 
     @property
     def expected(self) -> str:
-        """For an error: which pins would do."""
-        some = ", ".join(map(str, self.others))
-        return f"a GPIO that can be the {self.role}; {self.why}, free are {some}"
+        """For an error: what the pin must be."""
+        return f"a GPIO that can be the {self.role}"
+
+    @property
+    def hint(self) -> str:
+        """For an error: why this pin is none, and which would do."""
+        return f"{self.why}, free are {', '.join(map(str, self.others))}"
 
 
 def pin_fault(

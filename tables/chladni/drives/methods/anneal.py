@@ -237,7 +237,10 @@ def _resume(path: Path, key: dict[str, Any], shape: tuple[int, ...]) -> Chain | 
     chain, saved = read_trace(path)
     if saved != key:
         raise ArgumentError(
-            "trace", str(path), f"a trace of {_words(key)}; it is one of {_words(saved)}"
+            "trace",
+            str(path),
+            f"a trace of {_words(key)}",
+            hint=f"it is one of {_words(saved)}",
         )
     if chain.state.shape != shape:
         raise ArgumentError("trace", f"a state of shape {chain.state.shape}", f"{shape}",

@@ -137,7 +137,8 @@ def with_focus(
     if objective != "focus":
         raise ConflictError(
             "--quieter-from-mm, --quieter-db, --silent-from-mm or --floor-um",
-            f"--objective {objective}; they are of --objective focus",
+            f"--objective {objective}",
+            hint="they are of --objective focus",
         )
     return replace(board, focus=replace(board.focus or Focus(), **given))
 

@@ -172,5 +172,5 @@ def progress_bar(label: str, *, keeps: bool = False) -> Iterator[Callable[[int, 
         try:
             yield lambda done, total: bar.update(task, completed=done, total=total)
         except KeyboardInterrupt:
-            again = "; the same command goes on from what was kept" if keeps else ""
-            raise StoppedError(f"{label}: interrupted{again}") from None
+            again = "the same command goes on from what was kept" if keeps else ""
+            raise StoppedError(f"{label}: interrupted", hint=again) from None

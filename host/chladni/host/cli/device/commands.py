@@ -61,20 +61,26 @@ def info(
     answer(result if as_json else in_units(result), as_json=as_json, title="Device")
 
 
-def why_silent(info: dict[str, Any], *, is_emulated: bool) -> str | None:
-    """What keeps a device from playing a touch, and what to do; None if nothing does."""
-    if not info["standing"] or info["state"] != "fault":
-        return None
-    text = f"the device plays nothing: {', '.join(info['standing'])}"
-    if "never configured" in info["standing"]:
-        then = ", then chladni flash T.chl" if "no table" in info["standing"] else ""
-        return f"{text}; chladni device config set --from BOARD{then}"
-    if "no table" in info["standing"]:
-        here = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
-        return f"{text}; {here}"
-    if info["standing"] == ["coil hot"]:
-        return f"{text}; wait until the coils have cooled, some seconds after power came on"
-    return text
+def check_playing(info: dict[str, Any], *, is_emulated: bool) -> None:
+    """Refuse a touch that the device would not play.
+
+    Raises
+    ------
+    LinkError
+        What keeps the device from playing, and what to do.
+    """
+    standing = info["standing"]
+    if not standing or info["state"] != "fault":
+        return
+    hint = "`chladni device info` shows its faults"
+    if "never configured" in standing:
+        then = ", then chladni flash T.chl" if "no table" in standing else ""
+        hint = f"chladni device config set --from BOARD{then}"
+    elif "no table" in standing:
+        hint = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
+    elif standing == ["coil hot"]:
+        hint = "wait until the coils have cooled, some seconds after power came on"
+    raise LinkError(f"the device plays nothing: {', '.join(standing)}", hint=hint)
 
 
 @device_app.command("touch", context_settings={"ignore_unknown_options": True})
@@ -92,9 +98,7 @@ def touch(
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     with connection.device() as device:
-        why = why_silent(device.info(), is_emulated=connection.emulator)
-        if why is not None:
-            raise LinkError(why)
+        check_playing(device.info(), is_emulated=connection.emulator)
         place_mm = device.touch(x, y)
         try:
             device.link.wait(seconds)
@@ -105,7 +109,10 @@ def touch(
             played_s = device.lift()
     if state != "playing":
         why = f", {faults[-1]['cause']}" if faults else ""
-        raise LinkError(f"the device stopped after {played_s:.2f} s: {state}{why}")
+        raise LinkError(
+            f"the device stopped after {played_s:.2f} s: {state}{why}",
+            hint="`chladni device info` shows its faults",
+        )
     moved = max(abs(place_mm[0] - x), abs(place_mm[1] - y)) > MOVED_MM
     result = {"place_mm": list(place_mm), "asked_mm": [x, y], "moved": moved,
               "seconds": seconds, "played_s": played_s, "state": state}  # fmt: skip
@@ -167,7 +174,7 @@ def log(
     if not 0.0 < seconds <= 3600.0:
         raise InputError("--seconds", seconds, "more than 0, at most 3600")
     if connection.udp is not None:
-        raise ConflictError("--udp", "the log; text comes over --port only")
+        raise ConflictError("--udp", "the log", hint="text comes over --port only")
     with connection.device() as device:
         device.link.wait(seconds)
         sys.stdout.write(device.log)

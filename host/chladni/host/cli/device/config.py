@@ -45,12 +45,12 @@ def config(
         expected = "get, describe, or set with --from BOARD or at least one NAME=VALUE"
         raise InputError("get|describe|set", action, expected)
     if action != "set" and source is not None:
-        raise ConflictError("--from", f"{action}; a board file is for set")
+        raise ConflictError("--from", action, hint="a board file is for set")
     if action == "describe":
         _describe(names, as_json=as_json)
     elif action == "get":
         if rom:
-            raise ConflictError("--rom", "get; reading needs a running device")
+            raise ConflictError("--rom", "get", hint="reading needs a running device")
         _show(connection, names, as_json=as_json)
     else:
         _set(connection, names, source, yes=yes, rom=rom, as_json=as_json)
@@ -135,9 +135,9 @@ def _ask_back(changed: list[dict[str, Any]]) -> None:
     for row in changed:
         say(f"{row['name']}: {row['from']} -> {row['to']}")
     if not sys.stdin.isatty():
-        raise MissingError("--yes", "no one is there to ask; nothing was written")
+        raise MissingError("--yes", "no one is there to ask", hint="nothing was written")
     if not typer.confirm("Write these and restart the device?", err=True):
-        raise InputError("answer", "no", "yes; nothing was written")
+        raise InputError("answer", "no", "yes", hint="nothing was written")
 
 
 def _in_words(result: dict[str, Any]) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
 
 def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
     if connection.udp is not None or connection.emulator:
-        raise ConflictError("--rom", "--udp and --emulator; the loader is at a --port")
+        raise ConflictError("--rom", "--udp and --emulator", hint="the loader is at a --port")
     port = required("--port", connection.port, "where the chip's loader is")
     found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes)
     written = {name: found[name] for name in changes}

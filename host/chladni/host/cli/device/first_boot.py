@@ -46,7 +46,7 @@ def walk(device: Device) -> list[dict[str, Any]]:
         device.stop()
         found.append({"step": step.title, "ok": is_so})
         if not is_so:
-            raise ChladniError(f"step {number}, {step.title}: {step.advice}")
+            raise ChladniError(f"step {number}, {step.title}", hint=step.advice)
     return found
 
 

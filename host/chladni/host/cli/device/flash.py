@@ -12,7 +12,6 @@ import typer
 from chladni.host.cli.common.options import JsonOption, check_one_of, required
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.device.link import LinkError
 from chladni.host.flashing import rom_loader
 from chladni.sim.errors import ConflictError, InputError
 from chladni.tables.format import pack, read_table
@@ -57,8 +56,7 @@ def flash(
                 done = device.flash(loaded, progress, force=force)
         except InputError as error:
             raise error.in_file(str(table)) from None
-        if not done.verified:
-            raise LinkError("the device does not say that it plays this table")
+        done.check_verified()
     answer(asdict(done), as_json=as_json, title=f"{table} plays")
 
 
@@ -71,7 +69,7 @@ def _flash_by_rom(
         result = rom_loader.flash_firmware(port, connection.baud, firmware)
     else:
         if table is None:
-            raise ConflictError("--rom", "--previous; going back needs a running device")
+            raise ConflictError("--rom", "--previous", hint="going back needs a running device")
         result = rom_loader.flash_table(port, connection.baud, pack(read_table(table)))
     result["seconds"] = time.monotonic() - begun
     answer(result, as_json=as_json, title=f"{firmware or table} is written")

@@ -46,7 +46,8 @@ def network(
         raise InputError("show|set|off", action, "one of the three")
     settings = None
     if action != "show" and connection.udp is not None:
-        raise ConflictError("--udp", "the network's settings; keys are set over --port only")
+        hint = "keys are set over --port only"
+        raise ConflictError("--udp", "the network's settings", hint=hint)
     if action == "set":
         settings = _settings(connection, ssid, passphrase_file, udp_port)
     with connection.device() as device:

@@ -114,7 +114,10 @@ def self_test(
     )  # fmt: skip
     failed = [str(row["channel"]) for row in rows if not row["ok"]]
     if failed:
-        raise LinkError(f"channels that draw something else: {', '.join(failed)}")
+        raise LinkError(
+            f"channels that draw something else: {', '.join(failed)}",
+            hint="look at each one's coil, diode and supply, or mend electronics.coil_ohm",
+        )
 
 
 def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
