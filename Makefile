@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
 # What both analysers read: the core and the emulator; the bindings are mostly nanobind's.
-CHECKED_SOURCES := $(filter-out %/bindings.cpp %/bindings_hardware.cpp, \
+CHECKED_SOURCES := $(filter-out firmware/esp32/emulator/bindings%, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
 
 .PHONY: help venv demo test lint sanitize soak dist fuzz bench paper site headers native clean

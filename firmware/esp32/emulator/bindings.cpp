@@ -69,18 +69,6 @@ Config parsed(const std::string& record) {
   return config;
 }
 
-using FaultRow = std::tuple<std::string, uint32_t, uint32_t>;
-
-std::vector<FaultRow> faults(const Emulator& self) {
-  const chladni::FaultLog& log = self.device().faults();
-  std::vector<FaultRow> rows;
-  for (uint32_t k = 0; k < log.kept(); ++k) {
-    const chladni::Fault& fault = log.at(k);
-    rows.emplace_back(to_text(fault.cause), fault.detail, fault.at_ms);
-  }
-  return rows;
-}
-
 // (state, event, next state) of everything that is allowed.
 std::vector<std::tuple<std::string, std::string, std::string>> transitions() {
   std::vector<std::tuple<std::string, std::string, std::string>> rows;
@@ -312,42 +300,6 @@ void bind_faults(nb::class_<Emulator>& emulator) {
       .def("panel_power_cycle", [](Emulator& self) { self.panel().power_on(); });
 }
 
-void bind_state(nb::class_<Emulator>& emulator) {
-  emulator.def_prop_ro("now_us", &Emulator::now_us)
-      .def_prop_ro("baud", &Emulator::baud)
-      .def_prop_ro("period", &Emulator::period)
-      .def_prop_ro("calls", &Emulator::calls, "When the panel's line fell, carrier periods.")
-      .def_prop_ro("state", [](Emulator& s) { return std::string(to_text(s.device().state())); })
-      .def_prop_ro("table_status",
-                   [](Emulator& s) { return std::string(to_text(s.device().table_status())); })
-      .def_prop_ro("config_status",
-                   [](Emulator& s) { return std::string(to_text(s.device().config_status())); })
-      .def_prop_ro("panel_health",
-                   [](Emulator& s) { return std::string(to_text(s.device().input().health())); })
-      .def_prop_ro(
-          "fade_cause",
-          [](Emulator& s) { return std::string(to_text(s.device().synthesis().fade_cause())); })
-      .def_prop_ro("faults", &faults, "(cause, detail, milliseconds since start), oldest first.")
-      .def_prop_ro("missed_samples", [](Emulator& s) { return s.device().synthesis().missed(); })
-      .def_prop_ro("limited_drives", [](Emulator& s) { return s.device().synthesis().limited(); })
-      .def_prop_ro("network_port",
-                   [](Emulator& s) {
-                     return s.device().network().is_on ? s.device().network().port : uint16_t{0};
-                   })
-      .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().heat().supply_ma(); })
-      .def_prop_ro("stream_filled", [](Emulator& s) { return s.device().stream().filled(); })
-      .def_prop_ro("stream_drift", [](Emulator& s) { return s.device().stream().drift(); })
-      .def_prop_ro("coil_rise_k",
-                   [](Emulator& s) {
-                     std::vector<double> rises;
-                     for (uint32_t k = 0; k < s.pwm().channels(); ++k) {
-                       rises.push_back(s.device().heat().rise_dk(k) / 10.0);
-                     }
-                     return rises;
-                   })
-      .def_prop_ro("printed", &Emulator::printed);
-}
-
 }  // namespace
 
 NB_MODULE(_emulator, m) {
@@ -360,5 +312,5 @@ NB_MODULE(_emulator, m) {
   bind_outputs(emulator);
   bind_flash(emulator);
   bind_faults(emulator);
-  bind_state(emulator);
+  chladni::emulator::bind_state(emulator);
 }

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/emulator.hpp"
+
 namespace chladni::emulator {
 
 inline void raise_if(const std::string& fault) {
@@ -14,5 +16,8 @@ inline void raise_if(const std::string& fault) {
 
 // What the emulated board is like, how its panel fails, and its outputs by themselves.
 void bind_hardware(nanobind::module_& module);
+
+// What the device and its board are doing.
+void bind_state(nanobind::class_<Emulator>& emulator);
 
 }  // namespace chladni::emulator
