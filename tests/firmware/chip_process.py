@@ -31,7 +31,7 @@ def build(folder: Path) -> Path:
         path.write_text('#pragma once\n#include "idf.hpp"\n', encoding="utf-8")
     chip = sorted((FIRMWARE / "chip").rglob("*.cpp"))
     core = sorted((FIRMWARE / "core").rglob("*.cpp"))
-    own = [HERE / "idf" / "idf.cpp", HERE / "idf" / "scenario.cpp"]
+    own = sorted((HERE / "idf").glob("*.cpp"))
     include = [f"-I{folder / 'include'}", f"-I{HERE / 'idf'}", f"-I{FIRMWARE}",
                f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
     objects = []
