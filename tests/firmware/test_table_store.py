@@ -1,18 +1,12 @@
-"""A new table arrives whole or not at all, wherever the power fails."""
+"""A new table arrives whole or not at all, wherever the power fails or flash rots."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.device.upload import TableUpload
-from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.protocol.link import Status
 from chladni.host.protocol.table_store import (
     ENTRY_BYTES,
     PARTITION_BYTES,
@@ -20,84 +14,18 @@ from chladni.host.protocol.table_store import (
     SLOT_BYTES,
     TRAILER_OFFSET,
 )
-from chladni.sim.errors import InputError
-from chladni.tables.format import pack
-from chladni.tables.layout import HEADER_BYTES
-from made_up import device_of, entry_bytes, forge, make_table, powered, random_table
-
-OLD, NEW, OLDER = (
-    pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0, 7.0)
+from firmware.table_partitions import (
+    NEW,
+    OLD,
+    OLDER,
+    STARTS,
+    Start,
+    connected,
+    crc_of,
+    table_crc,
+    with_flash,
 )
-
-
-def connected(emulator: Emulator) -> Device:
-    return Device(EmulatorWire(emulator))
-
-
-def table_crc(device: Device) -> int:
-    return int(device.info()["table_crc"], 16)
-
-
-def crc_of(table: bytes) -> int:
-    return int.from_bytes(table[-4:], "little")
-
-
-def with_flash(image: bytes) -> Emulator:
-    """A device whose tables partition holds an image."""
-    emulator = Emulator(device_of(), None, must_play=False)
-    emulator.core.program(0, image)
-    emulator.core.boot()
-    return emulator
-
-
-def image(slots: dict[int, bytes], entries: list[tuple[int, int, bytes]]) -> bytes:
-    """A partition with tables in slots, and entries in their trailers: number, slot, table."""
-    data = bytearray(b"\xff" * PARTITION_BYTES)
-    for slot, table in slots.items():
-        data[slot * SLOT_BYTES : slot * SLOT_BYTES + len(table)] = table
-    free = [slot * SLOT_BYTES + TRAILER_OFFSET for slot in (0, 1)]
-    for sequence, slot, table in entries:
-        data[free[slot] : free[slot] + ENTRY_BYTES] = entry_bytes(sequence, crc_of(table))
-        free[slot] += ENTRY_BYTES
-    return bytes(data)
-
-
-def damaged(table: bytes) -> bytes:
-    return table[:90] + bytes([table[90] ^ 1]) + table[91:]
-
-
-FULL = SECTOR_BYTES // ENTRY_BYTES
-"""Entries that a trailer holds."""
-FULL_TRAILERS = [(k + 1, 1 - k % 2, OLDER if k % 2 == 0 else OLD) for k in range(2 * FULL)]
-
-
-@dataclass(frozen=True)
-class Start:
-    """A partition, and the table that plays from it."""
-
-    image: bytes
-    playing: bytes | None
-
-
-BOTH = [(1, 0, OLDER), (2, 1, OLD)]
-REVERSED = [(1, 0, OLD), (2, 1, OLDER)]
-ONE = image({0: OLD}, [(1, 0, OLD)])
-TORN = TRAILER_OFFSET + ENTRY_BYTES
-STARTS = {
-    "no table": Start(image({}, []), None),
-    "one, by the ROM's loader": Start(image({0: OLD}, []), OLD),
-    "one, in the second slot": Start(image({1: OLD}, [(4, 1, OLD)]), OLD),
-    "two": Start(image({0: OLDER, 1: OLD}, BOTH), OLD),
-    "two, gone back to the first": Start(image({0: OLD, 1: OLDER}, [*REVERSED, (3, 0, OLD)]), OLD),
-    "two, the newer corrupt": Start(image({0: OLD, 1: damaged(OLDER)}, REVERSED), OLD),
-    "two, the older corrupt": Start(image({0: damaged(OLDER), 1: OLD}, BOTH), OLD),
-    "two, numbers about to wrap": Start(
-        image({0: OLDER, 1: OLD}, [(2**32 - 2, 0, OLDER), (2**32 - 1, 1, OLD)]), OLD
-    ),
-    "a torn entry": Start(ONE[:TORN] + b"\x02\x00" + ONE[TORN + 2 :], OLD),
-    "full trailers": Start(image({0: OLD, 1: OLDER}, FULL_TRAILERS), OLD),
-    "an entry of what was written over": Start(image({0: OLD, 1: NEW}, [*REVERSED]), OLD),
-}
+from made_up import powered
 
 
 @pytest.mark.parametrize("name", STARTS)
@@ -238,54 +166,6 @@ def test_flash_that_lies_is_found_and_the_old_table_stays() -> None:
     assert table_crc(connected(emulator)) == crc_of(OLD)
 
 
-def test_a_table_that_the_device_cannot_play_is_refused_and_the_old_one_plays_on() -> None:
-    emulator = powered(OLD)
-    device = connected(emulator)
-    three = pack(make_table(np.ones((1, 3))))
-    with pytest.raises(InputError, match="expected 5, the channels"):
-        device.flash(three)
-    # A host that does not look at what it sends gets the device's own answer.
-    with pytest.raises(LinkError, match="another number of actuators") as caught:
-        TableUpload(device.link, three).run()
-    assert caught.value.status == Status.REFUSED
-    assert table_crc(device) == crc_of(OLD)
-    assert emulator.core.state == "idle"
-    assert device.flash(forge(make_table(np.ones((1, 5))), ramp_us=1_000)).verified
-
-
-def test_a_refused_table_never_costs_the_one_to_go_back_to() -> None:
-    """Two tables, back, one for four actuators, back again: flash is as it was all along."""
-    emulator = powered(OLD)
-    device = connected(emulator)
-    assert device.flash(NEW).verified
-    device.previous()
-    before = emulator.core.flash_bytes()
-    four = pack(make_table(np.ones((1, 4))))
-    damaged = NEW[:HEADER_BYTES].replace(b"CHLD", b"CHLE") + NEW[HEADER_BYTES:]
-    version = bytes([*NEW[:4], 9, *NEW[5:]])
-    for data in (four, damaged, version, forge(make_table(np.ones((1, 5))), ramp_us=1)):
-        with pytest.raises(LinkError, match="the device refuses it: "):
-            TableUpload(device.link, data).run()
-        assert emulator.core.flash_bytes() == before
-        assert emulator.core.state == "idle"
-    device.previous()
-    assert table_crc(device) == crc_of(NEW)
-
-
-def test_what_is_there_already_is_not_written_again() -> None:
-    """In the slot that plays nothing is; in the other one only the entry that makes it count."""
-    emulator = powered(OLD)
-    device = connected(emulator)
-    assert device.flash(NEW).verified
-    erased, slot = device.info()["erases"], device.info()["slot"]
-    before = emulator.core.flash_bytes()
-    assert device.flash(NEW).slot == slot
-    assert emulator.core.flash_bytes() == before
-    assert device.flash(OLD).slot == 1 - slot
-    assert table_crc(device) == crc_of(OLD)
-    assert device.info()["erases"] == erased
-
-
 def test_an_older_table_in_use_is_said_and_plays() -> None:
     """Bits that flip in the newest table, or in its entry; a cut while it is entered is none."""
     emulator = powered(OLD)
@@ -334,58 +214,3 @@ def test_a_change_of_frequency_looks_at_the_table_first() -> None:
     emulator.run(100.0)
     assert device.info()["table_status"] == "table is damaged"
     assert device.info()["state"] == "fault"
-
-
-def test_an_update_that_falls_silent_is_dropped() -> None:
-    emulator = powered(OLD)
-    device = connected(emulator)
-    device.link.request("table_begin", NEW[:HEADER_BYTES], total=len(NEW), crc=1)
-    assert emulator.core.state == "updating"
-    emulator.run(6_000.0)
-    assert emulator.core.state == "idle"
-    for name, tail, fields in (("table_commit", b"", {}), ("table_data", b"x", {"offset": 0})):
-        with pytest.raises(LinkError, match="under way"):
-            device.link.request(name, tail, **fields)
-    assert table_crc(device) == crc_of(OLD)
-
-
-def test_trailers_that_are_full_begin_again() -> None:
-    """340 entries a slot; the newest always plays, and there is always a way back."""
-    emulator = with_flash(image({0: OLD, 1: OLDER}, FULL_TRAILERS[: 2 * (FULL - 2)]))
-    device = connected(emulator)
-    for k in range(8):
-        table = (NEW, OLD)[k % 2]
-        assert device.flash(table).verified
-        emulator.core.boot()
-        device = connected(emulator)
-        assert table_crc(device) == crc_of(table)
-    for table in (NEW, OLD, NEW):
-        device.previous()
-        emulator.core.boot()
-        device = connected(emulator)
-        assert table_crc(device) == crc_of(table)
-
-
-def test_a_table_as_large_as_a_slot_arrives_and_a_larger_one_is_refused() -> None:
-    """Its last bytes touch the trailer, which stays as it is."""
-    columns = (TRAILER_OFFSET - 97) // 21
-    emulator = powered(OLD)
-    device = connected(emulator)
-    large = pack(random_table(columns // 12, 12, 5, 3))
-    assert TRAILER_OFFSET - 12 * 21 < len(large) <= TRAILER_OFFSET
-    assert device.flash(large).verified
-    emulator.core.boot()
-    assert table_crc(connected(emulator)) == crc_of(large)
-    with pytest.raises(LinkError) as caught:
-        device.link.request("table_begin", NEW[:HEADER_BYTES], total=TRAILER_OFFSET + 1, crc=1)
-    assert caught.value.status == Status.TOO_LARGE
-
-
-def test_outputs_are_off_before_anything_is_erased() -> None:
-    emulator = powered(OLD)
-    device = connected(emulator)
-    device.touch(0.0, 0.0)
-    emulator.run(50.0)
-    emulator.core.take_duties()
-    device.link.request("table_begin", NEW[:HEADER_BYTES], total=len(NEW), crc=1)
-    assert not emulator.core.take_duties()[-3000:].any()
