@@ -84,6 +84,9 @@ fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs c
 bench: venv  ## measure speed against error, one core; rewrites docs/performance.md and its data
 	$(BIN)/python bench/page.py plate "stability --jobs 2" solve focus paper_scene tables synthesis link studio
 
+paper: venv  ## draw the paper's figures from our own models; rewrites docs/paper.md
+	cd tools && ../$(BIN)/python -m paper
+
 site: venv  ## build the pages as a site, with a search and a reference of the Python names, into out/site
 	$(BIN)/python tools/docs/build_site.py
 
