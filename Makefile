@@ -15,8 +15,12 @@ export OMP_NUM_THREADS ?= 1
 # What both analysers read: the core and the emulator; the bindings are mostly nanobind's.
 CHECKED_SOURCES := $(filter-out firmware/esp32/emulator/bindings%, \
 	$(shell find firmware/esp32/core firmware/esp32/emulator -name '*.cpp'))
+CHECKED_HEADERS := $(shell find firmware/esp32/core firmware/esp32/emulator -name '*.hpp')
+# A file that clang-tidy found nothing in; it is read again when it, a header or a rule changes.
+TIDY := $(CHECKED_SOURCES:%=build/tidy/%.done)
 
-.PHONY: help venv demo test lint sanitize soak dist fuzz bench paper site headers native clean
+.PHONY: help venv demo test lint lint-types lint-style lint-cppcheck lint-generated device-suite \
+	sanitize soak dist fuzz bench paper site headers native clean
 
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -37,25 +41,42 @@ PART = f() { printf '\n== %s\n' "$$1"; shift; begun=$$(date +%s); "$$@" || exit 
 	printf '== done in %s s\n' $$(($$(date +%s) - begun)); }; f
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 
+# Side by side, each with its output in one piece; mypy takes longest and comes first.
+BESIDE = $(MAKE) --no-print-directory --silent --jobs $(JOBS) --output-sync=target
+LINTERS := lint-types lint-style lint-cppcheck lint-generated $(TIDY)
+
 test: venv  ## lint, type-check and run every test
-	@$(PART) "1 of 3: style, types, imports, C++ analysers" $(MAKE) --no-print-directory --silent lint
-	@$(PART) "2 of 3: the device suite, against the emulator" $(BIN)/python -m pytest -q -p pytest_embedded tests/device
-	@$(PART) "3 of 3: tests, on $(JOBS) cores" true
-	$(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
+	@$(PART) "1 of 2: style, types, imports, C++ analysers, the device suite" $(BESIDE) $(LINTERS) device-suite
+	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
+	@$(BESIDE) --keep-going $(LINTERS)
+
+lint-types:
+	$(BIN)/mypy
+
+lint-style:
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --no-cache
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.cpp' '*.hpp')
-	printf '%s\n' $(CHECKED_SOURCES) | xargs -P 2 -n 4 \
-		sh -c '$(BIN)/clang-tidy --quiet "$$@" -- -std=c++17 -Ifirmware/esp32 2>/dev/null' tidy
+
+build/tidy/%.done: % $(CHECKED_HEADERS) .clang-tidy pyproject.toml
+	$(BIN)/clang-tidy --quiet $< -- -std=c++17 -Ifirmware/esp32 2>/dev/null
+	mkdir -p $(@D)
+	touch $@
+
+lint-cppcheck:
 	if command -v cppcheck >/dev/null; then cppcheck --enable=warning,performance,portability \
 		--std=c++17 --error-exitcode=1 --quiet -Ifirmware/esp32 $(CHECKED_SOURCES); fi
+
+lint-generated:
 	$(BIN)/python tools/generate_headers.py --check
 	$(BIN)/python tools/draw_house.py --check
 	$(BIN)/python tools/list_licences.py --check
+
+device-suite:
+	$(BIN)/python -m pytest -q -p pytest_embedded tests/device
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
