@@ -55,8 +55,8 @@ def shown(capsys: pytest.CaptureFixture[str], **result: object) -> list[str]:
 
 
 def test_values_have_units_and_words(capsys: pytest.CaptureFixture[str]) -> None:
-    assert shown(capsys, focal_error_mm=27.3) == ["maximum off the finger │ 27.3 mm"]
-    assert shown(capsys, tolerance_met=True) == ["as exact as fields should be │ yes"]
+    assert shown(capsys, focal_error_mm=27.3) == ["distance from finger to maximum │ 27.3 mm"]
+    assert shown(capsys, tolerance_met=True) == ["fields within the tolerance │ yes"]
     assert shown(capsys, size_mm=[14.0, 60.0]) == ["size │ 14, 60 mm"]
     assert shown(capsys, drive=[{"actuator": "a", "gain": 1.0, "phase_deg": 3.25}]) == [
         "drive · a │ gain 1, phase 3.25°"

@@ -56,7 +56,7 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
-board_app = typer.Typer(cls=Commands, no_args_is_help=True, help="Look at board files.")
+board_app = typer.Typer(cls=Commands, no_args_is_help=True, help="Inspect, score and draw boards.")
 
 
 @board_app.command("show")
@@ -102,7 +102,7 @@ def board_score(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Score a board: how well it focuses all over, as drawn and as boards come out."""
+    """Score how well a board focuses at all places, as drawn and within its tolerances."""
     check_figure(figure)
     check_request("phasor", objective, seed, None, None)
     check_samples(samples)
@@ -128,7 +128,7 @@ def board_sensitivity(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """What each part of a board does to the focus within its tolerance, the largest first."""
+    """Show what each part's tolerance does to the focus, the largest effect first."""
     check_figure(figure)
     loaded = load_board(board)
     started = time.perf_counter()

@@ -60,10 +60,10 @@ def design_board(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Look for the board that focuses best within what a SPEC leaves open.
+    """Find the board that focuses best, by the values that a SPEC leaves open.
 
-    The best board so far stands in the output from the first one on. A search that was stopped goes
-    on when the same command is given again.
+    The output has the best board found so far, from the first one on. The same command continues a
+    search that was stopped.
     """
     check_output(output, "-o", TOML)
     check_figure(figure)

@@ -61,7 +61,7 @@ def emulate(
         ),
     ] = None,
     port_link: Annotated[
-        Path | None, typer.Option(help="With --serial: a link to the port, a name that stays.")
+        Path | None, typer.Option(help="With --serial: a link to the port, with a fixed name.")
     ] = None,
     key: Annotated[
         Path | None, typer.Option(help="With --serial: on UDP too, at 127.0.0.1, under this key.")

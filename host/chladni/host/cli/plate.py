@@ -122,7 +122,7 @@ def modes(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Natural frequencies, modal masses and nodal lines (Chladni figures)."""
+    """List natural frequencies and modal masses; draw nodal lines (Chladni figures)."""
     if not 1 <= count <= MOST_MODES:
         raise InputError("--count", count, f"1 to {MOST_MODES}")
     _check_outputs(output, figure)
@@ -158,7 +158,7 @@ def sweep(
     figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Acceleration of one actuator under the paper's four waves, over frequency."""
+    """Compute one actuator's acceleration over frequency, under the paper's four waves."""
     if not 1.0 <= start_hz < stop_hz <= 20000.0:
         raise InputError("--from, --to", f"{start_hz:g}, {stop_hz:g}", "1 to 20000 Hz, ascending")
     _check_outputs(output, figure)

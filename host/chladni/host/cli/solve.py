@@ -47,7 +47,7 @@ from chladni.sim.fields.transfer import TOLERANCE
 
 def solve_command(
     board: BoardArgument,
-    target: Annotated[str, typer.Option(help="Where the vibration is to be: X,Y (mm).")],
+    target: Annotated[str, typer.Option(help="Place of the finger: X,Y (mm).")],
     method: MethodOption = "phasor",
     objective: ObjectiveOption = "ssim",
     seed: SeedOption = SEED,

@@ -40,12 +40,12 @@ def studio(
     host: Annotated[
         str,
         typer.Option(help="Address of this machine to listen at. By default no other machine "
-                     "reaches the page; in a network all can who know its address."),
+                     "reaches the page. Machines of a network reach it if they know the address."),
     ] = "127.0.0.1",
     key: Annotated[
         Path | None,
-        typer.Option(help="Secret of the address, in a file; made if it is not there. By default "
-                     "a new one each time, so that open pages find no later studio."),
+        typer.Option(help="File with the secret of the address; made if it is not there. By "
+                     "default the secret is new at each start, and open pages lose the studio."),
     ] = None,
     seconds: Annotated[
         float | None, typer.Option(help="Serve for so long; until Ctrl-C by default.")

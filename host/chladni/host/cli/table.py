@@ -79,7 +79,9 @@ def build(
     ] = None,
     bits: Annotated[
         int | None,
-        typer.Option(help="Of each stored integer: 8, 12 or 16. By default as few as will do."),
+        typer.Option(
+            help="Of each stored integer: 8, 12 or 16. By default the fewest that lose little."
+        ),
     ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
@@ -187,7 +189,7 @@ def verify(
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check a table whole: its bytes, its board, and what the firmware plays everywhere."""
+    """Check a table: its bytes, its board, and the firmware's drive at every place."""
     # Read once: what is checked is what was unpacked.
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
@@ -236,7 +238,7 @@ def score(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Score a table as the emulated firmware plays it: `board score` of what the pins make."""
+    """Score a table like `board score`, from the pins of the emulated firmware."""
     check_figure(figure)
     check_samples(samples)
     data = read_table_bytes(table)

@@ -47,7 +47,7 @@ class Played:
         card = self.card
         level = card.second_finger_db
         gets = f"another finger gets {abs(level):.1f} dB {'less' if level >= 0.0 else 'more'}"
-        caption = f"SSIM {card.ssim:.2f}, maximum {card.focal_error_mm:.0f} mm off, {gets}"
+        caption = f"SSIM {card.ssim:.2f}, maximum {card.focal_error_mm:.0f} mm off,\n{gets}"
         return Chain(self.board, self.loop.target_mm, self.loop.target_field, self.loop.field,
                      caption)  # fmt: skip
 
@@ -100,7 +100,7 @@ def _scorecard(played: list[Played]) -> RichTable:
 
 _COMPARE = {
     "touched": "",
-    "maximum off the target": "0 mm is a focus",
+    "distance to the maximum": "0 mm is a focus",
     "second finger": "above 0: felt here, not there",
     "second finger from 20 mm on": "2.3 dB are just told apart",
     "contrast": "no drive beats the second number",
@@ -128,7 +128,7 @@ def _column(one: Played) -> dict[str, str]:
     pressing = "–" if felt is None else f"{felt.finger_load.level_db:+.2f} dB"
     return {
         "touched": f"{loop.target_mm[0]:.1f}, {loop.target_mm[1]:.1f} mm",
-        "maximum off the target": f"{card.focal_error_mm:.1f} mm",
+        "distance to the maximum": f"{card.focal_error_mm:.1f} mm",
         "second finger": f"{card.second_finger_db:+.1f} dB",
         "second finger from 20 mm on": f"{_from_20_mm(one):+.1f} dB",
         "contrast": f"{card.contrast_db:.1f} of {card.contrast_limit_db:.1f} dB",

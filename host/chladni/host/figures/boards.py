@@ -46,6 +46,7 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
         axes.axvline(0.0, color=INK, linewidth=0.8)
         axes.set_xlabel(f"change of {title}", fontsize=9)
         axes.margins(x=0.22)
+        axes.locator_params(axis="x", nbins=5)
         for row, value in zip(rows, values, strict=True):
             axes.annotate(
                 f"{value:.2g}", (value, row), xytext=(3 if value >= 0.0 else -3, 0),
@@ -59,8 +60,8 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
 
 
 MAPS = (
-    ("second_finger_20mm_db", "the finger over any 20 mm away", "dB"),
-    ("focal_error_mm", "maximum off the finger", "mm"),
+    ("second_finger_20mm_db", "over any other finger 20 mm off", "dB"),
+    ("focal_error_mm", "distance to the maximum", "mm"),
     ("finger_um", "under the finger, coils at their limit", "µm"),
 )
 """Number, title and unit."""

@@ -44,8 +44,8 @@ def draw_trace(axes: Axes, trace: Path) -> None:
 
 MAPS = (
     ("ssim", "SSIM", "viridis", False),
-    ("focal_error_mm", "maximum off the finger / mm", "magma_r", True),
-    ("second_finger_db", "the finger over any other / dB", "viridis", False),
+    ("focal_error_mm", "distance to the maximum / mm", "magma_r", True),
+    ("second_finger_db", "level over any other finger / dB", "viridis", False),
 )
 """Number of a row, title with unit, colours, and whether the scale begins at 0."""
 LARGEST_INCHES = (2.6, 2.6)

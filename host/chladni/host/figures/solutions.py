@@ -95,17 +95,17 @@ def _write_scorecard(axes: Axes, card: Scorecard) -> None:
     rows = [
         ("SSIM", f"{card.ssim:.3f}"),
         ("SSIM of the nearest coil alone", f"{card.nulls.nearest_actuator:.3f}"),
-        ("maximum off the target", f"{card.focal_error_mm:.1f} mm"),
-        ("the finger over any other", f"{card.second_finger_db:+.1f} dB"),
+        ("distance from target to maximum", f"{card.focal_error_mm:.1f} mm"),
+        ("level over any other finger", f"{card.second_finger_db:+.1f} dB"),
         ("contrast", f"{card.contrast_db:.1f} of {card.contrast_limit_db:.1f} dB"),
         ("area above half the maximum", f"{card.spot_mm2:.0f} mm²"),
     ]
     felt = card.felt
     if felt is not None and felt.finger_um is not None and felt.full_volts is not None:
-        rows += [("under the finger", f"{felt.finger_um:.2f} µm"),
-                 ("at the loudest coil", f"{felt.full_volts:.2f} V")]  # fmt: skip
+        rows += [("displacement under the finger", f"{felt.finger_um:.2f} µm"),
+                 ("voltage at the loudest coil", f"{felt.full_volts:.2f} V")]  # fmt: skip
     if felt is not None and felt.sensation_db is not None:
-        rows.append(("above the threshold of feeling", f"{felt.sensation_db:+.1f} dB"))
+        rows.append(("level above the threshold of feeling", f"{felt.sensation_db:+.1f} dB"))
     axes.set_axis_off()
     table = axes.table([[name, value] for name, value in rows], loc="upper center", cellLoc="left",
                        colWidths=[0.66, 0.34], edges="horizontal")  # fmt: skip

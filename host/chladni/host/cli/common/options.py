@@ -25,13 +25,13 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON o
 SeedOption = Annotated[int, typer.Option(help="Seed of the random starts.")]
 MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
 ObjectiveOption = Annotated[
-    str, typer.Option(help="What phasor is to be best at: " + ", ".join(OBJECTIVES) + ".")
+    str, typer.Option(help="What the method phasor optimises: " + ", ".join(OBJECTIVES) + ".")
 ]
 OwnObjectiveOption = Annotated[
     str | None,
     typer.Option(
         "--objective",
-        help="What drives are to be best at: " + ", ".join(OBJECTIVES) + ". By default focus "
+        help="What the drives optimise: " + ", ".join(OBJECTIVES) + ". By default focus "
         "on a board whose file has a [focus] block, else ssim.",
     ),
 ]
@@ -40,7 +40,7 @@ QuieterFromOption = Annotated[
 ]
 QuieterOption = Annotated[float | None, typer.Option(help="focus: how much less at least, dB.")]
 SilentFromOption = Annotated[
-    float | None, typer.Option(help="focus: mm from which it gets as little as can be.")
+    float | None, typer.Option(help="focus: mm from which it gets as little as possible.")
 ]
 FloorOption = Annotated[
     float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
@@ -49,7 +49,7 @@ SamplesOption = Annotated[
     int, typer.Option(help="Boards drawn within their tolerances; 0 for none.")
 ]
 PerturbedOption = Annotated[
-    bool, typer.Option("--perturbed/--no-perturbed", help="Look at such boards at all.")
+    bool, typer.Option("--perturbed/--no-perturbed", help="Score such boards too, or not.")
 ]
 JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
 
@@ -66,7 +66,7 @@ def _allow_large(large: bool) -> bool:
 LargeOption = Annotated[
     bool,
     typer.Option("--large", callback=_allow_large,
-                 help="Go on with work that takes more than 2 GB of memory."),
+                 help="Allow work that takes more than 2 GB of memory."),
 ]  # fmt: skip
 """Takes effect by itself; commands need not look at it."""
 FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]

@@ -1,1 +1,1 @@
-"""Commands that reach a device: ask it, play on it, configure it, and write to its flash."""
+"""Commands that connect to a device: query it, play on it, configure it, write to its flash."""

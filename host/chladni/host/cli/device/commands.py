@@ -1,4 +1,4 @@
-"""`chladni device`: ask a device, and tell it what to do."""
+"""`chladni device`: query and control a device."""
 
 from __future__ import annotations
 
@@ -30,10 +30,8 @@ FARTHEST_MM = 1000.0
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
 
-device_app = typer.Typer(
-    cls=Commands, help="Ask a device and tell it what to do.", no_args_is_help=True
-)
-key_app = typer.Typer(cls=Commands, help="Keys that hosts on a network prove themselves with.",
+device_app = typer.Typer(cls=Commands, help="Query and control a device.", no_args_is_help=True)
+key_app = typer.Typer(cls=Commands, help="Keys by which a device recognises hosts on a network.",
                       no_args_is_help=True)  # fmt: skip
 
 
@@ -53,7 +51,7 @@ def info(
     connection: Connection,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """State, table, heat and faults."""
+    """Show state, table, heat and faults."""
     with connection.device() as device:
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
@@ -170,7 +168,7 @@ def log(
     connection: Connection,
     seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
 ) -> None:  # fmt: skip
-    """Print what the device says between frames: boot, panics, the console."""
+    """Print the device's own text: boot messages, panics, the console."""
     if not 0.0 < seconds <= 3600.0:
         raise InputError("--seconds", seconds, "more than 0, at most 3600")
     if connection.udp is not None:
@@ -182,7 +180,7 @@ def log(
 
 @device_app.command("list")
 def list_devices(as_json: JsonOption = False) -> None:
-    """Serial ports with a USB bridge that boards have, and who answers there."""
+    """List serial ports with a USB bridge that boards have, and the device at each."""
     rows = []
     for port in list_ports.comports():
         if port.vid in USB_VENDORS:

@@ -1,4 +1,4 @@
-"""`chladni device config`: what a device is told about its board, one setting or all of them."""
+"""`chladni device config`: the settings of a device, one or all of them."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def config(
         typer.Argument(metavar="[NAME[=VALUE]]…", help="Settings; with units, as level=0.8."),
     ] = None,
     source: Annotated[
-        str | None, typer.Option("--from", metavar="BOARD", help="Set all that a board file knows.")
+        str | None, typer.Option("--from", metavar="BOARD", help="Set all that a board file has.")
     ] = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask back.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask first.")] = False,
     rom: Annotated[
         bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
     ] = False,
@@ -131,7 +131,7 @@ def _of_board(name: str) -> dict[str, Any]:
 
 
 def _ask_back(changed: list[dict[str, Any]]) -> None:
-    """Show what is about to change, and go on only if told to."""
+    """Show what is about to change, and ask whether to go on."""
     for row in changed:
         say(f"{row['name']}: {row['from']} -> {row['to']}")
     if not sys.stdin.isatty():
@@ -144,7 +144,7 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
     rows = {row["name"]: f"{row['from']} -> {row['to']}" for row in result["changed"]}
     standing = ", ".join(result["standing"]) or "nothing"
     known = {"board": result["board"]} if "board" in result else {}
-    return known | rows | {"in the way of playing": standing}
+    return known | rows | {"prevents playing": standing}
 
 
 def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:

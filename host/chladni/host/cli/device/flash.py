@@ -37,7 +37,7 @@ def flash(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a table to a device; until it is whole the old one stays."""
+    """Write a table to a device; the old one stays until the new one is complete."""
     check_one_of(
         "what to write", TABLE=table is not None, previous=previous, firmware=firmware is not None
     )

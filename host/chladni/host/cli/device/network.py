@@ -1,4 +1,4 @@
-"""`chladni device network`: let a device onto a network, or take it off."""
+"""`chladni device network`: connect a device to a network, or disconnect it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from chladni.sim.files import read_text
 
 RESTART_S = 1.0
 PASSPHRASE_FILE_BYTES = 1024
-"""A passphrase has 63 at most; how many it has is said by who checks it."""
+"""A passphrase has 63 at most, which `NetworkSettings` checks."""
 
 
 @connecting

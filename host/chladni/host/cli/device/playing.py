@@ -1,4 +1,4 @@
-"""Commands that play from here: a stream, and every coil one by one."""
+"""Commands that play from this computer: a stream, and every coil one by one."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def stream(
     seconds: Annotated[float, typer.Option(help="How long a drive or a script plays.")] = 1.0,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Play a drive from here, as the paper's host did, or raw duties at carrier/8 a second."""
+    """Play a drive from this computer, or raw duties, carrier/8 of them a second."""
     check_one_of(
         "what to play", DRIVE=drive is not None, csv=csv is not None, script=script is not None
     )
@@ -88,7 +88,7 @@ def self_test(
         int | None, typer.Option(help="Only this one, counted from 0.")
     ] = None,
     seconds: Annotated[
-        float, typer.Option(help="How long each plays: long enough to find it by hand.")
+        float, typer.Option(help="How long each plays.")
     ] = SELF_TEST_S,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
@@ -121,7 +121,7 @@ def self_test(
 
 
 def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
-    """Channels, each said before it plays."""
+    """Channels, each announced before it plays."""
     for own in channels:
         say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
         yield own
