@@ -111,6 +111,7 @@ def main() -> None:
     for n, one in zip(COUNTS, asked["counts"], strict=True):
         middle.annotate(f"{n}", (48.0 / (n - 1), level(one)), xytext=(4, 4),
                         textcoords="offset points", fontsize=8)  # fmt: skip
+    middle.margins(x=0.08, y=0.12)
     middle.axvspan(0.0, 12.0, color="#eef2f6", zorder=0)
     middle.set_xlabel("coil spacing on 60 mm of strip, mm")
     middle.set_title("Coils a fingertip apart (number beside)", fontsize=10, color=INK)

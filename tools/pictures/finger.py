@@ -78,7 +78,8 @@ def main() -> None:
     target = (TOUCHED_MM[0] * MM, TOUCHED_MM[1] * MM)
     own = field[metrics.disc_mask(board.x, board.y, target, metrics.FINGERTIP_RADIUS)]
     level = 20.0 * np.log10(np.maximum(field / np.sqrt(np.mean(own**2)), 1e-6))
-    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(10.0, 4.2))
+    figure.set_layout_engine("constrained", wspace=0.06)
     left, right = figure.subplots(1, 2, width_ratios=[1.05, 1.0])
     draw_level(left, board, level)
     found = profile(board, loop.field, TOUCHED_MM)

@@ -50,6 +50,6 @@ def front_figure(found: Design) -> Figure:
     right.set_xlabel("x / mm")
     right.set_ylabel("y / mm")
     thickness = board.plate.thickness / MM
-    right.set_title(f"{board.name}: {len(board.actuators)} coils, {thickness:g} mm thick",
+    right.set_title(f"{board.name}\n{len(board.actuators)} coils, {thickness:g} mm thick",
                     fontsize=10, color=INK)  # fmt: skip
     return figure
