@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -27,6 +28,10 @@ from chladni.tables.table import Table
 # What makes a failure come again is printed with it.
 settings.register_profile("kept", print_blob=True)
 settings.load_profile("kept")
+
+# A shell starts what runs in its background with Ctrl-C ignored, and so would every process that a
+# test interrupts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -93,12 +98,17 @@ def coarse_table(coarse_board: Board) -> tuple[Table, TableReport]:
     return build_table(coarse_board)
 
 
-@pytest.fixture
-def table_file(coarse_table: tuple[Table, TableReport], prototype: Board, tmp_path: Path) -> Path:
+@pytest.fixture(scope="session")
+def table_bytes(coarse_table: tuple[Table, TableReport], prototype: Board) -> bytes:
     """A small table that says it is the shipped prototype's, so that no board need be named."""
+    return pack(replace(coarse_table[0], board_fingerprint=prototype.fingerprint()))
+
+
+@pytest.fixture
+def table_file(table_bytes: bytes, tmp_path: Path) -> Path:
+    """`table_bytes` as a file."""
     path = tmp_path / "t.chl"
-    named = replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
-    path.write_bytes(pack(named))
+    path.write_bytes(table_bytes)
     return path
 
 
