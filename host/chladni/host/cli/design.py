@@ -1,4 +1,4 @@
-"""`chladni design`: the board that answers a SPEC best, and others worth looking at."""
+"""`chladni design`: the board that meets a SPEC best, and the front of the others."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
 MOST_MODES = 500
 DRIVE_BYTES = 1_000_000
-"""An answer of `chladni solve --json` has some thousands."""
+"""The output of `chladni solve --json` has some thousands."""
 
 
 def register(app: typer.Typer) -> None:
@@ -232,7 +232,7 @@ def _read_drive(path: Path, board: Board) -> tuple[NDArray[np.complex128], Place
 
 
 def _target_of(document: dict[str, Any], board: Board) -> Place | None:
-    """The place that a drive says it is for, mm, where it is one on the board."""
+    """The place that a drive is for, mm, where it is one on the board."""
     try:
         x, y = (float(along) for along in document["target_mm"])
     except (KeyError, TypeError, ValueError, OverflowError):

@@ -98,7 +98,7 @@ def solve_command(
 
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:
-    """A solution and its scorecard as `chladni solve --json` answers."""
+    """A solution and its scorecard as `chladni solve --json` prints them."""
     card = asdict(scored)
     baselines, felt = card.pop("nulls"), card.pop("felt")
     return {

@@ -123,7 +123,7 @@ def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_
 
 
 def _token(key: Path | None) -> str:
-    """What the address begins with; whoever knows it may use the studio."""
+    """What the address begins with; a page needs it to use the studio."""
     if key is None:
         return secrets.token_urlsafe(TOKEN_BYTES)
     return (read_key(key) if os.path.lexists(key) else make_key(key)).hex()

@@ -1,1 +1,1 @@
-"""What all commands share: options, answers, progress."""
+"""What all commands share: options, output, progress."""

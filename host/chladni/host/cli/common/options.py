@@ -114,7 +114,7 @@ def with_focus(
     board: Board, objective: str, *, quieter_from_mm: float | None, quieter_db: float | None,
     silent_from_mm: float | None, floor_um: float | None,
 ) -> Board:  # fmt: skip
-    """A board with what its focus keeps to changed as far as options say.
+    """A board with the demands of its focus replaced by those of the options.
 
     Raises
     ------

@@ -103,12 +103,12 @@ def _with_unit(text: str, key: str) -> str:
 
 
 def say(text: str) -> None:
-    """A line on stderr: what a command is doing, beside its answer."""
+    """A line on stderr: what a command is doing, beside its result."""
     sys.stderr.write(f"chladni: {text}\n")
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure, and say where."""
+    """Write a figure, and print its path on stderr."""
     # What draws takes a third of a second to load, and most commands draw nothing.
     from chladni.host.figures.fields import save  # noqa: PLC0415
 

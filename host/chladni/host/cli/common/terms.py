@@ -1,4 +1,4 @@
-"""What people are told in place of a key: words, the unit, or nothing.
+"""What people read in place of a key: words and the unit, or nothing.
 
 A key that is not here keeps its own words; its unit, if its end is one, goes to the value.
 """

@@ -1,4 +1,4 @@
-"""How a command reaches a device: the options that all commands share, and the wire they name."""
+"""How a command connects to a device: the options that all commands share, and their wire."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ PLAY_S = 1.0
 
 @dataclass(frozen=True)
 class Step:
-    """What to look at, what a good answer is, and what a bad one points to."""
+    """What to look at, the question, and the advice if the answer is no."""
 
     title: str
     look: str
