@@ -116,13 +116,13 @@ def test_a_port_is_that_of_an_emulated_device(tmp_path: Path) -> None:
 ```console
 $ chladni device info --port /dev/ttyUSB0
 ...
-prevents playing no table
+playing prevented by no table
 ...
 ```
 """
     assert tried(text, tmp_path).problems == []
     (problem,) = tried(text.replace("no table", "all is well"), tmp_path).problems
-    assert "expected\n    prevents playing all is well" in problem
+    assert "expected\n    playing prevented by all is well" in problem
 
 
 def test_broken_references_are_reported(tmp_path: Path) -> None:

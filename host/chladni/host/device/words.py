@@ -15,7 +15,7 @@ def in_units(info: dict[str, Any]) -> dict[str, Any]:
         table = info["table_status"]
     return {
         "state": info["state"],
-        "prevents playing": ", ".join(info["standing"]) or "nothing",
+        "playing prevented by": ", ".join(info["standing"]) or "nothing",
         "table": table,
         "configuration": info["config_status"],
         "panel": info["panel_health"],

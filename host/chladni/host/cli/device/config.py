@@ -144,7 +144,7 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
     rows = {row["name"]: f"{row['from']} -> {row['to']}" for row in result["changed"]}
     standing = ", ".join(result["standing"]) or "nothing"
     known = {"board": result["board"]} if "board" in result else {}
-    return known | rows | {"prevents playing": standing}
+    return known | rows | {"playing prevented by": standing}
 
 
 def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
