@@ -234,6 +234,7 @@ def draw(rows: list[Row]) -> Figure:
             own = [row for row in rows if row.scene == scene and row.method == method]
             axes.loglog([r.seconds for r in own], [r.error for r in own], "o-",
                         color=f"C{k}", label=method)  # fmt: skip
+        axes.margins(y=0.25)  # room for the legend above the curves
         axes.set_title(scene, fontsize=10)
         axes.set_xlabel("seconds")
         axes.set_ylabel("relative L² error")
