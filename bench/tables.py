@@ -137,7 +137,8 @@ def draw(tables: list[Built]) -> Figure:
                   transform=axes.get_xaxis_transform())  # fmt: skip
         axes.set_xlabel("bytes, headers included")
         axes.set_ylabel(label)
-    figure.axes[0].legend(frameon=False, fontsize=7, loc="lower left")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center",
+                  ncols=6, frameon=False, fontsize=8)  # fmt: skip
     return figure
 
 
