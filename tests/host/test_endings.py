@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import signal
@@ -10,12 +9,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import chladni.host
 from conftest import ROOT, CommandLine
+from one_process import run_all
 
 pytestmark = pytest.mark.slow
 
@@ -157,20 +158,6 @@ NEW_ONLY = {"key", "the emulator's flash", "solve"}
 Ended = tuple[int, str, dict[str, bytes], dict[str, bytes]]
 """Exit code, standard error, and the files of the folder before and after."""
 
-ALL_OF_THEM = """
-import contextlib, io, json, os, sys
-from chladni.host.cli.app import main
-ended = []
-for folder, words in json.loads(sys.argv[1]):
-    os.chdir(folder)
-    sys.argv = ["chladni", *words]
-    err = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(err):
-        code = main()
-    ended.append((code, err.getvalue()))
-print(json.dumps(ended))
-"""
-
 
 @pytest.fixture(scope="module")
 def on_a_full_disk(
@@ -178,10 +165,10 @@ def on_a_full_disk(
 ) -> dict[str, Ended]:
     """All of `WRITING`, in one process that may write 40 bytes to a file: the same calls fail."""
 
-    def contents(folder: str) -> dict[str, bytes]:
-        return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+    def contents(folder: Path) -> dict[str, bytes]:
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
 
-    runs: list[tuple[str, list[str]]] = []
+    runs = []
     for case, template in WRITING.items():
         folder = tmp_path_factory.mktemp("full")
         words = [word.replace("@.", "result.") for word in template]
@@ -189,16 +176,12 @@ def on_a_full_disk(
         if case not in NEW_ONLY:
             (name,) = (word for word in words if word.startswith("result."))
             (folder / name).write_bytes(b"what was there")
-        runs.append((str(folder), words))
-    before = [contents(folder) for folder, _ in runs]
-    done = subprocess.run(
-        [sys.executable, "-c", ALL_OF_THEM, json.dumps(runs)],
-        stdout=subprocess.PIPE, text=True, check=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40, 40)),
-    )  # fmt: skip
-    rows = zip(WRITING, runs, before, json.loads(done.stdout), strict=True)
+        runs.append((folder, words))
+    olds = [contents(folder) for folder, _ in runs]
+    limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (40, 40))
+    rows = zip(WRITING, runs, olds, run_all(runs, before=limit), strict=True)
     return {
-        case: (code, err, old, contents(folder)) for case, (folder, _), old, (code, err) in rows
+        case: (code, err, old, contents(folder)) for case, (folder, _), old, (code, _, err) in rows
     }
 
 

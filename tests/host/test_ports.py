@@ -6,10 +6,7 @@ import os
 import signal
 import socket
 import struct
-import subprocess
-import sys
 import threading
-import time
 import tty
 from dataclasses import replace
 from pathlib import Path
@@ -20,13 +17,21 @@ import serial
 
 from chladni.host.cli.device.commands import who_answers
 from chladni.host.device.device import Device
-from chladni.host.device.link import encode
+from chladni.host.device.link import Link, encode
 from chladni.host.device.wire import SerialWire
+from chladni.host.protocol.codes import DEVICE_STATE
 from chladni.host.protocol.link import BY_NAME, RESPONSE
 from chladni.sim.board.board import Board
 from chladni.tables.format import pack, read_table
 from conftest import CommandLine
 from made_up import SCRIPT
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A greeting is sent once: four with waits that double take 4 s, and none is answered."""
+    monkeypatch.setattr("chladni.host.device.device.GREETING_TRIES", 1)
+    monkeypatch.setattr("chladni.host.device.udp.HELLO_TRIES", 1)
 
 
 @pytest.mark.slow
@@ -52,7 +57,7 @@ def test_a_pseudo_terminal_is_met_as_a_device(
         device.restart()
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("impatient")
 def test_a_program_that_speaks_something_else_is_not_taken_for_a_device(
     chladni: CommandLine,
 ) -> None:
@@ -75,8 +80,9 @@ def udp_port() -> int:
 
 @pytest.mark.slow
 def test_a_key_set_over_the_wire_opens_the_network(
-    chladni: CommandLine, port: str, table_file: Path, tmp_path: Path, udp_port: int
-) -> None:
+    chladni: CommandLine, port: str, table_file: Path, tmp_path: Path, udp_port: int,
+    request: pytest.FixtureRequest,
+) -> None:  # fmt: skip
     """Set, flash and touch over UDP, refuse another key, and close it again."""
     key, passphrase = tmp_path / "own.key", tmp_path / "passphrase"
     passphrase.write_text("a passphrase\n")
@@ -89,6 +95,7 @@ def test_a_key_set_over_the_wire_opens_the_network(
     assert (done.json["state"], done.json["ssid"]) == ("on", "lab")
     assert chladni("flash", table_file, *there, "--json").json["verified"]
     assert chladni("device", "touch", "5,5", "--seconds", "0.3", *there).code == 0
+    request.getfixturevalue("impatient")
     other = tmp_path / "other.key"
     other.write_text("ab" * 32)
     other.chmod(0o600)
@@ -158,14 +165,21 @@ def test_the_emulated_wire_follows_its_configuration(
     assert shown.json == {"link_baud": 921_600}
 
 
-@pytest.mark.slow
-def test_a_touch_that_is_interrupted_is_lifted(port: str) -> None:
+def test_a_touch_that_is_interrupted_is_lifted(
+    chladni: CommandLine, port: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Ctrl-C in the middle: the finger does not stay behind."""
-    command = [sys.executable, "-m", "chladni.host.cli.app", "device", "touch", "5,5"]
-    process = subprocess.Popen([*command, "--seconds", "30", "--port", port])
-    time.sleep(4.0)
-    process.send_signal(signal.SIGINT)
-    assert process.wait() != 0
+    states = []
+
+    def press_ctrl_c(link: Link, _: float) -> None:
+        states.append(DEVICE_STATE.text(link.request("info").fields["state"]))
+        signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as waiting:
+        waiting.setattr(Link, "wait", press_ctrl_c)
+        done = chladni("device", "touch", "5,5", "--seconds", "30", "--port", port)
+    assert (done.code, done.err) == (130, "chladni: interrupted\n")
+    assert states == ["playing"]
     with Device(SerialWire(port)) as device:
         device.link.wait(0.2)
         assert device.info()["state"] == "idle"
@@ -183,7 +197,7 @@ def test_a_plug_that_is_pulled_ends_a_command_with_a_reason(
     assert "Traceback" not in done.err
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("impatient")
 def test_another_baud_rate_is_not_taken_for_a_device(chladni: CommandLine) -> None:
     """A console that prints at 9600 while we listen at 115200: bytes that make no sense."""
     master, slave = os.openpty()

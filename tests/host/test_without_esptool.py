@@ -3,68 +3,66 @@
 from __future__ import annotations
 
 import ast
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from conftest import ROOT
+from one_process import run_all
 
-# Refuses esptool as an environment without it does, and says if anything asked.
-RUN = """
+# Refuses esptool as an environment without it does.
+MISSING = """
 import sys
 class Missing:
     def find_spec(self, name, path=None, target=None):
         if name.split(".")[0] == "esptool":
             raise ModuleNotFoundError("No module named 'esptool'", name="esptool")
 sys.meta_path.insert(0, Missing())
-sys.argv = ["chladni", *sys.argv[1:]]
-from chladni.host.cli.app import start
-start()
 """
 MESSAGE = "chladni: ROM flashing needs esptool: pip install 'chladni[rom]'\n"
-
-
-def run(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", RUN, *map(str, words)], cwd=folder, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("flash", "t.chl", "--rom", "--port", "/dev/null"),
-        ("flash", "--firmware", "f.bin", "--port", "/dev/null"),
-        ("device", "config", "set", "channels=3", "--rom", "--port", "/dev/null"),
-    ],
+NEEDS_IT = (
+    ("flash", "t.chl", "--rom", "--port", "/dev/null"),
+    ("flash", "--firmware", "f.bin", "--port", "/dev/null"),
+    ("device", "config", "set", "channels=3", "--rom", "--port", "/dev/null"),
 )
-def test_rom_flashing_says_what_to_install(table_file: Path, words: tuple[str, ...]) -> None:
-    (table_file.parent / "f.bin").write_bytes(b"\xe9" + bytes(99))
-    done = run(table_file.parent, *words)
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", MESSAGE)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--version",),
-        ("board", "show", "paper"),
-        ("table", "show", "t.chl"),
-        ("flash", "t.chl", "--emulator"),
-        ("device", "info", "--emulator"),
-        ("device", "config", "describe"),
-        ("device", "list"),
-        ("flash", "--help"),
-    ],
+WORKS_WITHOUT = (
+    ("--version",),
+    ("board", "show", "paper"),
+    ("table", "show", "t.chl"),
+    ("flash", "t.chl", "--emulator"),
+    ("device", "info", "--emulator"),
+    ("device", "config", "describe"),
+    ("device", "list"),
+    ("flash", "--help"),
 )
-def test_what_is_not_rom_flashing_works_without(table_file: Path, words: tuple[str, ...]) -> None:
-    done = run(table_file.parent, *words)
-    assert done.returncode == 0, done.stderr
-    assert "esptool" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def without(
+    table_bytes: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> dict[tuple[str, ...], tuple[int, str, str]]:
+    """What every command comes to; those that need esptool come first, and nothing has loaded."""
+    folder = tmp_path_factory.mktemp("without")
+    (folder / "t.chl").write_bytes(table_bytes)
+    (folder / "f.bin").write_bytes(b"\xe9" + bytes(99))
+    commands = (*NEEDS_IT, *WORKS_WITHOUT)
+    ended = run_all([(folder, words) for words in commands], first=MISSING)
+    return dict(zip(commands, ended, strict=True))
+
+
+@pytest.mark.parametrize("words", NEEDS_IT)
+def test_rom_flashing_says_what_to_install(
+    without: dict[tuple[str, ...], tuple[int, str, str]], words: tuple[str, ...]
+) -> None:
+    assert without[words] == (1, "", MESSAGE)
+
+
+@pytest.mark.parametrize("words", WORKS_WITHOUT)
+def test_what_is_not_rom_flashing_works_without(
+    without: dict[tuple[str, ...], tuple[int, str, str]], words: tuple[str, ...]
+) -> None:
+    code, _, err = without[words]
+    assert code == 0, err
+    assert "esptool" not in err
 
 
 def test_esptool_is_imported_in_one_place() -> None:
