@@ -14,7 +14,7 @@ enum class DeviceState : uint8_t {
   kPlaying,  // a finger is on the board
   kStreaming,  // a host drives the outputs
   kUpdating,  // flash is being written; outputs off
-  kFault,  // something stands in the way; outputs off until it clears
+  kFault,  // something keeps it from playing; outputs off until it clears
   kLifted,  // the finger has left, and its lift pulse plays
   kRestarting,  // outputs fade out, then everything starts again
 };
@@ -95,10 +95,10 @@ constexpr const char* to_text(ConfigStatus value) {
   return "unknown";
 }
 
-// How the touch panel does.
+// How the touch panel is.
 enum class PanelHealth : uint8_t {
   kNone,
-  kMissing,  // asked for again and again
+  kMissing,  // looked for every 250 ms
   kFine,
   kWedged,  // answered once, and fails now
 };
@@ -139,25 +139,25 @@ constexpr const char* to_text(ResetCause value) {
 
 // What went wrong.
 enum class FaultCause : uint8_t {
-  kReset,  // by something else than power; detail: ResetCause
+  kReset,  // not by power; detail: ResetCause
   kNoTable,  // the partition is blank
   kTableRefused,  // detail: TableStatus
   kConfigRefused,  // outputs stay off; detail: ConfigStatus
   kPanelMissing,  // no panel answers at the panel's addresses
-  kPanelFails,  // it answered, and fails now
-  kPanelRange,  // it reported a place off its own pixels
-  kTouchTimeout,  // it fell silent under a finger
+  kPanelFails,  // the panel answered before, and fails now
+  kPanelRange,  // the panel reported a place off its pixels
+  kTouchTimeout,  // the panel fell silent under a finger
   kTouchTooLong,  // a touch outlasted its limit
   kInterruptLate,  // detail: samples missed in all
   kUnderrun,  // a stream ran dry
-  kHostSilent,  // a host that drives the outputs fell silent
+  kHostSilent,  // the host that drives the outputs fell silent
   kCoilHot,  // detail: channel
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
   kBrownOut,  // the supply gave way; outputs stay off until a host plays
-  kPowerOns,  // the same; detail: starts that did not last 10 s
+  kPowerOns,  // outputs stay off; detail: starts that did not last 10 s
   kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
-  kOlderTable,  // the newest one is damaged; it plays on
+  kOlderTable,  // the newest table is damaged; the older one plays
 };
 constexpr uint32_t kFaultCauses = 19U;
 

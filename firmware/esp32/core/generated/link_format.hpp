@@ -25,16 +25,16 @@ enum class Status : uint8_t {
   kOk = 0,  // done
   kBusy = 1,  // ask again in a moment
   kUnknown = 2,  // no such request in this version
-  kMalformed = 3,  // fields that cannot be
+  kMalformed = 3,  // invalid fields
   kIncompatible = 4,  // another major version of the link
-  kWrongOffset = 5,  // bytes out of order; the answer says which are due
+  kWrongOffset = 5,  // bytes out of order; the answer has the offset that is due
   kTooLarge = 6,  // more than a slot holds
   kFlashFailed = 7,  // flash failed; the old table stays
-  kRefused = 8,  // the device refuses it; the answer says why
-  kNotBegun = 9,  // nothing under way
+  kRefused = 8,  // the device refuses it; the answer gives the reason
+  kNotBegun = 9,  // nothing has begun
   kNoOther = 10,  // no other table
   kNotNow = 11,  // not in this state
-  kTooOften = 12,  // flash was written 60 times within an hour; it may be again in a minute
+  kTooOften = 12,  // flash was written 60 times within an hour; try again in a minute
 };
 
 namespace hello {

@@ -1,4 +1,4 @@
-"""What a device says in numbers: states, statuses and causes, with the words for them.
+"""States, statuses and causes that a device sends as numbers, with the words for them.
 
 The one declaration of them; `tools/generate_headers.py` writes the C++ enumerations and texts.
 """
@@ -38,7 +38,7 @@ DEVICE_STATE = Codes("DeviceState", "What a device is doing.", (
     Code("kPlaying", "playing", "a finger is on the board"),
     Code("kStreaming", "streaming", "a host drives the outputs"),
     Code("kUpdating", "updating", "flash is being written; outputs off"),
-    Code("kFault", "fault", "something stands in the way; outputs off until it clears"),
+    Code("kFault", "fault", "something keeps it from playing; outputs off until it clears"),
     Code("kLifted", "lifted", "the finger has left, and its lift pulse plays"),
     Code("kRestarting", "restarting", "outputs fade out, then everything starts again"),
 ))  # fmt: skip
@@ -68,9 +68,9 @@ CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kByWireOnly", "limits, pins and carrier are set by wire only",
          "what a network asked for was refused"),
 ))  # fmt: skip
-PANEL_HEALTH = Codes("PanelHealth", "How the touch panel does.", (
+PANEL_HEALTH = Codes("PanelHealth", "How the touch panel is.", (
     Code("kNone", "no panel configured"),
-    Code("kMissing", "panel missing", "asked for again and again"),
+    Code("kMissing", "panel missing", "looked for every 250 ms"),
     Code("kFine", "panel fine"),
     Code("kWedged", "panel fails", "answered once, and fails now"),
 ))  # fmt: skip
@@ -83,27 +83,28 @@ RESET_CAUSE = Codes("ResetCause", "Why the processor started.", (
     Code("kOther", "other"),
 ))  # fmt: skip
 FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
-    Code("kReset", "reset", "by something else than power; detail: ResetCause"),
+    Code("kReset", "reset", "not by power; detail: ResetCause"),
     Code("kNoTable", "no table", "the partition is blank"),
     Code("kTableRefused", "table refused", "detail: TableStatus"),
     Code("kConfigRefused", "configuration refused", "outputs stay off; detail: ConfigStatus"),
     Code("kPanelMissing", "panel missing", "no panel answers at the panel's addresses"),
-    Code("kPanelFails", "panel fails", "it answered, and fails now"),
-    Code("kPanelRange", "panel out of range", "it reported a place off its own pixels"),
-    Code("kTouchTimeout", "touch timeout", "it fell silent under a finger"),
+    Code("kPanelFails", "panel fails", "the panel answered before, and fails now"),
+    Code("kPanelRange", "panel out of range", "the panel reported a place off its pixels"),
+    Code("kTouchTimeout", "touch timeout", "the panel fell silent under a finger"),
     Code("kTouchTooLong", "touch too long", "a touch outlasted its limit"),
     Code("kInterruptLate", "interrupt late", "detail: samples missed in all"),
     Code("kUnderrun", "stream underrun", "a stream ran dry"),
-    Code("kHostSilent", "host silent", "a host that drives the outputs fell silent"),
+    Code("kHostSilent", "host silent", "the host that drives the outputs fell silent"),
     Code("kCoilHot", "coil hot", "detail: channel"),
     Code("kSupplyCurrent", "supply current", "detail: mA"),
     Code("kInterruptStopped", "interrupt stopped",
          "outputs are cut until the next start; detail: ms without a sample"),
     Code("kBrownOut", "brown-out", "the supply gave way; outputs stay off until a host plays"),
-    Code("kPowerOns", "power lost in a row", "the same; detail: starts that did not last 10 s"),
+    Code("kPowerOns", "power lost in a row",
+         "outputs stay off; detail: starts that did not last 10 s"),
     Code("kNotConfigured", "never configured",
          "outputs stay off until `chladni device config set --from BOARD`"),
-    Code("kOlderTable", "older table", "the newest one is damaged; it plays on"),
+    Code("kOlderTable", "older table", "the newest table is damaged; the older one plays"),
 ))  # fmt: skip
 WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
     Code(f"k{name.capitalize()}", name) for name in WAVEFORMS

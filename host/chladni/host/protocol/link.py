@@ -1,4 +1,4 @@
-"""What host and device say to each other: the one declaration of the link.
+"""The messages between host and device: the one declaration of the link.
 
 `tools/generate_headers.py` writes the C++ header and docs/link-protocol.md from it.
 
@@ -55,16 +55,16 @@ STATUS_TEXT = {
     Status.OK: "done",
     Status.BUSY: "ask again in a moment",
     Status.UNKNOWN: "no such request in this version",
-    Status.MALFORMED: "fields that cannot be",
+    Status.MALFORMED: "invalid fields",
     Status.INCOMPATIBLE: "another major version of the link",
-    Status.WRONG_OFFSET: "bytes out of order; the answer says which are due",
+    Status.WRONG_OFFSET: "bytes out of order; the answer has the offset that is due",
     Status.TOO_LARGE: "more than a slot holds",
     Status.FLASH_FAILED: "flash failed; the old table stays",
-    Status.REFUSED: "the device refuses it; the answer says why",
-    Status.NOT_BEGUN: "nothing under way",
+    Status.REFUSED: "the device refuses it; the answer gives the reason",
+    Status.NOT_BEGUN: "nothing has begun",
     Status.NO_OTHER: "no other table",
     Status.NOT_NOW: "not in this state",
-    Status.TOO_OFTEN: "flash was written 60 times within an hour; it may be again in a minute",
+    Status.TOO_OFTEN: "flash was written 60 times within an hour; try again in a minute",
 }
 
 
@@ -102,7 +102,7 @@ MESSAGES = (
              Field("fingerprint", "u64", "Of the table's board."),
              Field("board", "char16", "Its name."),
              Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K."),
-             Field("stack_free", "u32", "Never used of the main task's, bytes; 0 unknown."),
+             Field("stack_free", "u32", "Of the main task's stack, bytes never used; 0 unknown."),
              Field("standing", "u32", "Faults that stand: bit k for the k-th cause."),
              Field("erases", "u32", "Sectors of flash, since power came on.")),
             "",
@@ -114,19 +114,19 @@ MESSAGES = (
                                Field("crc", "u32", "Its last four bytes.")),
             "the table's header", (Field("table_status", "u8", "0 is ok."),), "",
             "A table for other channels is refused, and nothing is lost. Outputs go off first: "
-            "busy until they are. Erases the other slot, unless the same "
-            "table broke off there since the last start: `table_data` says what is there already."),
+            "busy until they are off. Erases the other slot, unless the same update broke off "
+            "there since the last start: then `table_data` answers with the offset that is due."),
     Message(5, "table_data", (Field("offset", "u32", "Of these bytes in the table."),),
             "bytes of the table", (Field("next", "u32", "Offset that is due."),), "",
             "In order; bytes that are there already are answered ok."),
     Message(6, "table_commit", (), "", (Field("slot", "u8", "In use now."),
                                         Field("table_status", "u8", "0 is ok.")), "",
-            "Reads back, enters into the slot's trailer, loads."),
+            "Reads the table back, enters it into the slot's trailer, and loads it."),
     Message(7, "table_previous", (), "", (Field("slot", "u8", "In use now."),
                                           Field("table_status", "u8", "0 is ok.")), "",
             "Back to the other slot's table."),
     Message(8, "touch", _PLACE, "", _PLACE, "",
-            "As a finger, until lift. The answer is the nearest place on the board: that plays."),
+            "Plays a place until lift. The answer is the nearest place on the board, which plays."),
     Message(9, "lift", (), "", (Field("played_ms", "u32", "From touch-down until now, or until "
                                       "something ended it."),), "", ""),
     Message(10, "frequency", (Field("millihertz", "u32", "Millihertz; one of the table's."),), "",
@@ -147,7 +147,7 @@ MESSAGES = (
     Message(18, "live", (Field("millihertz", "u32", "Millihertz."),
                          Field("waveform", "u8", "As above.")),
             "per channel: in-phase i16, quadrature i16, 32767 for full amplitude", (), "",
-            "To be repeated within the touch timeout."),
+            "The host repeats it within the touch timeout."),
     Message(19, "network_set", (), "a network record, or nothing for none", (), "",
             "Over the wire only. In force from the next start."),
     Message(20, "network_get", (), "",
