@@ -76,8 +76,9 @@ std::vector<std::tuple<std::string, std::string, std::string>> transitions() {
     for (uint32_t e = 0; e < chladni::kDeviceEvents; ++e) {
       const auto state = static_cast<chladni::DeviceState>(s);
       const auto event = static_cast<chladni::DeviceEvent>(e);
-      const chladni::Transition found = transition(state, event);
-      if (found.is_allowed) rows.emplace_back(to_text(state), to_text(event), to_text(found.next));
+      const chladni::Transition* const found = transition(state, event);
+      if (found == nullptr) continue;
+      rows.emplace_back(to_text(state), to_text(event), to_text(found->next));
     }
   }
   return rows;

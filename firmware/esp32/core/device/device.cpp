@@ -81,10 +81,10 @@ SynthesisSettings Device::synthesis_settings() const {
 }
 
 bool Device::go(DeviceEvent event) {
-  const Transition found = transition(state_, event);
-  if (!found.is_allowed) return false;
+  const Transition* const found = transition(state_, event);
+  if (found == nullptr) return false;
   const bool did_play = is_of_a_finger();
-  state_ = found.next;
+  state_ = found->next;
   if (did_play && !is_of_a_finger()) played_ms_ = uptime_ms_ - touch_ms_;
   return true;
 }
