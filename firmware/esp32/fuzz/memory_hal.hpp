@@ -7,10 +7,10 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/crc32.hpp"
-#include "core/device/config.hpp"
 #include "core/generated/network_format.hpp"
 #include "core/generated/store_format.hpp"
 #include "core/hal.hpp"
+#include "core/storage/config.hpp"
 #include "core/storage/retained.hpp"
 
 namespace chladni::fuzz {

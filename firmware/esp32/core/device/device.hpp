@@ -3,20 +3,20 @@
 
 #include <cstdint>
 
+#include "core/base/fault_log.hpp"
 #include "core/device/coil_heat.hpp"
-#include "core/device/config.hpp"
-#include "core/device/faults.hpp"
 #include "core/device/state.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/storage/boot_log.hpp"
-#include "core/storage/flash_check.hpp"
+#include "core/storage/config.hpp"
 #include "core/storage/network_record.hpp"
 #include "core/storage/retained.hpp"
 #include "core/storage/table_store.hpp"
 #include "core/storage/write_budget.hpp"
 #include "core/synthesis/envelope.hpp"
 #include "core/synthesis/synthesis.hpp"
+#include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
 #include "core/touch/touch_input.hpp"
 

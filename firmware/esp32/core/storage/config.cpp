@@ -1,4 +1,4 @@
-#include "core/device/config.hpp"
+#include "core/storage/config.hpp"
 
 #include <cstddef>
 
