@@ -31,8 +31,8 @@ constexpr BaseType_t kSynthesisCore = 1;
 // place at start: its defaults would else be 20 KB of the image.
 alignas(Device) std::array<uint8_t, sizeof(Device)> device_memory;
 Device& device = *new (device_memory.data()) Device();
-Link host_link(device);
 Datagrams datagrams(device);
+Link host_link(device, datagrams.state());
 TaskHandle_t main_task = nullptr;
 
 // Keeps its content through a restart, a panic and the watchdogs; the reset pin takes it.
@@ -153,7 +153,7 @@ esp_err_t arm_safety() {
 void start_network() {
   Network network;
   if (!load_network(make_hal(), network)) return;
-  const esp_err_t status = chip::network_start(network, device.network());
+  const esp_err_t status = chip::network_start(network);
   if (status != ESP_OK) {
     complain("the network did not start:", status);
     return;
@@ -184,7 +184,7 @@ extern "C" void app_main() {
   for (;;) {
     esp_task_wdt_reset();
     chip::console_poll(host_link);
-    chip::network_poll(datagrams, device.network());
+    chip::network_poll(datagrams);
     device.poll();
     watch_alignment();
     // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).

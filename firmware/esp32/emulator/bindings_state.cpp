@@ -49,7 +49,7 @@ void bind_state(nb::class_<Emulator>& emulator) {
       .def_prop_ro("limited_drives", [](Emulator& s) { return s.device().synthesis().limited(); })
       .def_prop_ro("network_port",
                    [](Emulator& s) {
-                     return s.device().network().is_on ? s.device().network().port : uint16_t{0};
+                     return s.network_state().is_on ? s.network_state().port : uint16_t{0};
                    })
       .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().heat().supply_ma(); })
       .def_prop_ro("stream_filled", [](Emulator& s) { return s.device().stream().filled(); })

@@ -54,9 +54,9 @@ void Emulator::boot(ResetCause cause) {
   device_.~Device();
   new (&device_) Device();
   link_.~Link();
-  new (&link_) Link(device_);
   datagrams_.~Datagrams();
   new (&datagrams_) Datagrams(device_);
+  new (&link_) Link(device_, datagrams_.state());
   to_device_.clear();
   datagrams_in_.clear();
   must_restart_ = false;
@@ -64,7 +64,7 @@ void Emulator::boot(ResetCause cause) {
   pwm_.reset();
   device_.start(hal());
   datagrams_.start(hal());
-  if (device_.network().is_on) device_.network().address = kLoopback;
+  if (datagrams_.state().is_on) datagrams_.set_address(kLoopback);
   const Config& config = device_.config();
   if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits()) {
     begun_ns_ = now_ns();

@@ -104,6 +104,7 @@ class Emulator {
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
   Device& device() { return device_; }
+  const NetworkState& network_state() const { return datagrams_.state(); }
   const Device& device() const { return device_; }
   uint64_t now_us() const { return static_cast<uint64_t>(now_ns() / 1000U); }
   uint64_t period() const { return period_; }
@@ -150,8 +151,8 @@ class Emulator {
   Pwm pwm_{1, 10};
   Panel panel_;
   Device device_;
-  Link link_{device_};
   Datagrams datagrams_{device_};
+  Link link_{device_, datagrams_.state()};
   Hmac hmac_;
   bool is_booted_ = false;
   ResetCause reset_cause_ = ResetCause::kPowerOn;

@@ -10,7 +10,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   fuzz::Board board;
   const auto device = std::make_unique<Device>();
   device->start(fuzz::make_hal(board));
-  const auto link = std::make_unique<Link>(*device);
+  const NetworkState network;
+  const auto link = std::make_unique<Link>(*device, network);
   std::array<uint8_t, link_format::kMaxFrame * 2> coded{};
   for (size_t at = 0; at < size;) {
     const uint8_t kind = data[at++];

@@ -74,7 +74,7 @@ esp_err_t start_radio(const Network& network) {
 
 }  // namespace
 
-esp_err_t network_start(const Network& network, NetworkState& state) {
+esp_err_t network_start(const Network& network) {
   esp_err_t status = start_radio(network);
   if (status != ESP_OK) return status;
   mbedtls_md_init(&hmac_context);
@@ -88,12 +88,11 @@ esp_err_t network_start(const Network& network, NetworkState& state) {
   own.sin_port = htons(network.port);
   own.sin_addr.s_addr = htonl(INADDR_ANY);
   if (bind(udp_socket, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) return ESP_FAIL;
-  state.address = address;
   return ESP_OK;
 }
 
-void network_poll(Datagrams& datagrams, NetworkState& state) {
-  state.address = address;
+void network_poll(Datagrams& datagrams) {
+  datagrams.set_address(address);
   if (udp_socket < 0) return;
   datagrams.poll();
   // One byte more than any may have, so that a longer one shows. Not on the main task's stack.

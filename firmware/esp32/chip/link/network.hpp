@@ -8,10 +8,10 @@ namespace chladni::chip {
 
 // Joins the network, and again whenever it is lost, in the background. Its radio is also what makes
 // `network_random` unforeseeable, so datagrams begin after it.
-esp_err_t network_start(const Network& network, NetworkState& state);
+esp_err_t network_start(const Network& network);
 
 // Hand the datagrams that have come to the device; returns at once if there are none.
-void network_poll(Datagrams& datagrams, NetworkState& state);
+void network_poll(Datagrams& datagrams);
 
 // To whoever sent the datagram that is being handled.
 void network_send(const uint8_t* bytes, uint32_t count);

@@ -28,16 +28,6 @@ constexpr uint32_t kDefaultRampUs = 4000;
 constexpr uint32_t kDefaultTimeoutUs = 100000;
 constexpr uint32_t kDefaultMaxOnUs = 10000000;
 
-// Of the network, for whoever asks; kept by udp.cpp and, for the address, by the chip.
-struct NetworkState {
-  bool is_on = false;
-  uint16_t port = 0;
-  uint32_t address = 0;  // IPv4, its first byte lowest; 0 for none
-  uint32_t accepted = 0;
-  uint32_t rejected = 0;
-  std::array<char, network_format::kSsidBytes + 1> ssid{};
-};
-
 // What the main loop asks of the outputs; one at a time, the last one counts.
 enum class Post : uint8_t {
   kNothing,
@@ -105,7 +95,6 @@ class Device {
   bool set_network(const uint8_t* record, uint32_t size);
   // Whether flash may be written once more this hour.
   bool may_write() const { return writes_.is_left(); }
-  NetworkState& network() { return network_; }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
@@ -213,7 +202,6 @@ class Device {
   WriteBudget writes_;
   bool must_load_ = false;  // a damaged table is in use, until outputs are off
   FlashCheck flash_check_;
-  NetworkState network_;
   TableStore store_;
   BootLog boots_;
   Table table_;

@@ -10,7 +10,8 @@ namespace chladni {
 
 class Link {
  public:
-  explicit Link(Device& device) : device_(device), requests_(device, Requests::Via::kWire) {}
+  Link(Device& device, const NetworkState& network)
+      : device_(device), requests_(device, network, Requests::Via::kWire) {}
 
   // Bytes from the wire, in the main loop.
   void receive(const uint8_t* bytes, uint32_t count);

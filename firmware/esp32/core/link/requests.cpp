@@ -182,15 +182,14 @@ Status Requests::put_config() {
 }
 
 Status Requests::put_network() {
-  const NetworkState& state = device_.network();
-  const bool has_address = state.is_on && state.address != 0;
-  put(state.is_on ? (has_address ? 2U : 1U) : 0U, 1);
-  put(state.port, 2);
-  put(state.address, 4);
-  put(state.accepted, 4);
-  put(state.rejected, 4);
+  const bool has_address = network_.is_on && network_.address != 0;
+  put(network_.is_on ? (has_address ? 2U : 1U) : 0U, 1);
+  put(network_.port, 2);
+  put(network_.address, 4);
+  put(network_.accepted, 4);
+  put(network_.rejected, 4);
   for (uint32_t k = 0; k < network_format::kSsidBytes; ++k) {
-    put(static_cast<uint8_t>(state.ssid[k]), 1);
+    put(static_cast<uint8_t>(network_.ssid[k]), 1);
   }
   return Status::kOk;
 }

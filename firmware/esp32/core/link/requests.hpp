@@ -6,6 +6,7 @@
 
 #include "core/device/device.hpp"
 #include "core/generated/link_format.hpp"
+#include "core/link/network_state.hpp"
 
 namespace chladni {
 
@@ -25,7 +26,8 @@ class Requests {
  public:
   enum class Via : uint8_t { kWire, kNetwork };
 
-  Requests(Device& device, Via via) : device_(device), via_(via) {}
+  Requests(Device& device, const NetworkState& network, Via via)
+      : device_(device), network_(network), via_(via) {}
 
   // Kind, sequence, fields and tail of a request, in the main loop. False if it asks nothing, and
   // gets no answer. A request that is repeated is answered again and not done twice.
@@ -53,6 +55,7 @@ class Requests {
   void put(uint32_t value, uint32_t bytes);
 
   Device& device_;
+  const NetworkState& network_;
   Via via_;
   Conversation* with_ = nullptr;  // whose request is being handled
 };

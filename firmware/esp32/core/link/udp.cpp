@@ -36,15 +36,14 @@ bool ReplayWindow::take(uint32_t counter, bool may_be_late) {
 
 void Datagrams::start(const Hal& hal) {
   hal_ = hal;
-  NetworkState& state = device_.network();
-  state = {};
+  state_ = {};
   Network network;
   if (!load_network(hal_, network)) return;
   key_ = network.key;
   Mac mac{};
-  state.is_on = hal_.hmac_sha256(hal_.context, key_.data(), mac.data(), 1, mac.data());
-  state.port = network.port;
-  state.ssid = network.ssid;
+  state_.is_on = hal_.hmac_sha256(hal_.context, key_.data(), mac.data(), 1, mac.data());
+  state_.port = network.port;
+  state_.ssid = network.ssid;
   for (uint32_t k = 0; k < secret_.size(); k += 4) {
     put_word(secret_.data() + k, hal_.random(hal_.context), 4);
   }
@@ -53,13 +52,12 @@ void Datagrams::start(const Hal& hal) {
 }
 
 void Datagrams::receive(const uint8_t* bytes, uint32_t count, uint32_t source) {
-  NetworkState& state = device_.network();
-  if (!state.is_on) return;
+  if (!state_.is_on) return;
   poll();
   if (take(bytes, count, source)) {
-    ++state.accepted;
+    ++state_.accepted;
   } else {
-    ++state.rejected;
+    ++state_.rejected;
   }
 }
 

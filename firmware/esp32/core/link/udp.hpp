@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/generated/network_format.hpp"
+#include "core/link/network_state.hpp"
 #include "core/link/requests.hpp"
 #include "core/storage/network_record.hpp"
 
@@ -27,7 +28,7 @@ class ReplayWindow {
 class Datagrams {
  public:
   explicit Datagrams(Device& device)
-      : device_(device), requests_(device, Requests::Via::kNetwork) {}
+      : device_(device), requests_(device, state_, Requests::Via::kNetwork) {}
 
   // Reads the record; without a whole one, or without a way to make a MAC, it stays off.
   void start(const Hal& hal);
@@ -36,6 +37,10 @@ class Datagrams {
   void poll();
   // One datagram, in the main loop; `source` tells who sent it, as far as that can be believed.
   void receive(const uint8_t* bytes, uint32_t count, uint32_t source);
+
+  // The device's own on this network, IPv4 with its first byte lowest; 0 while it has none.
+  void set_address(uint32_t address) { state_.address = address; }
+  const NetworkState& state() const { return state_; }
 
  private:
   // Hosts at once.
@@ -85,6 +90,7 @@ class Datagrams {
             const uint8_t* body, uint32_t size);
 
   Device& device_;
+  NetworkState state_;
   Requests requests_;
   Hal hal_{};
   std::array<uint8_t, network_format::kKeyBytes> key_{};
