@@ -21,7 +21,7 @@ from instruction_counts import CORE, FIRMWARE, FLAGS, HERE, PROCESSORS
 ROOTS = {
     "sample interrupt": r"Synthesis::sample\(",
     "main loop": r"Device::poll\(\)",
-    "console": r"Device::command\(",
+    "console": r"run_command\(",
     "link": r"Link::receive\(",
     "network": r"Datagrams::receive\(",
     "start": r"Device::start\(",

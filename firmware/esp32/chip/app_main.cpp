@@ -4,6 +4,7 @@
 #include <new>
 
 #include "board.hpp"
+#include "core/link/console.hpp"
 #include "core/link/link.hpp"
 #include "core/link/udp.hpp"
 #include "esp_attr.h"
@@ -180,7 +181,7 @@ extern "C" void app_main() {
   const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
   if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
   start_network();
-  device.command("info");
+  run_command(device, "info");
   for (;;) {
     esp_task_wdt_reset();
     chip::console_poll(host_link);

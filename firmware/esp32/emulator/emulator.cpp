@@ -2,6 +2,8 @@
 
 #include <new>
 
+#include "core/link/console.hpp"
+
 namespace chladni::emulator {
 
 namespace {
@@ -83,7 +85,7 @@ void Emulator::boot(ResetCause cause) {
                       static_cast<uint32_t>(sample_due_) * cycles_per_period);
   next_turn_us_ = now_us();
   next_scan_us_ = now_us() + panel_.period_us(false);
-  device_.command("info");  // as chip/app_main.cpp greets
+  run_command(device_, "info");  // as chip/app_main.cpp greets
 }
 
 void Emulator::restart(ResetCause cause) {
@@ -102,7 +104,7 @@ void Emulator::set_main_loop_hung(bool is_hung) {
 
 void Emulator::command(const std::string& line) {
   if (is_booted_) {
-    device_.command(line.c_str());
+    run_command(device_, line.c_str());
   } else {
     note("the board is not powered on");
   }

@@ -4,6 +4,7 @@
 
 #include "core/base/crc32.hpp"
 #include "core/device/device.hpp"
+#include "core/link/console.hpp"
 #include "core/link/link.hpp"
 #include "core/link/udp.hpp"
 #include "qemu/runtime.hpp"
@@ -136,7 +137,8 @@ class Scenario {
       const uint32_t since_move = sample % kSamplesPerMove;
       // The last move of a wave is a lift-up.
       const bool is_last = sample / kSamplesPerMove == kSamplesPerWave / kSamplesPerMove - 1U;
-      if (since_move == 0) device.command(is_last ? "lift" : kMoves[sample / kSamplesPerMove % 4]);
+      if (since_move == 0)
+        run_command(device, is_last ? "lift" : kMoves[sample / kSamplesPerMove % 4]);
       if (sample % kSamplesPerTurn == 0) {
         now_us_ += 1024;
         device.poll();

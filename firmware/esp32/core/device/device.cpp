@@ -1,7 +1,5 @@
 #include "core/device/device.hpp"
 
-#include "core/base/text.hpp"
-
 namespace chladni {
 
 namespace {

@@ -51,8 +51,6 @@ class Device {
   void start(const Hal& hal);
   // One turn of the main loop; call it every millisecond, and as soon as the panel calls.
   void poll();
-  // One line from the console; "help" lists them.
-  void command(const char* line);
   // One sample; call it from the sample interrupt, every fourth carrier period. `missed` samples
   // before this one were never asked for.
   // Always inlined, so that the interrupt's own function takes it in: that lies in IRAM on the
@@ -98,6 +96,8 @@ class Device {
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
+  // One line for people.
+  void print(const char* line) const { hal_.print(hal_.context, line); }
   uint32_t stack_free() const { return hal_.stack_free(hal_.context); }
   // Since start.
   uint32_t now_ms() const { return uptime_ms_; }
@@ -160,10 +160,6 @@ class Device {
     return state_ == DeviceState::kPlaying || state_ == DeviceState::kLifted;
   }
   void ask_for(Post post);
-
-  bool run_command(const char* line);
-  void print_info();
-  void print_faults();
 
   Hal hal_{};
   Config config_{};

@@ -1,13 +1,10 @@
-// A host that drives the outputs itself, and the console.
-#include "core/base/text.hpp"
+// A host that drives the outputs itself.
 #include "core/device/device.hpp"
 
 namespace chladni {
 
 namespace {
 
-constexpr const char* kHelp =
-    "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
 // From a restart's request: an answer's time on a wire or a network; and the longest ramp.
 constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
 
@@ -127,84 +124,6 @@ Place Device::touch(Place place) {
 
 void Device::lift() {
   if (input_.let_go()) touch_up(hal_.now_us(hal_.context));
-}
-
-void Device::command(const char* line) {
-  if (!run_command(line)) hal_.print(hal_.context, kHelp);
-}
-
-// False if the line makes no sense.
-bool Device::run_command(const char* line) {
-  Reader reader(line);
-  if (reader.word("touch")) {
-    Place place{};
-    if (!reader.number(&place.x_um) || !reader.number(&place.y_um) || !reader.at_end())
-      return false;
-    touch(place);
-    hal_.print(hal_.context, table_.is_loaded() ? "ok" : to_text(table_status_));
-    return true;
-  }
-  if (reader.word("lift") && reader.at_end()) {
-    lift();
-    hal_.print(hal_.context, "ok");
-    return true;
-  }
-  if (reader.word("frequency")) {
-    int32_t frequency_millihertz = 0;
-    if (!reader.number(&frequency_millihertz) || !reader.at_end() || frequency_millihertz <= 0)
-      return false;
-    if (!table_.is_loaded()) {
-      hal_.print(hal_.context, to_text(table_status_));
-    } else if (state_ != DeviceState::kIdle) {
-      hal_.print(hal_.context, "lift the finger first");
-    } else {
-      hal_.print(hal_.context,
-                 to_text(select_frequency(static_cast<uint32_t>(frequency_millihertz))));
-    }
-    return true;
-  }
-  if (reader.word("waveform")) {
-    for (uint32_t k = 0; k < kWaveforms; ++k) {
-      if (!reader.word(to_text(static_cast<Waveform>(k))) || !reader.at_end()) continue;
-      set_waveform(static_cast<Waveform>(k));
-      hal_.print(hal_.context, "ok");
-      return true;
-    }
-    return false;
-  }
-  if (reader.word("info") && reader.at_end()) {
-    print_info();
-    return true;
-  }
-  if (reader.word("faults") && reader.at_end()) {
-    print_faults();
-    return true;
-  }
-  return false;
-}
-
-void Device::print_info() {
-  hal_.print(hal_.context, to_text(state_));
-  hal_.print(hal_.context, to_text(table_status_));
-  hal_.print(hal_.context, to_text(config_status_));
-  hal_.print(hal_.context, to_text(input_.health()));
-  Line80 supply;
-  hal_.print(hal_.context, supply.add(heat_.supply_ma()).add(" mA").text());
-  for (uint32_t k = 0; k < config_.channels; ++k) {
-    Line80 line;
-    line.add("coil ").add(k).add(": ").add_milli(heat_.rise_dk(k) * 100U).add(" K");
-    hal_.print(hal_.context, line.text());
-  }
-}
-
-void Device::print_faults() {
-  if (faults_.count() == 0) hal_.print(hal_.context, "no faults");
-  for (uint32_t k = 0; k < faults_.kept(); ++k) {
-    const Fault& fault = faults_.at(k);
-    Line80 line;
-    line.add_milli(fault.at_ms).add(" s: ").add(to_text(fault.cause)).add(" (").add(fault.detail);
-    hal_.print(hal_.context, line.add(")").text());
-  }
 }
 
 }  // namespace chladni

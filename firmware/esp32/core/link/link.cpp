@@ -1,12 +1,14 @@
 #include "core/link/link.hpp"
 
+#include "core/link/console.hpp"
+
 namespace chladni {
 
 void Link::receive(const uint8_t* bytes, uint32_t count) {
   for (uint32_t k = 0; k < count; ++k) {
     switch (reader_.take(bytes[k], device_.awake_ms())) {
       case FrameReader::Found::kNothing: break;
-      case FrameReader::Found::kLine: device_.command(reader_.line()); break;
+      case FrameReader::Found::kLine: run_command(device_, reader_.line()); break;
       case FrameReader::Found::kFrame: handle_frame(); break;
     }
   }
