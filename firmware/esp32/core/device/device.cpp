@@ -4,9 +4,6 @@ namespace chladni {
 
 namespace {
 
-constexpr uint32_t kLongTurnMs = 10;
-// A hundred samples at the fastest carrier: nothing that masks an interrupt takes so long.
-constexpr uint32_t kSilentUs = 5000;
 // A start that lasts so long was no part of a row; more in a row than that are a supply's fault.
 constexpr uint32_t kSettledMs = 10000, kMostInARow = 4;
 
@@ -15,7 +12,9 @@ constexpr uint32_t kSettledMs = 10000, kMostInARow = 4;
 void Device::start(const Hal& hal) {
   hal_ = hal;
   state_ = DeviceState::kIdle;
-  ticked_us_ = samples_us_ = hal_.now_us(hal_.context);
+  const uint32_t now_us = hal_.now_us(hal_.context);
+  clock_.start(now_us);
+  output_watch_.start(now_us);
   const ResetCause reset = hal_.reset_cause(hal_.context);
   if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
   if (reset == ResetCause::kBrownOut) stand(FaultCause::kBrownOut, 0);
@@ -41,7 +40,7 @@ void Device::start(const Hal& hal) {
   load_table();
   start_outputs();
   input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
-  seen_health_ = config_.panel == 0 ? PanelHealth::kNone : PanelHealth::kFine;
+  panel_watch_.start(config_);
   settle();
 }
 
@@ -83,15 +82,13 @@ bool Device::go(DeviceEvent event) {
   if (found == nullptr) return false;
   const bool did_play = is_of_a_finger();
   state_ = found->next;
-  if (did_play && !is_of_a_finger()) played_ms_ = uptime_ms_ - touch_ms_;
+  if (did_play && !is_of_a_finger()) played_ms_ = now_ms() - touch_ms_;
   return true;
 }
 
-uint32_t Device::played_ms() const {
-  return is_of_a_finger() ? uptime_ms_ - touch_ms_ : played_ms_;
-}
+uint32_t Device::played_ms() const { return is_of_a_finger() ? now_ms() - touch_ms_ : played_ms_; }
 
-void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, uptime_ms_); }
+void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, now_ms()); }
 
 // It stands, and nothing else comes of it.
 void Device::warn(FaultCause cause, uint32_t detail) {
@@ -113,15 +110,12 @@ void Device::settle() {
 
 void Device::poll() {
   const uint32_t now_us = hal_.now_us(hal_.context);
-  const uint32_t passed_ms = (now_us - ticked_us_) / 1000U;
-  ticked_us_ += passed_ms * 1000U;
-  uptime_ms_ += passed_ms;
-  awake_ms_ += passed_ms < kLongTurnMs ? passed_ms : kLongTurnMs;
+  const uint32_t passed_ms = clock_.turn(now_us);
   watch_samples(now_us);
   watch_outputs();
   watch_coils(passed_ms);
   const TouchEvent event = input_.poll(hal_, now_us);
-  watch_panel();
+  panel_watch_.look(input_, faults_, now_ms());
   // The panel's bytes took their time.
   handle(event, hal_.now_us(hal_.context));
   advance_effects(hal_.now_us(hal_.context));
@@ -135,31 +129,22 @@ void Device::poll() {
 }
 
 void Device::watch_power() {
-  if (boots_.is_open() && uptime_ms_ >= kSettledMs && synthesis_.is_quiet()) boots_.settle(hal_);
+  if (boots_.is_open() && now_ms() >= kSettledMs && synthesis_.is_quiet()) boots_.settle(hal_);
 }
 
 // All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are
 // cut past it, and only a start gives them back.
 void Device::watch_samples(uint32_t now_us) {
-  const uint32_t samples = synthesis_.samples();
-  if (samples != seen_samples_) {
-    seen_samples_ = samples;
-    samples_us_ = now_us;
-    return;
-  }
-  const uint32_t silent_us = now_us - samples_us_;
-  if (silent_us < kSilentUs || faults_.stands(FaultCause::kInterruptStopped)) return;
+  const uint32_t stopped_us = output_watch_.stopped_us(synthesis_, now_us);
+  if (stopped_us == 0 || faults_.stands(FaultCause::kInterruptStopped)) return;
   hal_.cut_outputs(hal_.context);
-  stand(FaultCause::kInterruptStopped, silent_us / 1000U);
+  stand(FaultCause::kInterruptStopped, stopped_us / 1000U);
 }
 
 // What the interrupt ended by itself.
 void Device::watch_outputs() {
   if (post_ == Post::kStart) return;
-  const FadeCause cause = synthesis_.fade_cause();
-  if (cause == seen_fade_) return;
-  seen_fade_ = cause;
-  switch (cause) {
+  switch (output_watch_.fade(synthesis_)) {
     case FadeCause::kTouchTimeout:
       if (is_of_a_finger()) {
         note(FaultCause::kTouchTimeout, 0);
@@ -204,23 +189,6 @@ void Device::watch_coils(uint32_t passed_ms) {
   const uint32_t most_ma = config_.supply_ma + config_.supply_ma / 16U;
   if (heat_.supply_ma() > most_ma && !faults_.stands(FaultCause::kSupplyCurrent)) {
     stand(FaultCause::kSupplyCurrent, heat_.supply_ma());
-  }
-}
-
-void Device::watch_panel() {
-  const PanelHealth health = input_.health();
-  if (health != seen_health_) {
-    if (health == PanelHealth::kMissing) note(FaultCause::kPanelMissing, 0);
-    if (health == PanelHealth::kWedged) note(FaultCause::kPanelFails, input_.bus_errors());
-    seen_health_ = health;
-  }
-  const uint32_t out_of_range = input_.out_of_range();
-  if (out_of_range == seen_out_of_range_) return;
-  seen_out_of_range_ = out_of_range;
-  // A panel that goes on like this must not push everything else out of the log.
-  const uint32_t kept = faults_.kept();
-  if (kept == 0 || faults_.at(kept - 1U).cause != FaultCause::kPanelRange) {
-    note(FaultCause::kPanelRange, out_of_range);
   }
 }
 
@@ -273,7 +241,7 @@ void Device::touch_down(Place place, uint32_t now_us) {
   watch_outputs();
   const bool was_playing = is_of_a_finger();
   if (!go(DeviceEvent::kTouchBegins)) return;
-  if (!was_playing) touch_ms_ = uptime_ms_;
+  if (!was_playing) touch_ms_ = now_ms();
   place_ = place;
   line_ = envelope_.begin(now_us);
   ask_for(Post::kStart);
@@ -327,7 +295,7 @@ void Device::post_drive() {
   make_up_for_coils(drive);
   if (is_start) keep_retained(true);
   if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
-  if (is_start) seen_fade_ = FadeCause::kNone;
+  if (is_start) output_watch_.expect_play();
   post_ = Post::kNothing;
 }
 

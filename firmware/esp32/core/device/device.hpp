@@ -5,7 +5,9 @@
 
 #include "core/base/fault_log.hpp"
 #include "core/device/coil_heat.hpp"
+#include "core/device/output_watch.hpp"
 #include "core/device/state.hpp"
+#include "core/device/turn_clock.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/storage/boot_log.hpp"
@@ -18,6 +20,7 @@
 #include "core/synthesis/synthesis.hpp"
 #include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
+#include "core/touch/panel_watch.hpp"
 #include "core/touch/touch_input.hpp"
 
 namespace chladni {
@@ -99,10 +102,8 @@ class Device {
   // One line for people.
   void print(const char* line) const { hal_.print(hal_.context, line); }
   uint32_t stack_free() const { return hal_.stack_free(hal_.context); }
-  // Since start.
-  uint32_t now_ms() const { return uptime_ms_; }
-  // The same, but for turns that took long, as erasing does: what came in them was not late.
-  uint32_t awake_ms() const { return awake_ms_; }
+  uint32_t now_ms() const { return clock_.now_ms(); }
+  uint32_t awake_ms() const { return clock_.awake_ms(); }
 
   // Of touches from now on.
   bool set_waveform(Waveform waveform);
@@ -135,7 +136,6 @@ class Device {
   void watch_samples(uint32_t now_us);
   void watch_outputs();
   void watch_coils(uint32_t passed_ms);
-  void watch_panel();
   void clear_faults();
   void handle(const TouchEvent& event, uint32_t now_us);
   void touch_down(Place place, uint32_t now_us);
@@ -170,12 +170,9 @@ class Device {
   FaultLog faults_;
   CoilHeat heat_;
   Envelope envelope_;
-  PanelHealth seen_health_ = PanelHealth::kNone;
-  uint32_t seen_out_of_range_ = 0;
-  FadeCause seen_fade_ = FadeCause::kNone;
-  // Of the sample interrupt: how far it was when last looked at, and since when it stands there.
-  uint32_t seen_samples_ = 0;
-  uint32_t samples_us_ = 0;
+  PanelWatch panel_watch_;
+  OutputWatch output_watch_;
+  TurnClock clock_;
 
   // What the outputs are to do next, until the interrupt has room for it.
   Post post_ = Post::kNothing;
@@ -186,9 +183,6 @@ class Device {
   HostDrive host_drive_ = HostDrive::kNone;
   uint32_t host_us_ = 0;
   uint32_t stream_target_ = kStreamTarget;
-  uint32_t uptime_ms_ = 0;
-  uint32_t awake_ms_ = 0;
-  uint32_t ticked_us_ = 0;
   uint32_t update_ms_ = 0;   // when an update was last heard of, awake
   uint32_t restart_ms_ = 0;  // when a restart was asked for
   uint32_t touch_ms_ = 0;    // since when a finger plays

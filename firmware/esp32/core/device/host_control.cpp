@@ -11,14 +11,14 @@ constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
 }  // namespace
 
 void Device::restart_soon() {
-  if (state_ != DeviceState::kRestarting) restart_ms_ = uptime_ms_;
+  if (state_ != DeviceState::kRestarting) restart_ms_ = now_ms();
   silence();
   go(DeviceEvent::kRestartAsked);
 }
 
 // Outputs may take their ramp, but nothing keeps a restart off for long.
 void Device::watch_restart() {
-  const uint32_t passed_ms = uptime_ms_ - restart_ms_;
+  const uint32_t passed_ms = now_ms() - restart_ms_;
   if (state_ != DeviceState::kRestarting || passed_ms < kRestartMs) return;
   if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
 }
@@ -67,7 +67,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
   // Each one is a touch of its own: a host that goes on asking may go on for long.
   if (synthesis_.is_quiet()) keep_retained(true);
   if (!synthesis_.play(made, {32767, synthesis_settings().ramp_us, true})) return false;
-  seen_fade_ = FadeCause::kNone;
+  output_watch_.expect_play();
   return true;
 }
 
@@ -110,7 +110,7 @@ void Device::advance_stream() {
   const bool may_begin = host_drive_ == HostDrive::kFilling && synthesis_.stream().is_ready();
   if (may_begin) keep_retained(true);
   if (may_begin && synthesis_.play_stream()) {
-    seen_fade_ = FadeCause::kNone;
+    output_watch_.expect_play();
     host_drive_ = HostDrive::kRunning;
   }
 }

@@ -70,7 +70,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
   if (!may_write()) return Status::kTooOften;
   refused = Table::check_head(header, total_bytes, config_.channels);
   if (refused != TableStatus::kOk) return Status::kRefused;
-  update_ms_ = awake_ms_;
+  update_ms_ = awake_ms();
   if (!update_begin()) return Status::kBusy;
   const uint32_t before = store_.erases();
   const Status status = to_link(store_.begin(hal_, total_bytes, table_crc));
@@ -81,7 +81,7 @@ link_format::Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc
 
 link_format::Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
   if (state_ != DeviceState::kUpdating) return link_format::Status::kNotBegun;
-  update_ms_ = awake_ms_;
+  update_ms_ = awake_ms();
   return to_link(store_.write(hal_, offset, bytes, count));
 }
 
@@ -93,7 +93,7 @@ link_format::Status Device::table_commit() {
 }
 
 link_format::Status Device::table_previous() {
-  update_ms_ = awake_ms_;
+  update_ms_ = awake_ms();
   if (!update_begin()) return link_format::Status::kBusy;
   const StoreStatus status = store_.restore_other(hal_, table_, config_.channels);
   update_end();
@@ -102,7 +102,7 @@ link_format::Status Device::table_previous() {
 
 void Device::watch_update() {
   // The time that erasing took is no silence.
-  const bool is_silent = awake_ms_ - update_ms_ >= link_format::kUpdateSilenceMs;
+  const bool is_silent = awake_ms() - update_ms_ >= link_format::kUpdateSilenceMs;
   if (state_ == DeviceState::kUpdating && is_silent) update_end();
 }
 
@@ -153,9 +153,9 @@ void Device::watch_flash() {
     load_again();
     return;
   }
-  if (flash_check_.is_due(uptime_ms_, kCheckEveryMs)) {
+  if (flash_check_.is_due(now_ms(), kCheckEveryMs)) {
     check_config();
-    flash_check_.begin(uptime_ms_, table_.is_loaded() ? table_.total_bytes() : 0);
+    flash_check_.begin(now_ms(), table_.is_loaded() ? table_.total_bytes() : 0);
   }
   if (!flash_check_.is_under_way()) return;
   if (flash_check_.advance(table_.bytes()) == FlashCrc::kWrong) table_is_damaged();
