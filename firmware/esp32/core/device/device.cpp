@@ -20,27 +20,20 @@ void Device::start(const Hal& hal) {
   if (reset == ResetCause::kBrownOut) stand(FaultCause::kBrownOut, 0);
   const uint32_t row = reset == ResetCause::kPowerOn ? boots_.begin(hal_) : 0U;
   if (row >= kMostInARow) stand(FaultCause::kPowerOns, row);
-  config_status_ = load_config(hal_, config_);
-  if (config_status_ == ConfigStatus::kBadPins) {
-    // The link goes on as the record says; nothing else of it is used.
-    const uint32_t baud = config_.link_baud;
-    config_ = Config{};
-    config_.link_baud = baud;
-  }
-  if (config_status_ == ConfigStatus::kNone) {
+  config_.load(hal_);
+  if (config_status() == ConfigStatus::kNone) {
     stand(FaultCause::kNotConfigured, 0);
-  } else if (!is_configured()) {
-    stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status_));
+  } else if (!config_.is_whole()) {
+    stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status()));
   }
   Retained before;
   const bool is_known = recall(hal_, before);
-  heat_.start(config_, is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
-  writes_.start(is_known ? before.write_credit_ms : WriteBudget::kMostMs);
-  erased_before_ = is_known ? before.erases : 0U;
+  heat_.start(config(), is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
+  wear_.start(before.erases, before.write_credit_ms);
   load_table();
   start_outputs();
-  input_.start(config_, table_.is_loaded() ? table_.touch_timeout_us() : kDefaultTimeoutUs);
-  panel_watch_.start(config_);
+  input_.start(config(), table().is_loaded() ? table().touch_timeout_us() : kDefaultTimeoutUs);
+  panel_watch_.start(config());
   settle();
 }
 
@@ -48,32 +41,32 @@ void Device::start(const Hal& hal) {
 void Device::start_outputs() {
   const SynthesisSettings settings = synthesis_settings();
   const bool fits = synthesis_.start(settings);
-  if (!fits && table_status_ == TableStatus::kOk) {
-    table_status_ = TableStatus::kBadField;
-    stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status_));
+  if (!fits && table_status() == TableStatus::kOk) {
+    table_.refuse();
+    refuse_table();
   }
-  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
-  envelope_.start(config_, settings.ramp_us);
+  synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
+  envelope_.start(config(), settings.ramp_us);
   const uint32_t ramp_ms = settings.ramp_us / 1000U + 1U;
-  const uint32_t release_ms = config_.release_ms > ramp_ms ? config_.release_ms : ramp_ms;
+  const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
   heat_.set_reaction(settings.touch_timeout_us / 1000U + release_ms);
 }
 
 SynthesisSettings Device::synthesis_settings() const {
   SynthesisSettings settings{};
-  settings.channels = config_.channels;
-  settings.pwm_bits = config_.pwm_bits;
-  const bool has_table = table_.is_loaded();
+  settings.channels = config().channels;
+  settings.pwm_bits = config().pwm_bits;
+  const bool has_table = table().is_loaded();
   settings.frequency_millihertz =
-      has_table ? table_.frequency_millihertz() : kDefaultFrequencyMillihertz;
-  settings.ramp_us = has_table ? table_.ramp_us() : kDefaultRampUs;
-  settings.touch_timeout_us = has_table ? table_.touch_timeout_us() : kDefaultTimeoutUs;
-  settings.max_on_us = has_table ? table_.max_on_us() : kDefaultMaxOnUs;
-  settings.limits.max_duty_q15 = config_.max_duty_q15;
+      has_table ? table().frequency_millihertz() : kDefaultFrequencyMillihertz;
+  settings.ramp_us = has_table ? table().ramp_us() : kDefaultRampUs;
+  settings.touch_timeout_us = has_table ? table().touch_timeout_us() : kDefaultTimeoutUs;
+  settings.max_on_us = has_table ? table().max_on_us() : kDefaultMaxOnUs;
+  settings.limits.max_duty_q15 = config().max_duty_q15;
   // A step of the carrier is 12.5 ns.
-  settings.limits.min_on_steps = (config_.min_on_ns * 2U + 24U) / 25U;
-  settings.limits.supply_ma = config_.supply_ma;
-  settings.limits.full_current_ma = config_.full_current_ma;
+  settings.limits.min_on_steps = (config().min_on_ns * 2U + 24U) / 25U;
+  settings.limits.supply_ma = config().supply_ma;
+  settings.limits.full_current_ma = config().full_current_ma;
   return settings;
 }
 
@@ -179,14 +172,14 @@ void Device::watch_coils(uint32_t passed_ms) {
     Loads loads;
     synthesis_.take_loads(loads, passed_ms);
     if (heat_.add(loads, passed_ms)) keep_retained(!synthesis_.is_quiet());
-    writes_.pass(passed_ms);
+    wear_.pass(passed_ms);
   }
   const uint32_t hot = heat_.hot_channel();
   if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
     stand(FaultCause::kCoilHot, hot);
   }
   // Waves are kept within the limit when they are posted; a stream is not, and rounding is not.
-  const uint32_t most_ma = config_.supply_ma + config_.supply_ma / 16U;
+  const uint32_t most_ma = config().supply_ma + config().supply_ma / 16U;
   if (heat_.supply_ma() > most_ma && !faults_.stands(FaultCause::kSupplyCurrent)) {
     stand(FaultCause::kSupplyCurrent, heat_.supply_ma());
   }
@@ -198,7 +191,7 @@ void Device::clear_faults() {
     faults_.clear(FaultCause::kTouchTooLong);
     faults_.clear(FaultCause::kInterruptLate);
     // The mean that raised it goes on for a window.
-    if (heat_.supply_ma() <= config_.supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
+    if (heat_.supply_ma() <= config().supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
   }
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
@@ -225,7 +218,7 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
   if (state_ != DeviceState::kPlaying) return;
   synthesis_.keep_alive();
   const bool has_moved = event.place.x_um != place_.x_um || event.place.y_um != place_.y_um;
-  if (!has_moved || config_.on_move != 0) return;
+  if (!has_moved || config().on_move != 0) return;
   place_ = event.place;
   if (post_ != Post::kStart) line_ = envelope_.current(now_us);
   ask_for(Post::kChange);
@@ -291,7 +284,7 @@ void Device::post_drive() {
   if (post_ != Post::kStart && post_ != Post::kChange) return;
   const bool is_start = post_ == Post::kStart;
   Drive drive{};
-  table_.drive_at(place_, drive);
+  table().drive_at(place_, drive);
   make_up_for_coils(drive);
   if (is_start) keep_retained(true);
   if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
@@ -305,8 +298,8 @@ void Device::make_up_for_coils(Drive& drive) const {
   const auto scaled = [](int16_t value, int32_t gain) {
     return static_cast<int16_t>((value * gain + (1 << 14)) >> 15);
   };
-  for (uint32_t k = 0; k < config_.channels; ++k) {
-    const int32_t gain = config_.coil_gain_q15[k];
+  for (uint32_t k = 0; k < config().channels; ++k) {
+    const int32_t gain = config().coil_gain_q15[k];
     if (gain == kOne) continue;
     Gain& own = drive[k];
     own = {scaled(own.in_phase_q15, gain), scaled(own.quadrature_q15, gain)};
@@ -317,11 +310,8 @@ bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(wa
 
 // The drives of another frequency, from the next touch on.
 TableStatus Device::select_frequency(uint32_t frequency_millihertz) {
-  if (table_.is_loaded() && !table_.is_intact()) {
-    table_is_damaged();
-    return table_status_;
-  }
   const TableStatus status = table_.select(frequency_millihertz);
+  if (table_.is_damaged()) refuse_table();
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_millihertz);
   return status;
 }

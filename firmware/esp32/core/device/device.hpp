@@ -11,14 +11,12 @@
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/storage/boot_log.hpp"
-#include "core/storage/config.hpp"
 #include "core/storage/network_record.hpp"
 #include "core/storage/retained.hpp"
-#include "core/storage/table_store.hpp"
-#include "core/storage/write_budget.hpp"
+#include "core/storage/stored_config.hpp"
+#include "core/storage/stored_table.hpp"
 #include "core/synthesis/envelope.hpp"
 #include "core/synthesis/synthesis.hpp"
-#include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
 #include "core/touch/panel_watch.hpp"
 #include "core/touch/touch_input.hpp"
@@ -79,10 +77,10 @@ class Device {
   link_format::Status table_data(uint32_t offset, const uint8_t* bytes, uint32_t count);
   link_format::Status table_commit();
   link_format::Status table_previous();
-  uint32_t table_next() const { return store_.next_offset(); }
-  uint32_t slot() const { return store_.slot(); }
+  uint32_t table_next() const { return table_.store().next_offset(); }
+  uint32_t slot() const { return table_.store().slot(); }
   // Sectors of flash, since power came on.
-  uint32_t erases() const { return erased_before_ + store_.erases() + other_erases_; }
+  uint32_t erases() const { return wear_.erases() + table_.store().erases(); }
 
   // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
   // and how long the last touch has played or did.
@@ -95,7 +93,7 @@ class Device {
   // The same for a record that `parse_network` takes, or none.
   bool set_network(const uint8_t* record, uint32_t size);
   // Whether flash may be written once more this hour.
-  bool may_write() const { return writes_.is_left(); }
+  bool may_write() const { return wear_.may_write(); }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
@@ -110,10 +108,10 @@ class Device {
   TableStatus select_frequency(uint32_t frequency_millihertz);
 
   DeviceState state() const { return state_; }
-  const Config& config() const { return config_; }
-  ConfigStatus config_status() const { return config_status_; }
-  TableStatus table_status() const { return table_status_; }
-  const Table& table() const { return table_; }
+  const Config& config() const { return config_.in_force(); }
+  ConfigStatus config_status() const { return config_.status(); }
+  TableStatus table_status() const { return table_.status(); }
+  const Table& table() const { return table_.table(); }
   const Synthesis& synthesis() const { return synthesis_; }
   const DutyRing& stream() const { return synthesis_.stream(); }
   const TouchInput& input() const { return input_; }
@@ -122,7 +120,6 @@ class Device {
 
  private:
   bool go(DeviceEvent event);
-  bool is_configured() const { return config_status_ == ConfigStatus::kOk; }
   void load_table();
   void load_again();
   void start_outputs();
@@ -150,9 +147,8 @@ class Device {
   void watch_update();
   void watch_flash();
   void check_config();
-  void count_write();
   void keep_retained(bool is_on) const;
-  void table_is_damaged();
+  void refuse_table();
   void watch_restart();
   void post_drive();
   void make_up_for_coils(Drive& drive) const;
@@ -162,10 +158,10 @@ class Device {
   void ask_for(Post post);
 
   Hal hal_{};
-  Config config_{};
-  ConfigStatus config_status_ = ConfigStatus::kNone;
+  StoredConfig config_;
+  StoredTable table_;
+  FlashWear wear_;
   DeviceState state_ = DeviceState::kIdle;
-  TableStatus table_status_ = TableStatus::kNone;
   TouchInput input_;
   FaultLog faults_;
   CoilHeat heat_;
@@ -183,18 +179,10 @@ class Device {
   HostDrive host_drive_ = HostDrive::kNone;
   uint32_t host_us_ = 0;
   uint32_t stream_target_ = kStreamTarget;
-  uint32_t update_ms_ = 0;   // when an update was last heard of, awake
   uint32_t restart_ms_ = 0;  // when a restart was asked for
   uint32_t touch_ms_ = 0;    // since when a finger plays
   uint32_t played_ms_ = 0;   // how long the last one did
-  uint32_t erased_before_ = 0;
-  uint32_t other_erases_ = 0;
-  WriteBudget writes_;
-  bool must_load_ = false;  // a damaged table is in use, until outputs are off
-  FlashCheck flash_check_;
-  TableStore store_;
   BootLog boots_;
-  Table table_;
   Synthesis synthesis_;
 };
 

@@ -84,7 +84,7 @@ void Device::forget_host() {
   host_drive_ = HostDrive::kNone;
   if (!has_waves) return;
   synthesis_.set_frequency(synthesis_settings().frequency_millihertz);
-  synthesis_.set_waveform(static_cast<Waveform>(config_.waveform));
+  synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
 }
 
 void Device::host_is_heard() {
@@ -117,7 +117,7 @@ void Device::advance_stream() {
 
 Place Device::touch(Place place) {
   host_asks();
-  const Place found = table_.is_loaded() ? table_.on_board(place) : place;
+  const Place found = table().is_loaded() ? table().on_board(place) : place;
   input_.hold(found);
   return found;
 }

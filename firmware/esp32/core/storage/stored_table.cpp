@@ -1,0 +1,72 @@
+#include "core/storage/stored_table.hpp"
+
+namespace chladni {
+
+namespace {
+
+using Status = link_format::Status;
+
+Status to_link(StoreStatus status) {
+  switch (status) {
+    case StoreStatus::kOk: return Status::kOk;
+    case StoreStatus::kTooLarge: return Status::kTooLarge;
+    case StoreStatus::kNotBegun: return Status::kNotBegun;
+    case StoreStatus::kWrongOffset: return Status::kWrongOffset;
+    case StoreStatus::kFlashFailed: return Status::kFlashFailed;
+    case StoreStatus::kRefused: return Status::kRefused;
+    case StoreStatus::kNoOther: return Status::kNoOther;
+  }
+  return Status::kMalformed;
+}
+
+}  // namespace
+
+void StoredTable::load(const Hal& hal, uint32_t channels) {
+  store_.abandon();
+  check_ = FlashCheck{};
+  is_damaged_ = false;
+  status_ = store_.load(hal, table_, channels);
+}
+
+TableStatus StoredTable::select(uint32_t frequency_millihertz) {
+  if (!table_.is_loaded() || table_.is_intact()) return table_.select(frequency_millihertz);
+  is_damaged_ = true;
+  return status_ = TableStatus::kBadCrc;
+}
+
+bool StoredTable::check() {
+  if (!check_.is_under_way() || check_.advance(table_.bytes()) == FlashCrc::kRight) return true;
+  is_damaged_ = true;
+  status_ = TableStatus::kBadCrc;
+  return false;
+}
+
+Status StoredTable::check_head(const FlashWear& wear, const uint8_t* header, uint32_t total_bytes,
+                               uint32_t channels, TableStatus& refused) {
+  if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
+  if (!wear.may_write()) return Status::kTooOften;
+  refused = Table::check_head(header, total_bytes, channels);
+  return refused == TableStatus::kOk ? Status::kOk : Status::kRefused;
+}
+
+Status StoredTable::begin(const Hal& hal, FlashWear& wear, uint32_t total_bytes,
+                          uint32_t table_crc) {
+  const uint32_t before = store_.erases();
+  const StoreStatus status = store_.begin(hal, total_bytes, table_crc);
+  if (store_.erases() != before) wear.spend();
+  return to_link(status);
+}
+
+Status StoredTable::write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  return to_link(store_.write(hal, offset, bytes, count));
+}
+
+Status StoredTable::commit(const Hal& hal, uint32_t channels) {
+  return to_link(store_.commit(hal, table_, channels));
+}
+
+Status StoredTable::restore_other(const Hal& hal, uint32_t channels) {
+  return to_link(store_.restore_other(hal, table_, channels));
+}
+
+}  // namespace chladni

@@ -1,0 +1,65 @@
+// The table in use: loaded from flash, replaced by a host's update, and checked again and again.
+#pragma once
+
+#include <cstdint>
+
+#include "core/generated/link_format.hpp"
+#include "core/storage/flash_wear.hpp"
+#include "core/storage/table_store.hpp"
+#include "core/table/flash_check.hpp"
+#include "core/table/table.hpp"
+
+namespace chladni {
+
+class StoredTable {
+ public:
+  // The newest whole table in flash; what was under way is given up.
+  void load(const Hal& hal, uint32_t channels);
+  // Use the drives of another frequency. kBadCrc if the table has been damaged meanwhile.
+  TableStatus select(uint32_t frequency_millihertz);
+  // It is whole, but asks for what the outputs cannot do.
+  void refuse() { status_ = TableStatus::kBadField; }
+
+  // Each turn: one pass over the table a minute, a little of it at a time. A pass is due, and
+  // begins; whether the bytes it has come to are still right.
+  bool is_check_due(uint32_t now_ms) const { return check_.is_due(now_ms, kCheckEveryMs); }
+  void begin_check(uint32_t now_ms) {
+    check_.begin(now_ms, table_.is_loaded() ? table_.total_bytes() : 0);
+  }
+  bool check();
+  // A bit has flipped; to be loaded again once nothing plays.
+  bool is_damaged() const { return is_damaged_; }
+
+  // An update, while nothing plays; `load` comes next, whatever `commit` and `restore_other`
+  // answer. What its header refuses is refused before anything is erased: that must not cost the
+  // table to go back to.
+  static link_format::Status check_head(const FlashWear& wear, const uint8_t* header,
+                                        uint32_t total_bytes, uint32_t channels,
+                                        TableStatus& refused);
+  link_format::Status begin(const Hal& hal, FlashWear& wear, uint32_t total_bytes,
+                            uint32_t table_crc);
+  link_format::Status write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count);
+  link_format::Status commit(const Hal& hal, uint32_t channels);
+  link_format::Status restore_other(const Hal& hal, uint32_t channels);
+  // When an update was last heard of, and whether it is over for want of news.
+  void hear(uint32_t awake_ms) { heard_ms_ = awake_ms; }
+  bool is_silent(uint32_t awake_ms) const {
+    return awake_ms - heard_ms_ >= link_format::kUpdateSilenceMs;
+  }
+
+  const Table& table() const { return table_; }
+  TableStatus status() const { return status_; }
+  const TableStore& store() const { return store_; }
+
+ private:
+  static constexpr uint32_t kCheckEveryMs = 60000;
+
+  Table table_;
+  TableStatus status_ = TableStatus::kNone;
+  bool is_damaged_ = false;
+  TableStore store_;
+  FlashCheck check_;
+  uint32_t heard_ms_ = 0;
+};
+
+}  // namespace chladni
