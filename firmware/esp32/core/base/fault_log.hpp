@@ -28,8 +28,11 @@ class FaultLog {
   // `index` below kept(), the oldest first.
   const Fault& at(uint32_t index) const { return faults_[(count_ - kept() + index) % kKept]; }
 
-  // Faults that keep the outputs off until they clear.
-  void raise(FaultCause cause) { standing_ |= bit(cause); }
+  // The same, of a fault that stands: it keeps the outputs off until it clears.
+  void raise(FaultCause cause, uint32_t detail, uint32_t at_ms) {
+    add(cause, detail, at_ms);
+    standing_ |= bit(cause);
+  }
   void clear(FaultCause cause) { standing_ &= ~bit(cause); }
   bool stands(FaultCause cause) const { return (standing_ & bit(cause)) != 0; }
   bool any_stands() const { return (standing_ & ~kWarnings) != 0; }

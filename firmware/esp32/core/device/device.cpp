@@ -2,24 +2,13 @@
 
 namespace chladni {
 
-namespace {
-
-// A start that lasts so long was no part of a row; more in a row than that are a supply's fault.
-constexpr uint32_t kSettledMs = 10000, kMostInARow = 4;
-
-}  // namespace
-
 void Device::start(const Hal& hal) {
   hal_ = hal;
   state_ = DeviceState::kIdle;
   const uint32_t now_us = hal_.now_us(hal_.context);
   clock_.start(now_us);
   output_watch_.start(now_us);
-  const ResetCause reset = hal_.reset_cause(hal_.context);
-  if (reset != ResetCause::kPowerOn) note(FaultCause::kReset, static_cast<uint32_t>(reset));
-  if (reset == ResetCause::kBrownOut) stand(FaultCause::kBrownOut, 0);
-  const uint32_t row = reset == ResetCause::kPowerOn ? boots_.begin(hal_) : 0U;
-  if (row >= kMostInARow) stand(FaultCause::kPowerOns, row);
+  starts_.begin(hal_, faults_);
   config_.load(hal_);
   if (config_status() == ConfigStatus::kNone) {
     stand(FaultCause::kNotConfigured, 0);
@@ -83,16 +72,9 @@ uint32_t Device::played_ms() const { return is_of_a_finger() ? now_ms() - touch_
 
 void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, now_ms()); }
 
-// It stands, and nothing else comes of it.
-void Device::warn(FaultCause cause, uint32_t detail) {
-  note(cause, detail);
-  faults_.raise(cause);
-}
-
 // Outputs go off and stay off until the fault clears.
 void Device::stand(FaultCause cause, uint32_t detail) {
-  note(cause, detail);
-  faults_.raise(cause);
+  faults_.raise(cause, detail, now_ms());
   silence();
   go(DeviceEvent::kFaultArises);
 }
@@ -117,12 +99,9 @@ void Device::poll() {
   watch_flash();
   post_drive();
   clear_faults();
-  watch_restart();
-  watch_power();
-}
-
-void Device::watch_power() {
-  if (boots_.is_open() && now_ms() >= kSettledMs && synthesis_.is_quiet()) boots_.settle(hal_);
+  const bool must_restart = state_ == DeviceState::kRestarting;
+  if (must_restart && starts_.is_restart_due(now_ms(), is_quiet())) hal_.restart(hal_.context);
+  starts_.settle(hal_, now_ms(), is_quiet());
 }
 
 // All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are

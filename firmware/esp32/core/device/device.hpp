@@ -6,11 +6,11 @@
 #include "core/base/fault_log.hpp"
 #include "core/device/coil_heat.hpp"
 #include "core/device/output_watch.hpp"
+#include "core/device/starts.hpp"
 #include "core/device/state.hpp"
 #include "core/device/turn_clock.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
-#include "core/storage/boot_log.hpp"
 #include "core/storage/network_record.hpp"
 #include "core/storage/retained.hpp"
 #include "core/storage/stored_config.hpp"
@@ -126,10 +126,8 @@ class Device {
   SynthesisSettings synthesis_settings() const;
   void note(FaultCause cause, uint32_t detail);
   void stand(FaultCause cause, uint32_t detail);
-  void warn(FaultCause cause, uint32_t detail);
   void settle();
 
-  void watch_power();
   void watch_samples(uint32_t now_us);
   void watch_outputs();
   void watch_coils(uint32_t passed_ms);
@@ -140,7 +138,7 @@ class Device {
   void end_touch();
   void silence();
   void advance_effects(uint32_t now_us);
-  void host_asks();
+  void trust_host();
   void host_is_heard();
   void forget_host();
   void advance_stream();
@@ -149,7 +147,6 @@ class Device {
   void check_config();
   void keep_retained(bool is_on) const;
   void refuse_table();
-  void watch_restart();
   void post_drive();
   void make_up_for_coils(Drive& drive) const;
   bool is_of_a_finger() const {
@@ -169,6 +166,7 @@ class Device {
   PanelWatch panel_watch_;
   OutputWatch output_watch_;
   TurnClock clock_;
+  Starts starts_;
 
   // What the outputs are to do next, until the interrupt has room for it.
   Post post_ = Post::kNothing;
@@ -179,10 +177,8 @@ class Device {
   HostDrive host_drive_ = HostDrive::kNone;
   uint32_t host_us_ = 0;
   uint32_t stream_target_ = kStreamTarget;
-  uint32_t restart_ms_ = 0;  // when a restart was asked for
-  uint32_t touch_ms_ = 0;    // since when a finger plays
-  uint32_t played_ms_ = 0;   // how long the last one did
-  BootLog boots_;
+  uint32_t touch_ms_ = 0;   // since when a finger plays
+  uint32_t played_ms_ = 0;  // how long the last one did
   Synthesis synthesis_;
 };
 

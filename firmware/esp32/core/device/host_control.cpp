@@ -3,36 +3,19 @@
 
 namespace chladni {
 
-namespace {
-
-// From a restart's request: an answer's time on a wire or a network; and the longest ramp.
-constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
-
-}  // namespace
-
 void Device::restart_soon() {
-  if (state_ != DeviceState::kRestarting) restart_ms_ = now_ms();
+  if (state_ != DeviceState::kRestarting) starts_.ask_restart(now_ms());
   silence();
   go(DeviceEvent::kRestartAsked);
 }
 
-// Outputs may take their ramp, but nothing keeps a restart off for long.
-void Device::watch_restart() {
-  const uint32_t passed_ms = now_ms() - restart_ms_;
-  if (state_ != DeviceState::kRestarting || passed_ms < kRestartMs) return;
-  if (synthesis_.is_quiet() || passed_ms >= kLatestRestartMs) hal_.restart(hal_.context);
-}
-
-// After a brown-out a finger could bring the next one, and the next; whoever sits at a host sees
-// it.
-void Device::host_asks() {
-  faults_.clear(FaultCause::kBrownOut);
-  faults_.clear(FaultCause::kPowerOns);
+void Device::trust_host() {
+  Starts::trust_host(faults_);
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
 }
 
 bool Device::stream_begin(uint32_t target) {
-  host_asks();
+  trust_host();
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
   ask_for(Post::kRelease);
@@ -116,7 +99,7 @@ void Device::advance_stream() {
 }
 
 Place Device::touch(Place place) {
-  host_asks();
+  trust_host();
   const Place found = table().is_loaded() ? table().on_board(place) : place;
   input_.hold(found);
   return found;

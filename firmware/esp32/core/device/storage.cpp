@@ -16,7 +16,7 @@ void Device::load_table() {
   } else if (table_status() != TableStatus::kOk) {
     refuse_table();
   } else if (table_.store().is_older()) {
-    warn(FaultCause::kOlderTable, 0);
+    faults_.raise(FaultCause::kOlderTable, 0, now_ms());  // a warning: it plays
   }
 }
 
