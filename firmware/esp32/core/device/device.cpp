@@ -35,7 +35,7 @@ void Device::start_outputs() {
     refuse_table();
   }
   synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
-  envelope_.start(config(), settings.ramp_us);
+  touch_.start(config(), settings.ramp_us);
   const uint32_t ramp_ms = settings.ramp_us / 1000U + 1U;
   const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
   heat_.set_reaction(settings.touch_timeout_us / 1000U + release_ms);
@@ -64,11 +64,10 @@ bool Device::go(DeviceEvent event) {
   if (found == nullptr) return false;
   const bool did_play = is_of_a_finger();
   state_ = found->next;
-  if (did_play && !is_of_a_finger()) played_ms_ = now_ms() - touch_ms_;
+  if (did_play && !is_of_a_finger()) played_.stop(now_ms());
+  if (!did_play && is_of_a_finger()) played_.start(now_ms());
   return true;
 }
-
-uint32_t Device::played_ms() const { return is_of_a_finger() ? now_ms() - touch_ms_ : played_ms_; }
 
 void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, now_ms()); }
 
@@ -93,11 +92,11 @@ void Device::poll() {
   panel_watch_.look(input_, faults_, now_ms());
   // The panel's bytes took their time.
   handle(event, hal_.now_us(hal_.context));
-  advance_effects(hal_.now_us(hal_.context));
+  advance_touch(hal_.now_us(hal_.context));
   advance_stream();
   watch_update();
   watch_flash();
-  post_drive();
+  post_touch();
   clear_faults();
   const bool must_restart = state_ == DeviceState::kRestarting;
   if (must_restart && starts_.is_restart_due(now_ms(), is_quiet())) hal_.restart(hal_.context);
@@ -115,7 +114,7 @@ void Device::watch_samples(uint32_t now_us) {
 
 // What the interrupt ended by itself.
 void Device::watch_outputs() {
-  if (post_ == Post::kStart) return;
+  if (touch_.is_starting()) return;
   switch (output_watch_.fade(synthesis_)) {
     case FadeCause::kTouchTimeout:
       if (is_of_a_finger()) {
@@ -196,93 +195,49 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
   }
   if (state_ != DeviceState::kPlaying) return;
   synthesis_.keep_alive();
-  const bool has_moved = event.place.x_um != place_.x_um || event.place.y_um != place_.y_um;
-  if (!has_moved || config().on_move != 0) return;
-  place_ = event.place;
-  if (post_ != Post::kStart) line_ = envelope_.current(now_us);
-  ask_for(Post::kChange);
-}
-
-// A start that has not been posted stays one.
-void Device::ask_for(Post post) {
-  if (post != Post::kChange || post_ != Post::kStart) post_ = post;
+  if (config().on_move == 0) touch_.move(event.place, now_us);
 }
 
 void Device::touch_down(Place place, uint32_t now_us) {
   // What ended the last touch is noted before this one wipes it out.
   watch_outputs();
-  const bool was_playing = is_of_a_finger();
   if (!go(DeviceEvent::kTouchBegins)) return;
-  if (!was_playing) touch_ms_ = now_ms();
-  place_ = place;
-  line_ = envelope_.begin(now_us);
-  ask_for(Post::kStart);
+  touch_.begin(place, now_us);
   synthesis_.keep_alive();
 }
 
 void Device::touch_up(uint32_t now_us) {
   if (state_ != DeviceState::kPlaying) return;
-  if (envelope_.lift_pulse_us() == 0) {
+  if (!touch_.has_lift_pulse()) {
     end_touch();
     return;
   }
   go(DeviceEvent::kFingerLifts);
-  lift_us_ = now_us;
-  line_ = envelope_.lift_line();
-  ask_for(Post::kChange);
+  touch_.lift(now_us);
 }
 
 // Whoever plays stops, and outputs fade out.
 void Device::silence() {
   forget_host();
-  ask_for(synthesis_.is_quiet() ? Post::kNothing : Post::kRelease);
+  touch_.stop(synthesis_);
 }
 
 void Device::end_touch() {
-  ask_for(Post::kRelease);
+  touch_.fade_out();
   go(DeviceEvent::kTouchEnds);
   settle();
 }
 
-void Device::advance_effects(uint32_t now_us) {
-  if (state_ == DeviceState::kLifted) {
-    synthesis_.keep_alive();
-    if (now_us - lift_us_ >= envelope_.lift_pulse_us()) end_touch();
-    return;
-  }
-  if (state_ == DeviceState::kPlaying && post_ != Post::kStart && envelope_.decays(now_us)) {
-    line_ = envelope_.current(now_us);
-    ask_for(Post::kChange);
-  }
+void Device::advance_touch(uint32_t now_us) {
+  if (state_ == DeviceState::kPlaying) touch_.advance(now_us);
+  if (state_ != DeviceState::kLifted) return;
+  synthesis_.keep_alive();
+  if (touch_.is_lift_over(now_us)) end_touch();
 }
 
-void Device::post_drive() {
-  if (post_ == Post::kRelease && synthesis_.release(envelope_.release_us())) {
-    post_ = Post::kNothing;
-  }
-  if (post_ != Post::kStart && post_ != Post::kChange) return;
-  const bool is_start = post_ == Post::kStart;
-  Drive drive{};
-  table().drive_at(place_, drive);
-  make_up_for_coils(drive);
-  if (is_start) keep_retained(true);
-  if (!synthesis_.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return;
-  if (is_start) output_watch_.expect_play();
-  post_ = Post::kNothing;
-}
-
-// Polarity and trim of each coil.
-void Device::make_up_for_coils(Drive& drive) const {
-  constexpr int32_t kOne = 32767;
-  const auto scaled = [](int16_t value, int32_t gain) {
-    return static_cast<int16_t>((value * gain + (1 << 14)) >> 15);
-  };
-  for (uint32_t k = 0; k < config().channels; ++k) {
-    const int32_t gain = config().coil_gain_q15[k];
-    if (gain == kOne) continue;
-    Gain& own = drive[k];
-    own = {scaled(own.in_phase_q15, gain), scaled(own.quadrature_q15, gain)};
-  }
+void Device::post_touch() {
+  if (touch_.is_starting()) keep_retained(true);
+  if (touch_.post(synthesis_, table(), config())) output_watch_.expect_play();
 }
 
 bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }

@@ -8,6 +8,7 @@
 #include "core/device/output_watch.hpp"
 #include "core/device/starts.hpp"
 #include "core/device/state.hpp"
+#include "core/device/touch_playback.hpp"
 #include "core/device/turn_clock.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
@@ -15,7 +16,6 @@
 #include "core/storage/retained.hpp"
 #include "core/storage/stored_config.hpp"
 #include "core/storage/stored_table.hpp"
-#include "core/synthesis/envelope.hpp"
 #include "core/synthesis/synthesis.hpp"
 #include "core/table/table.hpp"
 #include "core/touch/panel_watch.hpp"
@@ -28,14 +28,6 @@ constexpr uint32_t kDefaultFrequencyMillihertz = 160000;
 constexpr uint32_t kDefaultRampUs = 4000;
 constexpr uint32_t kDefaultTimeoutUs = 100000;
 constexpr uint32_t kDefaultMaxOnUs = 10000000;
-
-// What the main loop asks of the outputs; one at a time, the last one counts.
-enum class Post : uint8_t {
-  kNothing,
-  kChange,   // to another drive of the same touch
-  kStart,    // of a touch
-  kRelease,  // fade out
-};
 
 // How a host drives the outputs.
 enum class HostDrive : uint8_t {
@@ -86,7 +78,7 @@ class Device {
   // and how long the last touch has played or did.
   Place touch(Place place);
   void lift();
-  uint32_t played_ms() const;
+  uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Kept for the next start. Only while `is_quiet`: flash is written.
   bool is_quiet() const { return synthesis_.is_quiet(); }
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire);
@@ -137,7 +129,7 @@ class Device {
   void touch_up(uint32_t now_us);
   void end_touch();
   void silence();
-  void advance_effects(uint32_t now_us);
+  void advance_touch(uint32_t now_us);
   void trust_host();
   void host_is_heard();
   void forget_host();
@@ -147,12 +139,12 @@ class Device {
   void check_config();
   void keep_retained(bool is_on) const;
   void refuse_table();
-  void post_drive();
-  void make_up_for_coils(Drive& drive) const;
+  void post_touch();
   bool is_of_a_finger() const {
     return state_ == DeviceState::kPlaying || state_ == DeviceState::kLifted;
   }
-  void ask_for(Post post);
+  // Where nothing plays, and nothing is left to be faded out.
+  bool are_outputs_free() const { return !touch_.is_fading() && is_quiet(); }
 
   Hal hal_{};
   StoredConfig config_;
@@ -162,23 +154,17 @@ class Device {
   TouchInput input_;
   FaultLog faults_;
   CoilHeat heat_;
-  Envelope envelope_;
+  TouchPlayback touch_;
+  Stopwatch played_;  // by a finger
   PanelWatch panel_watch_;
   OutputWatch output_watch_;
   TurnClock clock_;
   Starts starts_;
 
-  // What the outputs are to do next, until the interrupt has room for it.
-  Post post_ = Post::kNothing;
-  Place place_{};
-  Line line_{};
-  uint32_t lift_us_ = 0;
   // A host that drives the outputs, and when it was last heard.
   HostDrive host_drive_ = HostDrive::kNone;
   uint32_t host_us_ = 0;
   uint32_t stream_target_ = kStreamTarget;
-  uint32_t touch_ms_ = 0;   // since when a finger plays
-  uint32_t played_ms_ = 0;  // how long the last one did
   Synthesis synthesis_;
 };
 

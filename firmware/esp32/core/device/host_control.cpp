@@ -1,5 +1,6 @@
 // A host that drives the outputs itself.
 #include "core/device/device.hpp"
+#include "core/table/coil_gains.hpp"
 
 namespace chladni {
 
@@ -18,7 +19,7 @@ bool Device::stream_begin(uint32_t target) {
   trust_host();
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
-  ask_for(Post::kRelease);
+  touch_.fade_out();
   host_drive_ = HostDrive::kClearing;
   stream_target_ = target;
   host_is_heard();
@@ -36,7 +37,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
     if (!stream_begin()) return false;
     host_drive_ = HostDrive::kWaves;
   }
-  if (host_drive_ != HostDrive::kWaves || post_ == Post::kRelease) return false;
+  if (host_drive_ != HostDrive::kWaves || touch_.is_fading()) return false;
   if (!synthesis_.set_frequency(frequency_millihertz) || !synthesis_.set_waveform(waveform))
     return false;
   watch_outputs();
@@ -46,7 +47,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
   }
   host_is_heard();
   Drive made = drive;
-  make_up_for_coils(made);
+  apply_coil_gains(config(), made);
   // Each one is a touch of its own: a host that goes on asking may go on for long.
   if (synthesis_.is_quiet()) keep_retained(true);
   if (!synthesis_.play(made, {32767, synthesis_settings().ramp_us, true})) return false;
@@ -57,7 +58,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
 void Device::stream_end() {
   if (!go(DeviceEvent::kStreamEnds)) return;
   forget_host();
-  ask_for(Post::kRelease);
+  touch_.fade_out();
   settle();
 }
 
@@ -84,7 +85,7 @@ void Device::advance_stream() {
   }
   if (host_drive_ == HostDrive::kWaves) return;
   if (host_drive_ == HostDrive::kClearing) {
-    if (post_ == Post::kRelease || !synthesis_.is_quiet()) return;
+    if (!are_outputs_free()) return;
     synthesis_.stream().aim(stream_target_);
     synthesis_.stream().clear();
     host_drive_ = HostDrive::kFilling;

@@ -32,7 +32,7 @@ bool Device::update_begin() {
     if (!go(DeviceEvent::kUpdateBegins)) return false;
     silence();
   }
-  return post_ != Post::kRelease && synthesis_.is_quiet();
+  return are_outputs_free();
 }
 
 void Device::update_end() {
@@ -109,7 +109,7 @@ void Device::keep_retained(bool is_on) const {
 void Device::watch_flash() {
   if (state_ == DeviceState::kUpdating || state_ == DeviceState::kRestarting) return;
   if (table_.is_damaged()) {
-    if (post_ != Post::kRelease && synthesis_.is_quiet()) load_again();
+    if (are_outputs_free()) load_again();
     return;
   }
   if (table_.is_check_due(now_ms())) {

@@ -32,4 +32,25 @@ class TurnClock {
   uint32_t awake_ms_ = 0;
 };
 
+// How long something has lasted, or did the last time.
+class Stopwatch {
+ public:
+  void start(uint32_t now_ms) {
+    is_running_ = true;
+    begun_ms_ = now_ms;
+  }
+  void stop(uint32_t now_ms) {
+    lasted_ms_ = passed_ms(now_ms);
+    is_running_ = false;
+  }
+  uint32_t passed_ms(uint32_t now_ms) const {
+    return is_running_ ? now_ms - begun_ms_ : lasted_ms_;
+  }
+
+ private:
+  bool is_running_ = false;
+  uint32_t begun_ms_ = 0;
+  uint32_t lasted_ms_ = 0;
+};
+
 }  // namespace chladni
