@@ -3,6 +3,7 @@
 #include <new>
 
 #include "core/link/console.hpp"
+#include "core/storage/retained.hpp"
 
 namespace chladni::emulator {
 

@@ -7,6 +7,7 @@
 #include "core/link/console.hpp"
 #include "core/link/link.hpp"
 #include "core/link/udp.hpp"
+#include "core/storage/retained.hpp"
 #include "qemu/runtime.hpp"
 
 extern "C" {

@@ -1,62 +1,75 @@
 #include "core/device/device.hpp"
 
+#include "core/storage/retained.hpp"
+
 namespace chladni {
+
+namespace {
+
+// What the table says of touches, or stands in while there is none.
+struct Timing {
+  uint32_t frequency_millihertz = 160000;
+  uint32_t ramp_us = 4000;
+  uint32_t touch_timeout_us = 100000;
+  uint32_t max_on_us = 10000000;
+};
+
+Timing timing_of(const Table& table) {
+  if (!table.is_loaded()) return {};
+  return {table.frequency_millihertz(), table.ramp_us(), table.touch_timeout_us(),
+          table.max_on_us()};
+}
+
+SynthesisSettings settings_of(const Timing& timing, const Config& config) {
+  SynthesisSettings settings{};
+  settings.channels = config.channels;
+  settings.pwm_bits = config.pwm_bits;
+  settings.frequency_millihertz = timing.frequency_millihertz;
+  settings.ramp_us = timing.ramp_us;
+  settings.touch_timeout_us = timing.touch_timeout_us;
+  settings.max_on_us = timing.max_on_us;
+  settings.limits.max_duty_q15 = config.max_duty_q15;
+  // A step of the carrier is 12.5 ns.
+  settings.limits.min_on_steps = (config.min_on_ns * 2U + 24U) / 25U;
+  settings.limits.supply_ma = config.supply_ma;
+  settings.limits.full_current_ma = config.full_current_ma;
+  return settings;
+}
+
+}  // namespace
 
 void Device::start(const Hal& hal) {
   hal_ = hal;
-  state_ = DeviceState::kIdle;
-  const uint32_t now_us = hal_.now_us(hal_.context);
-  clock_.start(now_us);
-  output_watch_.start(now_us);
+  clock_.start(now_us());
+  output_watch_.start(now_us());
   starts_.begin(hal_, faults_);
-  config_.load(hal_);
-  if (config_status() == ConfigStatus::kNone) {
-    stand(FaultCause::kNotConfigured, 0);
-  } else if (!config_.is_whole()) {
-    stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status()));
-  }
+  load_config();
   Retained before;
   const bool is_known = recall(hal_, before);
   heat_.start(config(), is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
   wear_.start(before.erases, before.write_credit_ms);
   load_table();
   start_outputs();
-  input_.start(config(), table().is_loaded() ? table().touch_timeout_us() : kDefaultTimeoutUs);
+  input_.start(config(), touch_timeout_us());
   panel_watch_.start(config());
   settle();
 }
 
+uint32_t Device::touch_timeout_us() const { return timing_of(table()).touch_timeout_us; }
+
 // Only while nothing plays.
 void Device::start_outputs() {
-  const SynthesisSettings settings = synthesis_settings();
-  const bool fits = synthesis_.start(settings);
+  const Timing timing = timing_of(table());
+  const bool fits = synthesis_.start(settings_of(timing, config()));
   if (!fits && table_status() == TableStatus::kOk) {
     table_.refuse();
     refuse_table();
   }
   synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
-  touch_.start(config(), settings.ramp_us);
-  const uint32_t ramp_ms = settings.ramp_us / 1000U + 1U;
+  touch_.start(config(), timing.ramp_us);
+  const uint32_t ramp_ms = timing.ramp_us / 1000U + 1U;
   const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
-  heat_.set_reaction(settings.touch_timeout_us / 1000U + release_ms);
-}
-
-SynthesisSettings Device::synthesis_settings() const {
-  SynthesisSettings settings{};
-  settings.channels = config().channels;
-  settings.pwm_bits = config().pwm_bits;
-  const bool has_table = table().is_loaded();
-  settings.frequency_millihertz =
-      has_table ? table().frequency_millihertz() : kDefaultFrequencyMillihertz;
-  settings.ramp_us = has_table ? table().ramp_us() : kDefaultRampUs;
-  settings.touch_timeout_us = has_table ? table().touch_timeout_us() : kDefaultTimeoutUs;
-  settings.max_on_us = has_table ? table().max_on_us() : kDefaultMaxOnUs;
-  settings.limits.max_duty_q15 = config().max_duty_q15;
-  // A step of the carrier is 12.5 ns.
-  settings.limits.min_on_steps = (config().min_on_ns * 2U + 24U) / 25U;
-  settings.limits.supply_ma = config().supply_ma;
-  settings.limits.full_current_ma = config().full_current_ma;
-  return settings;
+  heat_.set_reaction(timing.touch_timeout_us / 1000U + release_ms);
 }
 
 bool Device::go(DeviceEvent event) {
@@ -69,7 +82,10 @@ bool Device::go(DeviceEvent event) {
   return true;
 }
 
-void Device::note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, now_ms()); }
+// What stands shows as soon as nothing else goes on.
+void Device::settle() {
+  if (state_ == DeviceState::kIdle && faults_.any_stands()) go(DeviceEvent::kFaultArises);
+}
 
 // Outputs go off and stay off until the fault clears.
 void Device::stand(FaultCause cause, uint32_t detail) {
@@ -78,22 +94,25 @@ void Device::stand(FaultCause cause, uint32_t detail) {
   go(DeviceEvent::kFaultArises);
 }
 
-void Device::settle() {
-  if (state_ == DeviceState::kIdle && faults_.any_stands()) go(DeviceEvent::kFaultArises);
+// Whoever plays stops, and outputs fade out.
+void Device::silence() {
+  host_ends();
+  touch_.stop(synthesis_);
 }
 
 void Device::poll() {
-  const uint32_t now_us = hal_.now_us(hal_.context);
-  const uint32_t passed_ms = clock_.turn(now_us);
-  watch_samples(now_us);
+  const uint32_t begun_us = now_us();
+  const uint32_t passed_ms = clock_.turn(begun_us);
+  watch_samples(begun_us);
   watch_outputs();
   watch_coils(passed_ms);
-  const TouchEvent event = input_.poll(hal_, now_us);
+  wear_.pass(passed_ms);
+  const TouchEvent event = input_.poll(hal_, begun_us);
   panel_watch_.look(input_, faults_, now_ms());
   // The panel's bytes took their time.
-  handle(event, hal_.now_us(hal_.context));
-  advance_touch(hal_.now_us(hal_.context));
-  advance_stream();
+  handle(event, now_us());
+  advance_touch(now_us());
+  advance_host(now_us());
   watch_update();
   watch_flash();
   post_touch();
@@ -137,8 +156,7 @@ void Device::watch_outputs() {
     case FadeCause::kLate: stand(FaultCause::kInterruptLate, synthesis_.missed()); break;
     case FadeCause::kUnderrun:
       note(FaultCause::kUnderrun, 0);
-      // It begins again when enough has come.
-      if (host_drive_ == HostDrive::kRunning) host_drive_ = HostDrive::kFilling;
+      host_.refill();
       break;
     case FadeCause::kNone:
     case FadeCause::kReleased: break;
@@ -149,8 +167,7 @@ void Device::watch_coils(uint32_t passed_ms) {
   if (passed_ms > 0) {
     Loads loads;
     synthesis_.take_loads(loads, passed_ms);
-    if (heat_.add(loads, passed_ms)) keep_retained(!synthesis_.is_quiet());
-    wear_.pass(passed_ms);
+    if (heat_.add(loads, passed_ms)) keep_retained(!is_quiet());
   }
   const uint32_t hot = heat_.hot_channel();
   if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
@@ -164,7 +181,7 @@ void Device::watch_coils(uint32_t passed_ms) {
 }
 
 void Device::clear_faults() {
-  if (!input_.is_touched() && synthesis_.is_quiet()) {
+  if (!input_.is_touched() && is_quiet()) {
     if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
     faults_.clear(FaultCause::kTouchTooLong);
     faults_.clear(FaultCause::kInterruptLate);
@@ -172,6 +189,22 @@ void Device::clear_faults() {
     if (heat_.supply_ma() <= config().supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
   }
   if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+}
+
+void Device::trust_host() {
+  Starts::trust_host(faults_);
+  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+}
+
+Place Device::touch(Place place) {
+  trust_host();
+  const Place found = table().is_loaded() ? table().on_board(place) : place;
+  input_.hold(found);
+  return found;
+}
+
+void Device::lift() {
+  if (input_.let_go()) touch_up(now_us());
 }
 
 void Device::handle(const TouchEvent& event, uint32_t now_us) {
@@ -216,12 +249,6 @@ void Device::touch_up(uint32_t now_us) {
   touch_.lift(now_us);
 }
 
-// Whoever plays stops, and outputs fade out.
-void Device::silence() {
-  forget_host();
-  touch_.stop(synthesis_);
-}
-
 void Device::end_touch() {
   touch_.fade_out();
   go(DeviceEvent::kTouchEnds);
@@ -240,14 +267,80 @@ void Device::post_touch() {
   if (touch_.post(synthesis_, table(), config())) output_watch_.expect_play();
 }
 
-bool Device::set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
-
 // The drives of another frequency, from the next touch on.
 TableStatus Device::select_frequency(uint32_t frequency_millihertz) {
   const TableStatus status = table_.select(frequency_millihertz);
   if (table_.is_damaged()) refuse_table();
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_millihertz);
   return status;
+}
+
+bool Device::host_begins() {
+  trust_host();
+  if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
+  if (!go(DeviceEvent::kStreamBegins)) return false;
+  touch_.fade_out();
+  host_.hear(synthesis_, now_us());
+  return true;
+}
+
+// Fingers get the table's frequency and the configured wave again.
+void Device::host_ends() {
+  if (!host_.end()) return;
+  synthesis_.set_frequency(timing_of(table()).frequency_millihertz);
+  synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
+}
+
+bool Device::stream_begin(uint32_t target) {
+  if (!host_begins()) return false;
+  host_.begin_stream(target);
+  return true;
+}
+
+bool Device::stream_push(const uint16_t* duties_q16) {
+  return host_.push(synthesis_, duties_q16, now_us());
+}
+
+bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform) {
+  if (state_ != DeviceState::kStreaming) {
+    if (!host_begins()) return false;
+    host_.begin_waves();
+  }
+  if (!host_.has_waves() || touch_.is_fading()) return false;
+  if (!synthesis_.set_frequency(frequency_millihertz) || !synthesis_.set_waveform(waveform))
+    return false;
+  watch_outputs();
+  if (state_ != DeviceState::kStreaming) return false;
+  if (is_quiet()) keep_retained(true);
+  const uint32_t ramp_us = timing_of(table()).ramp_us;
+  if (!host_.play(synthesis_, config(), drive, ramp_us, now_us())) return false;
+  output_watch_.expect_play();
+  return true;
+}
+
+void Device::stream_end() {
+  if (!go(DeviceEvent::kStreamEnds)) return;
+  host_ends();
+  touch_.fade_out();
+  settle();
+}
+
+void Device::advance_host(uint32_t now_us) {
+  if (state_ != DeviceState::kStreaming) return;
+  if (host_.is_silent(now_us, touch_timeout_us())) {
+    note(FaultCause::kHostSilent, 0);
+    stream_end();
+    return;
+  }
+  if (!host_.is_ready(synthesis_, are_outputs_free())) return;
+  keep_retained(true);
+  if (host_.play_stream(synthesis_)) output_watch_.expect_play();
+}
+
+void Device::restart_soon() {
+  if (state_ != DeviceState::kRestarting) starts_.ask_restart(now_ms());
+  silence();
+  go(DeviceEvent::kRestartAsked);
 }
 
 }  // namespace chladni

@@ -1,6 +1,7 @@
 #include "core/link/requests.hpp"
 
 #include "core/base/bytes.hpp"
+#include "core/storage/network_record.hpp"
 
 namespace chladni {
 

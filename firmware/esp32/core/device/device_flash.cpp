@@ -1,10 +1,20 @@
-// What lies in flash: the table and the configuration, their updates, and whether they are still
-// what was written.
+// The device's flash: what is loaded from it, written to it while outputs are off, and checked.
 #include "core/device/device.hpp"
+#include "core/storage/network_record.hpp"
+#include "core/storage/retained.hpp"
 
 namespace chladni {
 
 using Status = link_format::Status;
+
+void Device::load_config() {
+  config_.load(hal_);
+  if (config_status() == ConfigStatus::kNone) {
+    stand(FaultCause::kNotConfigured, 0);
+  } else if (!config_.is_whole()) {
+    stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status()));
+  }
+}
 
 void Device::load_table() {
   faults_.clear(FaultCause::kNoTable);
@@ -20,11 +30,15 @@ void Device::load_table() {
   }
 }
 
+void Device::refuse_table() {
+  stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status()));
+}
+
 // Only while nothing plays.
 void Device::load_again() {
   load_table();
   start_outputs();
-  input_.set_timeout(table().is_loaded() ? table().touch_timeout_us() : kDefaultTimeoutUs);
+  input_.set_timeout(touch_timeout_us());
 }
 
 bool Device::update_begin() {
@@ -36,7 +50,7 @@ bool Device::update_begin() {
 }
 
 void Device::update_end() {
-  if (state_ != DeviceState::kUpdating || !synthesis_.is_quiet()) return;
+  if (state_ != DeviceState::kUpdating || !is_quiet()) return;
   load_again();
   go(DeviceEvent::kUpdateEnds);
   settle();
@@ -122,10 +136,6 @@ void Device::watch_flash() {
 void Device::check_config() {
   if (!config_.is_whole() || config_.check(hal_)) return;
   stand(FaultCause::kConfigRefused, static_cast<uint32_t>(config_status()));
-}
-
-void Device::refuse_table() {
-  stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status()));
 }
 
 }  // namespace chladni
