@@ -153,13 +153,13 @@ esp_err_t arm_safety() {
 // Off, and the radio with it, unless a key was set over the wire.
 void start_network() {
   Network network;
-  if (!load_network(make_hal(), network)) return;
+  if (!load_network(device.hal(), network)) return;
   const esp_err_t status = chip::network_start(network);
   if (status != ESP_OK) {
     complain("the network did not start:", status);
     return;
   }
-  datagrams.start(make_hal());
+  datagrams.start();
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ void Emulator::boot(ResetCause cause) {
   is_booted_ = false;  // no samples before the outputs are set up
   pwm_.reset();
   device_.start(hal());
-  datagrams_.start(hal());
+  datagrams_.start();
   if (datagrams_.state().is_on) datagrams_.set_address(kLoopback);
   const Config& config = device_.config();
   if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits()) {

@@ -13,11 +13,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::array<uint8_t, network_format::kRecordBytes> record = fuzz::network_record();
   if (size > 0 && data[0] == 0) record[size % record.size()] ^= 1U;
   std::memcpy(board.network.data(), record.data(), record.size());
-  const Hal hal = fuzz::make_hal(board);
   const auto device = std::make_unique<Device>();
-  device->start(hal);
+  device->start(fuzz::make_hal(board));
   const auto datagrams = std::make_unique<Datagrams>(*device);
-  datagrams->start(hal);
+  datagrams->start();
   std::array<uint8_t, 256 + network_format::kMacBytes> datagram{};
   for (size_t at = 0; at < size;) {
     const uint8_t kind = data[at++];

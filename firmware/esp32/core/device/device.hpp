@@ -75,7 +75,8 @@ class Device {
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
 
-  // Bytes to the host; a line for people.
+  // What it was started with; bytes to the host; a line for people.
+  const Hal& hal() const { return hal_; }
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   void print(const char* line) const { hal_.print(hal_.context, line); }
 

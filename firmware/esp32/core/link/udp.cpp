@@ -34,8 +34,7 @@ bool ReplayWindow::take(uint32_t counter, bool may_be_late) {
   return true;
 }
 
-void Datagrams::start(const Hal& hal) {
-  hal_ = hal;
+void Datagrams::start() {
   state_ = {};
   Network network;
   if (!load_network(hal_, network)) return;

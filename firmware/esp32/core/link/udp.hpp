@@ -28,10 +28,11 @@ class ReplayWindow {
 class Datagrams {
  public:
   explicit Datagrams(Device& device)
-      : device_(device), requests_(device, state_, Requests::Via::kNetwork) {}
+      : device_(device), hal_(device.hal()), requests_(device, state_, Requests::Via::kNetwork) {}
 
-  // Reads the record; without a whole one, or without a way to make a MAC, it stays off.
-  void start(const Hal& hal);
+  // Reads the record; without a whole one, or without a way to make a MAC, it stays off. The device
+  // has started.
+  void start();
 
   // Every turn of the main loop: sessions end, and what their hosts held ends with them.
   void poll();
@@ -90,9 +91,9 @@ class Datagrams {
             const uint8_t* body, uint32_t size);
 
   Device& device_;
+  const Hal& hal_;
   NetworkState state_;
   Requests requests_;
-  Hal hal_{};
   std::array<uint8_t, network_format::kKeyBytes> key_{};
   // Numbers count up. Below the last one whose session has ended none opens any more: what was
   // recorded of a session does not open it again.
