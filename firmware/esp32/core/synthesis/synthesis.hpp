@@ -169,9 +169,7 @@ class Synthesis {
   // What a sample does.
   // A fade of sines is apart, so that what plays need not look whether it ends.
   enum class Mode : uint8_t {
-    kFiveSines,  // of the authors' five channels, which are played one by one
-    kFadingFive,
-    kSines,  // of any number
+    kSines,
     kFadingSines,
     kOthers,
     kStream,
@@ -233,12 +231,7 @@ class Synthesis {
   [[gnu::always_inline]] inline void play_mode();
   [[gnu::always_inline]] inline void finish(const Hal& hal);
   template <bool kIsRamping>
-  [[gnu::always_inline]] inline void five_sines();
-  template <bool kIsRamping>
-  [[gnu::always_inline]] static inline uint32_t sine(Channel& channel, const Shaper& shaper,
-                                                     SineCosine wave, int32_t left);
-  template <bool kIsRamping>
-  [[gnu::noinline]] void sines();
+  [[gnu::always_inline]] inline void sines();
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void others();
   template <bool kIsRamping, typename Wave>

@@ -12,36 +12,21 @@ constexpr uint32_t kFarAway = 1U << 30;
 }  // namespace
 
 template <bool kIsRamping>
-uint32_t Synthesis::sine(Channel& channel, const Shaper& shaper, SineCosine wave, int32_t left) {
-  int32_t in_phase = channel.first, quadrature = channel.second, wanted = channel.bias;
-  if (kIsRamping) {
-    in_phase -= (channel.first_step * left) >> 15;
-    quadrature -= (channel.second_step * left) >> 15;
-    wanted -= channel.bias_step * left;
-  }
-  wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
-  return shaper.shape(channel, wanted);
-}
-
-template <bool kIsRamping>
-void Synthesis::five_sines() {
-  // A loop would cost a tenth more.
-  const SineCosine wave = sine_cosine(phase_u32_);
-  const Shaper shaper = shaper_;
-  const int32_t left = ramp_left_;
-  duties_[0] = sine<kIsRamping>(channels_[0], shaper, wave, left);
-  duties_[1] = sine<kIsRamping>(channels_[1], shaper, wave, left);
-  duties_[2] = sine<kIsRamping>(channels_[2], shaper, wave, left);
-  duties_[3] = sine<kIsRamping>(channels_[3], shaper, wave, left);
-  duties_[4] = sine<kIsRamping>(channels_[4], shaper, wave, left);
-}
-
-template <bool kIsRamping>
 void Synthesis::sines() {
   const SineCosine wave = sine_cosine(phase_u32_);
   const Shaper shaper = shaper_;
-  for (uint32_t k = 0; k <= last_channel_; ++k) {
-    duties_[k] = sine<kIsRamping>(channels_[k], shaper, wave, ramp_left_);
+  const int32_t left = ramp_left_;
+  uint32_t* duty = duties_.data();
+  Channel* const end = channels_.data() + last_channel_ + 1;
+  for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
+    int32_t in_phase = channel->first, quadrature = channel->second, wanted = channel->bias;
+    if (kIsRamping) {
+      in_phase -= (channel->first_step * left) >> 15;
+      quadrature -= (channel->second_step * left) >> 15;
+      wanted -= channel->bias_step * left;
+    }
+    wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
+    *duty = shaper.shape(*channel, wanted);
   }
 }
 
@@ -85,12 +70,12 @@ void Synthesis::sample(const Hal& hal, uint32_t missed) {
   if (static_cast<int32_t>((quiet_end_ - samples) | (on_end_ - samples)) < 0) {
     return sample_at_deadline(hal);
   }
-  if (mode_ > Mode::kFadingFive) return other_sample(hal);
+  if (!plays_sines()) return other_sample(hal);
   if (ramp_left_ > 0) {
     --ramp_left_;
-    five_sines<true>();
-  } else if (mode_ == Mode::kFiveSines) {
-    five_sines<false>();
+    sines<true>();
+  } else if (mode_ == Mode::kSines) {
+    sines<false>();
   } else {
     return other_sample(hal);
   }
@@ -129,9 +114,7 @@ void Synthesis::sample_at_deadline(const Hal& hal) {
 
 template <bool kIsRamping>
 void Synthesis::play_mode() {
-  if (mode_ <= Mode::kFadingFive) {
-    five_sines<kIsRamping>();
-  } else if (plays_sines()) {
+  if (plays_sines()) {
     sines<kIsRamping>();
   } else if (mode_ == Mode::kOthers) {
     others<kIsRamping>();
@@ -219,8 +202,7 @@ void Synthesis::take(const Command& command) {
     stream_gain_q15_ = 1 << 15;
     stream_step_q30_ = step(0, kUnityQ30);
   } else {
-    mode_ = last_channel_ == 4 ? Mode::kFiveSines : Mode::kSines;
-    if (waveform_ != Waveform::kSine) mode_ = Mode::kOthers;
+    mode_ = waveform_ == Waveform::kSine ? Mode::kSines : Mode::kOthers;
     for (uint32_t k = 0; k <= last_channel_; ++k) {
       aim(channels_[k], command.first[k], command.second[k], command.bias[k]);
     }
@@ -238,7 +220,6 @@ void Synthesis::fade(FadeCause cause, RampRate rate) {
   }
   stream_step_q30_ = step(stream_gain_q15_ * (1 << 15) - stream_step_q30_ * ramp_left_, 0);
   stream_gain_q15_ = 0;
-  if (mode_ == Mode::kFiveSines) mode_ = Mode::kFadingFive;
   if (mode_ == Mode::kSines) mode_ = Mode::kFadingSines;
   ramp_left_ = rate_.samples;
   fade_cause_.store(cause, std::memory_order_release);
