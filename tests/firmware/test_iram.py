@@ -36,7 +36,7 @@ def test_what_the_interrupt_reaches_is_closed_and_lies_in_ram(
 ) -> None:
     objects = {path.stem: symbols(processor, path) for path in compile_core(processor, tmp_path)}
     ours = mapped()
-    assert ours == {"duty_ring", "synthesis_sample"}
+    assert ours == {"duty_ring", "sample_player"}
     defined = {name: obj for obj, found in objects.items() for kind, name in found
                if kind in "TtWwVvRrDdBb"}  # fmt: skip
     assert any(name.startswith(ENTRY) and defined[name] in ours for name in defined)
@@ -49,4 +49,4 @@ def test_what_the_interrupt_reaches_is_closed_and_lies_in_ram(
               for _, name in found if name in weak}  # fmt: skip
     assert shared == set()
     # The sine's table is a constant of its own, which goes to DRAM with the object.
-    assert any("kSineQuarter" in name for kind, name in objects["synthesis_sample"] if kind == "r")
+    assert any("kSineQuarter" in name for kind, name in objects["sample_player"] if kind == "r")
