@@ -19,7 +19,7 @@ from pathlib import Path
 from instruction_counts import CORE, FIRMWARE, FLAGS, HERE, PROCESSORS
 
 ROOTS = {
-    "sample interrupt": r"Synthesis::sample\(",
+    "sample interrupt": r"SamplePlayer::sample\(",
     "main loop": r"Device::poll\(\)",
     "console": r"run_command\(",
     "link": r"Link::receive\(",

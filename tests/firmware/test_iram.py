@@ -14,7 +14,7 @@ from conftest import ROOT
 pytestmark = pytest.mark.usefixtures("cross_compilers")
 
 FRAGMENT = ROOT / "firmware" / "esp32" / "components" / "chladni_core" / "linker.lf"
-ENTRY = "chladni::Synthesis::sample("
+ENTRY = "chladni::SamplePlayer::sample("
 """What the interrupt's own function calls; `Device::sample` and the clock are inlined into it."""
 
 

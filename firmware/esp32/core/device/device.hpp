@@ -32,7 +32,7 @@ class Device {
   // before this one were never asked for.
   // Always inlined, so that the interrupt's own function takes it in: that lies in IRAM on the
   // chip.
-  [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.sample(hal_, missed); }
+  [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.player().sample(hal_, missed); }
 
   // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
   // and how long the last touch has played or did.

@@ -1,7 +1,5 @@
 #include "core/synthesis/duty_ring.hpp"
 
-#include "core/synthesis/synthesis.hpp"
-
 namespace chladni {
 
 namespace {

@@ -9,7 +9,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/synthesis/output_limits.hpp"
+#include "core/synthesis/drive.hpp"
 
 namespace chladni {
 
@@ -18,8 +18,6 @@ constexpr uint32_t kStreamFrames = 512;  // 52 ms at 10 bits
 // another.
 constexpr uint32_t kStreamTarget = 96;
 
-struct Load;
-
 class DutyRing {
  public:
   void start(uint32_t channels);
@@ -27,7 +25,7 @@ class DutyRing {
   // Main loop: append a frame of duties (65536 would be 1). False if the ring is full.
   bool push(const uint16_t* duties_q16);
   // Main loop: means over the last frames pushed, each of the same weight however they came.
-  void loads(std::array<Load, kMaxChannels>& loads) const;
+  void loads(Loads& loads) const;
   // Main loop, every millisecond: keep the ring filled to its target.
   void steer();
   uint32_t filled() const { return head_.load(std::memory_order_acquire) - tail(); }

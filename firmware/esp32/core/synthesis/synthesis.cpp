@@ -1,10 +1,13 @@
 #include "core/synthesis/synthesis.hpp"
 
 #include "core/generated/table_format.hpp"
+#include "core/synthesis/sine.hpp"
 
 namespace chladni {
 
 namespace {
+
+using Kind = Command::Kind;
 
 // A ramp of fewer samples would need a factor beyond 15 bits.
 constexpr uint32_t kShortestRamp = 4;
@@ -29,6 +32,15 @@ uint32_t phase_of(int32_t x, int32_t y) {
     if (trial.sine_q15 * x <= trial.cosine_q15 * y) phase += half;
   }
   return phase + turned;
+}
+
+// Of what is rounded to duty steps: 30 bits hold a duty of 1.
+uint32_t fraction_bits_of(uint32_t pwm_bits) { return 30U - pwm_bits; }
+
+// The ceiling of every duty; the timer's own is a step below a duty of 1.
+uint32_t max_duty_steps(const SynthesisSettings& settings) {
+  const uint32_t most_q15 = settings.limits.max_duty_q15;
+  return ((most_q15 << settings.pwm_bits) >> 15) - (most_q15 == 32768U ? 1U : 0U);
 }
 
 }  // namespace
@@ -82,23 +94,21 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   if (settings.max_on_us > f::kMaxOnUs) return false;
   if (settings.limits.max_duty_q15 > 32768U) return false;
   settings_ = settings;
-  phase_step_u32_ = phase_step_u32(settings.frequency_millihertz, settings.pwm_bits);
-  next_phase_step_u32_ = phase_step_u32_;
-  const uint32_t fraction_bits = 30U - settings.pwm_bits;
-  const uint32_t ceiling = (settings.limits.max_duty_q15 << settings.pwm_bits) >> 15;
-  const int32_t max_duty =
-      static_cast<int32_t>(ceiling) - (settings.limits.max_duty_q15 == 32768U ? 1 : 0);
-  shaper_ = {fraction_bits, (1 << fraction_bits) - 1, max_duty};
-  fade_rate_ = ramp_rate(settings.ramp_us);
-  timeout_samples_ = samples_in(settings.touch_timeout_us, settings.pwm_bits);
-  max_on_samples_ = samples_in(settings.max_on_us, settings.pwm_bits);
-  late_samples_ = samples_in(kMostLateUs, settings.pwm_bits);
-  last_channel_ = settings.channels - 1U;
-  stream_.start(settings.channels);
+  next_phase_step_u32_ = phase_step_u32(settings.frequency_millihertz, settings.pwm_bits);
+  const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
+  player_.start({
+      settings.channels,
+      {fraction_bits, (1 << fraction_bits) - 1, static_cast<int32_t>(max_duty_steps(settings))},
+      ramp_rate(settings.ramp_us),
+      samples_in(settings.touch_timeout_us, settings.pwm_bits),
+      samples_in(settings.max_on_us, settings.pwm_bits),
+      samples_in(kMostLateUs, settings.pwm_bits),
+  });
+  stream().start(settings.channels);
   return true;
 }
 
-Synthesis::RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
+RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
   uint32_t samples = samples_in(ramp_us, settings_.pwm_bits);
   if (samples < kShortestRamp) samples = kShortestRamp;
   RampRate rate;
@@ -124,7 +134,7 @@ uint32_t Synthesis::fitting_level(const std::array<uint32_t, kMaxChannels>& size
     if (sizes[k] > 0) rest_sum += rest * limits.full_current_ma[k];
   }
   uint32_t level = level_q15;
-  const auto max_duty = static_cast<uint32_t>(shaper_.max_duty);
+  const uint32_t max_duty = max_duty_steps(settings_);
   const uint32_t taken = rest + kBiasMarginSteps;
   const uint32_t peak_room = max_duty > taken ? (max_duty - taken) / 2U : 0U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
@@ -139,14 +149,14 @@ uint32_t Synthesis::fitting_level(const std::array<uint32_t, kMaxChannels>& size
 }
 
 bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
-  if (command_waits_.load(std::memory_order_acquire) != 0) return false;
+  if (has_command()) return false;
   Command command{};
   command.kind = Kind::kDrive;
   command.starts_touch = options.starts_touch;
   command.rate = ramp_rate(options.ramp_us);
   command.phase_step_u32 = next_phase_step_u32_;
   command.edges = EdgeScale::of(next_phase_step_u32_);
-  command.waveform = options.starts_touch ? next_waveform_ : command_.waveform;
+  command.waveform = options.starts_touch ? next_waveform_ : handover().command.waveform;
   std::array<uint32_t, kMaxChannels> sizes{};
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     const int32_t in_phase = drive[k].in_phase_q15, quadrature = drive[k].quadrature_q15;
@@ -158,7 +168,8 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
       fitting_level(sizes, options.level_q15 > 32767U ? 32767U : options.level_q15));
   // Gains times this are duty steps with the shaper's fraction.
   const auto half_span = static_cast<int32_t>(half_span_steps(settings_.pwm_bits));
-  const uint32_t shift = shaper_.fraction_bits - 15U;
+  const uint32_t fraction_bits = fraction_bits_of(settings_.pwm_bits);
+  const uint32_t shift = fraction_bits - 15U;
   const auto rest = static_cast<int32_t>(kBiasMarginSteps + settings_.limits.min_on_steps);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     int32_t in_phase = (drive[k].in_phase_q15 * level) >> 15;
@@ -179,7 +190,7 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
     }
     // A silent channel needs no bias; any other needs its amplitude, rounded up, and the rest.
     if (sizes[k] > 0 && level > 0) {
-      command.bias[k] = (size + 1) * half_span * (1 << shift) + rest * (1 << shaper_.fraction_bits);
+      command.bias[k] = (size + 1) * half_span * (1 << shift) + rest * (1 << fraction_bits);
     }
     loads_[k] = load_of(command, k, static_cast<uint32_t>(size));
   }
@@ -202,19 +213,19 @@ bool Synthesis::set_waveform(Waveform waveform) {
 }
 
 bool Synthesis::play_stream() {
-  if (command_waits_.load(std::memory_order_acquire) != 0) return false;
+  if (has_command()) return false;
   Command command{};
   command.kind = Kind::kStream;
   command.starts_touch = true;
-  command.rate = fade_rate_;
+  command.rate = ramp_rate(settings_.ramp_us);
   return post(command);
 }
 
 bool Synthesis::release(uint32_t ramp_us) {
-  if (command_waits_.load(std::memory_order_acquire) != 0) return false;
+  if (has_command()) return false;
   Command command{};
   command.kind = Kind::kRelease;
-  command.waveform = command_.waveform;
+  command.waveform = handover().command.waveform;
   command.rate = ramp_rate(ramp_us);
   return post(command);
 }
@@ -245,27 +256,31 @@ void Synthesis::start_load_ramp(uint32_t ramp_us) {
 }
 
 bool Synthesis::post(const Command& command) {
-  command_ = command;
+  handover().command = command;
   // What ended the last touch must not be taken for the end of this one.
-  if (command.starts_touch) fade_cause_.store(FadeCause::kNone, std::memory_order_relaxed);
-  command_waits_.store(1, std::memory_order_release);
+  if (command.starts_touch)
+    handover().fade_cause.store(FadeCause::kNone, std::memory_order_relaxed);
+  handover().command_waits.store(1, std::memory_order_release);
   announce();
   return true;
 }
 
+// One writer, so a plain load and store count correctly without a read-modify-write.
 void Synthesis::keep_alive() {
-  beats_.store(beats_.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+  const uint32_t beats = handover().beats.load(std::memory_order_relaxed) + 1U;
+  handover().beats.store(beats, std::memory_order_relaxed);
   announce();
 }
 
-// One writer, so a plain load and store count correctly without a read-modify-write.
 void Synthesis::announce() {
-  news_.store(news_.load(std::memory_order_relaxed) + 1U, std::memory_order_release);
+  const uint32_t news = handover().news.load(std::memory_order_relaxed) + 1U;
+  handover().news.store(news, std::memory_order_release);
 }
 
 void Synthesis::take_loads(Loads& loads, uint32_t passed_ms) {
   for (uint32_t k = 0; k < settings_.channels; ++k) loads[k] = load_now(k);
-  if (command_.kind == Kind::kStream && output() != Output::kOff) stream_.loads(loads);
+  const bool is_stream = handover().command.kind == Kind::kStream;
+  if (is_stream && output() != Output::kOff) stream().loads(loads);
   ramp_ms_left_ -= passed_ms < ramp_ms_left_ ? passed_ms : ramp_ms_left_;
 }
 

@@ -7,7 +7,7 @@
 #include "core/generated/device_codes.hpp"
 #include "core/generated/table_format.hpp"
 #include "core/hal.hpp"
-#include "core/synthesis/synthesis.hpp"
+#include "core/synthesis/drive.hpp"
 #include "core/table/mirrors.hpp"
 
 namespace chladni {

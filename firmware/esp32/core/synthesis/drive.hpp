@@ -1,0 +1,27 @@
+// A drive, which is what every channel is played with, and the load that it is to the coils.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/synthesis/output_limits.hpp"
+
+namespace chladni {
+
+// In-phase and quadrature gain of one channel: a sine is I cos(wt) - Q sin(wt).
+struct Gain {
+  int16_t in_phase_q15;
+  int16_t quadrature_q15;
+};
+
+using Drive = std::array<Gain, kMaxChannels>;
+
+// What a channel's coil gets: means of its duty and of its square, 65536 for a duty of 1.
+struct Load {
+  uint32_t mean_q16;
+  uint32_t square_q16;
+};
+
+using Loads = std::array<Load, kMaxChannels>;
+
+}  // namespace chladni

@@ -1,0 +1,73 @@
+// What passes between the main loop and the sample interrupt. All else of the synthesis belongs to
+// one of the two: `Synthesis` to the main loop, `SamplePlayer` to the interrupt.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/synthesis/duty_ring.hpp"
+#include "core/synthesis/output_limits.hpp"
+#include "core/synthesis/waveform.hpp"
+
+namespace chladni {
+
+enum class Output : uint8_t {
+  kOff,      // duty 0 on every channel
+  kPlaying,  // a drive or a stream, or on the way to one
+  kFading,   // on the way to off
+};
+
+enum class FadeCause : uint8_t {
+  kNone,
+  kReleased,      // the main loop asked for it
+  kTouchTimeout,  // no sign of the touch for touch_timeout_us
+  kMaxOn,         // on for max_on_us
+  kLate,          // the sample interrupt came later than kMostLateUs
+  kUnderrun,      // the stream has run dry
+};
+
+// How far a ramp goes per sample, without a division: (way >> 16) * factor >> shift.
+struct RampRate {
+  int32_t samples = 1;
+  int32_t factor = 0;
+  uint32_t shift = 0;
+};
+
+// What the main loop asks of the outputs.
+struct Command {
+  enum class Kind : uint8_t { kDrive, kStream, kRelease };
+
+  Kind kind;
+  bool starts_touch;
+  Waveform waveform;
+  RampRate rate;
+  uint32_t phase_step_u32;  // taken by a drive that starts a touch
+  EdgeScale edges;
+  // Sine: the two gains. Others: amplitude, and phase as an unsigned number.
+  std::array<int32_t, kMaxChannels> first;
+  std::array<int32_t, kMaxChannels> second;
+  std::array<int32_t, kMaxChannels> bias;
+};
+
+struct Handover {
+  // Main loop to interrupt. `news` counts how often there was something and is written last, so
+  // that a sample has one number to look at.
+  std::atomic<uint32_t> news{0};
+  std::atomic<uint32_t> beats{0};  // signs that the finger, or the host, is still there
+  // Set by the main loop once `command` is written, and cleared by the interrupt that has taken it:
+  // the main loop writes only while it is 0, the interrupt reads only while it is 1.
+  std::atomic<uint32_t> command_waits{0};
+
+  // Interrupt to main loop.
+  std::atomic<uint32_t> samples{0};  // since start
+  std::atomic<uint32_t> missed{0};   // of them
+  std::atomic<Output> output{Output::kOff};
+  // Wiped out by the main loop when it asks for the start of a touch.
+  std::atomic<FadeCause> fade_cause{FadeCause::kNone};
+
+  Command command{};
+  DutyRing stream{};
+};
+
+}  // namespace chladni

@@ -1,0 +1,130 @@
+// The sample interrupt's half of the synthesis: all of it is the interrupt's, but for `start` and
+// the handover. Its code lies in IRAM on the chip (linker.lf).
+//
+// A sine's channel has an in-phase and a quadrature gain, so a new drive is reached by a straight
+// ramp of those two: gain and phase change together and nothing clicks. Other waves have an
+// amplitude and a phase per channel, which go straight to the next drive's, the phase by the
+// shorter way round.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/hal.hpp"
+#include "core/synthesis/handover.hpp"
+#include "core/synthesis/shaper.hpp"
+
+namespace chladni {
+
+struct PlayerSettings {
+  uint32_t channels;
+  Shaper shaper;
+  RampRate fade;
+  // In samples: what the interrupt counts by itself.
+  uint32_t touch_timeout;
+  uint32_t max_on;
+  uint32_t most_late;
+};
+
+class SamplePlayer {
+ public:
+  // Main loop, only while outputs are off.
+  void start(const PlayerSettings& settings) { settings_ = settings; }
+  // For both contexts. It lies in here so that a sample finds it without another address.
+  Handover& handover() { return handover_; }
+  const Handover& handover() const { return handover_; }
+
+  // Advance by one sample and set every channel's duty. `missed` samples before this one were never
+  // asked for.
+  void sample(const Hal& hal, uint32_t missed);
+
+ private:
+  // Gains and amplitudes are in duty steps times 2^(fraction_bits - 15), so that the wave in Q15
+  // makes them what the bias is in: duty steps times 2^fraction_bits. `..._step` times the samples
+  // that are left of a ramp is what is missing from where it leads to; gains and amplitudes have 15
+  // bits more there. So a ramp ends exactly, and its end costs nothing.
+  struct Channel {
+    int32_t first;   // sine: in-phase gain; others: amplitude
+    int32_t second;  // sine: quadrature gain; others: phase of 32 bits
+    int32_t bias;
+    RoundingErrors errors;
+    int32_t first_step;
+    int32_t second_step;
+    int32_t bias_step;
+  };
+
+  // What a sample does.
+  // A fade of sines is apart, so that what plays need not look whether it ends.
+  enum class Mode : uint8_t {
+    kSines,
+    kFadingSines,
+    kOthers,
+    kStream,
+    kOff,
+  };
+
+  void consider_command();
+  bool can_take(const Command& command) const;
+  void take(const Command& command);
+  void fade(FadeCause cause, RampRate rate);
+  void go_off();
+  // A ramp's step from one value to another.
+  int32_t step(int32_t from, int32_t to) const;
+  void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
+  void catch_up(uint32_t missed);
+  void still_silent_channels();
+  // One look for both: neither end is ever half the counter's range away.
+  bool is_past_deadline() const {
+    return static_cast<int32_t>((quiet_end_ - samples_) | (on_end_ - samples_)) < 0;
+  }
+  void miss_deadline();
+  void forget_deadlines();
+
+  Output output() const { return handover_.output.load(std::memory_order_relaxed); }
+  bool is_playing() const { return output() == Output::kPlaying; }
+  void advance(uint32_t count) {
+    samples_ += count;
+    handover_.samples.store(samples_, std::memory_order_relaxed);
+  }
+
+  // A sample in pieces that end in one another: what every sample goes through calls nothing, so
+  // that few registers need be saved.
+  [[gnu::noinline]] void sample_with_news(const Hal& hal, uint32_t missed);
+  [[gnu::noinline]] void sample_at_deadline(const Hal& hal);
+  [[gnu::noinline]] void other_sample(const Hal& hal);
+  bool plays_sines() const { return mode_ <= Mode::kFadingSines; }
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void play_mode();
+  [[gnu::always_inline]] inline void finish(const Hal& hal);
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void sines();
+  template <bool kIsRamping>
+  [[gnu::always_inline]] inline void others();
+  template <bool kIsRamping, typename Wave>
+  [[gnu::always_inline]] inline void like(Wave wave_q15);
+  void streamed();
+
+  // What every sample needs, where its instructions reach.
+  uint32_t seen_news_ = 0;
+  uint32_t samples_ = 0;  // since start
+  uint32_t quiet_end_ = 0;
+  uint32_t on_end_ = 0;
+  Mode mode_ = Mode::kOff;
+  Waveform waveform_ = Waveform::kSine;
+  int32_t ramp_left_ = 0;  // samples
+  uint32_t phase_u32_ = 0;
+  uint32_t phase_step_u32_ = 0;
+  std::array<uint32_t, kMaxChannels> duties_{};
+  std::array<Channel, kMaxChannels> channels_{};
+  PlayerSettings settings_{};
+  // And what only some need.
+  int32_t stream_gain_q15_ = 0;  // where its ramp leads to
+  int32_t stream_step_q30_ = 0;
+  EdgeScale edges_{};
+  RampRate rate_{};
+  uint32_t seen_beats_ = 0;
+  Handover handover_{};
+};
+
+}  // namespace chladni

@@ -1,0 +1,34 @@
+// Rounds duties to whole steps so that the rounding noise lies above the band a finger feels.
+#pragma once
+
+#include <cstdint>
+
+namespace chladni {
+
+// What a channel's last two samples lost by rounding, from 0 to a whole step.
+struct RoundingErrors {
+  int32_t last;
+  int32_t older;
+};
+
+// Rounds down and feeds both errors back: the duty is what was wanted less the second difference of
+// the error, and any constant part of it cancels.
+struct Shaper {
+  uint32_t fraction_bits;
+  int32_t mask;  // of the fraction
+  int32_t max_duty;
+
+  [[gnu::always_inline]] uint32_t shape(RoundingErrors& errors, int32_t wanted) const {
+    const int32_t fed = wanted + 2 * errors.last - errors.older;
+    const int32_t duty = fed >> fraction_bits;
+    errors.older = errors.last;
+    errors.last = fed & mask;
+    // What is cut off is not fed back: it could only grow.
+    if (static_cast<uint32_t>(duty) > static_cast<uint32_t>(max_duty)) {
+      return duty < 0 ? 0U : static_cast<uint32_t>(max_duty);
+    }
+    return static_cast<uint32_t>(duty);
+  }
+};
+
+}  // namespace chladni
