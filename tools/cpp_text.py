@@ -27,6 +27,20 @@ def constants(values: Mapping[str, int | str], notes: Mapping[str, str] | None =
     return lines
 
 
+CPP_TYPES = {
+    "u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "u64": "uint64_t",
+    "i16": "int16_t", "i32": "int32_t",
+}  # fmt: skip
+
+
+def cpp_type(field: Field) -> str:
+    """What a field is in a struct."""
+    if field.kind.startswith("char"):
+        return f"std::array<char, {field.size}>"
+    base = CPP_TYPES[field.kind.partition("x")[0]]
+    return base if field.count == 1 else f"std::array<{base}, {field.count}>"
+
+
 def field_offsets(prefix: str, fields: tuple[Field, ...], *, with_kinds: bool = True) -> list[str]:
     """A line for each field: where it stands, and its type."""
     places = offsets(fields)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import cpp_text
 import numpy as np
-from link_header import link_header, link_page, network_header
+from link_header import link_header, link_page, messages_header, network_header
 
 from chladni.drives.problem import places as regions
 from chladni.host.protocol import codes as device_codes
@@ -32,9 +32,6 @@ SINE_QUARTER_POINTS = 256
 full scale, under the half step of Q15 (1.5e-5)."""
 
 
-CPP_TYPES = {
-    "u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i16": "int16_t", "i32": "int32_t",
-}  # fmt: skip
 TABLE_NOTES = {
     "kMagic": '"CHLD" read as a little-endian word',
     "kSectionBytes": "of a section header",
@@ -139,12 +136,10 @@ def config_header() -> str:
     members, takes, puts = [], [], []
     for setting in device_config.SETTINGS:
         field, default = setting.field, setting.default
-        base = CPP_TYPES[field.kind.partition("x")[0]]
-        kind = base if field.count == 1 else f"std::array<{base}, {field.count}>"
         values = (default,) if isinstance(default, int) else default
         text = ", ".join(map(str, values))
         text = text if field.count == 1 else "{" + text + "}"
-        members.append(f"  {kind} {field.name} = {text};  // {field.doc}")
+        members.append(f"  {cpp_text.cpp_type(field)} {field.name} = {text};  // {field.doc}")
         at = f"record + {places[field.name]}"
         takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")
         puts.append(f"  put({at}, config.{field.name});")
@@ -284,6 +279,7 @@ HEADERS: dict[str, Callable[[], str]] = {
     "config_format.hpp": config_header,
     "store_format.hpp": store_header,
     "link_format.hpp": link_header,
+    "link_messages.hpp": messages_header,
     "device_codes.hpp": codes_header,
     "network_format.hpp": network_header,
     "../../../../docs/link-protocol.md": link_page,

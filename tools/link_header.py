@@ -10,7 +10,7 @@ from chladni.tables import layout
 
 
 def link_header() -> str:
-    """`link_format.hpp`: codes, statuses, and where each message's fields stand."""
+    """`link_format.hpp`: frames and statuses."""
     values = {
         "kVersionMajor": link_protocol.VERSION_MAJOR,
         "kVersionMinor": link_protocol.VERSION_MINOR,
@@ -36,19 +36,75 @@ def link_header() -> str:
         ),
         "};",
     ]
-    for message in link_protocol.MESSAGES:
-        body += [
-            "",
-            f"namespace {message.name} {{",
-            f"constexpr uint32_t kCode = {message.code}U;",
-        ]
-        for prefix, fields in (("kRequest", message.request), ("kAnswer", message.answer)):
-            body += cpp_text.field_offsets(prefix, fields)
-            size = sum(field.size for field in fields)
-            body.append(f"constexpr uint32_t {prefix}Bytes = {size}U;")
-        body.append(f"}}  // namespace {message.name}")
     about = "Frames between host and device (docs/link-protocol.md), little-endian."
     return cpp_text.header(about, "chladni::link_format", body)
+
+
+def messages_header() -> str:
+    """`link_messages.hpp`: what is read of each request, and what is written of each answer."""
+    body = [
+        "// What is read is plain. In what is written every field has a type of its own: an answer",
+        "// in which one is left out, comes twice or stands elsewhere does not compile.",
+    ]
+    for message in link_protocol.MESSAGES:
+        body += ["", f"namespace {message.name} {{", f"constexpr uint32_t kCode = {message.code}U;"]
+        if message.request:
+            body += read_struct("Request", message.request)
+        if message.answer:
+            body += written_struct("Answer", message.answer)
+        if message.each:
+            of_tail = written_struct if message.answer_tail else read_struct
+            body += of_tail("Entry", message.each)
+        body.append(f"}}  // namespace {message.name}")
+    return cpp_text.header(
+        "Requests, answers, and entries of their tails (docs/link-protocol.md).",
+        "chladni::link_format",
+        body,
+        includes=("array", "cstdint"),
+    )
+
+
+def _comment(field: layout.Field) -> str:
+    return f"  // {field.doc}" if field.doc else ""
+
+
+def _bytes_of(fields: tuple[layout.Field, ...]) -> str:
+    size = sum(field.size for field in fields)
+    return f"  static constexpr uint32_t kBytes = {size}U;"
+
+
+def read_struct(name: str, fields: tuple[layout.Field, ...]) -> list[str]:
+    """A struct of what the device reads, and the function that reads it through `take`."""
+    places = layout.offsets(fields)
+    return [
+        f"struct {name} {{",
+        _bytes_of(fields),
+        *(f"  {cpp_text.cpp_type(f)} {f.name};{_comment(f)}" for f in fields),
+        "};",
+        f"template <typename Take> {name} read_{name.lower()}(const uint8_t* from, Take take) {{",
+        f"  {name} found{{}};",
+        *(f"  take(from + {places[f.name]}, found.{f.name});" for f in fields),
+        "  return found;",
+        "}",
+    ]
+
+
+def written_struct(name: str, fields: tuple[layout.Field, ...]) -> list[str]:
+    """A struct of what the device writes, and the function that writes it through `put`."""
+    places = layout.offsets(fields)
+    return [
+        f"struct {name} {{",
+        _bytes_of(fields),
+        *(
+            f"  struct {cpp_text.camel(f.name)} {{ {cpp_text.cpp_type(f)} value; }} {f.name};"
+            f"{_comment(f)}"
+            for f in fields
+        ),
+        "};",
+        f"template <typename Put> void write(const {name}& from, uint8_t* to, Put put) {{",
+        *(f"  put(to + {places[f.name]}, from.{f.name}.value);" for f in fields),
+        "}",
+    ]
 
 
 def network_header() -> str:

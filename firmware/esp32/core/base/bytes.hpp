@@ -1,6 +1,8 @@
 // Little-endian numbers in bytes, as flash and the link have them.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace chladni {
@@ -18,5 +20,35 @@ inline uint32_t read_u32(const uint8_t* bytes) { return word(bytes, 4); }
 inline void put_word(uint8_t* bytes, uint32_t value, uint32_t count) {
   for (uint32_t k = 0; k < count; ++k) bytes[k] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
 }
+
+// What generated headers read and write their fields with.
+struct Take {
+  template <typename T>
+  void operator()(const uint8_t* from, T& value) const {
+    value = static_cast<T>(word(from, sizeof(T)));
+  }
+  void operator()(const uint8_t* from, uint64_t& value) const {
+    value = static_cast<uint64_t>(word(from + 4, 4)) << 32 | word(from, 4);
+  }
+  template <typename T, size_t kCount>
+  void operator()(const uint8_t* from, std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) (*this)(from + k * sizeof(T), values[k]);
+  }
+};
+
+struct Put {
+  template <typename T>
+  void operator()(uint8_t* to, const T& value) const {
+    put_word(to, static_cast<uint32_t>(value), sizeof(T));
+  }
+  void operator()(uint8_t* to, const uint64_t& value) const {
+    put_word(to, static_cast<uint32_t>(value), 4);
+    put_word(to + 4, static_cast<uint32_t>(value >> 32), 4);
+  }
+  template <typename T, size_t kCount>
+  void operator()(uint8_t* to, const std::array<T, kCount>& values) const {
+    for (size_t k = 0; k < kCount; ++k) (*this)(to + k * sizeof(T), values[k]);
+  }
+};
 
 }  // namespace chladni

@@ -1,6 +1,7 @@
 #include "core/link/requests.hpp"
 
 #include "core/base/bytes.hpp"
+#include "core/generated/link_messages.hpp"
 #include "core/storage/network_record.hpp"
 
 namespace chladni {
@@ -10,7 +11,10 @@ namespace {
 namespace f = link_format;
 using Status = f::Status;
 
-int32_t signed_word(const uint8_t* bytes) { return static_cast<int32_t>(word(bytes, 4)); }
+template <typename Code>
+constexpr uint8_t number_of(Code code) {
+  return static_cast<uint8_t>(code);
+}
 
 }  // namespace
 
@@ -34,100 +38,91 @@ bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   return true;
 }
 
-// Appends a field to the answer; answers are all shorter than their buffer.
-void Requests::put(uint32_t value, uint32_t bytes) {
-  for (uint32_t k = 0; k < bytes && with_->answer_size < with_->answer.size(); ++k) {
-    with_->answer[with_->answer_size++] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
-  }
+// Room for so many bytes more of the answer; answers are all shorter than their buffer.
+uint8_t* Requests::append(uint32_t bytes) {
+  uint8_t* const at = with_->answer.data() + with_->answer_size;
+  with_->answer_size += bytes;
+  return at;
+}
+
+template <typename Fields>
+void Requests::put(const Fields& fields) {
+  write(fields, append(Fields::kBytes), Put{});
 }
 
 Status Requests::handle(uint32_t kind, const Request& request) {
   switch (kind) {
-    case f::hello::kCode:
-      if (request.size < f::hello::kRequestBytes) return Status::kMalformed;
-      put(f::kVersionMajor, 1);
-      put(f::kVersionMinor, 1);
-      put(f::kWindow, 2);
-      put(f::kMaxPayload, 2);
-      return request.fields[f::hello::kRequestMajor] == f::kVersionMajor ? Status::kOk
-                                                                         : Status::kIncompatible;
+    case f::hello::kCode: return greet(request);
     case f::info::kCode: return put_info();
     case f::faults::kCode: return put_faults();
     case f::config_get::kCode: return put_config();
     case f::network_get::kCode: return put_network();
     case f::network_set::kCode: return set_network(request);
-    case f::table_begin::kCode:
-    case f::table_data::kCode:
+    case f::table_begin::kCode: return begin_table(request);
+    case f::table_data::kCode: return take_table(request);
     case f::table_commit::kCode:
-    case f::table_previous::kCode: return handle_table(kind, request);
+      if (request.size != 0) return Status::kMalformed;
+      return end_table<f::table_commit::Answer>(device_.table_commit());
+    case f::table_previous::kCode:
+      if (request.size != 0) return Status::kMalformed;
+      return end_table<f::table_previous::Answer>(device_.table_previous());
     default: return handle_host(kind, request);
   }
 }
 
-Status Requests::handle_table(uint32_t kind, const Request& request) {
-  const uint8_t* const at = request.fields;
-  if (kind == f::table_begin::kCode) {
-    constexpr uint32_t kFixed = f::table_begin::kRequestBytes;
-    if (request.size != kFixed + table_format::kHeaderBytes) return Status::kMalformed;
-    TableStatus refused = TableStatus::kOk;
-    const uint32_t crc = word(at + f::table_begin::kRequestCrc, 4);
-    const Status status = device_.table_begin(word(at, 4), crc, at + kFixed, refused);
-    put(static_cast<uint32_t>(refused), 1);
-    return status;
-  }
-  if (kind == f::table_data::kCode) {
-    if (request.size <= f::table_data::kRequestBytes) return Status::kMalformed;
-    const uint32_t fixed = f::table_data::kRequestBytes;
-    const Status status = device_.table_data(word(at, 4), at + fixed, request.size - fixed);
-    put(device_.table_next(), 4);
-    return status;
-  }
-  if (request.size != 0) return Status::kMalformed;
+Status Requests::greet(const Request& request) {
+  namespace m = f::hello;
+  using A = m::Answer;
+  if (request.size < m::Request::kBytes) return Status::kMalformed;
+  put(A{A::Major{f::kVersionMajor}, A::Minor{f::kVersionMinor}, A::Window{f::kWindow},
+        A::MaxPayload{f::kMaxPayload}});
+  const uint32_t major = m::read_request(request.fields, Take{}).major;
+  return major == f::kVersionMajor ? Status::kOk : Status::kIncompatible;
+}
+
+Status Requests::begin_table(const Request& request) {
+  namespace m = f::table_begin;
+  constexpr uint32_t kFixed = m::Request::kBytes;
+  if (request.size != kFixed + table_format::kHeaderBytes) return Status::kMalformed;
+  const m::Request asked = m::read_request(request.fields, Take{});
+  TableStatus refused = TableStatus::kOk;
   const Status status =
-      kind == f::table_commit::kCode ? device_.table_commit() : device_.table_previous();
-  put(device_.slot(), 1);
-  put(static_cast<uint32_t>(device_.table_status()), 1);
+      device_.table_begin(asked.total, asked.crc, request.fields + kFixed, refused);
+  put(m::Answer{m::Answer::TableStatus{number_of(refused)}});
+  return status;
+}
+
+Status Requests::take_table(const Request& request) {
+  namespace m = f::table_data;
+  constexpr uint32_t kFixed = m::Request::kBytes;
+  if (request.size <= kFixed) return Status::kMalformed;
+  const uint32_t offset = m::read_request(request.fields, Take{}).offset;
+  const Status status = device_.table_data(offset, request.fields + kFixed, request.size - kFixed);
+  put(m::Answer{m::Answer::Next{device_.table_next()}});
+  return status;
+}
+
+template <typename Answer>
+Status Requests::end_table(Status status) {
+  put(Answer{typename Answer::Slot{static_cast<uint8_t>(device_.slot())},
+             typename Answer::TableStatus{number_of(device_.table_status())}});
   return status;
 }
 
 Status Requests::handle_host(uint32_t kind, const Request& request) {
-  const uint8_t* const at = request.fields;
   switch (kind) {
-    case f::touch::kCode: {
-      if (request.size != f::touch::kRequestBytes) return Status::kMalformed;
-      if (!device_.table().is_loaded()) return Status::kNotNow;
-      const Place place = device_.touch({signed_word(at), signed_word(at + 4)});
-      put(static_cast<uint32_t>(place.x_um), 4);
-      put(static_cast<uint32_t>(place.y_um), 4);
-      return Status::kOk;
-    }
+    case f::touch::kCode: return touch(request);
     case f::lift::kCode:
       device_.lift();
-      put(device_.played_ms(), 4);
+      put(f::lift::Answer{f::lift::Answer::PlayedMs{device_.played_ms()}});
       return Status::kOk;
-    case f::frequency::kCode: {
-      if (request.size != f::frequency::kRequestBytes) return Status::kMalformed;
-      if (device_.state() != DeviceState::kIdle) return Status::kNotNow;
-      const TableStatus status = device_.select_frequency(word(at, 4));
-      put(static_cast<uint32_t>(status), 1);
-      return status == TableStatus::kOk ? Status::kOk : Status::kRefused;
-    }
-    case f::waveform::kCode:
-      if (request.size != f::waveform::kRequestBytes || at[0] >= kWaveforms) {
-        return Status::kMalformed;
-      }
-      return device_.set_waveform(static_cast<Waveform>(at[0])) ? Status::kOk : Status::kRefused;
-    case f::config_set::kCode: {
-      if (!device_.is_quiet()) return Status::kNotNow;
-      if (!device_.may_write()) return Status::kTooOften;
-      const ConfigStatus status = device_.set_config(at, request.size, via_ == Via::kWire);
-      put(static_cast<uint32_t>(status), 1);
-      return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
-    }
+    case f::frequency::kCode: return select_frequency(request);
+    case f::waveform::kCode: return select_waveform(request);
+    case f::config_set::kCode: return set_config(request);
     case f::restart::kCode: device_.restart_soon(); return Status::kOk;
     case f::stream_begin::kCode: {
-      if (request.size != f::stream_begin::kRequestBytes) return Status::kMalformed;
-      const uint32_t target = word(at, 2);
+      if (request.size != f::stream_begin::Request::kBytes) return Status::kMalformed;
+      const uint32_t target = f::stream_begin::read_request(request.fields, Take{}).target;
       if (target < f::kLeastTarget || target > f::kMostTarget) return Status::kMalformed;
       return device_.stream_begin(target) ? Status::kOk : Status::kNotNow;
     }
@@ -138,60 +133,113 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
   }
 }
 
+Status Requests::touch(const Request& request) {
+  namespace m = f::touch;
+  using A = m::Answer;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  if (!device_.table().is_loaded()) return Status::kNotNow;
+  const m::Request asked = m::read_request(request.fields, Take{});
+  const Place place = device_.touch({asked.x_um, asked.y_um});
+  put(A{A::XUm{place.x_um}, A::YUm{place.y_um}});
+  return Status::kOk;
+}
+
+Status Requests::select_frequency(const Request& request) {
+  namespace m = f::frequency;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  if (device_.state() != DeviceState::kIdle) return Status::kNotNow;
+  const uint32_t millihertz = m::read_request(request.fields, Take{}).millihertz;
+  const TableStatus status = device_.select_frequency(millihertz);
+  put(m::Answer{m::Answer::TableStatus{number_of(status)}});
+  return status == TableStatus::kOk ? Status::kOk : Status::kRefused;
+}
+
+Status Requests::select_waveform(const Request& request) {
+  namespace m = f::waveform;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  const uint8_t waveform = m::read_request(request.fields, Take{}).waveform;
+  if (waveform >= kWaveforms) return Status::kMalformed;
+  return device_.set_waveform(static_cast<Waveform>(waveform)) ? Status::kOk : Status::kRefused;
+}
+
+Status Requests::set_config(const Request& request) {
+  using A = f::config_set::Answer;
+  if (!device_.is_quiet()) return Status::kNotNow;
+  if (!device_.may_write()) return Status::kTooOften;
+  const ConfigStatus status = device_.set_config(request.fields, request.size, via_ == Via::kWire);
+  put(A{A::ConfigStatus{number_of(status)}});
+  return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
+}
+
 Status Requests::put_info() {
+  using A = f::info::Answer;
   const Table& table = device_.table();
-  put(static_cast<uint32_t>(device_.state()), 1);
-  put(static_cast<uint32_t>(device_.table_status()), 1);
-  put(static_cast<uint32_t>(device_.config_status()), 1);
-  put(static_cast<uint32_t>(device_.input().health()), 1);
-  put(device_.slot(), 1);
-  put(device_.config().channels, 1);
-  put(device_.synthesis().missed(), 2);
-  put(device_.now_ms(), 4);
-  put(device_.faults().count(), 4);
-  put(device_.heat().supply_ma(), 4);
   const bool has_table = table.is_loaded();
-  put(has_table ? table.frequency_millihertz() : 0U, 4);
-  put(has_table ? table.total_bytes() : 0U, 4);
-  put(has_table ? table.crc() : 0U, 4);
-  for (uint32_t k = 0; k < 8; ++k) put(has_table ? table.identity()[k] : 0U, 1);
-  for (uint32_t k = 8; k < Table::kIdentityBytes; ++k) put(has_table ? table.identity()[k] : 0U, 1);
-  for (uint32_t k = 0; k < kMaxChannels; ++k) put(device_.heat().rise_dk(k), 2);
-  put(device_.stack_free(), 4);
-  put(device_.faults().standing(), 4);
-  put(device_.erases(), 4);
+  A::Fingerprint fingerprint{};
+  A::Board board{};
+  static_assert(sizeof board.value == table_format::kBoardNameBytes);
+  if (has_table) {
+    Take{}(table.identity(), fingerprint.value);
+    Take{}(table.identity() + sizeof fingerprint.value, board.value);
+  }
+  A::RiseDk rise{};
+  static_assert(rise.value.size() == kMaxChannels);
+  for (uint32_t k = 0; k < rise.value.size(); ++k) {
+    rise.value[k] = static_cast<uint16_t>(device_.heat().rise_dk(k));
+  }
+  put(A{
+      A::State{number_of(device_.state())},
+      A::TableStatus{number_of(device_.table_status())},
+      A::ConfigStatus{number_of(device_.config_status())},
+      A::PanelHealth{number_of(device_.input().health())},
+      A::Slot{static_cast<uint8_t>(device_.slot())},
+      A::Channels{device_.config().channels},
+      A::Missed{static_cast<uint16_t>(device_.synthesis().missed())},
+      A::UptimeMs{device_.now_ms()},
+      A::Faults{device_.faults().count()},
+      A::SupplyMa{device_.heat().supply_ma()},
+      A::FrequencyMillihertz{has_table ? table.frequency_millihertz() : 0U},
+      A::TableBytes{has_table ? table.total_bytes() : 0U},
+      A::TableCrc{has_table ? table.crc() : 0U},
+      fingerprint,
+      board,
+      rise,
+      A::StackFree{device_.stack_free()},
+      A::Standing{device_.faults().standing()},
+      A::Erases{device_.erases()},
+  });
   return Status::kOk;
 }
 
 Status Requests::put_faults() {
+  using A = f::faults::Answer;
+  using E = f::faults::Entry;
+  static_assert(kAnswerHead + A::kBytes + FaultLog::kKept * E::kBytes <= Conversation::kMostAnswer);
   const FaultLog& log = device_.faults();
-  put(log.kept(), 1);
+  put(A{A::Count{static_cast<uint8_t>(log.kept())}});
   for (uint32_t k = 0; k < log.kept(); ++k) {
     const Fault& fault = log.at(k);
-    put(static_cast<uint32_t>(fault.cause), 4);
-    put(fault.detail, 4);
-    put(fault.at_ms, 4);
+    put(E{E::Cause{number_of(fault.cause)}, E::Detail{fault.detail}, E::AtMs{fault.at_ms}});
   }
   return Status::kOk;
 }
 
 Status Requests::put_config() {
-  std::array<uint8_t, config_format::kRecordBytes> record{};
-  write_record(device_.config(), 0, record.data());
-  for (const uint8_t byte : record) put(byte, 1);
+  static_assert(kAnswerHead + config_format::kRecordBytes <= Conversation::kMostAnswer);
+  write_record(device_.config(), 0, append(config_format::kRecordBytes));
   return Status::kOk;
 }
 
 Status Requests::put_network() {
-  const bool has_address = network_.is_on && network_.address != 0;
-  put(network_.is_on ? (has_address ? 2U : 1U) : 0U, 1);
-  put(network_.port, 2);
-  put(network_.address, 4);
-  put(network_.accepted, 4);
-  put(network_.rejected, 4);
-  for (uint32_t k = 0; k < network_format::kSsidBytes; ++k) {
-    put(static_cast<uint8_t>(network_.ssid[k]), 1);
-  }
+  using A = f::network_get::Answer;
+  const NetworkState& state = network_;
+  const bool has_address = state.is_on && state.address != 0;
+  A::Ssid ssid{};
+  static_assert(ssid.value.size() < decltype(state.ssid){}.size());
+  for (uint32_t k = 0; k < ssid.value.size(); ++k) ssid.value[k] = state.ssid[k];
+  put(A{A::State{static_cast<uint8_t>(state.is_on ? (has_address ? 2U : 1U) : 0U)},
+        A::Port{state.port}, A::Address{state.address}, A::Accepted{state.accepted},
+        A::Rejected{state.rejected}, ssid});
   return Status::kOk;
 }
 
@@ -221,28 +269,30 @@ Status Requests::take_stream(const Request& request) {
     has_room = device_.stream_push(duties.data());
     if (has_room) ++taken;
   }
-  put(taken, 2);
-  put(device_.stream().filled(), 2);
+  using A = f::stream_data::Answer;
+  put(A{A::Taken{static_cast<uint16_t>(taken)},
+        A::Filled{static_cast<uint16_t>(device_.stream().filled())}});
   return device_.state() == DeviceState::kStreaming ? Status::kOk : Status::kNotNow;
 }
 
 Status Requests::take_live(const Request& request) {
+  namespace m = f::live;
   const uint32_t channels = device_.config().channels;
-  const uint8_t* const at = request.fields;
-  if (request.size != f::live::kRequestBytes + 4U * channels) return Status::kMalformed;
-  const uint32_t waveform = at[f::live::kRequestWaveform];
-  if (waveform >= kWaveforms) return Status::kMalformed;
-  Drive drive{};
-  for (uint32_t k = 0; k < channels; ++k) {
-    const uint8_t* const gain = at + f::live::kRequestBytes + 4U * k;
-    drive[k] = {static_cast<int16_t>(word(gain, 2)), static_cast<int16_t>(word(gain + 2, 2))};
-  }
-  const uint32_t millihertz = word(at + f::live::kRequestMillihertz, 4);
-  if (millihertz < table_format::kMinFrequencyMillihertz ||
-      millihertz > table_format::kMaxFrequencyMillihertz) {
+  if (request.size != m::Request::kBytes + m::Entry::kBytes * channels) return Status::kMalformed;
+  const m::Request asked = m::read_request(request.fields, Take{});
+  if (asked.waveform >= kWaveforms || asked.millihertz < table_format::kMinFrequencyMillihertz ||
+      asked.millihertz > table_format::kMaxFrequencyMillihertz) {
     return Status::kMalformed;
   }
-  if (device_.play_live(drive, millihertz, static_cast<Waveform>(waveform))) return Status::kOk;
+  Drive drive{};
+  for (uint32_t k = 0; k < channels; ++k) {
+    const uint8_t* const at = request.fields + m::Request::kBytes + m::Entry::kBytes * k;
+    const m::Entry gain = m::read_entry(at, Take{});
+    drive[k] = {gain.in_phase_q15, gain.quadrature_q15};
+  }
+  if (device_.play_live(drive, asked.millihertz, static_cast<Waveform>(asked.waveform))) {
+    return Status::kOk;
+  }
   return device_.state() == DeviceState::kStreaming ? Status::kBusy : Status::kNotNow;
 }
 

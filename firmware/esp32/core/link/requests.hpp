@@ -43,8 +43,16 @@ class Requests {
   };
 
   link_format::Status handle(uint32_t kind, const Request& request);
-  link_format::Status handle_table(uint32_t kind, const Request& request);
   link_format::Status handle_host(uint32_t kind, const Request& request);
+  link_format::Status greet(const Request& request);
+  link_format::Status begin_table(const Request& request);
+  link_format::Status take_table(const Request& request);
+  template <typename Answer>
+  link_format::Status end_table(link_format::Status status);
+  link_format::Status touch(const Request& request);
+  link_format::Status select_frequency(const Request& request);
+  link_format::Status select_waveform(const Request& request);
+  link_format::Status set_config(const Request& request);
   link_format::Status put_info();
   link_format::Status put_faults();
   link_format::Status put_config();
@@ -52,7 +60,9 @@ class Requests {
   link_format::Status set_network(const Request& request);
   link_format::Status take_stream(const Request& request);
   link_format::Status take_live(const Request& request);
-  void put(uint32_t value, uint32_t bytes);
+  uint8_t* append(uint32_t bytes);
+  template <typename Fields>
+  void put(const Fields& fields);
 
   Device& device_;
   const NetworkState& network_;

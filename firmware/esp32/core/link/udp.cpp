@@ -1,6 +1,7 @@
 #include "core/link/udp.hpp"
 
 #include "core/base/bytes.hpp"
+#include "core/generated/link_messages.hpp"
 
 namespace chladni {
 

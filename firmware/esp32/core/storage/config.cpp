@@ -21,7 +21,7 @@ constexpr uint32_t kMostBytes = 1024;
 constexpr uint32_t kReplacedAt = kSectorBytes - 4U;
 constexpr uint32_t kReplacedBits = 16;  // of 32; a few flipped bits change nothing
 
-struct Take {
+struct TakeWithin {
   template <typename T>
   bool operator()(const uint8_t* at, int32_t low, int32_t high, T& value) const {
     const auto found = static_cast<T>(word(at, sizeof(T)));
@@ -38,17 +38,6 @@ struct Take {
       if (!(*this)(at + k * sizeof(T), low, high, values[k])) return false;
     }
     return true;
-  }
-};
-
-struct Put {
-  template <typename T>
-  void operator()(uint8_t* at, const T& value) const {
-    put_word(at, static_cast<uint32_t>(value), sizeof(T));
-  }
-  template <typename T, size_t kCount>
-  void operator()(uint8_t* at, const std::array<T, kCount>& values) const {
-    for (size_t k = 0; k < kCount; ++k) (*this)(at + k * sizeof(T), values[k]);
   }
 };
 
@@ -89,7 +78,7 @@ Found read_sector(const Hal& hal, uint32_t sector) {
       check_flash_crc(hal, FlashArea::kConfig, offset, total, crc) != FlashCrc::kRight) {
     return found;
   }
-  if (!f::take_fields(record.data(), found.config, Take{})) return found;
+  if (!f::take_fields(record.data(), found.config, TakeWithin{})) return found;
   found.sequence = word(record.data() + f::kAtSequence, 4);
   found.status = ConfigStatus::kOk;
   return found;
@@ -183,7 +172,7 @@ ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config)
   const uint32_t covered = total - f::kCrcBytes;
   const uint32_t crc = crc32(record, covered);
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
-  if (!f::take_fields(record, config, Take{})) return ConfigStatus::kDamaged;
+  if (!f::take_fields(record, config, TakeWithin{})) return ConfigStatus::kDamaged;
   return bad_pin(config) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
 }
 

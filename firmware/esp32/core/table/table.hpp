@@ -35,7 +35,6 @@ class Table {
   uint32_t crc() const { return crc_; }
   const uint8_t* bytes() const { return bytes_; }
   // Fingerprint and name of its board, as they stand in the header.
-  static constexpr uint32_t kIdentityBytes = 8 + table_format::kBoardNameBytes;
   const uint8_t* identity() const { return bytes_ + table_format::kAtBoardFingerprint; }
 
   // The drive of a place, interpolated between the regions around it that lie on one branch; places

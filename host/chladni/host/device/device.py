@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -24,6 +23,7 @@ from chladni.host.protocol.codes import (
 )
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.link import (
+    BY_NAME,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
@@ -114,7 +114,7 @@ class Device:
         tail = self.link.request("faults").tail
         return [
             {"cause": FAULT_CAUSE.text(cause), "detail": detail, "at_ms": at_ms}
-            for cause, detail, at_ms in struct.iter_unpack("<III", tail)
+            for cause, detail, at_ms in BY_NAME["faults"].entry.iter_unpack(tail)
         ]
 
     def touch(self, x_mm: float, y_mm: float) -> tuple[float, float]:
@@ -177,7 +177,7 @@ class Device:
     def live(self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine") -> None:
         """Play a drive, 1 for full amplitude, until it is no longer repeated."""
         tail = b"".join(
-            struct.pack("<hh", round(gain.real * 32767.0), round(gain.imag * 32767.0))
+            BY_NAME["live"].entry.pack(round(gain.real * 32767.0), round(gain.imag * 32767.0))
             for gain in map(complex, gains)
         )
         self.link.request(

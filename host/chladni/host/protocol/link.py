@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from struct import Struct
 
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
@@ -70,7 +71,10 @@ STATUS_TEXT = {
 
 @dataclass(frozen=True)
 class Message:
-    """A request and its answer: fixed fields, and what may follow them."""
+    """A request and its answer: fixed fields, and what may follow them.
+
+    `each` has the fields of an entry, where a tail is a row of those.
+    """
 
     code: int
     name: str
@@ -79,6 +83,12 @@ class Message:
     answer: tuple[Field, ...]
     answer_tail: str
     doc: str
+    each: tuple[Field, ...] = ()
+
+    @property
+    def entry(self) -> Struct:
+        """An entry of the tail."""
+        return Struct("<" + "".join(field.code for field in self.each))
 
 
 _PLACE = (Field("x_um", "i32", "From the board's centre."), Field("y_um", "i32", "The same."))
@@ -108,8 +118,11 @@ MESSAGES = (
             "",
             "State, table, heat."),
     Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),
-            "each: cause u8, three zeros, detail u32, milliseconds since start u32",
-            "The last sixteen, oldest first."),
+            "each: cause u32, detail u32, milliseconds since start u32",
+            "The last sixteen, oldest first.",
+            each=(Field("cause", "u32", "As in docs/device.md, from 0."),
+                  Field("detail", "u32", "By the cause."),
+                  Field("at_ms", "u32", "Since start."))),
     Message(4, "table_begin", (Field("total", "u32", "Bytes of the whole table."),
                                Field("crc", "u32", "Its last four bytes.")),
             "the table's header", (Field("table_status", "u8", "0 is ok."),), "",
@@ -147,7 +160,9 @@ MESSAGES = (
     Message(18, "live", (Field("millihertz", "u32", "Millihertz."),
                          Field("waveform", "u8", "As above.")),
             "per channel: in-phase i16, quadrature i16, 32767 for full amplitude", (), "",
-            "The host repeats it within the touch timeout."),
+            "The host repeats it within the touch timeout.",
+            each=(Field("in_phase_q15", "i16", "32767 for full amplitude."),
+                  Field("quadrature_q15", "i16", "The same."))),
     Message(19, "network_set", (), "a network record, or nothing for none", (), "",
             "Over the wire only. In force from the next start."),
     Message(20, "network_get", (), "",
