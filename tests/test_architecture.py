@@ -46,6 +46,32 @@ def test_generated_headers_are_up_to_date() -> None:
     subprocess.run([sys.executable, str(script), "--check"], check=True)
 
 
+def test_no_constant_is_generated_that_nothing_uses() -> None:
+    """Named by its innermost namespace, by the alias `f` of that, or within its own header."""
+    rooms = [ROOT / name for name in ("firmware", "tables/native", "bootloader_components")]
+    sources = [path for room in rooms for path in room.rglob("*.[ch]*") if path.is_file()]
+    text = "\n".join(
+        path.read_text(encoding="utf-8") for path in sources if "generated" not in path.parts
+    )
+    counted = 0
+    for header in sorted((CORE / "generated").glob("*.hpp")):
+        lines = header.read_text(encoding="utf-8").splitlines()
+        spaces: list[str] = []
+        for line in lines:
+            if opened := re.match(r"namespace ([\w:]+) \{", line):
+                spaces.append(opened[1].rpartition("::")[2])
+            elif line.startswith("}  // namespace"):
+                spaces.pop()
+            elif found := re.match(r"constexpr uint\d+_t (k\w+) =", line):
+                counted += 1
+                qualified = rf"\b(?:{spaces[-1]}|f)::{found[1]}\b"
+                bare = rf"(?:\bchladni::|(?<!:)\b){found[1]}\b"
+                is_used = re.search(bare if spaces[-1] == "chladni" else qualified, text)
+                in_header = len(re.findall(bare, "\n".join(lines))) > 1
+                assert is_used or in_header, f"{header.name}: {found[1]}"
+    assert counted > 100
+
+
 def test_emulator_and_platformio_build_the_same_core() -> None:
     """Both take every .cpp of core/ by pattern; the chip's list is checked by running it."""
     cmake = (ROOT / "firmware/esp32/emulator/CMakeLists.txt").read_text(encoding="utf-8")

@@ -259,8 +259,8 @@ def codes_header() -> str:
             *(f"  {code.name}," + (f"  // {code.note}" if code.note else "")
               for code in codes.members),
             "};",
-            f"constexpr uint32_t k{codes.name}{'' if codes.name.endswith('s') else 's'} = "
-            f"{len(codes.members)}U;",
+            *([f"constexpr uint32_t k{codes.name}s = {len(codes.members)}U;"]
+              if codes.is_counted else []),
             "",
             f"constexpr const char* to_text({codes.name} value) {{",
             "  switch (value) {",

@@ -47,7 +47,6 @@ enum class TableStatus : uint8_t {
   kWrongActuators,
   kNoSection,
 };
-constexpr uint32_t kTableStatus = 11U;
 
 constexpr const char* to_text(TableStatus value) {
   switch (value) {
@@ -78,7 +77,6 @@ enum class ConfigStatus : uint8_t {
   kOlder,  // outputs stay off
   kByWireOnly,  // what a network asked for was refused
 };
-constexpr uint32_t kConfigStatus = 9U;
 
 constexpr const char* to_text(ConfigStatus value) {
   switch (value) {
@@ -102,7 +100,6 @@ enum class PanelHealth : uint8_t {
   kFine,
   kWedged,  // answered once, and fails now
 };
-constexpr uint32_t kPanelHealths = 4U;
 
 constexpr const char* to_text(PanelHealth value) {
   switch (value) {
@@ -159,7 +156,6 @@ enum class FaultCause : uint8_t {
   kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
   kOlderTable,  // the newest table is damaged; the older one plays
 };
-constexpr uint32_t kFaultCauses = 19U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {

@@ -21,11 +21,12 @@ class Code:
 
 @dataclass(frozen=True)
 class Codes:
-    """An enumeration: its numbers count from 0."""
+    """An enumeration: its numbers count from 0; `is_counted` if C++ asks how many there are."""
 
     name: str
     about: str
     members: tuple[Code, ...]
+    is_counted: bool = False
 
     def text(self, number: int) -> str:
         """The words for a number, also for one that a later version may send."""
@@ -41,7 +42,7 @@ DEVICE_STATE = Codes("DeviceState", "What a device is doing.", (
     Code("kFault", "fault", "something keeps it from playing; outputs off until it clears"),
     Code("kLifted", "lifted", "the finger has left, and its lift pulse plays"),
     Code("kRestarting", "restarting", "outputs fade out, then everything starts again"),
-))  # fmt: skip
+), is_counted=True)  # fmt: skip
 TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
     Code("kOk", "ok"),
     Code("kNone", "no table", "the partition is blank"),
@@ -81,7 +82,7 @@ RESET_CAUSE = Codes("ResetCause", "Why the processor started.", (
     Code("kWatchdog", "watchdog"),
     Code("kBrownOut", "brown-out"),
     Code("kOther", "other"),
-))  # fmt: skip
+), is_counted=True)  # fmt: skip
 FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kReset", "reset", "not by power; detail: ResetCause"),
     Code("kNoTable", "no table", "the partition is blank"),
@@ -108,7 +109,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
 ))  # fmt: skip
 WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
     Code(f"k{name.capitalize()}", name) for name in WAVEFORMS
-))  # fmt: skip
+), is_counted=True)  # fmt: skip
 ALL_CODES = (
     DEVICE_STATE,
     TABLE_STATUS,
