@@ -82,9 +82,11 @@ bool Device::go(DeviceEvent event) {
   return true;
 }
 
-// What stands shows as soon as nothing else goes on.
+// Where nothing else goes on, the state shows whether a fault stands.
 void Device::settle() {
-  if (state_ == DeviceState::kIdle && faults_.any_stands()) go(DeviceEvent::kFaultArises);
+  const bool does_stand = faults_.any_stands();
+  if (state_ == DeviceState::kIdle && does_stand) go(DeviceEvent::kFaultArises);
+  if (state_ == DeviceState::kFault && !does_stand) go(DeviceEvent::kFaultClears);
 }
 
 // Outputs go off and stay off until the fault clears.
@@ -101,18 +103,16 @@ void Device::silence() {
 }
 
 void Device::poll() {
-  const uint32_t begun_us = now_us();
-  const uint32_t passed_ms = clock_.turn(begun_us);
-  watch_samples(begun_us);
+  const uint32_t passed_ms = clock_.turn(now_us());
+  watch_samples();
   watch_outputs();
   watch_coils(passed_ms);
   wear_.pass(passed_ms);
-  const TouchEvent event = input_.poll(hal_, begun_us);
+  const TouchEvent event = input_.poll(hal_, now_us());
   panel_watch_.look(input_, faults_, now_ms());
-  // The panel's bytes took their time.
-  handle(event, now_us());
-  advance_touch(now_us());
-  advance_host(now_us());
+  handle(event);
+  advance_touch();
+  advance_host();
   watch_update();
   watch_flash();
   post_touch();
@@ -124,8 +124,8 @@ void Device::poll() {
 
 // All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are
 // cut past it, and only a start gives them back.
-void Device::watch_samples(uint32_t now_us) {
-  const uint32_t stopped_us = output_watch_.stopped_us(synthesis_, now_us);
+void Device::watch_samples() {
+  const uint32_t stopped_us = output_watch_.stopped_us(synthesis_, now_us());
   if (stopped_us == 0 || faults_.stands(FaultCause::kInterruptStopped)) return;
   hal_.cut_outputs(hal_.context);
   stand(FaultCause::kInterruptStopped, stopped_us / 1000U);
@@ -188,12 +188,12 @@ void Device::clear_faults() {
     // The mean that raised it goes on for a window.
     if (heat_.supply_ma() <= config().supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
   }
-  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+  settle();
 }
 
 void Device::trust_host() {
   Starts::trust_host(faults_);
-  if (state_ == DeviceState::kFault && !faults_.any_stands()) go(DeviceEvent::kFaultClears);
+  settle();
 }
 
 Place Device::touch(Place place) {
@@ -204,13 +204,13 @@ Place Device::touch(Place place) {
 }
 
 void Device::lift() {
-  if (input_.let_go()) touch_up(now_us());
+  if (input_.let_go()) touch_up();
 }
 
-void Device::handle(const TouchEvent& event, uint32_t now_us) {
+void Device::handle(const TouchEvent& event) {
   switch (event.kind) {
     case TouchKind::kNothing: return;
-    case TouchKind::kUp: touch_up(now_us); return;
+    case TouchKind::kUp: touch_up(); return;
     case TouchKind::kTimeout:
       if (!is_of_a_finger()) return;
       note(FaultCause::kTouchTimeout, 0);
@@ -223,30 +223,30 @@ void Device::handle(const TouchEvent& event, uint32_t now_us) {
   const bool is_new = state_ == DeviceState::kIdle || state_ == DeviceState::kLifted ||
                       event.kind == TouchKind::kDown;
   if (is_new) {
-    touch_down(event.place, now_us);
+    touch_down(event.place);
     return;
   }
   if (state_ != DeviceState::kPlaying) return;
   synthesis_.keep_alive();
-  if (config().on_move == 0) touch_.move(event.place, now_us);
+  if (config().on_move == 0) touch_.move(event.place, now_us());
 }
 
-void Device::touch_down(Place place, uint32_t now_us) {
+void Device::touch_down(Place place) {
   // What ended the last touch is noted before this one wipes it out.
   watch_outputs();
   if (!go(DeviceEvent::kTouchBegins)) return;
-  touch_.begin(place, now_us);
+  touch_.begin(place, now_us());
   synthesis_.keep_alive();
 }
 
-void Device::touch_up(uint32_t now_us) {
+void Device::touch_up() {
   if (state_ != DeviceState::kPlaying) return;
   if (!touch_.has_lift_pulse()) {
     end_touch();
     return;
   }
   go(DeviceEvent::kFingerLifts);
-  touch_.lift(now_us);
+  touch_.lift(now_us());
 }
 
 void Device::end_touch() {
@@ -255,11 +255,11 @@ void Device::end_touch() {
   settle();
 }
 
-void Device::advance_touch(uint32_t now_us) {
-  if (state_ == DeviceState::kPlaying) touch_.advance(now_us);
+void Device::advance_touch() {
+  if (state_ == DeviceState::kPlaying) touch_.advance(now_us());
   if (state_ != DeviceState::kLifted) return;
   synthesis_.keep_alive();
-  if (touch_.is_lift_over(now_us)) end_touch();
+  if (touch_.is_lift_over(now_us())) end_touch();
 }
 
 void Device::post_touch() {
@@ -325,9 +325,9 @@ void Device::stream_end() {
   settle();
 }
 
-void Device::advance_host(uint32_t now_us) {
+void Device::advance_host() {
   if (state_ != DeviceState::kStreaming) return;
-  if (host_.is_silent(now_us, touch_timeout_us())) {
+  if (host_.is_silent(now_us(), touch_timeout_us())) {
     note(FaultCause::kHostSilent, 0);
     stream_end();
     return;

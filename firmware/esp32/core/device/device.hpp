@@ -75,7 +75,7 @@ class Device {
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
 
-  // What it was started with; bytes to the host; a line for people.
+  // Its way out; bytes to the host; a line for people.
   const Hal& hal() const { return hal_; }
   void send(const uint8_t* bytes, uint32_t count) const { hal_.send(hal_.context, bytes, count); }
   void print(const char* line) const { hal_.print(hal_.context, line); }
@@ -122,18 +122,18 @@ class Device {
   void keep_retained(bool is_on) const;
 
   // In a turn.
-  void watch_samples(uint32_t now_us);
+  void watch_samples();
   void watch_outputs();
   void watch_coils(uint32_t passed_ms);
-  void handle(const TouchEvent& event, uint32_t now_us);
-  void advance_touch(uint32_t now_us);
-  void advance_host(uint32_t now_us);
+  void handle(const TouchEvent& event);
+  void advance_touch();
+  void advance_host();
   void watch_update();
   void watch_flash();
   void post_touch();
 
-  void touch_down(Place place, uint32_t now_us);
-  void touch_up(uint32_t now_us);
+  void touch_down(Place place);
+  void touch_up();
   void end_touch();
   bool host_begins();
   void host_ends();
