@@ -55,7 +55,7 @@ def solution_figure(
         upper.subfigures(1, 2, width_ratios=[size[0], NUMBERS_INCHES])
     ).tolist()
     images = np.asarray(left.subplots(*count)).tolist()
-    titles = ("Wanted", "Made")
+    titles = ("Target image", "Made by the coils")
     for axes, field, title in zip(
         images, (solution.target_field, solution.field), titles, strict=True
     ):
