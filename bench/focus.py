@@ -167,18 +167,18 @@ def main() -> None:
     print("## Drives that focus: certified gap against time\n")
     print("![What a drive lacks of the bound, against time](../images/focus.png)\n")
     print(
-        "Below the bound: what a drive's silence or margin lacks of the bound that ours proves, "
-        f"on all discs 1 mm apart; {GAP_DB:g} dB is asked for. Places are drawn from the active "
-        "area. Clarabel, a general solver of second-order cones, is told the margin that can be "
-        "had, and gets discs as far apart as is said; its time is without making them. Times are "
-        "the processor's, which other programs lengthen less.\n"
+        "*Below the bound* is how far a drive's silence or margin lies below the bound that our "
+        f"solver proves, on all discs 1 mm apart. The limit is {GAP_DB:g} dB. Places are drawn "
+        "from the active area. Clarabel, a general solver of second-order cones, gets the largest "
+        "possible margin, and discs at the spacing in its row. Its time leaves out making them. "
+        "Times are the processor's, which other programs lengthen less.\n"
     )
     print("| board | solver | ms, median | ms, largest | below the bound, dB: median | largest "
           "| times ours |\n|---|---|---|---|---|---|---|")  # fmt: skip
     found = {name: board_rows(name) for name in PLACES}
-    print("\nWhat it is to be: 20 ms a place on 5 coils, 100 ms on 16.\n")
-    print("`chladni board score` at 6 mm pitch, tolerances aside, as a process of its own; at most "
-          "3 s for 5 coils and 15 s for 16:\n")  # fmt: skip
+    print("\nThe goal is 20 ms a place on 5 coils and 100 ms on 16.\n")
+    print("`chladni board score` at 6 mm pitch, without tolerances, as a process of its own. The "
+          "goal is 3 s for 5 coils and 15 s for 16:\n")  # fmt: skip
     print("| board | coils | processor s | wall clock s |\n|---|---|---|---|")
     for name in SCORED:
         own, wall = score_seconds(name)
