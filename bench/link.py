@@ -92,7 +92,7 @@ def bench_time_to_play() -> None:
     data = pack(random_table(7, 7, 5, 3))
     print("## The link: time until a table plays\n")
     print(
-        f"A table of {len(data):,} bytes, from the first request to the device's word that it "
+        f"A table of {len(data):,} bytes, from the first request to the device's answer that it "
         "plays; one sector to erase.\n"
     )
     print("| flash | 115,200 baud | 921,600 baud |")
