@@ -16,6 +16,8 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from make_targets import targets
+
 NOT_RUN = re.compile(r"not run(?: \((?P<only>[^)]+)\))?: (?P<why>[^;]+); (?P<what>.+) stands? in")
 PORT = re.compile(r"an emulated device stands in for (?P<port>\S+)")
 FIRST = re.compile(r"first: (?P<commands>.+)")
@@ -62,9 +64,9 @@ def read_marks(comments: tuple[str, ...]) -> Mark:
 
 def problem(mark: Mark, root: Path) -> str:
     """What is wrong with a mark: something that stands in and is not there."""
-    targets = set(re.findall(r"^([a-z]+):", (root / "Makefile").read_text("utf-8"), re.MULTILINE))
+    known = {f"make {name}" for name in targets((root / "Makefile").read_text("utf-8"))}
     for name in mark.stands_in:
-        is_target = name.startswith("make ") and name.removeprefix("make ") in targets
+        is_target = name in known
         if not (is_target or name == "pio" or (root / name).exists()):
             return f"{name} is said to stand in, and is not there"
     return ""
