@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import json
 import os
 import struct
 import subprocess
@@ -51,6 +53,29 @@ def build(folder: Path) -> Path:
     program = folder / "chip"
     subprocess.run(["g++", "--coverage", "-o", str(program), *objects], check=True)
     return program
+
+
+def branches(program: Path) -> tuple[int, int, list[str]]:
+    """(taken, all, not taken) branches of chip/, by gcov."""
+    folder = program.parent
+    notes = sorted(folder.glob("*.gcda"))
+    subprocess.run(["gcov", "-b", "-c", "-j", *map(str, notes)], cwd=folder, check=True,
+                   capture_output=True)  # fmt: skip
+    taken = total = 0
+    missed: list[str] = []
+    for report in folder.glob("*.gcov.json.gz"):
+        for file in json.loads(gzip.decompress(report.read_bytes()))["files"]:
+            if str(FIRMWARE / "chip") not in file["file"]:
+                continue
+            for line in file["lines"]:
+                for branch in line["branches"]:
+                    if branch["throw"]:
+                        continue
+                    total += 1
+                    taken += branch["count"] > 0
+                    if branch["count"] == 0:
+                        missed.append(f"{Path(file['file']).name}:{line['line_number']}")
+    return taken, total, missed
 
 
 RESET_PIN = 13

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import gzip
-import json
 import subprocess
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -14,36 +11,18 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
+from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.board.gpio import GATES
 from chladni.tables.format import pack
-from firmware.chip_process import FIRMWARE, RESET_PIN, Chip, build, gates_of
+from firmware.chip_process import FIRMWARE, RESET_PIN, Chip, branches, build, gates_of
+from firmware.chip_started import CONFIG, DEFAULT_GATES, playing, started
 from made_up import make_table
-
-TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
-NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
-CONFIG = DeviceConfig(panel=PANELS.index("ft6x36"), interrupt_pin=34, reset_pin=RESET_PIN)
-DEFAULT_GATES = {2, 4, 15, 16, 17}
 
 
 @pytest.fixture(scope="session")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build(tmp_path_factory.mktemp("chip"))
-
-
-@contextmanager
-def started(
-    program: Path, *, fail: str = "", config: DeviceConfig = CONFIG, options: tuple[str, ...] = (),
-    network: bytes = NETWORK, tables: bytes = TABLE,
-) -> Iterator[Chip]:  # fmt: skip
-    chip = Chip(program, fail=fail, options=options, tables=tables, config=pack_config(config),
-                network=network)  # fmt: skip
-    try:
-        chip.run(20)
-        yield chip
-    finally:
-        chip.close()
 
 
 def test_it_starts_and_plays_over_the_link(program: Path) -> None:
@@ -58,12 +37,6 @@ def test_it_starts_and_plays_over_the_link(program: Path) -> None:
         chip.run(40)
         chip.run(5)
         assert not chip.on
-
-
-def playing(chip: Chip, device: Device) -> None:
-    device.touch(0.0, 0.0)
-    chip.run(30)
-    assert chip.on == DEFAULT_GATES
 
 
 @pytest.mark.parametrize("way", ["panic", "brownout"])
@@ -258,29 +231,6 @@ def test_the_device_takes_no_room_in_the_image(tmp_path: Path, program: Path) ->
         _, data, bss = map(int, sizes.split()[:3])
         assert data < 256
         assert bss > 20_000
-
-
-def branches(program: Path) -> tuple[int, int, list[str]]:
-    """(taken, all, not taken) branches of chip/, by gcov."""
-    folder = program.parent
-    notes = sorted(folder.glob("*.gcda"))
-    subprocess.run(["gcov", "-b", "-c", "-j", *map(str, notes)], cwd=folder, check=True,
-                   capture_output=True)  # fmt: skip
-    taken = total = 0
-    missed: list[str] = []
-    for report in folder.glob("*.gcov.json.gz"):
-        for file in json.loads(gzip.decompress(report.read_bytes()))["files"]:
-            if str(FIRMWARE / "chip") not in file["file"]:
-                continue
-            for line in file["lines"]:
-                for branch in line["branches"]:
-                    if branch["throw"]:
-                        continue
-                    total += 1
-                    taken += branch["count"] > 0
-                    if branch["count"] == 0:
-                        missed.append(f"{Path(file['file']).name}:{line['line_number']}")
-    return taken, total, missed
 
 
 def test_the_fake_reaches_the_branches_of_chip(program: Path) -> None:

@@ -1,0 +1,41 @@
+"""A chip that has started, with a table, a configuration and a network, and one that plays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from chladni.host.device.device import Device
+from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
+from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.tables.format import pack
+from firmware.chip_process import RESET_PIN, Chip
+from made_up import make_table
+
+TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
+NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
+CONFIG = DeviceConfig(panel=PANELS.index("ft6x36"), interrupt_pin=34, reset_pin=RESET_PIN)
+DEFAULT_GATES = {2, 4, 15, 16, 17}
+
+
+@contextmanager
+def started(
+    program: Path, *, fail: str = "", config: DeviceConfig = CONFIG, options: tuple[str, ...] = (),
+    network: bytes = NETWORK, tables: bytes = TABLE,
+) -> Iterator[Chip]:  # fmt: skip
+    chip = Chip(program, fail=fail, options=options, tables=tables, config=pack_config(config),
+                network=network)  # fmt: skip
+    try:
+        chip.run(20)
+        yield chip
+    finally:
+        chip.close()
+
+
+def playing(chip: Chip, device: Device) -> None:
+    device.touch(0.0, 0.0)
+    chip.run(30)
+    assert chip.on == DEFAULT_GATES
