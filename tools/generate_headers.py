@@ -129,10 +129,21 @@ def sine_header() -> str:
     )
 
 
+def config_numbers() -> dict[str, int | str]:
+    """What tells a configuration's record from any other."""
+    magic = int.from_bytes(device_config.MAGIC, "little")
+    return {
+        "kMagic": f"0x{magic:08X}U",
+        "kVersionMajor": device_config.VERSION_MAJOR,
+        "kVersionMinor": device_config.VERSION_MINOR,
+        "kRecordBytes": device_config.RECORD_BYTES,
+        "kCrcBytes": device_config.CRC_BYTES,
+    }
+
+
 def config_header() -> str:
     """`config_format.hpp`: the configuration as a struct, with its defaults, and its bytes."""
     places = layout.offsets(device_config.FIELDS)
-    magic = int.from_bytes(device_config.MAGIC, "little")
     members, takes, puts = [], [], []
     for setting in device_config.SETTINGS:
         field, default = setting.field, setting.default
@@ -143,13 +154,6 @@ def config_header() -> str:
         at = f"record + {places[field.name]}"
         takes.append(f"         take({at}, {setting.low}, {setting.high}, config.{field.name})")
         puts.append(f"  put({at}, config.{field.name});")
-    numbers: dict[str, int | str] = {
-        "kMagic": f"0x{magic:08X}U",
-        "kVersionMajor": device_config.VERSION_MAJOR,
-        "kVersionMinor": device_config.VERSION_MINOR,
-        "kRecordBytes": device_config.RECORD_BYTES,
-        "kCrcBytes": device_config.CRC_BYTES,
-    }
     return cpp_text.header(
         "The configuration of a device, and where its bytes lie in flash (little-endian).",
         "chladni",
@@ -160,7 +164,7 @@ def config_header() -> str:
             "",
             "namespace config_format {",
             "",
-            *cpp_text.constants(numbers),
+            *cpp_text.constants(config_numbers()),
             *cpp_text.field_offsets("kAt", device_config.HEADER_FIELDS),
             "",
             "// Every field through `take`, which says whether it lies between two bounds.",
