@@ -126,7 +126,7 @@ def port(table_file: Path) -> Iterator[str]:
     process.wait()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def cross_compilers() -> None:
     """`.ci/run` installs them and insists; elsewhere these tests are left out without."""
     if not missing():

@@ -23,7 +23,8 @@ SETTLE_MS, PLAY_MS = 30.0, 30.0 + WAVES / 160.0 * 1e3
 @pytest.mark.sweep
 def test_the_pins_field_is_the_solvers_in_every_region(prototype: Board) -> None:
     """SSIM against each target within 0.001 of what the table's own drive has."""
-    table, _ = build_table(prototype)
+    table, report = build_table(prototype)
+    assert report.bytes <= 1800
     section = table.section()
     solved = solved_board(prototype)
     emulator = Emulator(prototype, table)

@@ -64,10 +64,13 @@ def test_the_reference_has_every_public_name(package: str, site: Path) -> None:
         assert f'id="{place}"' in text
 
 
-@pytest.mark.parametrize("wrong", ["[there](nowhere.md)", "[there](metrics.md#nowhere)"])
-def test_a_broken_reference_ends_the_build(wrong: str, tmp_path: Path) -> None:
+def test_broken_references_end_the_build(tmp_path: Path) -> None:
+    """To a page that is not there, and to a heading that is not on its page."""
     pages = tmp_path / "docs"
     shutil.copytree(ROOT / "docs", pages)
-    (pages / "feel.md").write_text(f"# A page\n\n{wrong}\n", "utf-8")
-    assert "does not exist" in build(tmp_path / "site", pages)
+    wrong = "# A page\n\n[there](nowhere.md)\n\n[there](metrics.md#nowhere)\n"
+    (pages / "feel.md").write_text(wrong, "utf-8")
+    said = build(tmp_path / "site", pages)
+    assert "page does not exist" in said
+    assert "anchor does not exist" in said
     assert not (tmp_path / "site").exists()

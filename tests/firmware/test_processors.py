@@ -12,8 +12,6 @@ from stack_depth import depths
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.mirror_symmetry import MirrorSymmetry
-from chladni.tables.report import TableReport
-from chladni.tables.table import Table
 from made_up import random_table, reversal
 
 pytestmark = pytest.mark.usefixtures("cross_compilers")
@@ -28,13 +26,19 @@ MOST_PER_SAMPLE = {
 """Of five channels. A sample has 12,288 cycles."""
 
 
-@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
+@pytest.fixture(scope="module", params=PROCESSORS, ids=lambda processor: str(processor.name))
+def built(
+    request: pytest.FixtureRequest, cross_compilers: None, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Processor, list[Path]]:
+    """A processor, and the core compiled for it."""
+    return request.param, compile_core(request.param, tmp_path_factory.mktemp("core"))
+
+
 def test_a_built_table_is_read_and_looked_up_alike_and_in_time(
-    processor: Processor, coarse_table: tuple[Table, TableReport], tmp_path: Path
+    built: tuple[Processor, list[Path]], table_file: Path
 ) -> None:
-    path = tmp_path / "t.chl"
-    path.write_bytes(pack(coarse_table[0]))
-    found = count(processor, path)
+    processor, core = built
+    found = count(processor, table_file, core=core)
     assert found.lookup_most <= MOST_PER_LOOKUP
     assert sum(found.ram.values()) <= MOST_RAM
     for name, most in MOST_PER_SAMPLE.items():
@@ -48,13 +52,12 @@ def test_stacks_stay_as_small_as_the_documentation_says() -> None:
     assert max(found.values()) <= 1792
 
 
-@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
 def test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more(
-    processor: Processor, tmp_path: Path
+    built: tuple[Processor, list[Path]], tmp_path: Path
 ) -> None:
     """The worst there is: labels at random, so that nearly every place lies at a cut."""
+    processor, core = built
     path = tmp_path / "t.chl"
-    core = compile_core(processor, tmp_path)
     for bits, channels in product(BITS, (5, 16)):
         order = reversal(channels)
         table = random_table(

@@ -18,6 +18,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from chladni.tables.table import Table
 from conftest import CommandLine
 
 OWN = Path(__file__).parent / "own.toml"
@@ -58,6 +59,19 @@ def wait_for_coils(port: Path) -> None:
     pytest.fail("coils stay hot")
 
 
+@pytest.fixture(scope="module")
+def own_table() -> Table:
+    """The board's, as `table build` makes it: docs/own-board.md builds one, and is run."""
+    return build_table(load_board(OWN))[0]
+
+
+@pytest.fixture
+def own_file(own_table: Table, tmp_path: Path) -> Path:
+    path = tmp_path / "own.chl"
+    path.write_bytes(pack(own_table))
+    return path
+
+
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
     own = Desk(tmp_path, OWN)
@@ -66,11 +80,9 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.mark.slow
-def test_a_board_of_ones_own_plays_in_six_commands(
-    chladni: CommandLine, desk: Desk, tmp_path: Path
-) -> None:
-    desk.on()  # the first
-    at, table = ("--port", desk.port), tmp_path / "own.chl"
+def test_a_board_of_ones_own_plays(chladni: CommandLine, desk: Desk, own_file: Path) -> None:
+    desk.on()
+    at = ("--port", desk.port)
     silent = chladni("device", "touch", "5,5", *at)
     assert silent.code == 1
     assert "never configured" in silent.err
@@ -88,8 +100,7 @@ def test_a_board_of_ones_own_plays_in_six_commands(
     assert changed["panel"] == "ft6x36"
     again = chladni("device", "config", "set", "--from", OWN, "--yes", *at, "--json")
     assert again.json == {"written": False, "changed": []}
-    assert chladni("table", "build", OWN, "-o", table).code == 0
-    assert chladni("flash", table, *at, "--json").json["verified"]
+    assert chladni("flash", own_file, *at, "--json").json["verified"]
     wait_for_coils(desk.port)
     touched = chladni("device", "touch", "50,10", "--seconds", "0.3", *at, "--json")
     assert touched.json["state"] == "playing"
@@ -103,13 +114,12 @@ def test_a_board_of_ones_own_plays_in_six_commands(
 
 @pytest.mark.parametrize("controller", ["ft6x36", "gt911", "find"])
 def test_the_emulated_board_has_the_panel_that_its_file_names(
-    chladni: CommandLine, controller: str, tmp_path: Path
+    chladni: CommandLine, controller: str, tmp_path: Path, own_file: Path
 ) -> None:
     """With another one it would look for the panel in vain, and never play."""
-    board, table = tmp_path / "own.toml", tmp_path / "own.chl"
+    board = tmp_path / "own.toml"
     board.write_text(OWN.read_text().replace('"ft6x36"', f'"{controller}"'))
-    assert chladni("table", "build", board, "-o", table).code == 0
-    done = chladni("emulate", table, "--board", board, "--touch", "5,5@20", "--ms", "100", "-o",
+    done = chladni("emulate", own_file, "--board", board, "--touch", "5,5@20", "--ms", "100", "-o",
                    tmp_path / "pins.npz", "--json")  # fmt: skip
     assert done.code == 0, done.err
     assert 0.0 < done.json["latency_ms"] < 50.0
@@ -117,14 +127,13 @@ def test_the_emulated_board_has_the_panel_that_its_file_names(
 
 @pytest.mark.slow
 def test_what_was_written_outlasts_a_pulled_plug(
-    chladni: CommandLine, desk: Desk, tmp_path: Path
+    chladni: CommandLine, desk: Desk, own_file: Path
 ) -> None:
     """Configuration and table are there after it; a second device on the same flash is refused."""
-    at, table = ("--port", desk.port), tmp_path / "own.chl"
-    table.write_bytes(pack(build_table(load_board(OWN))[0]))
+    at = ("--port", desk.port)
     desk.on()
     assert chladni("device", "config", "set", "--from", OWN, "--yes", *at).code == 0
-    assert chladni("flash", table, *at).code == 0
+    assert chladni("flash", own_file, *at).code == 0
     with pytest.raises(InputError, match="no other device"):
         FlashFile(desk.flash)
     desk.off()
@@ -137,10 +146,10 @@ def test_what_was_written_outlasts_a_pulled_plug(
 
 @pytest.mark.slow
 def test_a_table_for_another_board_is_refused_before_anything_is_sent(
-    chladni: CommandLine, desk: Desk, tmp_path: Path, table_file: Path
+    chladni: CommandLine, desk: Desk, tmp_path: Path, table_file: Path, own_table: Table
 ) -> None:
     board = load_board(OWN)
-    own, moved = build_table(board)[0], tmp_path / "moved.chl"
+    own, moved = own_table, tmp_path / "moved.chl"
     first, *rest = board.actuators
     other = replace(board, name="other", actuators=(replace(first, at=(0.0, 0.0)), *rest))
     moved.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint(), board_name="other")))

@@ -62,7 +62,7 @@ def test_a_search_tells_its_boards_and_finds_what_python_finds(studio: Studio) -
 
 
 def test_one_search_runs_at_a_time_and_is_stopped_by_its_page(studio: Studio) -> None:
-    long = small(design={"evaluations": 400})
+    long = SPEC | {"design": SPEC["design"] | {"evaluations": 400}}
     with opened(studio) as own, opened(studio) as other:
         begin(own, long)
         assert told_of(own, "search")["state"] == "running"

@@ -76,13 +76,13 @@ def at(line: Line2D) -> NDArray[np.float64]:
 @pytest.mark.parametrize("is_wide", [False, True])
 @pytest.mark.parametrize("kind", DRAWN)
 def test_pictures_fill_their_room_and_are_explained(
-    prototype: Board, kind: str, is_wide: bool, tmp_path: Path
+    prototype: Board, kind: str, is_wide: bool
 ) -> None:
     """A board that lies is drawn as large as one that stands, and nothing lies over it."""
     make, words, count = DRAWN[kind]
     board = turned(prototype) if is_wide else prototype
     figure = make(board, PLACE[::-1] if is_wide else PLACE)
-    figures.save(figure, tmp_path / "f.png")  # lays it out
+    figure.draw_without_rendering()  # lays it out
     pictures = boards(figure)
     assert len(pictures) == count
     legends = [*figure.legends, *(one for part in figure.subfigs for one in part.legends)]
