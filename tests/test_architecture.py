@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
-import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -39,11 +41,6 @@ def test_core_neither_allocates_nor_throws_nor_uses_floating_point(path: Path) -
     for word in ("new", "delete", "malloc", "free", "throw", "try", "float", "double",
                  "dynamic_cast", "typeid"):  # fmt: skip
         assert not re.search(rf"\b{word}\b", text), f"{path.name} says {word}"
-
-
-def test_generated_headers_are_up_to_date() -> None:
-    script = ROOT / "tools" / "generate_headers.py"
-    subprocess.run([sys.executable, str(script), "--check"], check=True)
 
 
 def test_no_constant_is_generated_that_nothing_uses() -> None:
@@ -101,3 +98,82 @@ def test_what_is_promised_names_tests_that_there_are(page: str) -> None:
     }
     assert len(promised) > 5
     assert promised <= known, promised - known
+
+
+MOST_LINES, MOST_OF_A_FUNCTION, MOST_FILES = 350, 50, 15
+CODE = {".py", ".cpp", ".hpp", ".js"}
+WITHOUT_A_BOUND = ("tests", "docs")
+"""Of the files in a folder, as the root is."""
+
+
+def code_files() -> list[Path]:
+    """Committed code, but what a tool has written."""
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    paths = [ROOT / name for name in listed if Path(name).suffix in CODE]
+    return [path for path in paths if "generated" not in path.parts and path.exists()]
+
+
+def python_functions(text: str) -> Iterator[tuple[str, int]]:
+    """Name and lines of each body, docstring aside; clang-tidy counts a body's lines too."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            body = node.body[1:] if ast.get_docstring(node, clean=False) is not None else node.body
+            yield node.name, (node.end_lineno or 0) - body[0].lineno + 1 if body else 0
+
+
+def script_functions(text: str) -> Iterator[tuple[str, int]]:
+    """First line and lines of each body; a block ends where a brace stands as its first line."""
+    lines = text.splitlines()
+    for first, line in enumerate(lines):
+        if re.search(r"\bfunction\b.*\{$|=> \{$", line):
+            end = line[: len(line) - len(line.lstrip())] + "}"
+            last = next(k for k in range(first + 1, len(lines)) if lines[k].startswith(end))
+            yield line.strip(), last - first - 1
+
+
+def too_long(files: Iterable[Path], root: Path) -> list[str]:
+    """Files, functions and folders that have more than ARCHITECTURE.md allows.
+
+    Functions of C++ are clang-tidy's to measure.
+    """
+    found, folders = [], Counter[Path]()
+    for path in files:
+        name, text = path.relative_to(root), path.read_text("utf-8")
+        if len(text.splitlines()) > MOST_LINES:
+            found.append(f"{name}: {len(text.splitlines())} lines")
+        measure = {".py": python_functions, ".js": script_functions}.get(path.suffix)
+        for function, lines in measure(text) if measure else ():
+            if lines > MOST_OF_A_FUNCTION:
+                found.append(f"{name}, {function}: {lines} lines")
+        if path.stem != "__init__" and len(name.parts) > 1 and name.parts[0] not in WITHOUT_A_BOUND:
+            folders[name.parent] += 1
+    return found + [f"{at}: {count} files" for at, count in folders.items() if count > MOST_FILES]
+
+
+def test_files_functions_and_folders_are_small() -> None:
+    assert too_long(code_files(), ROOT) == []
+
+
+def test_what_is_too_long_is_found(tmp_path: Path) -> None:
+    """One more of each than is allowed; docstrings, signatures and tests' folders do not count."""
+    body = "    x = 1\n" * MOST_OF_A_FUNCTION
+    signature = "def f(\n    a: int,\n) -> None:\n"
+    texts = {
+        "a/lines.cpp": "\n" * 351, "a/enough.cpp": "\n" * 350,
+        "a/long.py": f'{signature}    """Long."""\n{body}    y = 2\n',
+        "a/short.py": f'{signature}    """Short.\n\n    So long.\n    """\n{body}',
+        "a/long.js": f"export function f() {{\n{body}  y();\n}}\n",
+        "a/short.js": f"on(() => {{\n{body}}});\nf();\n",
+        **{f"b/{k}.js": "" for k in range(16)}, "b/__init__.py": "",
+        **{f"c/{k}.js": "" for k in range(15)}, "c/__init__.py": "",
+        **{f"tests/{k}.py": "" for k in range(16)}, **{f"{k}.py": "" for k in range(16)},
+    }  # fmt: skip
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, "utf-8")
+    assert too_long([tmp_path / name for name in texts], tmp_path) == [
+        "a/lines.cpp: 351 lines", "a/long.py, f: 51 lines",
+        "a/long.js, export function f() {: 51 lines", "b: 16 files",
+    ]  # fmt: skip
