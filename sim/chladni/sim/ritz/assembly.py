@@ -21,19 +21,18 @@ from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.basis_values import (
     BasisTable,
-    Edge,
     Family,
     FamilyTable,
     SharedTable,
     Table,
     TablePart,
-    point_sets,
 )  # fmt: skip
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.terms import radial_derivative
 from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows, signed_product
 from chladni.sim.ritz.foundation import is_left_out
 from chladni.sim.ritz.parity import Parity, ParityBasis
+from chladni.sim.ritz.point_sets import Edge, point_sets
 from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
