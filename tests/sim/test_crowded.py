@@ -27,7 +27,7 @@ from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometr
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
-from chladni.sim.ritz.discs import DiscPolynomials
+from chladni.sim.ritz.forms.discs import DiscPolynomials
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.quadrature import DiscRule, edges

@@ -21,10 +21,10 @@ from chladni.sim.plate.geometry import Inclusion, PlateGeometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import SAME_PLACE
 from chladni.sim.ritz import quadrature
-from chladni.sim.ritz.assembly import Assembly, Tables
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.basis_values import BasisTable
 from chladni.sim.ritz.circles.derivatives import Derivative
+from chladni.sim.ritz.forms.assembly import Assembly, Tables
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 

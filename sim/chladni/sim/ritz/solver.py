@@ -13,8 +13,8 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrored_grid import Oddness
 from chladni.sim.plate.mirrors import Mirrors, Orbits
 from chladni.sim.plate.modes import ModeShapes
-from chladni.sim.ritz.assembly import Assembly
 from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.forms.assembly import Assembly
 from chladni.sim.ritz.image_grid import GridTable
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.modal import ClassModes

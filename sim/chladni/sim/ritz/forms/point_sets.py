@@ -13,7 +13,7 @@ from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.basis_values import Table
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.functions import Circle
-from chladni.sim.ritz.foundation import signed_points
+from chladni.sim.ritz.forms.foundation import signed_points
 from chladni.sim.ritz.parity import ParityBasis
 from chladni.sim.ritz.quadrature import Points, gauss_points
 

@@ -29,10 +29,10 @@ from chladni.sim.ritz.basis_values import (
 )  # fmt: skip
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.terms import radial_derivative
-from chladni.sim.ritz.discs import Discs, OnDisc, bending_rows, signed_product
-from chladni.sim.ritz.foundation import is_left_out
+from chladni.sim.ritz.forms.discs import Discs, OnDisc, bending_rows, signed_product
+from chladni.sim.ritz.forms.foundation import is_left_out
+from chladni.sim.ritz.forms.point_sets import Edge, point_sets
 from chladni.sim.ritz.parity import Parity, ParityBasis
-from chladni.sim.ritz.point_sets import Edge, point_sets
 from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
