@@ -16,7 +16,7 @@ from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis_values import BasisTable
-from chladni.sim.ritz.load_cases import ClassLoad
+from chladni.sim.ritz.forms.loads import ClassLoad
 from chladni.sim.ritz.quadrature import Points
 from chladni.sim.ritz.resolution import Resolution
 from chladni.sim.ritz.solver import Solver

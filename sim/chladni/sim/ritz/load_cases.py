@@ -9,8 +9,7 @@ needs nothing more, since force beyond the plate leaves no force on it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,8 @@ from chladni.sim.ritz import quadrature
 from chladni.sim.ritz.basis import EDGE_ZONE
 from chladni.sim.ritz.basis_values import BasisTable
 from chladni.sim.ritz.circles.derivatives import Derivative
-from chladni.sim.ritz.forms.assembly import Assembly, Tables
+from chladni.sim.ritz.forms.loads import ClassLoad, load_of_deflections
+from chladni.sim.ritz.forms.samples import Samples, Tables
 from chladni.sim.ritz.parity import Parity, ParityBasis
 from chladni.sim.ritz.quadrature import Points
 
@@ -40,41 +40,26 @@ AT_ONCE = 1 << 14
 """Values of load deflections worked out in one go, so that they stay in the cache."""
 
 
-@dataclass(frozen=True)
-class ClassLoad:
-    """Loads as one parity class meets them, each of shape (class size or conditions, loads).
-
-    `force` acts at every frequency, `inertia` times ω²/(1 + iη), `foundation` times
-    −(1 + iη′)/(1 + iη) with the foundation's own η′, and the solution's support moments must cancel
-    `supports`/(1 + iη); None where the loads bring no deflection of their own.
-    """
-
-    force: NDArray[Any]
-    inertia: FloatArray
-    supports: FloatArray | None
-    foundation: FloatArray | None = None
-
-
 class LoadCase:
     """Several loads, each treated in the way that suits its place."""
 
     def __init__(
-        self, assembly: Assembly, loads: Sequence[Load], *, always_direct: bool = False
+        self, samples: Samples, loads: Sequence[Load], *, always_direct: bool = False
     ) -> None:
-        self._assembly = assembly
+        self._samples = samples
         self._loads = list(loads)
-        geometry = assembly.basis.geometry
+        geometry = samples.basis.geometry
         self._direct = [always_direct or _is_direct(geometry, load) for load in loads]
         self._share = [1.0 / _covered(geometry, load) for load in loads]
         self._tables: Tables | None = None
         if not all(self._direct):
-            self._tables = assembly.load_tables(self._family)
+            self._tables = samples.of(self._family)
         spread = [
             _disc_on_plate(geometry, load) if direct else NO_POINTS
             for load, direct in zip(loads, self._direct, strict=True)
         ]
         # One evaluation for all direct loads; row k of the shares sums over load k's points.
-        self._spread = BasisTable(assembly.basis, quadrature.join(spread))
+        self._spread = BasisTable(samples.basis, quadrature.join(spread))
         self._shares = np.asarray(
             block_diag(
                 *(points.weights[None] / max(points.weights.sum(), 1e-300) for points in spread)
@@ -90,7 +75,7 @@ class LoadCase:
     @property
     def is_unresolved(self) -> bool:
         """Whether a load disc lies on a glued disc that is not its own."""
-        discs = self._assembly.basis.geometry.inclusions
+        discs = self._samples.basis.geometry.inclusions
         return any(
             direct and load.radius > 0.0 and not any(_is_same_disc(load, disc) for disc in discs)
             for load, direct in zip(self._loads, self._direct, strict=True)
@@ -103,23 +88,13 @@ class LoadCase:
         return self._classes[parity.parity]
 
     def _project(self, parity: ParityBasis) -> ClassLoad:
-        size, count = parity.size, len(self._loads)
-        force, inertia = np.zeros((size, count)), np.zeros((size, count))
-        supports: FloatArray | None = None
-        foundation: FloatArray | None = None
+        direct = np.zeros((parity.size, len(self._loads)))
         if any(self._direct):
-            force += (self._shares @ self._spread.values(parity, (0, 0))).T
-        if self._tables is not None:
-            stiffness = self._assembly.basis.geometry.bending_stiffness
-            edges = stiffness * self._assembly.edge_work(parity, self._tables)
-            added = self._assembly.added_stiffness(parity, self._tables)
-            force -= (edges + added).T
-            overlap = self._assembly.overlap_with(parity, self._tables)
-            inertia = self._assembly.inertia(parity, overlap, self._tables).T
-            resisted = self._assembly.foundation(parity, overlap, self._tables)
-            foundation = None if resisted is None else resisted.T
-            supports = self._assembly.supports(parity, self._tables)
-        return ClassLoad(force, inertia, supports, foundation)
+            direct += (self._shares @ self._spread.values(parity, (0, 0))).T
+        if self._tables is None:
+            return ClassLoad(direct, np.zeros(direct.shape), None)
+        own = load_of_deflections(self._samples, parity, self._tables)
+        return replace(own, force=direct + own.force)
 
     def field_on(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """The endless plate's static deflection on a grid, shape (loads, nx, ny), m/N."""
@@ -134,7 +109,7 @@ class LoadCase:
         return self._family(x, y, (0, 0)).T
 
     def _family(self, x: FloatArray, y: FloatArray, derivative: Derivative) -> FloatArray:
-        stiffness = self._assembly.basis.geometry.bending_stiffness
+        stiffness = self._samples.basis.geometry.bending_stiffness
         result = np.zeros((len(self._loads), x.size))
         own = np.flatnonzero(~np.array(self._direct))
         # Many loads at once at few points, few at many: calls cost more than small arrays.

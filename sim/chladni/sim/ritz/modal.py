@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, qr
 
 from chladni.sim.ritz.basis import met_by_polynomials, released_by_fewer
-from chladni.sim.ritz.load_cases import ClassLoad
+from chladni.sim.ritz.forms.loads import ClassLoad
 from chladni.sim.ritz.symmetric_factors import SymmetricFactors
 
 FloatArray = NDArray[np.float64]

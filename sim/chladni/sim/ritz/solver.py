@@ -144,34 +144,32 @@ class Solver:
             layer = self.geometry.foundation
             foundation = (resisted, layer.loss_factor) if layer and resisted is not None else None
             supports = self.assembly.supports(basis)
-            edges = self.assembly.edge_conditions(basis)
-            is_finest = self.assembly.finest_conditions(supports.shape[0])
             coarser = [
                 ClassModes(
                     stiffness,
                     mass,
-                    supports,
+                    supports.moments,
                     basis.subset(
                         fewer_polynomials=(fewer * int(along_x), fewer * int(along_y)),
                         fewer_orders=fewer_orders,
                         fewer_on_rims=fewer_on_rims,
                     ),
-                    np.flatnonzero(~(is_finest & (fewer_on_rims > 0))),
+                    np.flatnonzero(~(supports.is_finest & (fewer_on_rims > 0))),
                     polynomials=basis.polynomials,
-                    edges=edges,
+                    edges=supports.edges,
                     foundation=foundation,
                 )
                 for (fewer, fewer_orders, fewer_on_rims), _ in self._steps
             ]
-            every, rows = np.arange(basis.size), np.arange(supports.shape[0])
+            every, rows = np.arange(basis.size), np.arange(supports.moments.shape[0])
             modes = ClassModes(
                 stiffness,
                 mass,
-                supports,
+                supports.moments,
                 every,
                 rows,
                 polynomials=basis.polynomials,
-                edges=edges,
+                edges=supports.edges,
                 foundation=foundation,
             )
             result.append(_Class(basis, modes, coarser))
@@ -187,7 +185,7 @@ class Solver:
         """Loads projected onto the basis; the last case is kept, for the next frequency."""
         key = tuple(loads)
         if self._last_case is None or self._last_case[0] != key:
-            self._last_case = (key, LoadCase(self.assembly, key))
+            self._last_case = (key, LoadCase(self.assembly.samples, key))
         return self._last_case[1]
 
     def coefficients(self, case: LoadCase, omega: float, loss_factor: float) -> list[ComplexArray]:
@@ -239,7 +237,7 @@ class Solver:
     def _work(self, load: Load) -> LoadCase:
         """A load as plain work on the basis, without a deflection of its own."""
         if load not in self._works:
-            self._works[load] = LoadCase(self.assembly, [load], always_direct=True)
+            self._works[load] = LoadCase(self.assembly.samples, [load], always_direct=True)
         return self._works[load]
 
     def error_estimate(

@@ -1,0 +1,48 @@
+"""Loads as a parity class meets them, and what deflections of their own bring into a class."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.ritz.forms.bending import edge_work
+from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, resisted
+from chladni.sim.ritz.forms.overlap import overlap_with
+from chladni.sim.ritz.forms.samples import Samples, Tables
+from chladni.sim.ritz.forms.supports import support_moments
+from chladni.sim.ritz.parity import ParityBasis
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ClassLoad:
+    """Loads as one parity class meets them, each of shape (class size or conditions, loads).
+
+    `force` acts at every frequency, `inertia` times ω²/(1 + iη), `foundation` times
+    −(1 + iη′)/(1 + iη) with the foundation's own η′, and the solution's support moments must cancel
+    `supports`/(1 + iη); None where the loads bring no deflection of their own.
+    """
+
+    force: NDArray[Any]
+    inertia: FloatArray
+    supports: FloatArray | None
+    foundation: FloatArray | None = None
+
+
+def load_of_deflections(samples: Samples, parity: ParityBasis, tables: Tables) -> ClassLoad:
+    """What loads do to a class by their deflections on the endless plate, given by `tables`."""
+    geometry = samples.basis.geometry
+    edges = geometry.bending_stiffness * edge_work(samples, parity, tables)
+    overlap = overlap_with(samples, parity, tables)
+    resistance = resisted(samples, parity, tables, overlap)
+    inertia = geometry.areal_mass * overlap + added_inertia(samples, parity, tables)
+    return ClassLoad(
+        force=-(edges + added_stiffness(samples, parity, tables)).T,
+        inertia=inertia.T,
+        supports=support_moments(samples, parity, tables),
+        foundation=None if resistance is None else resistance.T,
+    )
