@@ -18,10 +18,11 @@ from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import orbits_of
 from chladni.sim.plate.response import Response
-from chladni.sim.ritz.basis import Basis, met_by_polynomials
+from chladni.sim.ritz.basis import Basis
 from chladni.sim.ritz.circles.functions import Circle
 from chladni.sim.ritz.circles.held_edges import HeldEdge
 from chladni.sim.ritz.circles.terms import FunctionSet
+from chladni.sim.ritz.constraints import met_by_polynomials
 from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import Resolution, resolution_for, wave_number

@@ -30,9 +30,6 @@ EDGE_ZONE = 0.02
 
 
 MAX_DERIVATIVE = 3
-CORNER_FLOOR = 1e-10
-"""Between the smallest condition that edges make (1e-4 of the largest, of 36 × 56 polynomials) and
-what corners make superfluous (1e-15, by rounding)."""
 
 
 @dataclass(frozen=True)
@@ -223,28 +220,3 @@ class _FunctionSets:
         if key not in self._made:
             self._made[key] = FunctionSet(*key, RIM_KINDS)
         return self._made[key]
-
-
-def met_by_polynomials(edges: FloatArray) -> FloatArray:
-    """Combinations of edge conditions that polynomials can meet; shape (combinations, conditions).
-
-    Two edges meet in a corner, and both say there what w, its slopes and its twist are: for
-    polynomials 16 combinations on a plate clamped all round, and 4 on a supported one, come to
-    nothing. Rim functions are no polynomials. Their moments, cut off at the basis's degree, do not
-    agree in the corners, and if they had to, by however little, they could not be used at all.
-    """
-    if not edges.size:
-        return np.zeros((0, edges.shape[0]))
-    left, singular, _ = np.linalg.svd(edges, full_matrices=False)
-    return np.asarray(left[:, singular > CORNER_FLOOR * singular[0]].T)
-
-
-def released_by_fewer(met: FloatArray, by_fewer: FloatArray) -> FloatArray:
-    """What of the combinations `met_by_polynomials` fewer polynomials need not meet.
-
-    Fewer polynomials can meet a part of the span of `met`. What is perpendicular to that part is
-    released, as columns of shares of the combinations; shape (combinations, released).
-    """
-    if not by_fewer.size:
-        return np.eye(met.shape[0])
-    return np.asarray(np.linalg.qr(met @ by_fewer.T, mode="complete")[0][:, by_fewer.shape[0] :])

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, qr
+from scipy.linalg import block_diag
 
-from chladni.sim.ritz.basis import met_by_polynomials, released_by_fewer
+from chladni.sim.ritz.constraints import Constraints
 from chladni.sim.ritz.forms.loads import ClassLoad
+from chladni.sim.ritz.forms.supports import SupportConditions
 from chladni.sim.ritz.symmetric_factors import SymmetricFactors
 
 FloatArray = NDArray[np.float64]
@@ -22,8 +23,6 @@ AnyArray = NDArray[Any]
 REDUNDANT = 1e-13
 """Combinations of functions whose energy is below this share of the largest are one function
 counted twice (rim functions look like polynomials from afar); they are left out."""
-CONDITION_FLOOR = 1e-9
-"""A support condition this much smaller than the largest holds by parity alone."""
 INVERSE_STEPS = 4
 """Enough for a mode near the drive, which dwarfs all others."""
 SOLVED_BEFORE_MODES = 3
@@ -43,29 +42,26 @@ class _LeftOut:
 
 
 class ClassModes:
-    """Modes of (stiffness, mass) over the `subset` of functions that obeys `supports`.
+    """Modes of (stiffness, mass) over the `subset` of functions that obeys the conditions `taken`.
 
     Parameters
     ----------
     stiffness, mass
         Shape (size, size).
     supports
-        Shape (conditions, size).
-    subset, rows
+        Conditions on all functions.
+    subset, taken
         Indices of the functions and of the support conditions that take part.
     polynomials
         How many of all functions are polynomials; they come first.
-    edges
-        How many of all conditions are an edge's; they come last.
     foundation
         The part of `stiffness` that has a loss factor of its own, and that loss factor.
     """
 
     def __init__(
-        self, stiffness: FloatArray, mass: FloatArray, supports: FloatArray,
-        subset: NDArray[np.intp],
-        rows: NDArray[np.intp],
-        *, polynomials: int, edges: int, foundation: tuple[FloatArray, float] | None = None,
+        self, stiffness: FloatArray, mass: FloatArray, supports: SupportConditions,
+        subset: NDArray[np.intp], taken: NDArray[np.intp],
+        *, polynomials: int, foundation: tuple[FloatArray, float] | None = None,
     ) -> None:  # fmt: skip
         self._subset = subset
         self._solved = 0
@@ -79,20 +75,9 @@ class ClassModes:
         stiff, heavy = np.diag(stiffness)[subset], np.diag(mass)[subset]
         self._shift = float(np.median(stiff / heavy)) * 1e-6
         self._scale = 1.0 / np.sqrt(stiff + self._shift * heavy)
-        self._rows = rows
-        own = supports[np.ix_(rows, subset)] * self._scale
-        self._edges = int(np.count_nonzero(rows >= supports.shape[0] - edges))
-        self._met = met_by_polynomials(own[own.shape[0] - self._edges :, subset < polynomials])
-        self._supports = self._independent(own)
-        norms = np.linalg.norm(self._supports, axis=1)
-        self._kept = norms > CONDITION_FLOOR * norms.max(initial=0.0)
-        self._row_scale = 1.0 / norms[self._kept]
-        self._conditions = self._supports[self._kept] * self._row_scale[:, None]
-
-    def _independent(self, moments: AnyArray) -> AnyArray:
-        """Conditions or moments by row, those of the edges as combinations that can be met."""
-        count = moments.shape[0] - self._edges
-        return np.concatenate((moments[:count], self._met @ moments[count:]))
+        self._constraints = Constraints(
+            supports, subset, taken, self._scale, polynomials=polynomials
+        )
 
     @property
     def _stiffness(self) -> FloatArray:
@@ -109,18 +94,9 @@ class ClassModes:
         return form[np.ix_(self._subset, self._subset)]
 
     @cached_property
-    def _null_space(self) -> FloatArray:
-        """What obeys the support conditions, in scaled coefficients; (subset size, free size)."""
-        directions = self._directions[1]
-        if not directions.size:
-            return np.eye(self._subset.size)
-        whole, _ = qr(directions.T)
-        return np.asarray(whole[:, directions.shape[0] :])
-
-    @cached_property
     def _free(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What obeys the supports, as columns of coefficients, and the two forms of it."""
-        null = self._null_space * self._scale[:, None]
+        null = self._constraints.null_space * self._scale[:, None]
         return null, null.T @ self._stiffness @ null, null.T @ self._mass @ null
 
     @cached_property
@@ -215,7 +191,7 @@ class ClassModes:
 
     def _factors(self, omega: float, loss_factor: float) -> SymmetricFactors:
         """Factors of [A Vᵀ; V 0]: the dynamic stiffness A with the supports as constraints."""
-        constraints = self._constraints
+        constraints = self._constraints.rows
         size, count = self._subset.size, constraints.shape[0]
         is_real = loss_factor == 0.0 and self._has_one_loss(loss_factor)
         bordered = np.zeros((size + count,) * 2, dtype=float if is_real else complex)
@@ -238,7 +214,7 @@ class ClassModes:
         What is left out, multipliers of conditions among it, is forced to be zero: a block of the
         inverse as large as its number does that.
         """
-        if not self._has_plain_rows or not self._is_factored(omega, loss_factor):
+        if not self._constraints.is_independent or not self._is_factored(omega, loss_factor):
             return [part.solve(load, omega, loss_factor) for part in coarser]
         whole = self._back(self._loaded(load, omega, loss_factor))
         out = [part._left_out_of(self, omega, loss_factor) for part in coarser]
@@ -255,27 +231,23 @@ class ClassModes:
 
     def _beyond(self, finer: ClassModes) -> FloatArray:
         """Directions of a finer basis's unknowns that are none of this one's."""
-        count = finer._rows.size - finer._edges
-        others = finer._rows[:count][finer._kept[:count]]
-        here = np.isin(finer._subset, self._subset), np.isin(others, self._rows)
-        is_out = ~np.concatenate(here)
+        is_row_out, edges = self._constraints.released_from(finer._constraints)
+        is_out = np.concatenate((~np.isin(finer._subset, self._subset), is_row_out))
         units = np.zeros((is_out.size, np.count_nonzero(is_out)))
         units[is_out] = np.eye(units.shape[1])
-        edges = released_by_fewer(finer._met[finer._kept[count:]], self._met)
-        # A multiplier acts on its combination times the row's scale.
-        edges *= finer._row_scale[others.size :, None]
         return np.asarray(block_diag(units, edges))
 
     def _loaded(self, load: ClassLoad, omega: float, loss_factor: float) -> ComplexArray:
         """A load's right-hand side for `_back`; support moments are to be cancelled."""
         right = self._forced(self._force(load, omega, loss_factor)[self._subset])
         if load.supports is not None:
-            right[self._subset.size :] = -self._directed(load.supports / (1.0 + 1j * loss_factor))
+            moments = load.supports / (1.0 + 1j * loss_factor)
+            right[self._subset.size :] = -self._constraints.along_rows(moments)
         return right
 
     def _forced(self, force: AnyArray) -> ComplexArray:
         """The same of forces alone, (subset size, loads)."""
-        count = self._subset.size + self._constraints.shape[0]
+        count = self._subset.size + self._constraints.rows.shape[0]
         right = np.zeros((count, force.shape[1]), dtype=np.complex128)
         right[: self._subset.size] = self._scale[:, None] * force
         return right
@@ -289,31 +261,6 @@ class ClassModes:
         both = factors.solve(np.concatenate((right.real, right.imag), axis=1))
         return np.asarray(both[:, :count] + 1j * both[:, count:])
 
-    @cached_property
-    def _has_plain_rows(self) -> bool:
-        """Whether the conditions are independent, so that each can be a constraint as it is."""
-        return bool(self._directions[1].shape[0] == self._conditions.shape[0])
-
-    @property
-    def _constraints(self) -> FloatArray:
-        """Rows that scaled coefficients meet: the conditions, or their independent directions."""
-        return self._conditions if self._has_plain_rows else self._directions[1]
-
-    @cached_property
-    def _directions(self) -> tuple[FloatArray, FloatArray]:
-        """(U/s)ᵀ and V of the conditions' singular values s: orthonormal constraints as rows."""
-        if not self._conditions.size:
-            return np.zeros((0, 0)), np.zeros((0, self._subset.size))
-        left, singular, right = np.linalg.svd(self._conditions, full_matrices=False)
-        rank = int(np.sum(singular > CONDITION_FLOOR * singular[0]))
-        return (left[:, :rank] / singular[:rank]).T, right[:rank]
-
-    def _directed(self, moments: AnyArray) -> AnyArray:
-        """Support moments (conditions, loads) along the rows of `_constraints`."""
-        independent = self._independent(moments[self._rows])
-        own = independent[self._kept] * self._row_scale[:, None]
-        return np.asarray(own if self._has_plain_rows else self._directions[0] @ own)
-
     def _prepare(
         self, load: ClassLoad, omega: float, loss_factor: float
     ) -> tuple[ComplexArray, ComplexArray]:
@@ -322,10 +269,8 @@ class ClassModes:
         own = self._force(load, omega, loss_factor)[self._subset]
         particular: ComplexArray = np.zeros(own.shape, dtype=np.complex128)
         if load.supports is not None and load.supports.any():
-            directed = self._directed(load.supports) / factor
-            if self._has_plain_rows:
-                directed = self._directions[0] @ directed
-            particular = np.asarray(-self._scale[:, None] * (self._directions[1].T @ directed))
+            moments = self._constraints.along_rows(load.supports) / factor
+            particular = np.asarray(-self._scale[:, None] * self._constraints.least(moments))
             own = own - (factor * self._stiffness - omega**2 * self._mass) @ particular
         return particular, np.asarray(own, dtype=np.complex128)
 

@@ -148,7 +148,7 @@ class Solver:
                 ClassModes(
                     stiffness,
                     mass,
-                    supports.moments,
+                    supports,
                     basis.subset(
                         fewer_polynomials=(fewer * int(along_x), fewer * int(along_y)),
                         fewer_orders=fewer_orders,
@@ -156,7 +156,6 @@ class Solver:
                     ),
                     np.flatnonzero(~(supports.is_finest & (fewer_on_rims > 0))),
                     polynomials=basis.polynomials,
-                    edges=supports.edges,
                     foundation=foundation,
                 )
                 for (fewer, fewer_orders, fewer_on_rims), _ in self._steps
@@ -165,11 +164,10 @@ class Solver:
             modes = ClassModes(
                 stiffness,
                 mass,
-                supports.moments,
+                supports,
                 every,
                 rows,
                 polynomials=basis.polynomials,
-                edges=supports.edges,
                 foundation=foundation,
             )
             result.append(_Class(basis, modes, coarser))
