@@ -9,7 +9,7 @@ import numpy as np
 from chladni.drives.problem.problem import Problem
 from chladni.drives.scoring.finger import Survey, survey
 from chladni.sim.board.board import Board
-from chladni.sim.board.foundation import NO_FINGER
+from chladni.sim.board.finger import NO_FINGER
 from chladni.tables.one_frequency import OneFrequency
 
 SURVEYED = 24

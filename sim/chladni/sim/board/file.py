@@ -13,8 +13,9 @@ from typing import Any, TypeVar
 from chladni.sim.board.board import Board
 from chladni.sim.board.coil_checks import winding_makes
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
+from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.focus import Active, Focus
-from chladni.sim.board.foundation import FINGERS, CutOut, Finger, Foundation, Strips
+from chladni.sim.board.foundation import CutOut, Foundation, Strips
 from chladni.sim.board.materials import with_material
 from chladni.sim.board.parts import (
     EDGE_KINDS,

@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
+from chladni.sim.board.finger import Finger
 from chladni.sim.board.focus import Active, Focus
-from chladni.sim.board.foundation import Finger, Foundation
+from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.quantity import MM, quantity
 
 EdgeKind = Literal["free", "simply supported", "clamped"]
