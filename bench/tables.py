@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import Options
 from chladni.drives.methods.phasor import phasor
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.host.figures.fields import COLOURS, save

@@ -17,7 +17,7 @@ import pytest
 from chladni.drives.batch import over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.compare import NUMBERS, Row, as_csv, compare, contenders, summary
 from chladni.drives.solve import solve

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.cli import compare as compare_command
 from conftest import CommandLine
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods import METHODS, SEED, Options, Progress
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
@@ -95,9 +95,10 @@ def solve(
     target_mm
         Place on the board, mm from its centre.
     method
-        A key of `METHODS`; `phasor` is the best there is, the others are there to compare.
+        A key of `METHODS`; `phasor`, or the objective's own solver, is the best there is, the
+        others are there to compare.
     objective
-        A key of `OBJECTIVES`, for `phasor`.
+        A key of `OBJECTIVES`, for the default method.
     seed
         Of everything random; the same seed gives the same drive.
     steps
@@ -152,9 +153,10 @@ def check_request(
 
 
 def solve_problem(problem: Problem, method: str, options: Options) -> Solution:
-    """Run one method on one problem."""
+    """Run one method on one problem; the default one stands for the objective's own solver."""
     started = time.perf_counter()
-    found = METHODS[method](problem, options)
+    solver = OBJECTIVES[options.objective] if method == "phasor" else METHODS[method]
+    found = solver(problem, options)
     seconds = time.perf_counter() - started
     drive = gauge(problem, tie_break(problem, found.drive))
     driven = np.tensordot(drive, problem.transfer, axes=1)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import Options
-from chladni.drives.methods.phasor import phasor
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.field_space import Level
 from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import Problem, SolvedBoard
@@ -244,7 +244,7 @@ def _solve(
 
 def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
     problem = pressed_problem(problem) if pressed else problem
-    drive = tie_break(problem, phasor(problem, options).drive)
+    drive = tie_break(problem, OBJECTIVES[options.objective](problem, options).drive)
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive
     return {"drive": [[float(c.real), float(c.imag)] for c in drive]}

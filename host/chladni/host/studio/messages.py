@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.studio.panel import Played
 from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard
 from chladni.sim.board.quantity import MM

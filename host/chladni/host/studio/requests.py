@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.studio.panel import FingerEvent, Place
 from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
 from chladni.sim.errors import InputError, MissingError

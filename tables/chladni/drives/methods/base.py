@@ -25,7 +25,7 @@ class Options:
     Attributes
     ----------
     objective
-        Key of `objectives.OBJECTIVES`; methods with an aim of their own ignore it.
+        Key of `objectives.OBJECTIVES`, which has its solver; a method has one aim and ignores it.
     seed
         Of everything random; the same seed gives the same drive.
     steps

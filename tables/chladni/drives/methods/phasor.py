@@ -1,4 +1,4 @@
-"""The default: climb the objective over one complex number per actuator, with its exact gradient.
+"""Climb SSIM over one complex number per actuator, with its exact gradient: the default.
 
 Many starts climb an eighth of the image's points each way, where an evaluation costs a sixtieth of
 a full one; the best distinct ones go on to a quarter, a half and the whole image, each taking along
@@ -13,10 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Found, Options
-from chladni.drives.methods.contrast import contrast
-from chladni.drives.methods.focus import focus
 from chladni.drives.problem.field_space import as_complex, as_reals, in_phase
-from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem
 
 FloatArray = NDArray[np.float64]
@@ -46,13 +43,9 @@ class _Climb:
     value: float = -np.inf
 
 
-def phasor(problem: Problem, options: Options) -> Found:
-    """The best drive for an objective; `contrast` and `focus` have solutions of their own."""
-    if options.objective == "contrast":
-        return contrast(problem, options)
-    if options.objective == "focus":
-        return focus(problem, options)
-    space, weights = problem.solved.space, OBJECTIVES[options.objective]
+def phasor(problem: Problem, options: Options, *, contrast: float = 0.0) -> Found:
+    """The best drive by SSIM + `contrast` · ln(contrast)."""
+    space = problem.solved.space
     size = 2 * space.rank
     rng = np.random.default_rng(options.seed)
     climbs = [_Climb(as_reals(start), np.zeros((size, size))) for start in _starts(problem, rng)]
@@ -63,9 +56,7 @@ def phasor(problem: Problem, options: Options) -> Found:
     for k, level in enumerate(space.levels, skipped):
         if level.step < options.finest:
             break
-        objective = space.objective(
-            level, problem.image, ssim=weights.ssim, contrast=weights.contrast, disc=problem.disc
-        )
+        objective = space.objective(level, problem.image, contrast=contrast, disc=problem.disc)
         steps = options.steps or round(STEPS[k] * stretch)
         for climb in climbs:
             climb.value = objective.climb(climb.z, climb.curvature, steps, TOLERANCES[k])

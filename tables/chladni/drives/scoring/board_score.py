@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from chladni.drives.batch import over_targets
 from chladni.drives.methods import SEED, Options, Progress
 from chladni.drives.methods.focus import focus_at
-from chladni.drives.methods.phasor import phasor
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.finger import Spread
@@ -112,8 +112,8 @@ def _drives(
     """The best drive of every place, of any scale."""
     if objective != "focus":
         targets = [(x / MM, y / MM) for x, y in places]
-        options = Options(objective, seed)
-        work = over_targets(solved, targets, lambda one: {"drive": phasor(one, options).drive})
+        solver, options = OBJECTIVES[objective], Options(objective, seed)
+        work = over_targets(solved, targets, lambda one: {"drive": solver(one, options).drive})
         return [one["drive"] for one in work]
     board, values = solved.board, solved.fields.values
     _ = solved.second_fingers  # found once, before there are threads

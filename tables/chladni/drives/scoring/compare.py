@@ -15,7 +15,7 @@ import numpy as np
 from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.finger import disagreement, remark

@@ -9,7 +9,7 @@ from typing import Annotated, TypeVar
 import typer
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.cli.common.output import check_output
 from chladni.host.figures.fields import FORMATS
 from chladni.sim.board.board import Board
