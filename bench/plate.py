@@ -38,13 +38,13 @@ from chladni.host.figures.fields import save
 from chladni.sim import board_from_document
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.cost import allow_large_cost
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry, plate_model
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import resolution_for, wave_number
-from chladni.sim.work import allow_large_work
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -251,12 +251,12 @@ def print_full_boards() -> None:
     )
     print("| edges | gap, mm | seed | tolerance | functions | s | estimate | error |")
     print("|---|---|---|---|---|---|---|---|")
-    allow_large_work(True)
+    allow_large_cost(True)
     for edges, gap, seed in product(("free", "simply supported", "clamped"), (1.0, 3.0), (0, 1)):
         board = board_from_document(full_board(seed, edges, gap))
         for row in full_board_rows(board):
             print(f"| {edges} | {gap:g} | {seed} | {row} |", flush=True)
-    allow_large_work(False)
+    allow_large_cost(False)
     print()
 
 

@@ -28,12 +28,12 @@ from matplotlib.figure import Figure
 from chladni.host.figures import save
 from chladni.sim import Board, ChladniError, board_from_document
 from chladni.sim.board.checks import closest
+from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import WORST_ESTIMATE
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.resolution import LEVELS, resolution_for, wave_number
-from chladni.sim.work import allow_large_work
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "sim")]
@@ -78,7 +78,7 @@ def tried(seed: int) -> Case:
             return Case(seed, kind, 0.0, 0.0, seconds, why)
         waves = wave_number(geometry, 2.0 * np.pi * board.drive.frequency_hz)
         finest = RitzPlate(geometry, loss, resolution_for(geometry, waves, *FINEST))
-        allow_large_work(True)
+        allow_large_cost(True)
         exact = finest.respond(loads, **asked, tolerance=1e-12).values
         norms = np.linalg.norm(exact, axis=(1, 2))
         error = float(np.max(np.linalg.norm(found.values - exact, axis=(1, 2)) / norms))
@@ -86,7 +86,7 @@ def tried(seed: int) -> Case:
     except ChladniError as refusal:
         return Case(seed, kind, 0.0, 0.0, time.perf_counter() - begun, str(refusal))
     finally:
-        allow_large_work(False)
+        allow_large_cost(False)
 
 
 def is_low(case: Case) -> bool:

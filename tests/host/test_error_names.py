@@ -116,7 +116,7 @@ def test_names_are_changed_one_by_one_and_once() -> None:
     missing.on_command_line(options)
     assert str(missing) == "--touch is required: a place"
     large = TooLargeError("work", 3e9, 2e9, "points")
-    assert str(large).endswith("lower points, or go on with allow_large_work(True)")
+    assert str(large).endswith("lower points, or go on with allow_large_cost(True)")
     large.on_command_line(options)
     assert str(large).endswith("lower points, or go on with --large")
     # A key of a file stays what it is, whatever options are called.

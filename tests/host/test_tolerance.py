@@ -135,7 +135,7 @@ def test_a_board_that_takes_too_much_memory_is_refused_before_the_work(
 def test_work_that_takes_time_is_announced(
     chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chladni.sim.work.SAID_SECONDS", 0.01)
+    monkeypatch.setattr("chladni.sim.cost.ANNOUNCED_SECONDS", 0.01)
     done = chladni("field", "prototype", "--target", "0,0", "-o", tmp_path / "f.npz", "--json")
     assert done.code == 0
     assert "chladni: a plate of 899 functions: about " in done.err
@@ -146,7 +146,7 @@ def test_work_that_takes_time_is_announced(
 def test_large_is_an_option_of_what_solves_a_plate(
     chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("chladni.sim.work.MOST_BYTES", 1e7)
+    monkeypatch.setattr("chladni.sim.cost.MOST_BYTES", 1e7)
     arguments = ("field", "prototype", "--target", "0,0", "-o", tmp_path / "f.npz")
     assert chladni(*arguments).code == 2
     assert chladni(*arguments, "--large").code == 0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from chladni.sim.board.board import Board
 from chladni.sim.board.checks import check_board, closest
 from chladni.sim.board.parts import Hole, Image
+from chladni.sim.cost import MOST_BYTES, allow_large_cost
 from chladni.sim.errors import (
     WORST_ESTIMATE,
     InputError,
@@ -33,14 +34,13 @@ from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.quadrature import DiscRule, edges
 from chladni.sim.ritz.resolution import (
     Resolution,
+    cost_of,
     crowding,
     order_beside,
     resolution_for,
     wave_number,
-    work_of,
 )
 from chladni.sim.ritz.solver import Solver
-from chladni.sim.work import MOST_BYTES, allow_large_work
 
 FloatArray = NDArray[np.float64]
 WIDTH, LENGTH = 71.5e-3, 146.7e-3
@@ -234,7 +234,7 @@ def test_memory_is_told_beforehand(prototype: Board, resolution: Resolution) -> 
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     size = next(iter(model._solvers.values())).basis.size
-    told = work_of(geometry, resolution, 1, X.size * Y.size, size).bytes
+    told = cost_of(geometry, resolution, 1, X.size * Y.size, size).bytes
     assert peak / 2.0 < told < 2.0 * peak + 2e8
 
 
@@ -256,7 +256,7 @@ def test_too_many_screws_are_refused_by_their_number(prototype: Board, count: in
 
 
 def test_an_image_that_is_too_fine_is_refused_by_its_points(prototype: Board) -> None:
-    with pytest.raises(TooLargeError, match=r"lower image\.points, or .* allow_large_work\(True\)"):
+    with pytest.raises(TooLargeError, match=r"lower image\.points, or .* allow_large_cost\(True\)"):
         transfer_fields(replace(prototype, image=Image((4001, 4001))))
 
 
@@ -264,14 +264,14 @@ def test_large_work_goes_on_where_it_is_allowed(
     prototype: Board, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small = replace(prototype, image=Image((24, 48)))
-    monkeypatch.setattr("chladni.sim.work.MOST_BYTES", 1e7)
+    monkeypatch.setattr("chladni.sim.cost.MOST_BYTES", 1e7)
     with pytest.raises(TooLargeError):
         transfer_fields(small)
-    allow_large_work(True)
+    allow_large_cost(True)
     try:
         assert transfer_fields(small).tolerance_met
     finally:
-        allow_large_work(False)
+        allow_large_cost(False)
 
 
 def test_places_are_told_apart_as_by_comparing_all(prototype: Board) -> None:

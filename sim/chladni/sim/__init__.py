@@ -3,6 +3,7 @@
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document, load_board, shipped_boards
 from chladni.sim.board.writing import board_file
+from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import ChladniError, InputError, ResonanceError
 from chladni.sim.fields.transfer import TransferFields, plate_model, target_field, transfer_fields
 from chladni.sim.image.energy import compose, energy_image, normalised
@@ -13,6 +14,7 @@ __all__ = [
     "InputError",
     "ResonanceError",
     "TransferFields",
+    "allow_large_cost",
     "board_file",
     "board_from_document",
     "compose",

@@ -177,7 +177,7 @@ class TooLargeError(InputError):
 
     def __init__(self, what: str, needed: float, most: float, lower: str):
         self.needed, self.most = needed, most
-        self.permission = "allow_large_work(True)"
+        self.permission = "allow_large_cost(True)"
         super().__init__(what, needed, lower)
 
     def on_command_line(self, options: Mapping[str, str]) -> None:

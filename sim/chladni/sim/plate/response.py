@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.cost import Cost, begin
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.modes import ModeShapes
-from chladni.sim.work import Work, begin
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -119,7 +119,7 @@ class PlateModel(ABC):
             Fields or plate would take more memory than is allowed.
         """
         count = len(loads) * x.size * y.size
-        begin(Work(f"{len(loads)} fields of {x.size} × {y.size} points", FIELD_BYTES * count,
+        begin(Cost(f"{len(loads)} fields of {x.size} × {y.size} points", FIELD_BYTES * count,
                    FIELD_SECONDS * count, "image.points"))  # fmt: skip
         return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
 

@@ -11,6 +11,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.cost import Cost, begin, is_too_large
 from chladni.sim.errors import RESONANCE_BAND, ResonanceError
 from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load
@@ -23,15 +24,14 @@ from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.resolution import (
     LEVELS,
     Resolution,
+    cost_of,
     first_level,
     least_size,
     resolution_for,
     wave_number,
     wave_number_of_mode,
-    work_of,
 )  # fmt: skip
 from chladni.sim.ritz.solver import Estimate, Image, Solver
-from chladni.sim.work import Work, begin, is_too_large
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -95,7 +95,7 @@ class RitzPlate(PlateModel):
     loss_factor
         η in D(1 + iη); springs share it.
     resolution
-        Size of the basis; chosen by scene and tolerance by default.
+        Size of the basis; chosen by plate and tolerance by default.
     mirrors
         Mirrors to use; those the geometry has by default.
     """
@@ -166,18 +166,18 @@ class RitzPlate(PlateModel):
 
     def _may_grow(self, waves: float, levels: Levels, points: int) -> bool:
         """Whether a larger basis may be tried without having been asked for."""
-        work = self._work(resolution_for(self.geometry, waves, *levels), points)
-        return not is_too_large(work) and work.seconds <= GROWN_SECONDS
+        cost = self._cost(resolution_for(self.geometry, waves, *levels), points)
+        return not is_too_large(cost) and cost.seconds <= GROWN_SECONDS
 
-    def _work(self, resolution: Resolution, points: int) -> Work:
-        """What the plate takes in the basis of a resolution, at least."""
+    def _cost(self, resolution: Resolution, points: int) -> Cost:
+        """What the plate costs in the basis of a resolution, at least."""
         classes = len(self.mirrors.images)
         size = least_size(self.geometry, resolution)
-        work = work_of(self.geometry, resolution, classes, points, size)
-        if is_too_large(work):
-            return work
+        cost = cost_of(self.geometry, resolution, classes, points, size)
+        if is_too_large(cost):
+            return cost
         size = Basis(self.geometry, resolution).size
-        return work_of(self.geometry, resolution, classes, points, size)
+        return cost_of(self.geometry, resolution, classes, points, size)
 
     def _find(self, asked: Excitation, waves: float, levels: Levels) -> _Found:
         solver = self._solver(waves, levels, points=asked.image_points)
@@ -196,7 +196,7 @@ class RitzPlate(PlateModel):
     def _solver(self, waves: float, levels: Levels, *, points: int = 0) -> Solver:
         resolution = self._resolution or resolution_for(self.geometry, waves, *levels)
         if resolution not in self._solvers:
-            begin(self._work(resolution, points))
+            begin(self._cost(resolution, points))
             self._solvers[resolution] = Solver(self.geometry, self.mirrors, resolution)
         return self._solvers[resolution]
 

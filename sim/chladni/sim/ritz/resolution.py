@@ -1,4 +1,4 @@
-"""How large a basis a scene needs: from its wavelength, its proportions and the tolerance."""
+"""How large a basis a plate needs: from its wavelength, its proportions and the tolerance."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.cost import Cost
 from chladni.sim.plate.geometry import PlateGeometry
-from chladni.sim.work import Work
 
 FloatArray = NDArray[np.float64]
 
@@ -162,10 +162,10 @@ def least_size(geometry: PlateGeometry, resolution: Resolution) -> int:
     return resolution.nx * resolution.ny + circles + len(geometry.points)
 
 
-def work_of(
+def cost_of(
     geometry: PlateGeometry, resolution: Resolution, classes: int, points: int, size: int
-) -> Work:
-    """What solving a plate takes, in a basis of `size` functions and that many parity classes.
+) -> Cost:
+    """What solving a plate costs, in a basis of `size` functions and that many parity classes.
 
     Measured on one core from 1,800 to 6,000 functions: matrices of seven and a half times the
     basis squared, three copies of its functions at the points of area and discs, and one at the
@@ -189,4 +189,4 @@ def work_of(
         lower = f"the number of {most} ({kinds[most]}), or ask for a looser tolerance"
     else:
         lower = "drive.frequency_hz, or make the plate thicker or smaller (plate.thickness_mm)"
-    return Work(f"a plate of {size:,} functions", 8.0 * values + LEAST_BYTES, seconds, lower)
+    return Cost(f"a plate of {size:,} functions", 8.0 * values + LEAST_BYTES, seconds, lower)

@@ -15,8 +15,8 @@ from chladni.host.figures.fields import FORMATS
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
 from chladni.sim.board.quantity import MM
+from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import ConflictError, InputError, MissingError
-from chladni.sim.work import allow_large_work
 
 BoardArgument = Annotated[
     str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: prototype, strip5, …")
@@ -59,7 +59,7 @@ SchedulerOption = Annotated[
 
 
 def _allow_large(large: bool) -> bool:
-    allow_large_work(large)
+    allow_large_cost(large)
     return large
 
 
