@@ -9,7 +9,7 @@ import pytest
 
 from chladni.drives.problem.pressing import with_finger
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.sight import active_lattice
+from chladni.drives.scoring.survey import active_lattice
 from chladni.host.emulation.emulator import emulated_config, reported_um
 from chladni.host.emulation.table_score import PITCH, played_drives, score_table
 from chladni.sim.board.board import Board

@@ -10,7 +10,7 @@ import pytest
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.board_score import score_board
-from chladni.drives.scoring.sight import active_lattice
+from chladni.drives.scoring.survey import active_lattice
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
     FOAM,

@@ -37,7 +37,7 @@ from chladni.design.variables import Choice, Document
 from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.board_score import BoardScore, score_board
-from chladni.drives.scoring.sight import SAMPLES
+from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.workers import Workers
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM

@@ -13,7 +13,7 @@ from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import Candidate, Layout, Orbit, Place, candidates, lattices
 from chladni.design.spec import Spec
 from chladni.design.variables import Document
-from chladni.drives.scoring.sight import active_lattice
+from chladni.drives.scoring.survey import active_lattice
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Actuator
 from chladni.sim.board.quantity import MM

@@ -16,7 +16,7 @@ from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
-from chladni.drives.scoring.sight import SAMPLES
+from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.commands import Commands
 from chladni.host.cli.common.options import (

@@ -12,7 +12,7 @@ from chladni.design.front import Entry
 from chladni.design.search import Design, design
 from chladni.design.spec import read_spec
 from chladni.drives.methods import SEED
-from chladni.drives.scoring.sight import SAMPLES
+from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,

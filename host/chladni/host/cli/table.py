@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger import felt, remark_on
-from chladni.drives.scoring.sight import SAMPLES
+from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request, turned
 from chladni.host.cli.common.options import (
     PARTIAL,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.sight import SAMPLES, Place, Score, active_lattice, score_drives
+from chladni.drives.scoring.survey import SAMPLES, Place, Score, active_lattice, score_drives
 from chladni.host.emulation.closed_loop import LEAST_WAVES, settled_ms
 from chladni.host.emulation.demodulate import Play, made_drive
 from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate

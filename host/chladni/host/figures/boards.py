@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from chladni.drives.scoring.sensitivity import Influence
-from chladni.drives.scoring.sight import Score
+from chladni.drives.scoring.survey import Score
 from chladni.host.figures.fields import (
     COLOURS,
     INK,
