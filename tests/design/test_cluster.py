@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from chladni.design.evaluate import board_of, document_of
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.front import Entry
 from chladni.design.search import design
 from chladni.design.spec import spec_of
@@ -65,7 +65,7 @@ def test_a_search_finds_the_same_on_a_cluster(cluster: Any) -> None:
 
 def test_tables_and_comparisons_are_the_same_from_a_cluster(cluster: Any) -> None:
     address, asked = cluster.scheduler_address, spec_of(small(regions={"pitch_mm": 10.0}))
-    board = board_of(document_of(asked, [], [(0.0, -9.0), (0.0, 7.0)]))
+    board = completed_board(document_of(asked, [], [(0.0, -9.0), (0.0, 7.0)]))
     assert pack(build_table(board, scheduler=address)[0]) == pack(build_table(board)[0])
     methods = ["phasor", "nearest"]
     there = compare(board, pitch=10e-3, methods=methods, scheduler=address)[1]

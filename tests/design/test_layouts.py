@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.design.evaluate import board_of, document_of
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import Layout, Orbit, candidates, closest, lattices, makeups
 from chladni.design.spec import spec_of
@@ -19,7 +19,7 @@ from made_specs import small
 
 
 def board_with(places: list[tuple[float, float]]) -> Board:
-    return board_of(document_of(spec_of(small(design={"coils": len(places)})), [], places))
+    return completed_board(document_of(spec_of(small(design={"coils": len(places)})), [], places))
 
 
 def test_a_layout_is_symmetric_and_comes_back_from_its_shares() -> None:

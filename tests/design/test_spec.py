@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import tomlkit
 
-from chladni.design.evaluate import board_of, document_of
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.spec import spec_of
 from chladni.design.variables import Choice, Range
 from chladni.sim.board.materials import SHEETS
@@ -35,7 +35,7 @@ def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
     assert document["plate"]["thickness_mm"] == 0.6
     assert document["foundation"]["stiffness_n_per_mm3"] == pytest.approx(0.03)
     assert document["drive"]["frequency_hz"] == 250.0
-    board = board_of(document)
+    board = completed_board(document)
     assert len(board.electronics.pwm_pins) == len(board.actuators) == 2
     assert board.image.points == (25, 91)
 
@@ -43,7 +43,7 @@ def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
 def test_a_material_stands_for_its_numbers_and_is_replaced_by_those_given() -> None:
     places = [(0.0, -9.0), (0.0, 9.0)]
     own = small(plate={"material": "aluminium", "loss_factor": 0.01})
-    plate = board_of(document_of(spec_of(own), [], places)).plate
+    plate = completed_board(document_of(spec_of(own), [], places)).plate
     sheet = SHEETS["aluminium"]
     assert plate.youngs_modulus == sheet["youngs_modulus_gpa"] * 1e9
     assert (plate.density, plate.loss_factor) == (sheet["density_kg_m3"], 0.01)
@@ -53,12 +53,12 @@ def test_coils_stand_as_close_as_they_can_be_wound() -> None:
     magnet = {"radius_mm": 3.0, "height_mm": 4.0, "density_kg_m3": 7500.0, "stiffness_ratio": 1e3}
     winding = {"turns": 100, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 9.0, "height_mm": 1.0,
                "gap_mm": 1.0}  # fmt: skip
-    assert spec_of(small()).numbers.coil_spacing == pytest.approx(8e-3)
-    assert spec_of(small(magnet=magnet)).numbers.coil_spacing == pytest.approx(6.5e-3)
+    assert spec_of(small()).settings.coil_spacing == pytest.approx(8e-3)
+    assert spec_of(small(magnet=magnet)).settings.coil_spacing == pytest.approx(6.5e-3)
     both = small(magnet=magnet, winding=winding)
-    assert spec_of(both).numbers.coil_spacing == pytest.approx(9.5e-3)
+    assert spec_of(both).settings.coil_spacing == pytest.approx(9.5e-3)
     own = small(magnet=magnet, design={"coil_spacing_mm": 12.0})
-    assert spec_of(own).numbers.coil_spacing == pytest.approx(12e-3)
+    assert spec_of(own).settings.coil_spacing == pytest.approx(12e-3)
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import tomlkit
 
-from chladni.design.evaluate import board_of, document_of
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.spec import spec_of
 from chladni.sim.board.file import board_from_document, load_board
 from chladni.sim.errors import ChladniError
@@ -55,9 +55,9 @@ def _read_spec(document: dict[str, Any]) -> None:
     """The question, and one board of those that it leaves open: the first of all values."""
     spec = spec_of(document)
     count = spec.coils[0] if spec.places_are_free else 0
-    spacing_mm = 1.05e3 * spec.numbers.coil_spacing
+    spacing_mm = 1.05e3 * spec.settings.coil_spacing
     places = [(0.0, spacing_mm * (k - (count - 1) / 2.0)) for k in range(count)]
-    board_of(document_of(spec, [0.0] * len(spec.variables), places or None))
+    completed_board(document_of(spec, [0.0] * len(spec.variables), places or None))
 
 
 def merged(document: dict[str, Any], piece: dict[str, Any]) -> dict[str, Any]:

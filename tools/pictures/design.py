@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chladni.design.evaluate import Evaluation, board_of, evaluate
+from chladni.design.evaluate import Evaluation, completed_board, evaluate
 from chladni.design.spec import Spec, read_spec
 from chladni.design.variables import Document
 from chladni.drives.scoring.board_score import foam_length_mm
@@ -84,7 +84,7 @@ def main() -> None:
     """Score all boards and draw."""
     spec = read_spec(ROOT / "boards" / "specs" / "strip.toml")
     # Closer than its coils can be wound, too: only fields are looked at.
-    spec = replace(spec, numbers=replace(spec.numbers, coil_spacing=7e-3))
+    spec = replace(spec, settings=replace(spec.settings, coil_spacing=7e-3))
     asked = boards(spec)
     flat = [document for own in asked.values() for document in own]
     with Workers() as workers:
@@ -98,7 +98,7 @@ def main() -> None:
     left, middle, right = figure.subplots(1, 3)
     for colour, spacing in zip(COLOURS, SPACINGS_MM, strict=False):
         own = asked[f"{spacing:g} mm apart"]
-        across = [(foam_length_mm(board_of(one)) or np.nan) / spacing for one in own]
+        across = [(foam_length_mm(completed_board(one)) or np.nan) / spacing for one in own]
         left.plot(across, [level(one) for one in own], "o-", color=colour, label=f"{spacing:g} mm")
     left.set_xscale("log")
     left.set_xticks([0.2, 0.3, 0.5, 0.7, 1.0], ["0.2", "0.3", "0.5", "0.7", "1"], minor=False)

@@ -13,7 +13,7 @@ from chladni.design.spec import Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.finger import Spread
-from chladni.drives.scoring.survey import Numbers
+from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.quantity import MM
@@ -68,7 +68,7 @@ def document_of(spec: Spec, numbers: Sequence[float], places: Sequence[Place] | 
     return document
 
 
-def board_of(document: Document, point: float | None = None) -> Board:
+def completed_board(document: Document, point: float | None = None) -> Board:
     """The board of a document whose image may be left open; `point` replaces it, m."""
     points = document.get("image", {}).get("points")
     if points is None or point is not None:
@@ -83,7 +83,7 @@ def board_of(document: Document, point: float | None = None) -> Board:
 def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
     """A board, compared with others of its SPEC."""
     try:
-        board = board_of(document, COARSE)
+        board = completed_board(document, COARSE)
     except InputError as error:
         return _unfit(beyond(spec, document), str(error))
     over = beyond(spec, document, board)
@@ -91,7 +91,7 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
         return _unfit(over, "")
     try:
         score = score_board(
-            board, pitch=spec.numbers.pitch, samples=spec.numbers.samples, seed=seed,
+            board, pitch=spec.settings.pitch, samples=spec.settings.samples, seed=seed,
             tolerance=COMPARED,
         )  # fmt: skip
     except ChladniError as error:
@@ -103,7 +103,7 @@ def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
     """A board's score by the weights of a SPEC."""
     assert score.perturbed is not None
     drawn, robust = (terms_of(board, one) for one in (score, score.perturbed))
-    floor = 20.0 * np.log10(max(spec.numbers.finger_um, 1e-12))
+    floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 
     def total(terms: Mapping[str, float]) -> float:
@@ -114,20 +114,20 @@ def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
     return Evaluation(total(drawn), total(robust), None, robust)
 
 
-def terms_of(board: Board, numbers: Numbers) -> dict[str, float]:
+def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:
     """What weights are for, the larger the better."""
 
     def low(spread: Spread | None) -> float:
         return spread.p10 if spread else NO_NUMBER_DB
 
-    um = numbers.finger_um.p10 if numbers.finger_um else 0.0
+    um = statistics.finger_um.p10 if statistics.finger_um else 0.0
     return {
-        "second_finger_db": low(numbers.second_finger_db),
-        "second_finger_16mm_db": low(numbers.second_finger_16mm_db),
-        "second_finger_20mm_db": low(numbers.second_finger_20mm_db),
-        "second_finger_25mm_db": low(numbers.second_finger_25mm_db),
+        "second_finger_db": low(statistics.second_finger_db),
+        "second_finger_16mm_db": low(statistics.second_finger_16mm_db),
+        "second_finger_20mm_db": low(statistics.second_finger_20mm_db),
+        "second_finger_25mm_db": low(statistics.second_finger_25mm_db),
         "finger_db": 20.0 * float(np.log10(um)) if um > 0.0 else NO_NUMBER_DB,
-        "focal_error_mm": -numbers.focal_error_mm.p90,
+        "focal_error_mm": -statistics.focal_error_mm.p90,
         "coils": -float(len(board.actuators)),
         "area_cm2": -float(np.prod(board.plate.size)) * 1e4,
         "mass_g": -mass_g(board),
@@ -143,7 +143,7 @@ def mass_g(board: Board) -> float:
 
 def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[str, float]:
     """How far a board is beyond each limit, as a share of it; none for one that may be."""
-    own, over = spec.numbers, {}
+    own, over = spec.settings, {}
     if spec.places_are_free:
         places = [tuple(MM * along for along in one["at_mm"]) for one in document["actuators"]]
         apart = closest(places)

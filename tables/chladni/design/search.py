@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import COMPARED, Evaluation, beyond, board_of, evaluate, weighed
+from chladni.design.evaluate import COMPARED, Evaluation, beyond, completed_board, evaluate, weighed
 from chladni.design.front import Entry, front_of
 from chladni.design.spec import Spec
 from chladni.design.starts import (
@@ -84,7 +84,7 @@ class Design:
     @property
     def board(self) -> Board:
         """The best board."""
-        return board_of(self.best.document)
+        return completed_board(self.best.document)
 
 
 def design(
@@ -154,12 +154,12 @@ class _Run:
         spec = self._spec
         if not spec.places_are_free and all(isinstance(one, Choice) for one in spec.variables):
             count = int(np.prod([one.most + 1.0 for one in spec.variables]))
-            if count <= spec.numbers.evaluations:
+            if count <= spec.settings.evaluations:
                 whole = product(*(range(int(one.most) + 1) for one in spec.variables))
                 self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
                 return
         starts = self._starts()
-        share = spec.numbers.evaluations / len(starts)
+        share = spec.settings.evaluations / len(starts)
         for number, own in enumerate(starts, 1):
             last = round(number * share)
             for turn, start in enumerate(own):
@@ -211,7 +211,7 @@ class _Run:
                 )
             raise InputError(
                 "design.coils", list(spec.coils),
-                f"fewer: no layout has them {spec.numbers.coil_spacing / MM:g} mm apart",
+                f"fewer: no layout has them {spec.settings.coil_spacing / MM:g} mm apart",
             )  # fmt: skip
         return found
 
@@ -231,7 +231,7 @@ class _Run:
         whole = [k for k, one in enumerate(spec.variables) if one.is_whole]
         most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
         spread = [STEP * max(one.most, 1.0) for one in spec.variables]
-        spread += steps_of(spec, start, NEAR * spec.numbers.coil_spacing)
+        spread += steps_of(spec, start, NEAR * spec.settings.coil_spacing)
         # The library wants two dimensions; one that does nothing costs nothing.
         idle = max(0, 2 - size)
         options: dict[str, Any] = {
@@ -279,7 +279,7 @@ class _Run:
         if self._on_board and entry.evaluation.broken is None:
             self._on_board(entry, is_best)
         if self._progress:
-            most = self._spec.numbers.evaluations
+            most = self._spec.settings.evaluations
             self._progress(min(self.looked_at, most), most)
 
     def _remembered(
@@ -304,17 +304,17 @@ def _finished(
 ) -> list[tuple[Entry, BoardScore]]:
     """Boards scored as `board score` would at the same pitch, on their own image."""
     own = list(entries)
-    score = partial(_score, seed, samples, spec.numbers.pitch)
+    score = partial(_score, seed, samples, spec.settings.pitch)
     scores = list(workers.map(score, [one.document for one in own]))
     return [
-        (Entry(one.document, weighed(spec, board_of(one.document), score)), score)
+        (Entry(one.document, weighed(spec, completed_board(one.document), score)), score)
         for one, score in zip(own, scores, strict=True)
     ]
 
 
 def _score(seed: int, samples: int, pitch: float, document: Document) -> BoardScore:
     return score_board(
-        board_of(document), pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED
+        completed_board(document), pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED
     )
 
 

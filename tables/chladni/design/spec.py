@@ -27,7 +27,7 @@ COILS = 64
 """That a board without electronics may have."""
 MOST_EVALUATIONS = 1_000_000
 SPACING = 8e-3
-"""m between coils of which nothing is said."""
+"""m between coils where neither winding nor magnet is given."""
 GAP_MM = 0.5
 """Between windings, or magnets, side by side."""
 TERMS = (
@@ -62,8 +62,8 @@ class KeepOut:
 
 
 @dataclass(frozen=True)
-class Numbers:
-    """The plain numbers of a `[design]` block; lengths in m, mass in g.
+class DesignSettings:
+    """Limits and search settings of a `[design]` block; lengths in m, mass in g.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Spec:
     document: Document
     variables: tuple[Variable, ...]
     coils: tuple[int, ...]
-    numbers: Numbers = Numbers()
+    settings: DesignSettings = DesignSettings()
     keep_out: tuple[KeepOut, ...] = ()
     symmetric: bool | None = None
     weights: Mapping[str, float] = field(default_factory=lambda: dict(PLAIN_WEIGHTS))
@@ -173,7 +173,7 @@ def spec_of(document: Document) -> Spec:
     if not isinstance(keep_out, list):
         raise InputError("design.keep_out", keep_out, "a list of { at_mm, size_mm }")
     own.setdefault("coil_spacing_mm", _spacing_mm(board))
-    numbers = part_from(Numbers, own, "design")
+    settings = part_from(DesignSettings, own, "design")
     board = _with_derived(board)
     counts = _coil_counts(board, coils)
     given = {key: value for key, value in board.items() if key != "actuators" or not counts}
@@ -185,7 +185,7 @@ def spec_of(document: Document) -> Spec:
             hint="chladni board score looks at a board that is all given",
         )  # fmt: skip
     spec = Spec(
-        board, variables, counts, numbers,
+        board, variables, counts, settings,
         tuple(part_from(KeepOut, one, f"design.keep_out[{k}]") for k, one in enumerate(keep_out)),
         symmetric,
         _weights(weights),
@@ -269,7 +269,7 @@ def _check_room(spec: Spec) -> None:
     if not spec.places_are_free:
         return
     sides = [_largest(spec, axis) for axis in (0, 1)]
-    edge, apart = spec.numbers.edge or 0.0, spec.numbers.coil_spacing
+    edge, apart = spec.settings.edge or 0.0, spec.settings.coil_spacing
     # Circles of the spacing's diameter round every centre lie within this rectangle.
     area = np.prod([max(side - 2.0 * edge, 0.0) + apart for side in sides])
     most = int(PACKED * area / (np.pi / 4.0 * apart**2))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import board_of, document_of
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
 from chladni.design.layouts import Candidate, Layout, Orbit, Place, candidates, lattices
 from chladni.design.spec import Spec
@@ -58,7 +58,7 @@ def document_at(spec: Spec, point: Point) -> Document:
 def _reach(spec: Spec, numbers: Sequence[float]) -> Place:
     """How far from the middle a coil may stand, mm."""
     document = document_of(spec, numbers, None)
-    edge = spec.numbers.edge
+    edge = spec.settings.edge
     if edge is None:
         magnet = document.get("magnet")
         edge = float(magnet["radius_mm"]) * MM + EDGE if isinstance(magnet, dict) else 0.0
@@ -73,7 +73,7 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     most = np.array([one.most for one in spec.variables])
     if not most.size:
         return [()]
-    count = min(SCANNED, max(1, spec.numbers.evaluations // 10))
+    count = min(SCANNED, max(1, spec.settings.evaluations // 10))
     shares = qmc.Sobol(most.size, seed=seed).random(SCANNED)[: count - 1]
     whole = np.array([one.is_whole for one in spec.variables])
     rows = np.vstack([np.full(most.size, 0.5), shares]) * np.where(whole, most, 1.0)
@@ -87,19 +87,19 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     reach = _reach(spec, numbers)
     document = document_of(spec, numbers, [(0.0, 0.0)])
     try:
-        board = board_of(document)
+        board = completed_board(document)
     except InputError as error:
         return {"layouts": [], "fault": str(error)}
     mirrors = _mirrors(spec, board)
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
-    least = spec.numbers.coil_spacing
+    least = spec.settings.coil_spacing
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
     even = [
         own for own in lattices(count, mirrors, span, least)
         if all(_is_allowed(spec, one) for one in own)
     ]  # fmt: skip
-    lattice = active_lattice(board, max(spec.numbers.pitch, SCAN_PITCH))
+    lattice = active_lattice(board, max(spec.settings.pitch, SCAN_PITCH))
     places = [
         place for place in lattice.places
         if all(along > -1e-9 or not own for along, own in zip(place, mirrors, strict=True))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.design.evaluate import board_of
+from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry
 from chladni.design.search import Design, design
 from chladni.design.spec import read_spec
@@ -78,7 +78,7 @@ def design_board(
         if is_best:
             score = entry.evaluation.robust_score
             about = [f"Robust score {score:.2f} so far; the search goes on."]
-            write_whole(output, board_file(board_of(entry.document), about))
+            write_whole(output, board_file(completed_board(entry.document), about))
 
     kept = output.with_name(output.name + PARTIAL)
     try:
@@ -95,7 +95,7 @@ def design_board(
     if front is not None:
         for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
             path = front / f"{output.stem}-{number}.toml"
-            write_whole(path, board_file(board_of(one.document), _about_entry(one)))
+            write_whole(path, board_file(completed_board(one.document), _about_entry(one)))
             entry["path"] = str(path)
     if figure is not None:
         write_figure(front_figure(found), figure)

@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from typing import Any
 
-from chladni.design.evaluate import board_of
+from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
@@ -41,8 +41,8 @@ class Search:
     """
 
     def __init__(self, name: str, spec: Spec, jobs: int | None) -> None:
-        evaluations = min(spec.numbers.evaluations, MOST_EVALUATIONS)
-        self._spec = replace(spec, numbers=replace(spec.numbers, evaluations=evaluations))
+        evaluations = min(spec.settings.evaluations, MOST_EVALUATIONS)
+        self._spec = replace(spec, settings=replace(spec.settings, evaluations=evaluations))
         # With one job the work would be done in this process, and hold up its presses.
         self._jobs = max(jobs or os.cpu_count() or 1, 2)
         self._is_stopped = False
@@ -162,7 +162,7 @@ class Watch:
         entries = self._search.entries if self._search else ()
         if index >= len(entries):
             raise InputError("index", index, f"one of the {len(entries)} boards that were found")
-        return board_of(entries[index].document)
+        return completed_board(entries[index].document)
 
     async def follow(self) -> None:
         """Tell the page how each search goes, until cancelled."""

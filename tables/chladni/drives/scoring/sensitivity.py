@@ -74,7 +74,7 @@ class _Variant:
 
 
 @dataclass(frozen=True)
-class _Numbers:
+class _FocusNumbers:
     """Of one drive at one place."""
 
     level: float
@@ -93,7 +93,7 @@ def sensitivity(
     found = list(over_targets(solved, targets, lambda problem: _best(problem, seed)))
     cases = [(one["problem"], one["drive"]) for one in found]
     plain = _score_all(cases, solved.fields.values)
-    changes: dict[tuple[str, str], list[list[_Numbers]]] = {}
+    changes: dict[tuple[str, str], list[list[_FocusNumbers]]] = {}
     variants = _possible(board, np.random.default_rng(seed))
     for number, variant in enumerate(variants, 1):
         values = _fields_of(solved, variant)
@@ -120,11 +120,11 @@ def _fields_of(solved: SolvedBoard, variant: _Variant) -> ComplexArray:
 
 def _score_all(
     cases: Sequence[tuple[Problem, ComplexArray]], values: ComplexArray
-) -> list[_Numbers]:
-    def one(case: tuple[Problem, ComplexArray]) -> _Numbers:
+) -> list[_FocusNumbers]:
+    def one(case: tuple[Problem, ComplexArray]) -> _FocusNumbers:
         problem, drive = case
         field, board = np.tensordot(drive, values, axes=1), problem.board
-        return _Numbers(
+        return _FocusNumbers(
             level=float(abs(field[problem.disc].mean())),
             ssim=metrics.ssim(np.abs(field), np.abs(problem.wanted)),
             second_finger_db=metrics.second_finger_db(field, board.x, board.y, problem.place),
@@ -134,9 +134,12 @@ def _score_all(
 
 
 def _influence(
-    name: str, tolerance: str, plain: Sequence[_Numbers], ends: Sequence[Sequence[_Numbers]]
+    name: str,
+    tolerance: str,
+    plain: Sequence[_FocusNumbers],
+    ends: Sequence[Sequence[_FocusNumbers]],
 ) -> Influence:
-    def changes(of: Callable[[_Numbers, _Numbers], float]) -> list[NDArray[np.float64]]:
+    def changes(of: Callable[[_FocusNumbers, _FocusNumbers], float]) -> list[NDArray[np.float64]]:
         return [
             np.array([of(before, after) for before, after in zip(plain, end, strict=True)])
             for end in ends

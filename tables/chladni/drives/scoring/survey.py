@@ -1,4 +1,4 @@
-"""Drives of places all over a board, looked at: second fingers, focal error and micrometres.
+"""A board survey: second fingers, focal error and micrometres of drives all over a board.
 
 Where the drives come from does not matter: a solver, or the pins of a device.
 """
@@ -35,8 +35,8 @@ DISTANCES = (metrics.SECOND_FINGER_DISTANCE, 16e-3, 20e-3, 25e-3)
 
 
 @dataclass(frozen=True)
-class Numbers:
-    """Of places all over a board, or over several boards; p10 is the bad tail.
+class FocusStatistics:
+    """How drives focus at places all over a board, or over several boards; p10 is the bad tail.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Perturbed(Numbers):
+class Perturbed(FocusStatistics):
     """The same drives on boards that are all off at once (tolerances.py)."""
 
     samples: int
@@ -91,13 +91,13 @@ class Maps:
 
 
 @dataclass(frozen=True)
-class Score(Numbers):
+class Score(FocusStatistics):
     """What drives all over a board are worth.
 
     Attributes
     ----------
     places
-        How many were looked at.
+        How many were surveyed.
     perturbed
         The same on boards that are off; None if that was not asked for.
     """
@@ -180,8 +180,8 @@ def score_drives(
         Called with (done, all) of the boards.
     """
     board = solved.board
-    own = _Sight(board, lattice.places, drives)
-    seen = own.look(solved.fields.values)
+    survey = _Survey(board, lattice.places, drives)
+    measured = survey.measure(solved.fields.values)
     if progress:
         progress(1, 1 + samples)
     perturbed = None
@@ -190,22 +190,22 @@ def score_drives(
         for number, drawn in enumerate(drawn_boards(board, samples, seed), 2):
             with one_blas_thread():
                 values = driven_fields(drawn.board, tolerance=tolerance, allow_unmet=True).values
-            rows.append(own.look(drawn.forces[:, None, None] * values))
+            rows.append(survey.measure(drawn.forces[:, None, None] * values))
             if progress:
                 progress(number, 1 + samples)
-        perturbed = Perturbed(**vars(_numbers(np.concatenate(rows))), samples=samples, seed=seed)
+        perturbed = Perturbed(**vars(_statistics(np.concatenate(rows))), samples=samples, seed=seed)
     x, y = lattice.x, lattice.y
-    maps = (seen[:, k].reshape(x.size, y.size) for k in (3, 0, 5))
+    maps = (measured[:, k].reshape(x.size, y.size) for k in (3, 0, 5))
     return Score(
-        **vars(_numbers(seen)),
+        **vars(_statistics(measured)),
         places=len(drives),
         perturbed=perturbed,
         maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),
     )
 
 
-class _Sight:
-    """Drives of places, looked at on fields of the board or of one that came out otherwise."""
+class _Survey:
+    """Drives of places, measured on fields of the board or of one that came out otherwise."""
 
     def __init__(
         self, board: Board, places: Sequence[Place], drives: Sequence[ComplexArray]
@@ -220,7 +220,7 @@ class _Sight:
             for place, drive, own in zip(places, drives, newtons, strict=True)
         ]
 
-    def look(self, values: ComplexArray) -> FloatArray:
+    def measure(self, values: ComplexArray) -> FloatArray:
         """Focal error (mm), second finger at each distance (dB) and µm; shape (places, 6)."""
         with one_blas_thread():
             rows = in_threads(lambda case: self._one(values, *case), self._cases)
@@ -238,18 +238,18 @@ class _Sight:
         ]
 
 
-def _numbers(seen: FloatArray) -> Numbers:
-    """Of rows as `_Sight.look` has them."""
-    # 300 dB says that there is no disc so far away.
-    known = [column[column < -metrics.FLOOR_DB] for column in seen[:, 1:5].T]
+def _statistics(measured: FloatArray) -> FocusStatistics:
+    """Of rows as `_Survey.measure` has them."""
+    # 300 dB means that there is no disc so far away.
+    known = [column[column < -metrics.FLOOR_DB] for column in measured[:, 1:5].T]
     seconds = [Spread.of(column.tolist()) if column.size else None for column in known]
-    has_coil = bool(np.all(np.isfinite(seen[:, 5])))
-    return Numbers(
-        above_second_finger=float(np.mean(seen[:, 1] > 0.0)),
-        focal_error_mm=Spread.of(seen[:, 0].tolist()),
+    has_coil = bool(np.all(np.isfinite(measured[:, 5])))
+    return FocusStatistics(
+        above_second_finger=float(np.mean(measured[:, 1] > 0.0)),
+        focal_error_mm=Spread.of(measured[:, 0].tolist()),
         second_finger_db=seconds[0],
         second_finger_16mm_db=seconds[1],
         second_finger_20mm_db=seconds[2],
         second_finger_25mm_db=seconds[3],
-        finger_um=Spread.of(seen[:, 5].tolist()) if has_coil else None,
+        finger_um=Spread.of(measured[:, 5].tolist()) if has_coil else None,
     )
