@@ -93,25 +93,25 @@ class OneFrequency:
                for place in own_places(solved.board, regions, places)}  # fmt: skip
         # Of which the fields between regions are found.
         sources = own if len(own) == len(places) else centres | own
-        wanted = _Wanted(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
+        kept = _TargetFields(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
         key = {
             "board": f"{solved.board.fingerprint():#018x}", "objective": options.objective,
             "seed": options.seed, "version": version("chladni"), "pressed": pressed,
         }  # fmt: skip
         is_drive = partial_function(_is_drive, actuators=len(solved.board.actuators))
         with Checkpoint(partial, key, is_drive) as checkpoint:
-            drives = _solve(solved, targets, list(own.values()), wanted, options, checkpoint, jobs,
+            drives = _solve(solved, targets, list(own.values()), kept, options, checkpoint, jobs,
                             pressed=pressed, scheduler=scheduler)  # fmt: skip
         level = solved.space.nearest_level(HALFWAY_STEP)
-        known = {place: wanted.fields[target] for place, target in sources.items()}
+        known = {place: kept.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
         together = in_phase_at_targets if options.objective == "focus" else synchronise
         return cls(
             solved, regions, options.objective,
             together(solved.space, regions, np.array(drives)),
             measured,
-            wanted.error_estimate,
-            [Point(_um(targets[k]), solved.space.levels[-1], wanted.images[targets[k]])
+            kept.error_estimate,
+            [Point(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
              for k in measured.tolist()],
             [Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
              for place in places],
@@ -163,7 +163,7 @@ class OneFrequency:
         )  # fmt: skip
 
 
-class _Wanted:
+class _TargetFields:
     """What is kept of problems once they are solved: images of some, fields half-way of others."""
 
     def __init__(self, solved: SolvedBoard, images_of: set[Target], fields_of: set[Target]) -> None:
@@ -198,11 +198,11 @@ def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
 
 
 def _solve(
-    solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], wanted: _Wanted,
+    solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], kept: _TargetFields,
     options: Options, checkpoint: Checkpoint, jobs: int | None, *, pressed: bool,
     scheduler: str | None,
 ) -> list[ComplexArray]:  # fmt: skip
-    """Every target's drive in units of the largest gain, and what is wanted there and elsewhere."""
+    """Every target's drive in units of the largest gain; fields go into `kept`."""
     if scheduler is not None:
         own = partial_function(_drive_of, replace(options, progress=None), pressed)
         with Workers(scheduler=scheduler) as workers:
@@ -213,7 +213,7 @@ def _solve(
     searched = set(targets)
 
     def work(problem: Problem) -> Result:
-        wanted.keep(problem)
+        kept.keep(problem)
         if problem.target_mm not in searched:
             return {}
         return _drive_of(options, pressed, problem)
@@ -236,9 +236,9 @@ def _solve(
             options.progress(len(drives), len(targets))
     # What an earlier run had finished came without its field. By whole groups again, for the bits.
     for group in solved.groups(targets):
-        if any(wanted.lacks(target) for target in group):
+        if any(kept.lacks(target) for target in group):
             for problem in solved.problems(group):
-                wanted.keep(problem)
+                kept.keep(problem)
     return drives
 
 
@@ -251,7 +251,7 @@ def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
 
 
 def _is_drive(result: Result, actuators: int) -> bool:
-    """Whether a checkpoint's result is one of `_best_drive`: a gain of at most 1 per actuator."""
+    """Whether a checkpoint's result is one of `_drive_of`: a gain of at most 1 per actuator."""
     drive = result.get("drive")
     return (
         result.keys() == {"drive"} and isinstance(drive, list) and len(drive) == actuators
