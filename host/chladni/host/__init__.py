@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from chladni.host.device.link import LinkError
     from chladni.host.device.udp import UdpPort, UdpWire
     from chladni.host.device.wire import EmulatorWire, SerialWire, Wire, WireError
-    from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
+    from chladni.host.emulation.closed_loop import LoopReport, run_loop
     from chladni.host.emulation.emulator import (
         Emulator,
         EmulatorError,
@@ -38,7 +38,7 @@ _PLACES = {
     "device.link": ("LinkError",),
     "device.udp": ("UdpPort", "UdpWire"),
     "device.wire": ("EmulatorWire", "SerialWire", "Wire", "WireError"),
-    "emulation.closed_loop": ("LoopReport", "board_of", "run_loop"),
+    "emulation.closed_loop": ("LoopReport", "run_loop"),
     "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
     "emulation.table_score": ("TableScore", "score_table"),
     "emulation.touches": ("TouchScore",),
@@ -65,7 +65,6 @@ __all__ = [
     "UdpWire",
     "Wire",
     "WireError",
-    "board_of",
     "config_of",
     "emulate",
     "read_key",
@@ -73,9 +72,18 @@ __all__ = [
     "score_table",
 ]
 
+_RENAMED = {"board_of": ("chladni.tables", "board_for")}
+"""Names until 0.3.0: the package that has them now, and their name there."""
+
 
 def __getattr__(name: str) -> Any:
     """A name of `__all__`, or the version, loaded now and kept."""
+    if name in _RENAMED:
+        package, renamed = _RENAMED[name]
+        import_module("warnings").warn(
+            f"{__name__}.{name} is {package}.{renamed}", DeprecationWarning, stacklevel=2
+        )
+        return getattr(import_module(package), renamed)
     if name == "__version__":
         value: Any = import_module("importlib.metadata").version("chladni")
     else:

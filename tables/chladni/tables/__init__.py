@@ -2,15 +2,25 @@
 
 from chladni.tables.build import build_table
 from chladni.tables.format import pack, read_table, unpack
+from chladni.tables.inspection.difference import TableDifference, difference
+from chladni.tables.inspection.drives_csv import drives_as_csv
+from chladni.tables.inspection.owner import board_for
+from chladni.tables.inspection.verify import Verification, verify_table
 from chladni.tables.report import TableReport
 from chladni.tables.table import Section, Table
 
 __all__ = [
     "Section",
     "Table",
+    "TableDifference",
     "TableReport",
+    "Verification",
+    "board_for",
     "build_table",
+    "difference",
+    "drives_as_csv",
     "pack",
     "read_table",
     "unpack",
+    "verify_table",
 ]

@@ -14,7 +14,7 @@ import typer
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.emulation.closed_loop import LoopReport, board_of, run_loop
+from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
 from chladni.host.emulation.flash_file import FlashFile
 from chladni.host.emulation.touches import TouchScore
@@ -25,6 +25,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
 from chladni.tables.format import read_table
+from chladni.tables.inspection.owner import board_for
 
 ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
@@ -100,7 +101,7 @@ def emulate(
         if not 0.0 <= at < run_ms:
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
     events = [_parse_touch(text) for text in touches] + [TouchEvent(at, None) for at in lift or []]
-    owner = board_of(loaded, board, file=str(table))
+    owner = board_for(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     result = _scored(owner, report) | {"path": str(file)}
@@ -139,7 +140,7 @@ def _device(
     """A device to serve: with a table and configured for it, or with what its flash file holds."""
     if flash is None:
         loaded = read_table(required("TABLE", table, "a table file (.chl), or --flash"))
-        owner = board_of(loaded, board, file=str(table))
+        owner = board_for(loaded, board, file=str(table))
         return VirtualPort(Emulator(owner, loaded, level=level, network=network))
     if table is not None:
         raise ConflictError("TABLE", "--flash", hint="flash the table to that device")

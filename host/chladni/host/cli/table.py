@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +9,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
@@ -43,19 +40,20 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
-from chladni.host.emulation.closed_loop import board_of
 from chladni.host.emulation.table_score import PITCH, score_table
 from chladni.host.figures.boards import score_figure
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ChladniError, InputError
-from chladni.sim.fields.board_mirrors import board_mirrors
+from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
 from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.build import build_table
-from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, read_table, read_table_bytes, unpack
+from chladni.tables.inspection.difference import difference
+from chladni.tables.inspection.drives_csv import drives_as_csv
+from chladni.tables.inspection.owner import board_for
+from chladni.tables.inspection.verify import verify_table
 from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
 from chladni.tables.table import Section, Table
 
@@ -173,7 +171,7 @@ def _drive_at(
         sys.stderr.write("chladni: --board says what a finger feels; the board is not shipped, "
                          "and phases are as the table has them\n")  # fmt: skip
     else:
-        owner = board_of(table, board, file=file)
+        owner = board_for(table, board, file=file)
         problem = solved_board(owner).at_frequency(section.frequency_hz).problem(place)
         drive = turned(problem, drive)
         known = asdict(felt(problem, drive)) | {"remark": remark_on(problem, drive)}
@@ -190,35 +188,7 @@ def verify(
     as_json: JsonOption = False,
 ) -> None:
     """Check a table: its bytes, its board, and the firmware's drive at every place."""
-    # Read once: what is checked is what was unpacked.
-    data = read_table_bytes(table)
-    loaded = unpack(data, file=str(table))
-    owner = board_of(loaded, board, file=str(table))
-    mirrors = board_mirrors(owner)
-    for name, own, found in (
-        ("mirror_x", loaded.symmetry.x, mirrors.x), ("mirror_y", loaded.symmetry.y, mirrors.y),
-    ):  # fmt: skip
-        if own is not None and own != found:
-            raise InputError(name, own, f"{found}, the board's own", file=str(table))
-    checked = 0
-    firmware = FirmwareReader(data, loaded.actuators)
-    x_um, y_um = _everywhere(loaded)
-    for number, section in enumerate(loaded.sections):
-        played = firmware.integers(section.frequency_hz, x_um, y_um)
-        if not np.array_equal(played, loaded.lookup(section, x_um, y_um)):
-            raise ChladniError(
-                f"{table}: section {number}: the firmware plays other drives",
-                hint="build the table again with this version",
-            )
-        checked += x_um.size
-    result = {
-        "board": owner.name,
-        "regions": loaded.grid.count,
-        "sections": len(loaded.sections),
-        "places_checked": checked,
-        "bytes": len(data),
-        "verified": True,
-    }
+    result = asdict(verify_table(table, board)) | {"verified": True}
     answer(result, as_json=as_json, title=f"{table}: bytes, board and the firmware's reading agree")
 
 
@@ -243,7 +213,7 @@ def score(
     check_samples(samples)
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
-    owner = board_of(loaded, board, file=str(table))
+    owner = board_for(loaded, board, file=str(table))
     with progress_bar("boards") as progress:
         found = score_table(
             loaded, owner, size=len(data), pitch=pitch * MM, frequency_hz=frequency,
@@ -257,69 +227,16 @@ def score(
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")
 
 
-def _everywhere(table: Table) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Places on a lattice four times as fine as the regions, and a little beyond the board."""
-    grid = table.grid
-    spans = ((grid.width_um, grid.columns), (grid.length_um, grid.rows))
-    x, y = (np.linspace(-0.55, 0.55, 4 * cells + 3) * span for span, cells in spans)
-    lattice = np.meshgrid(np.rint(x), np.rint(y))
-    x_um, y_um = (np.ascontiguousarray(axis.ravel(), dtype=np.int64) for axis in lattice)
-    return x_um, y_um
-
-
 def diff(
     first: TableArgument,
     second: Annotated[Path, typer.Argument(metavar="OTHER", help="Another table.")],
     as_json: JsonOption = False,
 ) -> None:
     """Compare two tables: header fields, and drives of a frequency both have, up to their phase."""
-    one, other = read_table(first), read_table(second)
-    left, right = _header(one), _header(other)
-    fields = {key: [left[key], right[key]] for key in left if left[key] != right[key]}
-    result: dict[str, Any] = {
-        "header": fields, "compared_hz": None, "regions_that_differ": None, "largest": None,
-    }  # fmt: skip
-    frequencies = {section.frequency_hz for section in other.sections}
-    common = [
-        section.frequency_hz for section in one.sections if section.frequency_hz in frequencies
-    ]
-    if one.grid == other.grid and one.actuators == other.actuators and common:
-        result["compared_hz"] = common[0]
-        pair = [(table, table.section(common[0])) for table in (one, other)]
-        drives = [table.drives(own) / own.full_scale_gain for table, own in pair]
-        steps = [_step(*both) for both in zip(*drives, strict=True)]
-        result["regions_that_differ"] = int(np.count_nonzero(np.array(steps) > SAME))
-        result["largest"] = float(max(steps))
-        result["largest_at_region"] = int(np.argmax(steps))
+    result = asdict(difference(read_table(first), read_table(second)))
+    if result["compared_hz"] is None:
+        del result["largest_at_region"]
     answer(result, as_json=as_json, title=f"{first} and {second}")
-
-
-SAME = 1e-6
-"""Drives closer than this, of full scale, are the same but for rounding."""
-
-
-def _step(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> float:
-    """Largest difference of two drives, the common phase that suits them best taken out."""
-    turn = np.vdot(other, one)
-    turned = other * (turn / abs(turn)) if abs(turn) > 0.0 else other
-    return float(np.abs(one - turned).max())
-
-
-def _header(table: Table) -> dict[str, Any]:
-    return {
-        "board_name": table.board_name,
-        "board_fingerprint": f"{table.board_fingerprint:#018x}",
-        "actuators": table.actuators,
-        **asdict(table.grid),
-        **asdict(table.limits),
-        "mirror_x": table.symmetry.x and list(table.symmetry.x),
-        "mirror_y": table.symmetry.y and list(table.symmetry.y),
-        "frequencies_hz": [section.frequency_hz for section in table.sections],
-        "objectives": [section.objective for section in table.sections],
-        "full_scale_gains": [section.full_scale_gain for section in table.sections],
-        "labels": [len(section.crossings) for section in table.sections],
-        "bits": table.bits,
-    }
 
 
 def export(
@@ -330,18 +247,6 @@ def export(
     """Write every drive of a table as CSV: frequency, region, place, channel, gain and phase."""
     check_output(output, "--csv")
     loaded = read_table(table)
-    buffer = io.StringIO(newline="")
-    writer = csv.writer(buffer)
-    writer.writerow(["frequency_hz", "region", "x_mm", "y_mm", "channel", "gain", "phase_deg"])
-    for section in loaded.sections:
-        for region, drive in enumerate(loaded.drives(section)):
-            x, y = loaded.grid.centre_mm(region)
-            for channel, c in enumerate(drive):
-                gain, phase = abs(c), float(np.degrees(np.angle(c)))
-                writer.writerow(
-                    [f"{section.frequency_hz:g}", region, f"{x:.4f}", f"{y:.4f}", channel,
-                     f"{gain:.6g}", f"{phase:.4f}"]
-                )  # fmt: skip
-    write_whole(output, buffer.getvalue().encode())
+    write_whole(output, drives_as_csv(loaded))
     rows = len(loaded.sections) * loaded.grid.count * loaded.actuators
     answer({"path": str(output), "rows": rows}, as_json=as_json, title=f"Drives of {table}")

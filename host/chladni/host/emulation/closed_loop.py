@@ -27,8 +27,7 @@ from chladni.host.emulation.touches import (
     score_touches,
 )
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board, shipped_boards
-from chladni.sim.errors import ArgumentError, InputError, MissingArgumentError
+from chladni.sim.errors import ArgumentError, MissingArgumentError
 from chladni.sim.fields.transfer import check_target, target_field
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import compose
@@ -92,28 +91,6 @@ class LoopReport:
     field: ComplexArray
     target_field: ComplexArray
     touches: list[TouchScore]
-
-
-def board_of(table: Table, board: str | None, *, file: str) -> Board:
-    """The board a table was made for: the one named, or a shipped one of the table's name.
-
-    Raises
-    ------
-    InputError
-        No such board, or the table was made for another.
-    """
-    if board is None and table.board_name not in shipped_boards():
-        raise MissingArgumentError("board", f"{table.board_name!r} is not a shipped board")
-    found = load_board(board or table.board_name)
-    if len(found.actuators) != table.actuators:
-        expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
-        raise InputError("actuators", table.actuators, expected, file=file)
-    if found.fingerprint() != table.board_fingerprint:
-        expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
-        raise InputError(
-            "board_fingerprint", f"{table.board_fingerprint:#018x}", expected, file=file
-        )
-    return found
 
 
 def run_loop(

@@ -1,0 +1,66 @@
+"""What a finished table is asked in Python: its board, whether it is whole, how two differ."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chladni.host
+from chladni.sim.board.board import Board
+from chladni.sim.errors import ChladniError, InputError
+from chladni.tables import board_for, difference, pack, verify_table
+from chladni.tables.report import TableReport
+from chladni.tables.table import Table
+
+
+@pytest.fixture
+def table(coarse_table: tuple[Table, TableReport], prototype: Board) -> Table:
+    """A table of few regions that names `prototype` as its board."""
+    return dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
+
+
+def test_a_table_that_the_firmware_reads_otherwise_is_refused(
+    table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(table))
+    found = verify_table(path)
+    # 4 columns and 8 rows: a lattice of 4 places a region, and 3 more along each axis.
+    assert found.places_checked == (4 * 4 + 3) * (4 * 8 + 3)
+    own = Table.lookup
+
+    def one_off(*arguments: object) -> np.ndarray:
+        drives = own(*arguments).copy()  # type: ignore[arg-type]
+        drives[-1, -1, -1] += 1
+        return drives
+
+    monkeypatch.setattr(Table, "lookup", one_off)
+    with pytest.raises(ChladniError, match="section 0: the firmware plays other drives"):
+        verify_table(path)
+
+
+def test_a_table_has_the_board_that_it_was_made_for(table: Table, prototype: Board) -> None:
+    assert board_for(table) == prototype
+    with pytest.raises(InputError, match=r"t\.chl, actuators: expected 16"):
+        board_for(table, "pad16", file="t.chl")
+    with pytest.raises(InputError, match=r"t\.chl, board_fingerprint: expected 0x"):
+        board_for(table, "strip5", file="t.chl")
+    with pytest.raises(InputError, match="is not a shipped board"):
+        board_for(dataclasses.replace(table, board_name="mine"))
+
+
+def test_the_old_name_of_board_for_warns_and_works(table: Table, prototype: Board) -> None:
+    with pytest.warns(DeprecationWarning, match=r"chladni\.tables\.board_for"):
+        renamed = chladni.host.board_of
+    assert renamed(table, None, file="t.chl") == prototype
+
+
+def test_tables_of_other_grids_differ_in_their_headers_alone(table: Table) -> None:
+    wider = dataclasses.replace(table.grid, width_um=table.grid.width_um + 1)
+    found = difference(table, dataclasses.replace(table, grid=wider))
+    assert found.header == {"width_um": [table.grid.width_um, table.grid.width_um + 1]}
+    assert found.largest is None
+    assert difference(table, table).largest == 0.0
