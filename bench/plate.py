@@ -43,8 +43,8 @@ from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometr
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
+from chladni.sim.ritz.basis.resolution import resolution_for, wave_number
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import resolution_for, wave_number
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

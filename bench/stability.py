@@ -32,8 +32,8 @@ from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import WORST_ESTIMATE
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry
 from chladni.sim.plate.loads import Load
+from chladni.sim.ritz.basis.resolution import LEVELS, resolution_for, wave_number
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import LEVELS, resolution_for, wave_number
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "sim")]

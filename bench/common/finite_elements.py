@@ -22,7 +22,7 @@ from skfem.helpers import dd, ddot, trace
 
 from chladni.sim.board.board import Board
 from chladni.sim.fields.transfer import actuator_loads, plate_geometry
-from chladni.sim.ritz import quadrature
+from chladni.sim.ritz.basis import quadrature
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 from plate_fem.mesh import Disc, PlateMesh, plate_mesh

@@ -15,8 +15,8 @@ from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.parts import Image, Regions
 from chladni.sim.errors import ToleranceError, check_estimate
 from chladni.sim.fields.transfer import plate_geometry, transfer_fields
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import Resolution
 from chladni.tables.build import build_table
 from conftest import CommandLine
 

@@ -28,11 +28,9 @@ from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometr
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response
-from chladni.sim.ritz.forms.discs import DiscPolynomials
-from chladni.sim.ritz.parity import find_mirrors
-from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.quadrature import DiscRule, edges
-from chladni.sim.ritz.resolution import (
+from chladni.sim.ritz.basis.parity import find_mirrors
+from chladni.sim.ritz.basis.quadrature import DiscRule, edges
+from chladni.sim.ritz.basis.resolution import (
     Resolution,
     cost_of,
     crowding,
@@ -40,6 +38,8 @@ from chladni.sim.ritz.resolution import (
     resolution_for,
     wave_number,
 )
+from chladni.sim.ritz.forms.discs import DiscPolynomials
+from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.solver import Solver
 
 FloatArray = NDArray[np.float64]

@@ -12,9 +12,9 @@ from chladni.sim.board.parts import Edges
 from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import Resolution
 from chladni.sim.ritz.solver import Solver
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

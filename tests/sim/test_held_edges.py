@@ -18,14 +18,14 @@ from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import orbits_of
 from chladni.sim.plate.response import Response
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import find_mirrors
+from chladni.sim.ritz.basis.resolution import Resolution, resolution_for, wave_number
 from chladni.sim.ritz.circles.functions import Circle
 from chladni.sim.ritz.circles.held_edges import HeldEdge
 from chladni.sim.ritz.circles.terms import FunctionSet
 from chladni.sim.ritz.constraints import met_by_polynomials
-from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import Resolution, resolution_for, wave_number
 from chladni.sim.ritz.solver import Solver
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

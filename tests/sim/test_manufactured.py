@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis_values import BasisTable
+from chladni.sim.ritz.basis.basis_values import BasisTable
+from chladni.sim.ritz.basis.quadrature import Points
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.forms.loads import ClassLoad
-from chladni.sim.ritz.quadrature import Points
-from chladni.sim.ritz.resolution import Resolution
 from chladni.sim.ritz.solver import Solver
 
 WIDTH, LENGTH, BENDING, NU, AREAL, LOSS = 0.07, 0.14, 1.9, 0.3, 1.7, 0.05

@@ -15,8 +15,8 @@ from chladni.sim.fields.transfer import (
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load
+from chladni.sim.ritz.basis.resolution import first_level, resolution_for, wave_number
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from plates import X, Y, changed, free_plate
 
 

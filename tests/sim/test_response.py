@@ -27,8 +27,8 @@ from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import PlateModel
+from chladni.sim.ritz.basis.resolution import first_level, resolution_for, wave_number
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import first_level, resolution_for, wave_number
 from levy import levy_displacement
 from plates import X, Y, changed, free_plate
 from soaking import IS_SOAKING, tries

@@ -17,11 +17,11 @@ from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
+from chladni.sim.ritz.basis.parity import find_mirrors
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.circles.derivatives import SplitPoints
 from chladni.sim.ritz.circles.terms import RadialFunction, Term
-from chladni.sim.ritz.parity import find_mirrors
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import Resolution
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material
 from plate_fem.plate import Inclusion as FemInclusion

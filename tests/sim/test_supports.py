@@ -13,11 +13,11 @@ from chladni.sim.board.parts import EdgeKind, Edges
 from chladni.sim.fields.transfer import plate_model
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.forms.assembly import Assembly
-from chladni.sim.ritz.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.plate import RitzPlate
-from chladni.sim.ritz.resolution import Resolution
 from levy import levy_displacement
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Material

@@ -14,8 +14,8 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Hole, Mass
 from chladni.sim.fields.transfer import plate_geometry
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.parity import ParityBasis, parity_classes
-from chladni.sim.ritz.resolution import Resolution
+from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.solver import Solver
 from conftest import CommandLine
 

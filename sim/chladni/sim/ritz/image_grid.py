@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from chladni.sim.plate.mirrored_grid import MirroredGrid, Oddness
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.parity import Parity, ParityBasis
-from chladni.sim.ritz.resolution import MOST_VALUES
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import Parity, ParityBasis
+from chladni.sim.ritz.basis.resolution import MOST_VALUES
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

@@ -19,14 +19,14 @@ from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import SAME_PLACE
-from chladni.sim.ritz import quadrature
-from chladni.sim.ritz.basis import EDGE_ZONE
-from chladni.sim.ritz.basis_values import BasisTable
+from chladni.sim.ritz.basis import quadrature
+from chladni.sim.ritz.basis.basis import EDGE_ZONE
+from chladni.sim.ritz.basis.basis_values import BasisTable
+from chladni.sim.ritz.basis.parity import Parity, ParityBasis
+from chladni.sim.ritz.basis.quadrature import Points
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.forms.loads import ClassLoad, load_of_deflections
 from chladni.sim.ritz.forms.samples import Samples, Tables
-from chladni.sim.ritz.parity import Parity, ParityBasis
-from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
 

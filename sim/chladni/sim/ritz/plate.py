@@ -18,10 +18,9 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors, orbits_of
 from chladni.sim.plate.modes import ModeShapes
 from chladni.sim.plate.response import Excitation, PlateModel, Response
-from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.load_cases import LoadCase
-from chladni.sim.ritz.parity import find_mirrors
-from chladni.sim.ritz.resolution import (
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import find_mirrors
+from chladni.sim.ritz.basis.resolution import (
     LEVELS,
     Resolution,
     cost_of,
@@ -31,6 +30,7 @@ from chladni.sim.ritz.resolution import (
     wave_number,
     wave_number_of_mode,
 )  # fmt: skip
+from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.solver import Estimate, Image, Solver
 
 FloatArray = NDArray[np.float64]

@@ -13,14 +13,20 @@ from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrored_grid import Oddness
 from chladni.sim.plate.mirrors import Mirrors, Orbits
 from chladni.sim.plate.modes import ModeShapes
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.quadrature import gauss_points
+from chladni.sim.ritz.basis.resolution import (
+    MOST_VALUES,
+    Resolution,
+    crowding,
+    left_beside,
+    stretch,
+)
 from chladni.sim.ritz.forms.assembly import Assembly
 from chladni.sim.ritz.image_grid import GridTable
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.modal import ClassModes
-from chladni.sim.ritz.parity import ParityBasis, parity_classes
-from chladni.sim.ritz.quadrature import gauss_points
-from chladni.sim.ritz.resolution import MOST_VALUES, Resolution, crowding, left_beside, stretch
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

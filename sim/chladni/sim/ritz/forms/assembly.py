@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import plate_bending
 from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, resisted
 from chladni.sim.ritz.forms.overlap import own_overlap
 from chladni.sim.ritz.forms.samples import Samples
 from chladni.sim.ritz.forms.supports import SupportConditions, support_conditions
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

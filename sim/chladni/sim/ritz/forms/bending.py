@@ -13,10 +13,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.forms.rims import add_jump_work
 from chladni.sim.ritz.forms.samples import Samples, Tables
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from scipy.linalg import qr, solve_triangular
 
 from chladni.sim.plate.geometry import Inclusion
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.quadrature import DiscRule, Points, join
 from chladni.sim.ritz.circles.derivatives import Derivative, SplitPoints
 from chladni.sim.ritz.circles.functions import Circle
 from chladni.sim.ritz.circles.terms import RadialFunction, Term
-from chladni.sim.ritz.quadrature import DiscRule, Points, join
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]

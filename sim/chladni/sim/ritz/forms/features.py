@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.discs import bending_rows, signed_product
 from chladni.sim.ritz.forms.foundation import is_left_out
 from chladni.sim.ritz.forms.rims import add_springs
 from chladni.sim.ritz.forms.samples import Samples, Tables
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

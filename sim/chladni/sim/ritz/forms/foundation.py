@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from chladni.sim.plate.geometry import FoundationLayer, Inclusion
 from chladni.sim.plate.mirrors import SAME_PLACE
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.quadrature import DiscRule, Points, corner_offcuts, gauss_points, join
 from chladni.sim.ritz.forms.discs import degree_on, orders_and_degree
-from chladni.sim.ritz.quadrature import DiscRule, Points, corner_offcuts, gauss_points, join
 
 FloatArray = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import edge_work
 from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, resisted
 from chladni.sim.ritz.forms.overlap import overlap_with
 from chladni.sim.ritz.forms.samples import Samples, Tables
 from chladni.sim.ritz.forms.supports import support_moments
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz import quadrature
-from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.basis_values import Table
+from chladni.sim.ritz.basis import quadrature
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.basis_values import Table
+from chladni.sim.ritz.basis.parity import ParityBasis
+from chladni.sim.ritz.basis.quadrature import Points, gauss_points
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.functions import Circle
 from chladni.sim.ritz.forms.foundation import signed_points
-from chladni.sim.ritz.parity import ParityBasis
-from chladni.sim.ritz.quadrature import Points, gauss_points
 
 FloatArray = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.circles.terms import radial_derivative
 from chladni.sim.ritz.forms.samples import Samples, Tables
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz import quadrature
-from chladni.sim.ritz.basis import Basis
-from chladni.sim.ritz.basis_values import (
+from chladni.sim.ritz.basis import quadrature
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.basis_values import (
     BasisTable,
     Family,
     FamilyTable,
@@ -19,10 +19,10 @@ from chladni.sim.ritz.basis_values import (
     Table,
     TablePart,
 )
+from chladni.sim.ritz.basis.parity import Parity, ParityBasis
+from chladni.sim.ritz.basis.quadrature import Points
 from chladni.sim.ritz.forms.discs import Discs, OnDisc
 from chladni.sim.ritz.forms.point_sets import point_sets
-from chladni.sim.ritz.parity import Parity, ParityBasis
-from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.forms.point_sets import Edge
 from chladni.sim.ritz.forms.samples import Samples, Tables
-from chladni.sim.ritz.parity import ParityBasis
 
 FloatArray = NDArray[np.float64]
 

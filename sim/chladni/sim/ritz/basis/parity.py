@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.mirrors import SAME_PLACE, Mirrors
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
 from chladni.sim.ritz.circles.functions import Circle
 
 FloatArray = NDArray[np.float64]

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis import Basis
+from chladni.sim.ritz.basis.basis import Basis
+from chladni.sim.ritz.basis.parity import ParityBasis
+from chladni.sim.ritz.basis.quadrature import Points
 from chladni.sim.ritz.circles.derivatives import Derivative
-from chladni.sim.ritz.parity import ParityBasis
-from chladni.sim.ritz.quadrature import Points
 
 FloatArray = NDArray[np.float64]
 

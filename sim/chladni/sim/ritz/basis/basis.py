@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.plate.geometry import PlateGeometry
+from chladni.sim.ritz.basis.quadrature import gauss_points
+from chladni.sim.ritz.basis.resolution import Resolution, crowding, order_beside
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.functions import Circle, evaluate_circles
 from chladni.sim.ritz.circles.held_edges import HeldEdge
 from chladni.sim.ritz.circles.terms import RIM_KINDS, FunctionSet
-from chladni.sim.ritz.quadrature import gauss_points
-from chladni.sim.ritz.resolution import Resolution, crowding, order_beside
 
 FloatArray = NDArray[np.float64]
 
