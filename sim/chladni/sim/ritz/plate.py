@@ -84,7 +84,7 @@ class _Found:
 
 
 class RitzPlate(PlateModel):
-    """Modes and fields of a plate; see circles/functions.py and assembly.py for the method.
+    """Modes and fields of a plate; see circles/functions.py and forms/bending.py for the method.
 
     Threads may share one: what it keeps from call to call is guarded, so they take turns.
 
