@@ -68,7 +68,7 @@ def read_with_mode(
             found = os.fstat(handle)
             size = found.st_size
             data = b"" if size > most_bytes else file.read(size)
-            # A file of /proc says 0 bytes, and another may have grown.
+            # A file of /proc reports 0 bytes, and another may have grown.
             rest, left = [], most_bytes + 1 - size
             while left > 0 and (more := file.read(min(left, CHUNK_BYTES))):
                 rest.append(more)

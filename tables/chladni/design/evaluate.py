@@ -1,4 +1,4 @@
-"""One board of a design: made of its numbers, held against the limits, scored on drawn boards."""
+"""One board of a design: made of its numbers, checked against limits, scored on drawn boards."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from chladni.sim.errors import ChladniError, InputError
 COARSE = 1e-3
 """m between image points while boards are compared: a finger covers 113."""
 FINE = 0.5e-3
-"""And in the file, unless the SPEC says otherwise."""
+"""And in the file, unless the SPEC gives another."""
 COMPARED = 1e-2
 """Tolerance of fields while boards are compared: they come out good to 1e-3, which is 0.01 dB."""
 NO_NUMBER_DB = -40.0

@@ -116,7 +116,7 @@ def design(
     Raises
     ------
     InputError
-        No board can be what the SPEC asks for; says what stands in the way of the nearest.
+        No board can be what the SPEC asks for; names what stands in the way of the nearest.
     """
     started = time.perf_counter()
     key = {"design": _digest(asdict(spec)), "seed": seed}
@@ -232,7 +232,7 @@ class _Run:
         most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
         spread = [STEP * max(one.most, 1.0) for one in spec.variables]
         spread += steps_of(spec, start, NEAR * spec.settings.coil_spacing)
-        # The library wants two dimensions; one that does nothing costs nothing.
+        # The library needs two dimensions; one that does nothing costs nothing.
         idle = max(0, 2 - size)
         options: dict[str, Any] = {
             "bounds": [[0.0] * (size + idle), most + [1.0] * idle],

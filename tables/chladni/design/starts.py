@@ -28,7 +28,7 @@ STEPS = 12
 """Of the grid of candidates, from the middle to the edge, at most."""
 LEAST_STEP = 2e-3
 EDGE = 1e-3
-"""m from a magnet to the edge, unless the SPEC says otherwise: a field takes long there."""
+"""m from a magnet to the edge, unless the SPEC gives another: a field takes long there."""
 SCAN_PITCH = 5e-3
 """m between places while layouts are looked for, at least."""
 

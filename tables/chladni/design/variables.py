@@ -28,7 +28,7 @@ FREE: dict[Where, Any] = {
     ("focus", "silent_from_mm"): {"from": 14.0, "to": 20.0},
 }
 """What `free` stands for: sheets, foams and disc magnets as they are sold, and where fingers feel
-best. Anything else has to say its range."""
+best. Anything else needs a range."""
 EDGES = ("plate", "edges")
 OCTAVES = 4.0
 """A positive range whose ends are so many times apart is searched by ratios."""
@@ -85,7 +85,7 @@ def variables_of(document: Document) -> list[Variable]:
     Raises
     ------
     InputError
-        A range is empty, a list has no choice in it, or `free` stands where nothing says what for.
+        A range is empty, a list has no choice in it, or `free` stands where it has no meaning.
     """
     return list(_open(document, ()))
 

@@ -46,7 +46,7 @@ class Solution:
     ssim
         Of the two energy images at full size.
     error_estimate
-        Largest relative L² error of the fields it was found with; `tolerance_met` says whether it
+        Largest relative L² error of the fields it was found with; `tolerance_met` is whether it
         is as small as fields should be.
     evaluations
         Objective evaluations on any image size.

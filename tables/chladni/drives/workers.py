@@ -22,7 +22,7 @@ Done = TypeVar("Done")
 SCHEDULER_S = 10.0
 """How long a scheduler may take to answer."""
 LOST_WORKERS = 10
-"""So many workers may die over one piece of work before that is held to be its fault."""
+"""So many workers may die over one piece of work before it counts as its fault."""
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
@@ -78,7 +78,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         else:
             for message in self._EXPECTED:
                 warnings.filterwarnings("ignore", message=message)
-            # Ctrl-C goes to the whole group of processes; only the one that asked is to say so.
+            # Ctrl-C goes to the whole group of processes; only the one that asked reports it.
             yield from joblib.Parallel(
                 self.jobs, backend="loky", return_as="generator", initializer=_ignore_interrupt
             )(joblib.delayed(_alone)(work, item) for item in items)

@@ -67,7 +67,7 @@ def own_places(board: Board, regions: StoredRegions, places: list[HalfPlace]) ->
 
 
 def target_of(grid: RegionGrid, place: HalfPlace) -> Target:
-    """Where a place is, mm; on the edge, whatever rounding says."""
+    """Where a place is, mm; on the edge, rounding or not."""
     half = np.array([grid.width_um, grid.length_um]) / 2000.0
     x_mm, y_mm = np.clip(grid.halfway_mm(*place), -half, half).tolist()
     return x_mm, y_mm

@@ -30,8 +30,8 @@ from chladni.tables.table import Limits, Section, Table
 def default_objective(board: Board) -> str:
     """What a table's drives are best at unless something else is asked for.
 
-    `focus` on a board whose file has a `[focus]` block: it says that the board is made to focus,
-    and how well. Else `ssim`, as the paper has it.
+    `focus` on a board whose file has a `[focus]` block, which means that the board
+    is made to focus. Else `ssim`, as the paper has it.
     """
     return "focus" if board.focus is not None else "ssim"
 

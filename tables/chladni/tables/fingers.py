@@ -23,7 +23,7 @@ COSTS_SSIM, COSTS_SECOND_FINGER_DB = 0.01, 0.5
 class Fingers(Survey):
     """What fingers feel of a table's first section.
 
-    `compensated` says whether its drives are best with the finger on, since that changes more than
+    `compensated` is whether its drives are best with the finger on, since that changes more than
     0.01 of SSIM or 0.5 dB of second finger at the 10th percentile of places.
     """
 

@@ -19,7 +19,7 @@ class FirmwareReader:
     Raises
     ------
     ChladniError
-        The firmware refuses the table; says why.
+        The firmware refuses the table; the message has the reason.
     """
 
     def __init__(self, data: bytes, channels: int) -> None:

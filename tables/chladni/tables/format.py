@@ -54,7 +54,7 @@ class TableRefusedError(InputError):
     Attributes
     ----------
     verdict
-        What the firmware says of the same bytes: the name of its `TableStatus`.
+        The firmware's answer to the same bytes: the name of its `TableStatus`.
     """
 
     def __init__(

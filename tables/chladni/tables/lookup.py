@@ -146,9 +146,9 @@ def images(
 
 
 def _given_way(weights: IntArray, member: NDArray[np.bool_]) -> IntArray:
-    """Weights (4, places) with a stranger's handed to the corner next to it along x, y, or across.
+    """Weights (4, places), those of corners that are no members handed to one that is.
 
-    The corner handed to is a member: the nearest one is.
+    To the corner next along x, else along y, else across; the nearest one is always a member.
     """
     result = np.zeros_like(weights)
     every = np.arange(weights.shape[1])

@@ -224,7 +224,7 @@ def _phases(
                     stack.append(other)
     inside = pairs[labels[pairs[:, 0]] == labels[pairs[:, 1]]]
     overlap = _overlaps(units, inside)
-    # Row b of the matrix takes what a says b's phase should be, and the other way round.
+    # Row b of the matrix takes b's phase as a has it, and the other way round.
     entries = np.concatenate((overlap, overlap.conj()))
     places = (np.concatenate((inside[:, 1], inside[:, 0])),
               np.concatenate((inside[:, 0], inside[:, 1])))  # fmt: skip

@@ -144,7 +144,7 @@ double climb(Objective& objective, double* drive, double* curvature, std::size_t
     }
     Vector direction = descent(curvature, here.slope);
     double along = dot(direction, here.slope);
-    if (!(along < 0.0)) {  // rounding has spoilt the curvature: begin anew
+    if (!(along < 0.0)) {  // rounding has spoilt the curvature: begin again
       is_fresh = true;
       set_identity(curvature, n, 1.0 / steepness);
       direction = descent(curvature, here.slope);

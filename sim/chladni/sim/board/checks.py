@@ -94,7 +94,7 @@ def _check_focus(board: BoardParts) -> None:
 
 
 def _check_pins(board: BoardParts) -> None:
-    """Every pin can be on the chip what the board file says, and is one thing only."""
+    """Every pin can be on the chip what the board file makes it, and is one thing only."""
     panel, gates = board.panel, board.electronics.pwm_pins
     bus = {} if panel is None else {
         "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,

@@ -72,7 +72,7 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
 
 
 def check_coil(board: BoardParts) -> None:
-    """Raise `InputError` unless all that a board says of its coils is of one winding."""
+    """Raise `InputError` unless all values of a board's coils belong to one winding."""
     coil, ohm = board.coil, board.electronics.coil_ohm
     if coil is not None and not isinstance(coil.motion_acts_back, bool):
         raise InputError("coil.motion_acts_back", coil.motion_acts_back, "true or false")

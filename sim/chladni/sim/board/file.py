@@ -98,7 +98,7 @@ def load_board(board: str | Path) -> Board:
     Raises
     ------
     InputError
-        The file is missing, is not TOML, or says something that cannot be; names file and key.
+        The file is missing, is not TOML, or has a value that cannot be; names file and key.
     """
     path = file_of(board, shipped_boards(), "board", "a board file")
     text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
@@ -106,7 +106,7 @@ def load_board(board: str | Path) -> Board:
 
 
 def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: str) -> Path:
-    """The file that a path or a shipped name means; `field` and `what` say what it is for.
+    """The file that a path or a shipped name means; `field` and `what` name it in errors.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def parse_board(text: str, *, file: str) -> Board:
     Raises
     ------
     InputError
-        It is too long, is not TOML, or says something that cannot be; names file and key.
+        It is too long, is not TOML, or has a value that cannot be; names file and key.
     """
     document = parse_document(text, file=file)
     try:
@@ -162,7 +162,7 @@ def read_document(path: Path, field: str = "board", what: str = "a board file") 
     Raises
     ------
     InputError
-        The file is missing, too long, or no such document; `field` and `what` say what it was for.
+        The file is missing, too long, or no such document; `field` and `what` name it.
     """
     text = read_text(path, field, MOST_BYTES, what, encoding="utf-8-sig")
     return parse_document(text, field, what, file=str(path))

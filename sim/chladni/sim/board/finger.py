@@ -31,4 +31,4 @@ FINGERS = {
 }
 USUAL = "usual"
 """Where a board names none. On a board with "none" drives make up for no finger; what the usual one
-changes is said all the same."""
+changes is reported all the same."""

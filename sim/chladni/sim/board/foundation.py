@@ -85,7 +85,7 @@ class Strips:
 class Foundation:
     """A soft sheet under the plate that resists deflection, k(1 + iη) per area. SI units.
 
-    Either `stiffness` says how much, or `material` (a key of `MATERIALS`) with `thickness`. Air
+    Either `stiffness` is given, or `material` (a key of `MATERIALS`) with `thickness`. Air
     that cannot escape from under the plate adds γp over the gap `sealed_air`. `coil_cut_out` is the
     radius of a hole in the sheet round every actuator.
     """

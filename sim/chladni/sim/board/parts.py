@@ -165,7 +165,7 @@ class Actuator:
 
     @property
     def strength(self) -> float:
-        """Force per newton that it is drawn with, as polarity and trim say it is."""
+        """Force per newton that it is drawn with, by polarity and trim."""
         return float(self.polarity * 10.0 ** (-self.trim_db / 20.0))
 
 

@@ -52,7 +52,7 @@ def force_per_volt(
     """Magnetic force per volt at the coil, N/V, shape of `frequencies_hz`.
 
     `blocked` holds the magnet still, so that nothing is induced: the force BL/(R + iωL) that a
-    plate model wants, whose own motion is small beside the latch's.
+    plate model takes, whose own motion is small beside the latch's.
     """
     omega = 2.0 * np.pi * np.asarray(frequencies_hz, dtype=np.float64)
     electrical = coil.resistance + 1j * omega * coil.inductance

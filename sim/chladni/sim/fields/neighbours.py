@@ -15,7 +15,7 @@ from chladni.sim.magnetics.neighbours import Magnets
 from chladni.sim.plate.response import PlateModel
 
 MATTERS = 0.05
-"""Share of softening that is said: it moves a field by about as much, half a decibel."""
+"""Share of softening that is reported: it moves a field by about as much, half a decibel."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def neighbours(board: Board, model: PlateModel) -> Neighbours | None:
     magnets = Magnets(places, magnet.remanence, magnet.radius, magnet.height)
     stiffness = magnets.axial_stiffness()
     held = softened = steady = None
-    with suppress(ToleranceError):  # of a plate that is hard to follow only the forces are said
+    with suppress(ToleranceError):  # of a plate that is hard to follow only the forces are reported
         steady = static_fields(board, model)
     if steady is not None:
         compliance = np.stack([at_coils(board, own).real for own in steady], axis=1)

@@ -87,7 +87,7 @@ def plate_model(board: Board) -> PlateModel:
 
 
 def _foundation(board: Board) -> FoundationLayer | None:
-    """What the plate lies on, with a hole in it round every actuator if the board says so."""
+    """What the plate lies on, with a hole in it round every actuator if the board has one."""
     foundation = board.foundation
     if foundation is None:
         return None
@@ -336,7 +336,7 @@ def _respond(
 
 
 def _check(board: Board, response: Response, *, allow_unmet: bool) -> None:
-    """Refuse fields that are not exact enough, and say which features are likely to blame."""
+    """Refuse fields that are not exact enough, and name the features that are likely to blame."""
     if not response.tolerance_met:
         check_estimate(
             response.error_estimate, response.tolerance, allow_unmet=allow_unmet,

@@ -1,4 +1,4 @@
-"""How good a focus is: SSIM as the paper computed it, and the numbers that say what it leaves out.
+"""How good a focus is: SSIM as the paper computed it, and numbers for what SSIM leaves out.
 
 All take the complex displacement on the image points (definitions in docs/metrics.md). Means over
 the board weigh every image point alike.

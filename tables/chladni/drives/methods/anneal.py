@@ -39,7 +39,7 @@ MOST_STEPS = 10_000_000
 TRACE_BYTES = 8 * MOST_STEPS + 1_000_000
 """Of a trace, packed or unpacked; a state of 64 actuators has 184,320."""
 MOST_WORDS = 400
-"""Characters of what a trace says it is of."""
+"""Characters of the text that names what a trace is of."""
 
 
 @dataclass

@@ -187,7 +187,7 @@ def _newton(
     inverse = np.linalg.inv(curved)
 
     def step(residual: FloatArray, products: FloatArray) -> _Step:
-        """Steps towards f + w = 0 and w·y = products, for f as far off as `residual` says."""
+        """Steps towards f + w = 0 and w·y = products, for f off by `residual`."""
         pull = (products - slack * multipliers) / slack + ratio * residual
         right = np.concatenate((-(cost + slopes.T @ (multipliers + pull)), unequal))
         along = (inverse @ right)[:size]

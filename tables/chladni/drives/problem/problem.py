@@ -52,7 +52,7 @@ class SolvedPlate:
 
     @cached_property
     def space(self) -> FieldSpace:
-        """The fields as the search wants them, made once."""
+        """Orthonormal fields for searches, made once."""
         with one_blas_thread():
             return FieldSpace(self.fields.values)
 
@@ -82,7 +82,7 @@ class SolvedBoard:
 
     @property
     def space(self) -> FieldSpace:
-        """The fields as the search wants them."""
+        """Orthonormal fields for searches."""
         return self.plate.space
 
     @property

@@ -123,14 +123,14 @@ def _drives(
         focused = focus_at(solved, place, values[:, disc].mean(axis=1))
         return np.ones(len(values), np.complex128) if focused is None else focused.drive
 
-    folded = [_folded(solved, place) for place in places]
-    stored = list(dict.fromkeys(own for own, _ in folded))
+    mirrored = [_mirrored(solved, place) for place in places]
+    stored = list(dict.fromkeys(own for own, _ in mirrored))
     with one_blas_thread():
         found = dict(zip(stored, in_threads(one, stored), strict=True))
-    return [found[own][order] for own, order in folded]
+    return [found[own][order] for own, order in mirrored]
 
 
-def _folded(solved: SolvedBoard, place: Place) -> tuple[Place, IndexArray]:
+def _mirrored(solved: SolvedBoard, place: Place) -> tuple[Place, IndexArray]:
     """The place's image in the board's mirrors at large x and y, and the order of coils there.
 
     A drive of the image is that of the place once its coils are put in this order.

@@ -42,7 +42,7 @@ class NullModels:
 class Scorecard:
     """How good one field is for one target. Lengths in mm, ratios in dB.
 
-    `movable` says whether any drive of these actuators moves the target at all, `remark` where SSIM
+    `movable` is whether any drive of these actuators moves the target at all, `remark` where SSIM
     and focus disagree, `felt` what a finger would feel if it is known what drives the field.
     """
 
