@@ -115,7 +115,7 @@ class Constraints:
 def met_by_polynomials(edges: FloatArray) -> FloatArray:
     """Combinations of edge conditions that polynomials can meet; shape (combinations, conditions).
 
-    Two edges meet in a corner, and both say there what w, its slopes and its twist are: for
+    Two edges meet in a corner, and both set w, its slopes and its twist there: for
     polynomials 16 combinations on a plate clamped all round, and 4 on a supported one, come to
     nothing. Rim functions are no polynomials. Their moments, cut off at the basis's degree, do not
     agree in the corners, and if they had to, by however little, they could not be used at all.

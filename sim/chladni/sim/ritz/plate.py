@@ -159,7 +159,7 @@ class RitzPlate(PlateModel):
             self._solvers.pop(worse.solver.basis.resolution)
             if not is_worthwhile:
                 break
-        # What comes first, the actuators' fields, says where other loads begin.
+        # The actuators' fields come first: other loads begin at their level.
         self._sufficed.setdefault(key, best.levels)
         image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
         return best.solver.basis.size, image, best.estimate.error

@@ -112,7 +112,7 @@ class Basis:
                 r.x,
                 r.y,
                 r.radius,
-                sets.of(k, resolution.rim_rings, -1),
+                sets.of(k, resolution.rim_orders, -1),
                 held_edge(geometry, r.x, r.y, r.radius),
             )
             for k, r in enumerate(geometry.rims)
@@ -121,7 +121,7 @@ class Basis:
             # Nothing bends inside a hole, so there is nothing to resolve.
             Circle(
                 i.x, i.y, i.radius,
-                sets.of(k, resolution.inclusion_rings,
+                sets.of(k, resolution.inclusion_orders,
                         -1 if i.is_hole else resolution.inclusion_bubbles),
                 held_edge(geometry, i.x, i.y, i.radius),
             )
@@ -214,9 +214,9 @@ class _FunctionSets:
         self._decay = crowded
         self._made: dict[tuple[int, int], FunctionSet] = {}
 
-    def of(self, circle: int, rings: int, bubbles: int) -> FunctionSet:
-        """Those of a circle: `rings` orders at least, more where others are near."""
-        key = max(rings, order_beside(float(self._decay[circle]), self._left)), bubbles
+    def of(self, circle: int, orders: int, bubbles: int) -> FunctionSet:
+        """Those of a circle: `orders` orders at least, more where others are near."""
+        key = max(orders, order_beside(float(self._decay[circle]), self._left)), bubbles
         if key not in self._made:
             self._made[key] = FunctionSet(*key, RIM_KINDS)
         return self._made[key]

@@ -189,7 +189,7 @@ class ParityBasis:
         for k, member in enumerate(self.members):
             circle = self.basis.circles[member.circle]
             function, _ = circle.members[member.column]
-            highest = circle.own.rings if function.outside else circle.own.bubbles
+            highest = circle.own.orders if function.outside else circle.own.bubbles
             # A point has one order only, and keeps it.
             is_rim = member.circle < len(self.basis.rims)
             fewer = fewer_on_rims if is_rim else fewer_orders

@@ -48,7 +48,7 @@ class Resolution:
     ----------
     nx, ny
         Polynomials along x and y.
-    rim_rings, inclusion_rings, inclusion_bubbles
+    rim_orders, inclusion_orders, inclusion_bubbles
         Highest angular order of the functions on each circle (circles/functions.py).
     crowded
         What neighbours may leave of a circle's field: circles near others get higher orders for it
@@ -57,8 +57,8 @@ class Resolution:
 
     nx: int
     ny: int
-    rim_rings: int = 2
-    inclusion_rings: int = 6
+    rim_orders: int = 2
+    inclusion_orders: int = 6
     inclusion_bubbles: int = 4
     crowded: float = 1.0
 
@@ -77,8 +77,8 @@ def resolution_for(
     return Resolution(
         nx=nx,
         ny=ny,
-        rim_rings=3 if orders < 4 else 4,
-        inclusion_rings=4 + orders,
+        rim_orders=3 if orders < 4 else 4,
+        inclusion_orders=4 + orders,
         inclusion_bubbles=2 + orders,
         crowded=10.0 ** -(orders + MORE_CROWDED),
     )
@@ -156,8 +156,8 @@ def wave_number_of_mode(geometry: PlateGeometry, count: int) -> float:
 
 def least_size(geometry: PlateGeometry, resolution: Resolution) -> int:
     """How many functions a basis has at least: crowded circles bring more."""
-    per_rim = 2 * (2 * resolution.rim_rings + 1)
-    per_disc = 2 * (2 * resolution.inclusion_rings + 1) + 2 * resolution.inclusion_bubbles + 1
+    per_rim = 2 * (2 * resolution.rim_orders + 1)
+    per_disc = 2 * (2 * resolution.inclusion_orders + 1) + 2 * resolution.inclusion_bubbles + 1
     circles = per_rim * len(geometry.rims) + per_disc * len(geometry.inclusions)
     return resolution.nx * resolution.ny + circles + len(geometry.points)
 

@@ -36,7 +36,7 @@ class FunctionSet:
 
     Parameters
     ----------
-    rings
+    orders
         Highest angular order with rim functions, or −1 for none.
     bubbles
         Highest angular order with a bubble, or −1 for none.
@@ -44,9 +44,9 @@ class FunctionSet:
         Rim forces (0), rim moments (1) or both.
     """
 
-    def __init__(self, rings: int, bubbles: int, kinds: tuple[int, ...]) -> None:
-        self.rings, self.bubbles = rings, bubbles
-        self.functions = [ring_function(m, kind) for m in range(rings + 1) for kind in kinds]
+    def __init__(self, orders: int, bubbles: int, kinds: tuple[int, ...]) -> None:
+        self.orders, self.bubbles = orders, bubbles
+        self.functions = [rim_function(m, kind) for m in range(orders + 1) for kind in kinds]
         self.functions += [bubble_function(m) for m in range(bubbles + 1)]
         self.continued = [continued(function) for function in self.functions]
         self.members = [
@@ -56,7 +56,7 @@ class FunctionSet:
         ]
 
 
-def ring_function(order: int, kind: int) -> RadialFunction:
+def rim_function(order: int, kind: int) -> RadialFunction:
     """The exterior potential of a rim force (`kind` 0) or rim moment (`kind` 1) of cos mθ."""
     if order == 0:
         outside = Term(1.0, 1, 1, True) if kind == 0 else Term(1.0, 0, 0, True)

@@ -198,8 +198,8 @@ def bending_rows(xx: FloatArray, xy: FloatArray, yy: FloatArray, poisson: float)
 def orders_and_degree(basis: Basis, circle: Circle) -> tuple[int, int]:
     """Angular order and degree up to which a disc's polynomials have to go."""
     degree = degree_on(basis, circle.radius)
-    rings = max(circle.own.rings, circle.own.bubbles)
-    return max(rings + MORE_ORDERS, degree - LEAST_PER_ORDER), degree
+    orders = max(circle.own.orders, circle.own.bubbles)
+    return max(orders + MORE_ORDERS, degree - LEAST_PER_ORDER), degree
 
 
 def degree_on(basis: Basis, radius: float) -> int:

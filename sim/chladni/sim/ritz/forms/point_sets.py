@@ -68,7 +68,7 @@ class Rim:
         The first axis runs over 1, cos θ, sin θ, cos 2θ, …
         """
         value, slope = self.values(table, parity)
-        orders = np.arange(1, self.circle.own.rings + 1)[:, None] * self.angle
+        orders = np.arange(1, self.circle.own.orders + 1)[:, None] * self.angle
         waves = np.stack((np.cos(orders), np.sin(orders)), axis=1).reshape(-1, self.angle.size)
         projector = np.concatenate((np.ones((1, self.angle.size)), 2.0 * waves))
         projector *= self.points.weights
@@ -103,7 +103,7 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
     edges = []
     edge_points = EDGE_POINTS + 2 * max(basis.resolution.nx, basis.resolution.ny)
     centres = np.array([(circle.x, circle.y) for circle in basis.circles]).reshape(-1, 2)
-    orders = np.array([circle.own.rings for circle in basis.circles], dtype=np.float64)
+    orders = np.array([circle.own.orders for circle in basis.circles], dtype=np.float64)
     for axis, side, whole in quadrature.edges(
         geometry.width, geometry.length, edge_points, centres, orders
     ):
@@ -164,7 +164,7 @@ def _half(rule: tuple[FloatArray, FloatArray], mirrored: bool) -> tuple[FloatArr
 
 def points_around(circle: Circle) -> int:
     """How many evenly spaced points see the functions of a circle; a multiple of four."""
-    return 4 * -(-(2 * circle.own.rings + BEYOND) // 4)
+    return 4 * -(-(2 * circle.own.orders + BEYOND) // 4)
 
 
 def _rim(circle: Circle) -> Rim:

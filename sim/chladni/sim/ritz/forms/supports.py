@@ -40,8 +40,8 @@ def support_conditions(samples: Samples, parity: ParityBasis) -> SupportConditio
     finest: list[bool] = []
     for k, support in enumerate(samples.basis.geometry.rims):
         if k in samples.sets.rims:
-            rings = samples.basis.rims[k].own.rings
-            own = [*([False] * (2 * rings - 1)), True, True]
+            orders = samples.basis.rims[k].own.orders
+            own = [*([False] * (2 * orders - 1)), True, True]
             finest += own * (int(support.holds_deflection) + int(support.holds_slope))
     is_finest = np.array(finest + [False] * (len(moments) - len(finest)), dtype=bool)
     degrees = (parity.degrees_y.size, parity.degrees_x.size)
