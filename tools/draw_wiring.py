@@ -5,7 +5,7 @@
 
 Versions of matplotlib and of fonts place the same drawing a little differently. So the check
 compares what the drawing says, text by text in the order in which it is drawn, and not its bytes.
-A test does so too (tests/host/figures/test_wiring.py).
+A test does so too (tests/host/manufacture/test_wiring.py).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from chladni.host.figures.fields import save
-from chladni.host.figures.wiring import wiring_figure
-from chladni.host.figures.wiring_parts import parts_list
+from chladni.host.manufacture.wiring import wiring_figure
+from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 

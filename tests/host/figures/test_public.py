@@ -1,4 +1,4 @@
-"""The figures that are offered, and what a swipe's shows."""
+"""The names that figures and manufacture offer, and what a swipe's figure shows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
 
-from chladni.host import figures, run_loop
+from chladni.host import figures, manufacture, run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.emulation.touches import TouchScore
 from chladni.sim.board.board import Board
@@ -30,6 +30,14 @@ def test_every_place_is_offered() -> None:
     assert sorted(name for names in figures._PLACES.values() for name in names) == figures.__all__
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = figures.nothing
+
+
+@pytest.mark.parametrize("name", manufacture.__all__)
+def test_a_name_that_moved_to_manufacture_is_found_at_its_old_place_too(name: str) -> None:
+    with pytest.warns(DeprecationWarning, match=f"{name} goes with 0.3.0"):
+        assert getattr(figures, name) is getattr(manufacture, name)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = manufacture.nothing
 
 
 def test_nothing_is_loaded_before_it_is_asked_for() -> None:

@@ -39,13 +39,13 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
-from chladni.host.figures.board_parts import board_parts, moving_mass_g
 from chladni.host.figures.boards import score_figure, sensitivity_figure
-from chladni.host.figures.drawing import board_drawing
-from chladni.host.figures.drawing_files import FORMATS, save_drawing
 from chladni.host.figures.fields import save
-from chladni.host.figures.wiring import channels, wiring_figure
-from chladni.host.figures.wiring_parts import parts_list
+from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
+from chladni.host.manufacture.drawing import board_drawing
+from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
+from chladni.host.manufacture.wiring import channels, wiring_figure
+from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM

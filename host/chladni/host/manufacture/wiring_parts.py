@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from chladni.host.figures.wiring_values import (
+from chladni.host.manufacture.wiring_values import (
     LOGIC_V,
     RADIO_A,
     Values,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from chladni.host.figures.wiring_parts import Part, parts_list
+from chladni.host.manufacture.wiring_parts import Part, parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.foundation_checks import cut_outs, strips

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from chladni.host.figures.wiring_parts import Part, engineering, parts_list
-from chladni.host.figures.wiring_symbols import PLAIN, THICK, Sheet
-from chladni.host.figures.wiring_values import Values, wiring_values
+from chladni.host.manufacture.wiring_parts import Part, engineering, parts_list
+from chladni.host.manufacture.wiring_symbols import PLAIN, THICK, Sheet
+from chladni.host.manufacture.wiring_values import Values, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, Panel
 from chladni.sim.board.quantity import MM

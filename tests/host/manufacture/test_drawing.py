@@ -12,8 +12,8 @@ import pytest
 from ezdxf.document import Drawing as Document
 from ezdxf.units import MM as UNIT_MM
 
-from chladni.host.figures.drawing import LAYERS, board_drawing
-from chladni.host.figures.drawing_files import save_drawing, svg_text
+from chladni.host.manufacture.drawing import LAYERS, board_drawing
+from chladni.host.manufacture.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.foundation import CutOut, Foundation, Strips

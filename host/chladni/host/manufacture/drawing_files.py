@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from chladni.host.figures.drawing import LAYERS, Circle, Drawing, Line, Rectangle, Shape, Text
+from chladni.host.manufacture.drawing import LAYERS, Circle, Drawing, Line, Rectangle, Shape, Text
 from chladni.sim.files import write_whole
 
 if TYPE_CHECKING:
