@@ -77,7 +77,7 @@ def test_a_device_is_written_pressed_tested_and_set(
         assert (found["port"], dict(found["rows"])["table"]) == (port, "none")
         # A port has one page, and a page no other port.
         ask(other, type="attach", port=port)
-        assert "busy" in told_of(other, "device")["said"]
+        assert "another program has it" in told_of(other, "device")["said"]
         ask(other, type="attach", port="/dev/null")
         assert "port: expected one of" in told_of(other, "device")["said"]
         written = order(own, "flash")
