@@ -17,8 +17,8 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from chladni.drives.problem.problem import solved_board
+from chladni.host.studio.board_message import board_message, fields_bytes
 from chladni.host.studio.guard import Rate
-from chladni.host.studio.messages import board_message, fields_bytes
 from chladni.host.studio.workshop import Choice, Prepared
 from chladni.sim.board.board import Board
 from conftest import CommandLine

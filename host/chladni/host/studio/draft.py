@@ -11,7 +11,8 @@ from typing import Any
 
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
-from chladni.host.studio.panel import FingerEvent, Place, Played
+from chladni.host.studio.panel import FingerEvent
+from chladni.host.studio.played import Place, Played
 from chladni.host.studio.workshop import Prepared
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError

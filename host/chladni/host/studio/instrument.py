@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from chladni.host.studio.attached import Attached
-from chladni.host.studio.panel import Place
+from chladni.host.studio.played import Place
 from chladni.host.studio.requests import Order
+from chladni.host.studio.sender import Sender
 from chladni.host.studio.workshop import Prepared, ReadyBoard
 from chladni.sim.errors import ChladniError, InputError, MissingError
 
 Result = TypeVar("Result")
-Tell = Callable[[dict[str, Any]], Awaitable[None]]
 PROGRESS_S = 0.2
 
 
@@ -24,14 +24,14 @@ class Instrument:
 
     Parameters
     ----------
-    tell
-        Sends a message to the page.
+    sender
+        To the page.
     known
         Ports that pages may choose besides those with a USB bridge.
     """
 
-    def __init__(self, tell: Tell, known: Sequence[str]) -> None:
-        self._tell, self._known = tell, known
+    def __init__(self, sender: Sender, known: Sequence[str]) -> None:
+        self._sender, self._known = sender, known
         self._attached: Attached | None = None
         self._thread = ThreadPoolExecutor(1, "device")
         self._wanted: Place | None = None
@@ -41,7 +41,7 @@ class Instrument:
         """Take a port, or let go of it; the page hears what is there."""
         await self._in(self._let_go)
         if port is None:
-            await self._tell({"type": "device", "port": None, "said": "let go"})
+            await self._sender.send({"type": "device", "port": None, "said": "let go"})
             return
         try:
             self._attached = await self._in(lambda: Attached(port, self._known))
@@ -113,19 +113,23 @@ class Instrument:
         """Work that takes seconds, with its progress told."""
         task = asyncio.ensure_future(self._in(work))
         while not task.done():
-            await self._tell({"type": "doing", "what": what, "done": done[0], "all": done[1]})
+            await self._sender.send(
+                {"type": "doing", "what": what, "done": done[0], "all": done[1]}
+            )
             await asyncio.wait([task], timeout=PROGRESS_S)
         return task.result()
 
     async def _about(self, said: str) -> None:
         attached = self._attached
         if attached is not None:
-            await self._tell({"type": "device", "said": said, **await self._in(attached.about)})
+            await self._sender.send(
+                {"type": "device", "said": said, **await self._in(attached.about)}
+            )
 
     async def _lost(self, error: ChladniError) -> None:
         """The device has gone, or does not answer: the port is free again."""
         await self._in(self._let_go)
-        await self._tell({"type": "device", "port": None, "said": str(error)})
+        await self._sender.send({"type": "device", "port": None, "said": str(error)})
 
     def _let_go(self) -> None:
         if self._attached is not None:

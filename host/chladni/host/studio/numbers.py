@@ -9,7 +9,7 @@ import numpy as np
 
 from chladni.drives.problem.problem import Problem
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
-from chladni.host.studio.panel import Played
+from chladni.host.studio.played import Played
 from chladni.host.studio.workshop import Prepared
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field

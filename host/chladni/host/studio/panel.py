@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
+from chladni.host.studio.played import Place, Played
 from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.errors import ChladniError
-
-ComplexArray = NDArray[np.complex128]
-Place = tuple[float, float]
 
 FIRST_TOUCH_MS = 20.0
 """After power-on: the firmware has found its panel by then."""
@@ -31,30 +28,6 @@ class FingerEvent:
 
     finger: int
     place_mm: Place | None
-
-
-@dataclass(frozen=True)
-class Played:
-    """What the pins do once a touch has settled.
-
-    Attributes
-    ----------
-    place_mm
-        Of the finger that plays.
-    drive
-        As demodulated from the duties, newtons per newton of gain 1, shape (actuators,); the image
-        point nearest to the finger moves in phase 0.
-    latency_ms
-        From the touch to the first changed duty, on the device's clock; None of a finger that
-        moves, whose pins never rest.
-    state
-        Of the firmware's states, at the end.
-    """
-
-    place_mm: Place
-    drive: ComplexArray
-    latency_ms: float | None
-    state: str
 
 
 class EmulatedPanel:

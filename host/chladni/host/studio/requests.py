@@ -9,7 +9,8 @@ from typing import Any
 
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
-from chladni.host.studio.panel import FingerEvent, Place
+from chladni.host.studio.panel import FingerEvent
+from chladni.host.studio.played import Place
 from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
 from chladni.sim.errors import InputError, MissingError
 

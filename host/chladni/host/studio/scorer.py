@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
-from typing import Any
 
-from chladni.host.studio.messages import refusal
 from chladni.host.studio.numbers import numbers_of
-from chladni.host.studio.panel import Played
+from chladni.host.studio.played import Played
+from chladni.host.studio.sender import Sender
 from chladni.host.studio.workshop import Prepared
 from chladni.sim.errors import ChladniError
 
@@ -28,8 +26,8 @@ class Scorer:
         The last press's number, board and drive; None before the first one of a board.
     """
 
-    def __init__(self, send: Callable[[dict[str, Any]], Awaitable[None]]) -> None:
-        self._send = send
+    def __init__(self, sender: Sender) -> None:
+        self._sender = sender
         self._has_news = asyncio.Event()
         # Of its own: what one page asks for takes no thread from another.
         self._pen = ThreadPoolExecutor(1, "score")
@@ -52,10 +50,10 @@ class Scorer:
             try:
                 numbers = await loop.run_in_executor(self._pen, numbers_of, shown, played)
             except ChladniError as error:
-                await self._send(refusal(error, number))
+                await self._sender.refuse(error, number)
                 continue
             if self.latest is not None and self.latest[1] is shown:
-                await self._send({"type": "scored", "number": number, **numbers})
+                await self._sender.send({"type": "scored", "number": number, **numbers})
 
     async def _quiet(self) -> None:
         """Wait for a moment in which scoring holds up no press."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import os
 import threading
-from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +15,7 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
+from chladni.host.studio.sender import Sender
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, InputError, StoppedError
 
@@ -130,14 +130,14 @@ class Watch:
 
     Parameters
     ----------
-    send
-        Tells the page.
+    searches
+        Shared by all pages.
+    sender
+        To the page.
     """
 
-    def __init__(
-        self, searches: Searches, send: Callable[[dict[str, Any]], Awaitable[None]]
-    ) -> None:
-        self._searches, self._send = searches, send
+    def __init__(self, searches: Searches, sender: Sender) -> None:
+        self._searches, self._sender = searches, sender
         self._search: Search | None = None
         self._has_begun = asyncio.Event()
 
@@ -175,7 +175,7 @@ class Watch:
                 now = len(search.entries), search.done, search.state
                 if now != told:
                     told = now
-                    await self._send(_message(search))
+                    await self._sender.send(_message(search))
                 if is_over:
                     break
                 await asyncio.sleep(TOLD_S)

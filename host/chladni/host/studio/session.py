@@ -10,13 +10,16 @@ from typing import Any, TypeVar
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from chladni.host.studio import messages
+from chladni.drives.methods import METHODS
+from chladni.drives.problem.objectives import OBJECTIVES
 from chladni.host.studio.attached import ports
+from chladni.host.studio.board_message import board_message, fields_bytes
 from chladni.host.studio.catalogue import Catalogue
 from chladni.host.studio.draft import Draft
 from chladni.host.studio.guard import Rate
 from chladni.host.studio.instrument import Instrument
 from chladni.host.studio.panel import EmulatedPanel
+from chladni.host.studio.played import played_message
 from chladni.host.studio.requests import (
     Attach,
     Begin,
@@ -31,13 +34,13 @@ from chladni.host.studio.requests import (
     Touch,
     parse,
 )
+from chladni.host.studio.saving import file_message
 from chladni.host.studio.scorer import Scorer
 from chladni.host.studio.search import Watch
+from chladni.host.studio.sender import Sender
 from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard, Workshop
-from chladni.sim.board.writing import board_file
-from chladni.sim.errors import ChladniError, InputError, MissingError
+from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.build import default_objective
-from chladni.tables.format import pack
 
 Result = TypeVar("Result")
 
@@ -85,12 +88,12 @@ class Session:
     ) -> None:
         self._socket, self._workshop, self._catalogue = socket, workshop, catalogue
         self._known_ports = known_ports
-        self._instrument = Instrument(self._send, known_ports)
-        self._scorer, self._watch = Scorer(self._send), Watch(workshop.searches, self._send)
+        self._sender = Sender(socket)
+        self._instrument = Instrument(self._sender, known_ports)
+        self._scorer, self._watch = Scorer(self._sender), Watch(workshop.searches, self._sender)
         self._rates = Rate(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE)
         self._bytes = Rate(BYTES_PER_SECOND, BYTES_AT_ONCE)
         self._boards = Rate(BOARDS_PER_SECOND, BOARDS_AT_ONCE)
-        self._sending = asyncio.Lock()
         self._waiting: deque[Touch | Move] = deque()
         self._has_news = asyncio.Event()
         self._choice = catalogue.first
@@ -133,13 +136,13 @@ class Session:
             try:
                 await self._do(parse(text))
             except ChladniError as error:
-                await self._send(messages.refusal(error))
+                await self._sender.refuse(error)
 
     async def _do(self, request: Request) -> None:
         if isinstance(request, (Touch, Move)):
             await self._put(request)
         elif isinstance(request, Save):
-            await self._save(request.what)
+            await self._sender.send(file_message(self._shown, request.what))
         elif isinstance(request, (Attach, Order)):
             await self._order(request)
         elif isinstance(request, Stop):
@@ -187,21 +190,9 @@ class Session:
         try:
             await work
         except ChladniError as error:
-            await self._send(messages.refusal(error))
+            await self._sender.refuse(error)
         except (WebSocketDisconnect, RuntimeError):
             pass  # the page has gone
-
-    async def _save(self, what: str) -> None:
-        if self._shown is None:
-            raise MissingError("board", "none is shown yet")
-        board = self._shown.board
-        if what == "board":
-            await self._send(messages.file_message(f"{board.name}.toml", board_file(board)))
-        elif isinstance(self._shown, ReadyBoard):
-            table = pack(self._shown.table)
-            await self._send(messages.file_message(f"{board.name}.chl", table))
-        else:
-            raise InputError("table", "a board with parts that were moved", "a board with a table")
 
     async def _start(self, choice: Choice) -> None:
         """Go over to a board."""
@@ -210,13 +201,23 @@ class Session:
             await asyncio.gather(self._serving, return_exceptions=True)
         self._waiting.clear()
         self._choice, self._shown, self._scorer.latest = choice, None, None
-        await self._send(self._hello(choice))
+        await self._sender.send(self._hello(choice))
         self._serving = asyncio.create_task(self._serve(choice))
 
     def _hello(self, choice: Choice) -> dict[str, Any]:
-        return messages.hello(
-            self._catalogue.names, self._catalogue.specs, choice, ports(self._known_ports)
-        )
+        """What there is to choose from, and what is chosen."""
+        return {
+            "type": "hello",
+            "boards": self._catalogue.names,
+            "specs": self._catalogue.specs,
+            "ports": ports(self._known_ports),
+            "objectives": list(OBJECTIVES),
+            "methods": list(METHODS),
+            "board": choice.board.name,
+            "objective": choice.objective,
+            "method": choice.method,
+            "frequency_hz": choice.board.drive.frequency_hz,
+        }
 
     async def _serve(self, choice: Choice) -> None:
         try:
@@ -225,7 +226,7 @@ class Session:
                 self._before = ready.choice
                 await self._show(ready)
             if refusal is not None:
-                await self._send(messages.refusal(refusal))
+                await self._sender.refuse(refusal)
             if ready is not None:
                 await self._play(ready)
         except (WebSocketDisconnect, RuntimeError):
@@ -239,7 +240,7 @@ class Session:
             if self._before is None:
                 return None, error
             self._choice = self._before
-            await self._send(self._hello(self._before))
+            await self._sender.send(self._hello(self._before))
             return await self._ready(self._before), error
 
     async def _ready(self, choice: Choice) -> Prepared:
@@ -250,7 +251,7 @@ class Session:
             while not result.done():
                 if told != (making.done, making.all):
                     told = making.done, making.all
-                    await self._send({"type": "progress", "board": choice.board.name,
+                    await self._sender.send({"type": "progress", "board": choice.board.name,
                                       "done": told[0], "all": told[1]})  # fmt: skip
                 await asyncio.wait([result], timeout=PROGRESS_S)
             return result.result()
@@ -264,8 +265,8 @@ class Session:
             source = FROM_SOLVER
         elif isinstance(prepared, ReadyBoard):
             source = FROM_PINS
-        head = messages.board_message(prepared, source, is_draft=is_draft)
-        await self._send(head, messages.fields_bytes(prepared))
+        head = board_message(prepared, source, is_draft=is_draft)
+        await self._sender.send(head, fields_bytes(prepared))
 
     async def _play(self, ready: Prepared) -> None:
         """Answer touches, with the device until a part moves, and from then on without."""
@@ -293,24 +294,18 @@ class Session:
                     place = latest[2].place_mm
                     played = await self._in(self._hand, player.solve, place)
             except ChladniError as error:
-                await self._send(messages.refusal(error, number))
+                await self._sender.refuse(error, number)
                 continue
             if played is None:
-                await self._send({"type": "lifted", "number": number})
+                await self._sender.send({"type": "lifted", "number": number})
                 continue
-            await self._send(messages.played_message(shown, number, played))
+            await self._sender.send(played_message(shown, number, played))
             self._scorer.put(number, shown, played)
 
     async def _in(
         self, pool: ThreadPoolExecutor, work: Callable[..., Result], *given: Any
     ) -> Result:
         return await asyncio.get_running_loop().run_in_executor(pool, work, *given)
-
-    async def _send(self, message: dict[str, Any], data: bytes = b"") -> None:
-        async with self._sending:
-            await self._socket.send_text(messages.in_json(message))
-            if data:
-                await self._socket.send_bytes(data)
 
     async def _close(self, code: int, reason: str) -> None:
         await self._socket.close(code, reason)

@@ -1,23 +1,15 @@
-"""What the server says to a page."""
+"""A board as a page draws it: its parts in millimetres, and its fields in bytes."""
 
 from __future__ import annotations
 
-import base64
-import json
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.methods import METHODS
-from chladni.drives.objectives import OBJECTIVES
-from chladni.host.studio.panel import Played
-from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard
+from chladni.host.studio.workshop import Prepared, ReadyBoard
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.full_drive import full_drive
-from chladni.sim.errors import ChladniError, InputError
 from chladni.sim.image import metrics
 
 FloatArray = NDArray[np.float64]
@@ -95,63 +87,3 @@ def fields_bytes(ready: Prepared) -> bytes:
         values = _resampled(values, sent_axis(values.shape[axis], points), axis)
     planes = np.stack((values.real, values.imag), axis=1)  # (actuators, 2, nx, ny)
     return planes.swapaxes(2, 3)[:, :, ::-1].astype("<f4").tobytes()
-
-
-def played_message(ready: Prepared, number: int, played: Played) -> dict[str, Any]:
-    """A drive that plays: ten numbers of five coils, and what one gain is worth in newtons."""
-    board, drive = ready.board, played.drive
-    full = full_drive(board, drive, ready.solved.fields.frequency_hz)
-    largest = float(np.abs(drive).max())
-    return {
-        "type": "played",
-        "number": number,
-        "place_mm": list(played.place_mm),
-        "drive": [[float(value.real), float(value.imag)] for value in drive],
-        "newtons_per_gain": full.newtons / largest if full and largest > 0.0 else None,
-        "latency_ms": played.latency_ms,
-        "state": played.state,
-    }
-
-
-def refusal(error: ChladniError, number: int | None = None) -> dict[str, Any]:
-    """An error as a page shows it."""
-    parts = {"text": str(error)}
-    if isinstance(error, InputError):
-        parts |= {"field": error.field, "file": error.file or ""}
-    return {"type": "refused", "number": number, **parts}
-
-
-def hello(
-    boards: Sequence[str], specs: Sequence[str], choice: Choice, ports: Sequence[str]
-) -> dict[str, Any]:
-    """What there is to choose from, and what is chosen."""
-    return {
-        "type": "hello",
-        "boards": list(boards),
-        "specs": list(specs),
-        "ports": list(ports),
-        "objectives": list(OBJECTIVES),
-        "methods": list(METHODS),
-        "board": choice.board.name,
-        "objective": choice.objective,
-        "method": choice.method,
-        "frequency_hz": choice.board.drive.frequency_hz,
-    }
-
-
-def file_message(name: str, data: bytes) -> dict[str, Any]:
-    """A file for the page to hand to its user."""
-    return {"type": "file", "name": name, "data": base64.b64encode(data).decode("ascii")}
-
-
-def in_json(message: dict[str, Any]) -> str:
-    """A message as it is sent; a number that is none becomes null."""
-    return json.dumps(_finite(message), allow_nan=False, separators=(",", ":"))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(own) for key, own in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(own) for own in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
