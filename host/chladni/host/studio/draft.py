@@ -11,8 +11,8 @@ from typing import Any
 
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
-from chladni.host.studio.panel import FingerEvent
-from chladni.host.studio.played import Place, Played
+from chladni.host.studio.played import Played
+from chladni.host.studio.requests import Place, Touch
 from chladni.host.studio.workshop import Prepared
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
@@ -57,7 +57,7 @@ class Draft:
         self.prepared = Prepared.of(replace(self.prepared.choice, board=moved))
         return self.prepared
 
-    def apply(self, events: Sequence[FingerEvent]) -> Played | None:
+    def apply(self, touches: Sequence[Touch]) -> Played | None:
         """Let fingers go down, move and lift; the first one's drive, None if none is left.
 
         Raises
@@ -66,11 +66,11 @@ class Draft:
             A place off the board.
         """
         down = dict(self._down)
-        for event in events:
-            if event.place_mm is None:
-                down.pop(event.finger, None)
+        for touch in touches:
+            if touch.place_mm is None:
+                down.pop(touch.finger, None)
             else:
-                down[event.finger] = event.place_mm
+                down[touch.finger] = touch.place_mm
         played = self.solve(next(iter(down.values()))) if down else None
         self._down = down
         return played

@@ -9,8 +9,7 @@ from functools import partial
 from typing import TypeVar
 
 from chladni.host.studio.attached import Attached
-from chladni.host.studio.played import Place
-from chladni.host.studio.requests import Order
+from chladni.host.studio.requests import Order, Place
 from chladni.host.studio.sender import Sender
 from chladni.host.studio.workshop import Prepared, ReadyBoard
 from chladni.sim.errors import ChladniError, InputError, MissingError

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
-from chladni.host.studio.played import Place, Played
+from chladni.host.studio.played import Played
+from chladni.host.studio.requests import Place, Touch
 from chladni.host.studio.workshop import ReadyBoard
 from chladni.sim.errors import ChladniError
 
@@ -20,14 +20,6 @@ BESIDES_REPORT_MS = 2.0
 """From a panel's report to the new drive: a turn of the main loop and a sample."""
 HEARD_MS = 1.0
 """From one event to the next."""
-
-
-@dataclass(frozen=True)
-class FingerEvent:
-    """A finger (0 or 1) that is put down or moves (mm from the board's centre), or lifts (None)."""
-
-    finger: int
-    place_mm: Place | None
 
 
 class EmulatedPanel:
@@ -52,8 +44,8 @@ class EmulatedPanel:
         self._step_ms = self._settle_ms + waves_ms
         self._longest_ms = limits.max_on_us / 1e3
 
-    def apply(self, events: Sequence[FingerEvent]) -> Played | None:
-        """Let events happen one after the other; what then plays, None if no finger is left.
+    def apply(self, touches: Sequence[Touch]) -> Played | None:
+        """Let touches happen one after the other; what then plays, None if no finger is left.
 
         Raises
         ------
@@ -65,11 +57,11 @@ class EmulatedPanel:
             The board's `max_on_s` is too short for anything to be measured.
         """
         latency = None
-        for event in events:
-            if event.place_mm is None:
-                self._lift(event.finger)
+        for touch in touches:
+            if touch.place_mm is None:
+                self._lift(touch.finger)
             else:
-                latency = self._put(event.finger, event.place_mm)
+                latency = self._put(touch.finger, touch.place_mm)
         return self._measure(latency) if self._down else None
 
     def _put(self, finger: int, place: Place) -> float | None:

@@ -9,11 +9,11 @@ from typing import Any
 
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
-from chladni.host.studio.panel import FingerEvent
-from chladni.host.studio.played import Place
 from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
 from chladni.sim.errors import InputError, MissingError
 
+Place = tuple[float, float]
+"""Millimetres from the board's centre."""
 MOST_BYTES = 2048
 """Of a request, unless it brings a board file or a SPEC."""
 LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
@@ -30,10 +30,11 @@ LARGEST_MM, LARGEST_HZ = 1e6, 1e6
 
 @dataclass(frozen=True)
 class Touch:
-    """A finger that is down, moves or lifts."""
+    """A finger (0 or 1) that is put down or moves, or that lifts: its place is None then."""
 
     number: int
-    event: FingerEvent
+    finger: int
+    place_mm: Place | None
 
 
 @dataclass(frozen=True)
@@ -147,11 +148,11 @@ def _no_constant(name: str) -> float:
 
 
 def _press(message: dict[str, Any]) -> Touch:
-    return Touch(_whole(message, "number"), FingerEvent(_finger(message), _place(message)))
+    return Touch(_whole(message, "number"), _finger(message), _place(message))
 
 
 def _lift(message: dict[str, Any]) -> Touch:
-    return Touch(_whole(message, "number"), FingerEvent(_finger(message), None))
+    return Touch(_whole(message, "number"), _finger(message), None)
 
 
 def _move(message: dict[str, Any]) -> Move:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.studio.attached import ports
 from chladni.host.studio.board_message import board_message, fields_bytes
 from chladni.host.studio.catalogue import Catalogue
@@ -278,7 +278,7 @@ class Session:
             waiting, self._waiting = list(self._waiting), deque()
             number = waiting[-1].number
             moves = [one for one in waiting if isinstance(one, Move)]
-            events = [one.event for one in waiting if isinstance(one, Touch)]
+            touches = [one for one in waiting if isinstance(one, Touch)]
             try:
                 if moves:
                     draft = player if isinstance(player, Draft) else Draft(shown)
@@ -286,8 +286,8 @@ class Session:
                         shown = await self._in(self._hand, draft.move, *_where(move))
                     player = draft  # only now: a part that may not be there leaves all as it was
                     await self._show(shown, is_draft=True)
-                played = await self._in(self._hand, player.apply, events)
-                if events:
+                played = await self._in(self._hand, player.apply, touches)
+                if touches:
                     self._instrument.point(played.place_mm if played else None)
                 latest = self._scorer.latest
                 if moves and played is None and latest and isinstance(player, Draft):
@@ -315,8 +315,7 @@ class Session:
 def _replaces(new: Touch | Move, old: Touch | Move) -> bool:
     """Whether an event is the same finger or part, further on."""
     if isinstance(new, Touch) and isinstance(old, Touch):
-        is_same = new.event.finger == old.event.finger
-        return bool(is_same and new.event.place_mm and old.event.place_mm)
+        return bool(new.finger == old.finger and new.place_mm and old.place_mm)
     if isinstance(new, Move) and isinstance(old, Move):
         return (new.part, new.index) == (old.part, old.index)
     return False
