@@ -28,7 +28,7 @@ COLOURS = {
     "host": "#f6dedb",
     "core": "#e6e0f0", "chip": "#e8e8e8", "emulator": "#e8e8e8",
 }  # fmt: skip
-WIDTH, HEIGHT, GAP, RISE, MARGIN = 116, 30, 14, 62, 24
+WIDTH, HEIGHT, GAP, RISE, MARGIN = 132, 30, 14, 62, 24
 
 Graph = dict[str, set[str]]
 

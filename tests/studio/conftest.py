@@ -18,8 +18,8 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from chladni.drives.problem.problem import solved_board
+from chladni.host.studio.boards.builder import Choice, ReadyBoard, Workshop
 from chladni.host.studio.server import listen, make_server
-from chladni.host.studio.workshop import Choice, ReadyBoard, Workshop
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.tables.build import build_table

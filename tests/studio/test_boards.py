@@ -17,7 +17,7 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.solve import solve
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.studio.workshop import Choice, Workshop
+from chladni.host.studio.boards.builder import Choice, Workshop
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import parse_board
 from chladni.sim.board.parts import Regions

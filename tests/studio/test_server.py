@@ -17,9 +17,9 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from chladni.drives.problem.problem import solved_board
-from chladni.host.studio.board_message import board_message, fields_bytes
-from chladni.host.studio.guard import Rate
-from chladni.host.studio.workshop import Choice, Prepared
+from chladni.host.studio.boards.board_message import board_message, fields_bytes
+from chladni.host.studio.boards.builder import Choice, Prepared
+from chladni.host.studio.messages.guard import Rate
 from chladni.sim.board.board import Board
 from conftest import CommandLine
 from studio.conftest import Studio, serving

@@ -78,8 +78,8 @@ def studio(
         _export(loaded, own, export, jobs, as_json=as_json)
         return
     # What serves pages takes a moment to load, and no other command needs it.
+    from chladni.host.studio.boards.builder import Choice  # noqa: PLC0415
     from chladni.host.studio.server import listen, serve  # noqa: PLC0415
-    from chladni.host.studio.workshop import Choice  # noqa: PLC0415
 
     listening = listen(port, host)
     token = _token(key)
@@ -109,8 +109,8 @@ def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_
         raise InputError("--export", str(folder), "a folder")
     if not folder.absolute().parent.is_dir():
         raise InputError("--export", str(folder), "a folder, there or to be made in one that is")
+    from chladni.host.studio.boards.builder import Choice, ReadyBoard  # noqa: PLC0415
     from chladni.host.studio.export import one_file  # noqa: PLC0415
-    from chladni.host.studio.workshop import Choice, ReadyBoard  # noqa: PLC0415
 
     with progress_bar("solving") as progress:
         ready = ReadyBoard.of(Choice(board, objective), jobs=jobs, progress=progress)

@@ -17,11 +17,11 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.host.studio.catalogue import Catalogue
-from chladni.host.studio.guard import Guard
-from chladni.host.studio.requests import LONGEST
+from chladni.host.studio.boards.builder import Choice, Workshop
+from chladni.host.studio.boards.catalogue import Catalogue
+from chladni.host.studio.messages.guard import Guard
+from chladni.host.studio.messages.requests import LONGEST
 from chladni.host.studio.session import Session
-from chladni.host.studio.workshop import Choice, Workshop
 from chladni.sim.errors import ArgumentError
 
 PAGE = Path(__file__).parent / "page"

@@ -12,15 +12,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
-from chladni.host.studio.attached import ports
-from chladni.host.studio.board_message import board_message, fields_bytes
-from chladni.host.studio.catalogue import Catalogue
-from chladni.host.studio.draft import Draft
-from chladni.host.studio.guard import Rate
-from chladni.host.studio.instrument import Instrument
-from chladni.host.studio.panel import EmulatedPanel
-from chladni.host.studio.played import played_message
-from chladni.host.studio.requests import (
+from chladni.host.studio.boards.board_message import board_message, fields_bytes
+from chladni.host.studio.boards.builder import Choice, Prepared, ReadyBoard, Workshop
+from chladni.host.studio.boards.catalogue import Catalogue
+from chladni.host.studio.boards.search import Watch
+from chladni.host.studio.messages.guard import Rate
+from chladni.host.studio.messages.requests import (
     Attach,
     Begin,
     Choose,
@@ -34,11 +31,14 @@ from chladni.host.studio.requests import (
     Touch,
     parse,
 )
+from chladni.host.studio.messages.sender import Sender
+from chladni.host.studio.playing.computed_drives import Draft
+from chladni.host.studio.playing.device_port import ports
+from chladni.host.studio.playing.emulated_device import EmulatedPanel
+from chladni.host.studio.playing.played import played_message
+from chladni.host.studio.playing.real_device import Instrument
+from chladni.host.studio.playing.scorer import Scorer
 from chladni.host.studio.saving import file_message
-from chladni.host.studio.scorer import Scorer
-from chladni.host.studio.search import Watch
-from chladni.host.studio.sender import Sender
-from chladni.host.studio.workshop import Choice, Prepared, ReadyBoard, Workshop
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.build import default_objective
 

@@ -15,7 +15,7 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
-from chladni.host.studio.sender import Sender
+from chladni.host.studio.messages.sender import Sender
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, InputError, StoppedError
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
-from chladni.host.studio.played import Played
-from chladni.host.studio.requests import Place, Touch
-from chladni.host.studio.workshop import Prepared
+from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.messages.requests import Place, Touch
+from chladni.host.studio.playing.played import Played
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 

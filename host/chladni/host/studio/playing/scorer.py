@@ -7,10 +7,10 @@ import contextlib
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
 
-from chladni.host.studio.numbers import numbers_of
-from chladni.host.studio.played import Played
-from chladni.host.studio.sender import Sender
-from chladni.host.studio.workshop import Prepared
+from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.messages.sender import Sender
+from chladni.host.studio.playing.played import Played
+from chladni.host.studio.playing.scored import numbers_of
 from chladni.sim.errors import ChladniError
 
 QUIET_S, LATEST_S = 0.1, 0.5

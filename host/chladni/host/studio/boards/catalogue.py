@@ -7,8 +7,8 @@ from dataclasses import replace
 from chladni.design.spec import Spec, parse_spec, read_spec
 from chladni.drives.methods import SEED
 from chladni.drives.solve import check_request
-from chladni.host.studio.requests import Begin, Choose, Open
-from chladni.host.studio.workshop import Choice
+from chladni.host.studio.boards.builder import Choice
+from chladni.host.studio.messages.requests import Begin, Choose, Open
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
 from chladni.sim.errors import ArgumentError, InputError

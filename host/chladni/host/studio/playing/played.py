@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.studio.requests import Place
-from chladni.host.studio.workshop import Prepared
+from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.messages.requests import Place
 from chladni.sim.coil.full_drive import full_drive
 
 ComplexArray = NDArray[np.complex128]

@@ -9,9 +9,9 @@ import numpy as np
 from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
-from chladni.host.studio.played import Played
-from chladni.host.studio.requests import Place, Touch
-from chladni.host.studio.workshop import ReadyBoard
+from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.messages.requests import Place, Touch
+from chladni.host.studio.playing.played import Played
 from chladni.sim.errors import ChladniError
 
 FIRST_TOUCH_MS = 20.0

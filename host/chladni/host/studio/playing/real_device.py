@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TypeVar
 
-from chladni.host.studio.attached import Attached
-from chladni.host.studio.requests import Order, Place
-from chladni.host.studio.sender import Sender
-from chladni.host.studio.workshop import Prepared, ReadyBoard
+from chladni.host.studio.boards.builder import Prepared, ReadyBoard
+from chladni.host.studio.messages.requests import Order, Place
+from chladni.host.studio.messages.sender import Sender
+from chladni.host.studio.playing.device_port import Attached
 from chladni.sim.errors import ChladniError, InputError, MissingError
 
 Result = TypeVar("Result")

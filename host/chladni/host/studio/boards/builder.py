@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.host.studio.search import Searches
+from chladni.host.studio.boards.search import Searches
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, StoppedError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
