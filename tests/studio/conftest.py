@@ -18,7 +18,8 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from chladni.drives.problem.problem import solved_board
-from chladni.host.studio.boards.builder import Choice, ReadyBoard, Workshop
+from chladni.host.studio.boards.builder import BoardBuilder
+from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
 from chladni.host.studio.server import listen, make_server
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -97,22 +98,22 @@ def serving_here(
     ready: ReadyBoard, *known_ports: str, port: int = 0, token: str = "own"
 ) -> Iterator[Studio]:
     """A server in a thread, with a table that is there: what it costs is the test's own share."""
-    listening, workshop = listen(port), Workshop(1)
-    workshop.keep(ready)
+    listening, builder = listen(port), BoardBuilder(1)
+    builder.keep(ready)
     port = listening.getsockname()[1]
-    server = make_server(port, token, ready.choice, workshop, known_ports=known_ports)
+    server = make_server(port, token, ready.choice, builder, known_ports=known_ports)
     thread = threading.Thread(target=server.run, args=([listening],))
     thread.start()
     yield Studio(f"http://127.0.0.1:{port}/{token}/")
     server.should_exit = True
     thread.join()
-    workshop.close()
+    builder.close()
     listening.close()
 
 
 @pytest.fixture(scope="session")
 def ready(small_board: Board, small_table: tuple[Table, TableReport]) -> ReadyBoard:
-    return ReadyBoard(Choice(small_board, "ssim"), solved_board(small_board), small_table[0])
+    return ReadyBoard(BoardChoice(small_board, "ssim"), solved_board(small_board), small_table[0])
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,8 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.solve import solve
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.studio.boards.builder import Choice, Workshop
+from chladni.host.studio.boards.builder import BoardBuilder
+from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import parse_board
 from chladni.sim.board.parts import Regions
@@ -189,16 +190,16 @@ def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, small_file:
 
 
 def test_a_board_that_no_page_waits_for_is_made_no_further(small_board: Board) -> None:
-    workshop = Workshop(1)
+    builder = BoardBuilder(1)
     fine = replace(small_board, regions=Regions(1.5e-3))  # 4,700 regions: half a minute
-    making = workshop.make(Choice(fine, "ssim"))
-    workshop.leave(making)
+    build = builder.build(BoardChoice(fine, "ssim"))
+    builder.leave(build)
     with pytest.raises(StoppedError):
-        making.result.result(60.0)
-    assert making.done < making.all / 2
-    again = workshop.make(Choice(fine, "ssim"))
-    assert again is not making
-    workshop.close()
+        build.result.result(60.0)
+    assert build.done < build.all / 2
+    again = builder.build(BoardChoice(fine, "ssim"))
+    assert again is not build
+    builder.close()
     with pytest.raises(StoppedError):
         again.result.result(60.0)
 

@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection
 
 from chladni.design.search import design
 from chladni.design.spec import spec_of
-from chladni.host.studio.boards.search import SAMPLES
+from chladni.host.studio.boards.searches import SAMPLES
 from chladni.sim.board.quantity import MM
 from made_specs import small
 from studio.conftest import Studio

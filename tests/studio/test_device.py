@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection
 
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.sim.board.board import Board
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.scoring.finger import felt
-from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.export import PAGE, bundle, one_file
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM

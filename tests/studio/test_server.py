@@ -18,7 +18,7 @@ from websockets.typing import Origin
 
 from chladni.drives.problem.problem import solved_board
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
-from chladni.host.studio.boards.builder import Choice, Prepared
+from chladni.host.studio.boards.prepared import BoardChoice, Prepared
 from chladni.host.studio.messages.guard import Rate
 from chladni.sim.board.board import Board
 from conftest import CommandLine
@@ -46,7 +46,7 @@ def test_fields_travel_once_as_they_are(studio: Studio, small_board: Board) -> N
 
 def test_large_fields_travel_at_fewer_points(prototype: Board) -> None:
     """0.7 MB for five coils: every other point of 179 × 367, both ends among them."""
-    prepared = Prepared(Choice(prototype, "ssim"), solved_board(prototype))
+    prepared = Prepared(BoardChoice(prototype, "ssim"), solved_board(prototype))
     data = fields_bytes(prepared)
     assert len(data) == 5 * 90 * 184 * 8 == 662_400
     fields = prepared.solved.fields.values[:, ::2, ::2]

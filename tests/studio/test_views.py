@@ -10,7 +10,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page
 
 from chladni.host.protocol.network import read_key
-from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.sim.board.board import Board
 from studio.conftest import OpenPage, serving, serving_here
 from studio.pages import RULES, numbers, press

@@ -78,7 +78,7 @@ def studio(
         _export(loaded, own, export, jobs, as_json=as_json)
         return
     # What serves pages takes a moment to load, and no other command needs it.
-    from chladni.host.studio.boards.builder import Choice  # noqa: PLC0415
+    from chladni.host.studio.boards.prepared import BoardChoice  # noqa: PLC0415
     from chladni.host.studio.server import listen, serve  # noqa: PLC0415
 
     listening = listen(port, host)
@@ -95,7 +95,7 @@ def studio(
     serve(
         listening,
         token,
-        Choice(loaded, own),
+        BoardChoice(loaded, own),
         known_ports=device or (),
         jobs=jobs,
         seconds=seconds,
@@ -109,11 +109,11 @@ def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_
         raise InputError("--export", str(folder), "a folder")
     if not folder.absolute().parent.is_dir():
         raise InputError("--export", str(folder), "a folder, there or to be made in one that is")
-    from chladni.host.studio.boards.builder import Choice, ReadyBoard  # noqa: PLC0415
+    from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard  # noqa: PLC0415
     from chladni.host.studio.export import one_file  # noqa: PLC0415
 
     with progress_bar("solving") as progress:
-        ready = ReadyBoard.of(Choice(board, objective), jobs=jobs, progress=progress)
+        ready = ReadyBoard.of(BoardChoice(board, objective), jobs=jobs, progress=progress)
     data = one_file(ready).encode("utf-8")
     folder.mkdir(exist_ok=True)
     path = folder / "index.html"

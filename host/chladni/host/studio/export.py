@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
-from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.sender import in_json
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from typing import Any
 
-from chladni.host.studio.boards.builder import Prepared, ReadyBoard
+from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError, MissingError
 from chladni.tables.format import pack

@@ -17,8 +17,9 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.host.studio.boards.builder import Choice, Workshop
+from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
+from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.host.studio.messages.guard import Guard
 from chladni.host.studio.messages.requests import LONGEST
 from chladni.host.studio.session import Session
@@ -34,7 +35,9 @@ TRY_LATER = 1013
 """Code with which a page is sent away for now (IANA's registry of WebSocket close codes)."""
 
 
-def application(workshop: Workshop, choice: Choice, known_ports: Sequence[str] = ()) -> Starlette:
+def application(
+    builder: BoardBuilder, choice: BoardChoice, known_ports: Sequence[str] = ()
+) -> Starlette:
     """Files and connections, for whoever gets through the guard."""
     pages: set[Session] = set()
     catalogue = Catalogue(choice)
@@ -44,7 +47,7 @@ def application(workshop: Workshop, choice: Choice, known_ports: Sequence[str] =
         if len(pages) >= MOST_PAGES:
             await websocket.close(TRY_LATER, f"{MOST_PAGES} pages are open")
             return
-        session = Session(websocket, workshop, catalogue, known_ports)
+        session = Session(websocket, builder, catalogue, known_ports)
         pages.add(session)
         try:
             await session.run()
@@ -88,7 +91,7 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
 
 
 def make_server(
-    port: int, token: str, choice: Choice, workshop: Workshop, *,
+    port: int, token: str, choice: BoardChoice, builder: BoardBuilder, *,
     host: str = LOOPBACK, known_ports: Sequence[str] = (),
 ) -> uvicorn.Server:  # fmt: skip
     """A server of pages.
@@ -101,12 +104,12 @@ def make_server(
         First part of every path.
     choice
         The board of pages.
-    workshop
+    builder
         Makes it and others ready.
     known_ports
         Serial ports that a page may choose besides those with a USB bridge.
     """
-    app = Guard(application(workshop, choice, known_ports), token, port, host)
+    app = Guard(application(builder, choice, known_ports), token, port, host)
     config = uvicorn.Config(
         app, http="h11", ws="websockets-sansio",
         ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
@@ -117,7 +120,7 @@ def make_server(
 
 
 def serve(
-    listening: socket.socket, token: str, choice: Choice, *,
+    listening: socket.socket, token: str, choice: BoardChoice, *,
     known_ports: Sequence[str] = (), jobs: int | None = None, seconds: float | None = None,
     begun: Callable[[], None] = lambda: None,
 ) -> None:  # fmt: skip
@@ -134,15 +137,15 @@ def serve(
     begun
         Called when pages can be asked for.
     """
-    workshop = Workshop(jobs)
+    builder = BoardBuilder(jobs)
     host, port = listening.getsockname()
-    server = make_server(port, token, choice, workshop, host=host, known_ports=known_ports)
+    server = make_server(port, token, choice, builder, host=host, known_ports=known_ports)
     # A scorecard's thread gives way to a press within a millisecond; by default it takes five.
     sys.setswitchinterval(1e-3)
     try:
         # Set once, before there are threads: it is the process's, and each puts back what it found.
         with one_blas_thread(), contextlib.suppress(KeyboardInterrupt):
-            workshop.make(choice)
+            builder.build(choice)
             if seconds is not None:
                 timer = threading.Timer(seconds, setattr, (server, "should_exit", True))
                 timer.daemon = True
@@ -150,5 +153,5 @@ def serve(
             begun()
             server.run([listening])
     finally:
-        workshop.close()
+        builder.close()
         listening.close()

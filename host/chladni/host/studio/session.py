@@ -13,9 +13,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
-from chladni.host.studio.boards.builder import Choice, Prepared, ReadyBoard, Workshop
+from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
-from chladni.host.studio.boards.search import Watch
+from chladni.host.studio.boards.prepared import BoardChoice, Prepared, ReadyBoard
+from chladni.host.studio.boards.searches import PageSearch
 from chladni.host.studio.messages.guard import Rate
 from chladni.host.studio.messages.requests import (
     Attach,
@@ -32,11 +33,11 @@ from chladni.host.studio.messages.requests import (
     parse,
 )
 from chladni.host.studio.messages.sender import Sender
-from chladni.host.studio.playing.computed_drives import Draft
+from chladni.host.studio.playing.computed_drives import ComputedDrives
 from chladni.host.studio.playing.device_port import ports
-from chladni.host.studio.playing.emulated_device import EmulatedPanel
+from chladni.host.studio.playing.emulated_device import EmulatedDevice
 from chladni.host.studio.playing.played import played_message
-from chladni.host.studio.playing.real_device import Instrument
+from chladni.host.studio.playing.real_device import RealDevice
 from chladni.host.studio.playing.scorer import Scorer
 from chladni.host.studio.saving import file_message
 from chladni.sim.errors import ChladniError, InputError
@@ -73,7 +74,7 @@ class Session:
     ----------
     socket
         Accepted.
-    workshop, catalogue
+    builder, catalogue
         Shared by all pages.
     known_ports
         Serial ports that a page may choose besides those with a USB bridge.
@@ -82,22 +83,25 @@ class Session:
     def __init__(
         self,
         socket: WebSocket,
-        workshop: Workshop,
+        builder: BoardBuilder,
         catalogue: Catalogue,
         known_ports: Sequence[str],
     ) -> None:
-        self._socket, self._workshop, self._catalogue = socket, workshop, catalogue
+        self._socket, self._builder, self._catalogue = socket, builder, catalogue
         self._known_ports = known_ports
         self._sender = Sender(socket)
-        self._instrument = Instrument(self._sender, known_ports)
-        self._scorer, self._watch = Scorer(self._sender), Watch(workshop.searches, self._sender)
+        self._real_device = RealDevice(self._sender, known_ports)
+        self._scorer, self._search = (
+            Scorer(self._sender),
+            PageSearch(builder.searches, self._sender),
+        )
         self._rates = Rate(MESSAGES_PER_SECOND, MESSAGES_AT_ONCE)
         self._bytes = Rate(BYTES_PER_SECOND, BYTES_AT_ONCE)
         self._boards = Rate(BOARDS_PER_SECOND, BOARDS_AT_ONCE)
         self._waiting: deque[Touch | Move] = deque()
         self._has_news = asyncio.Event()
         self._choice = catalogue.first
-        self._before: Choice | None = None
+        self._before: BoardChoice | None = None
         self._shown: Prepared | None = None
         self._serving: asyncio.Task[None] | None = None
         self._orders: set[asyncio.Task[None]] = set()
@@ -106,7 +110,7 @@ class Session:
 
     async def run(self) -> None:
         """Until the page goes, or is sent away."""
-        followed = (self._scorer, self._instrument, self._watch)
+        followed = (self._scorer, self._real_device, self._search)
         besides = [asyncio.create_task(own.follow()) for own in followed]
         try:
             await self._start(self._choice)
@@ -120,8 +124,8 @@ class Session:
             await asyncio.gather(*tasks, return_exceptions=True)
             self._hand.shutdown(wait=False, cancel_futures=True)
             self._scorer.close()
-            self._watch.stop()
-            self._instrument.close()
+            self._search.stop()
+            self._real_device.close()
 
     async def _listen(self) -> None:
         while True:
@@ -146,19 +150,19 @@ class Session:
         elif isinstance(request, (Attach, Order)):
             await self._order(request)
         elif isinstance(request, Stop):
-            self._watch.stop()
+            self._search.stop()
         else:
             if not self._boards.allows():
                 await self._close(TOO_MUCH, "too many boards")
             if isinstance(request, Begin):
-                self._watch.begin(*self._catalogue.asked(request))
+                self._search.begin(*self._catalogue.asked(request))
             else:
                 await self._start(self._chosen(request))
 
-    def _chosen(self, request: Open | Choose | Take) -> Choice:
+    def _chosen(self, request: Open | Choose | Take) -> BoardChoice:
         if isinstance(request, Take):
-            board = self._watch.taken(request.index)
-            return Choice(board, default_objective(board))
+            board = self._search.taken(request.index)
+            return BoardChoice(board, default_objective(board))
         if isinstance(request, Open):
             return self._catalogue.opened(request)
         shown = (self._shown.choice if self._shown else self._choice).board
@@ -178,9 +182,9 @@ class Session:
         if len(self._orders) >= MOST_ORDERS:
             raise InputError("order", "another one", "one at a time")
         if isinstance(request, Attach):
-            work = self._instrument.attach(request.port)
+            work = self._real_device.attach(request.port)
         else:
-            work = self._instrument.do(request, self._shown)
+            work = self._real_device.do(request, self._shown)
         task = asyncio.create_task(self._told(work))
         self._orders.add(task)
         task.add_done_callback(self._orders.discard)
@@ -194,7 +198,7 @@ class Session:
         except (WebSocketDisconnect, RuntimeError):
             pass  # the page has gone
 
-    async def _start(self, choice: Choice) -> None:
+    async def _start(self, choice: BoardChoice) -> None:
         """Go over to a board."""
         if self._serving is not None:
             self._serving.cancel()
@@ -204,7 +208,7 @@ class Session:
         await self._sender.send(self._hello(choice))
         self._serving = asyncio.create_task(self._serve(choice))
 
-    def _hello(self, choice: Choice) -> dict[str, Any]:
+    def _hello(self, choice: BoardChoice) -> dict[str, Any]:
         """What there is to choose from, and what is chosen."""
         return {
             "type": "hello",
@@ -219,7 +223,7 @@ class Session:
             "frequency_hz": choice.board.drive.frequency_hz,
         }
 
-    async def _serve(self, choice: Choice) -> None:
+    async def _serve(self, choice: BoardChoice) -> None:
         try:
             ready, refusal = await self._ready_or_before(choice)
             if ready is not None:
@@ -232,7 +236,9 @@ class Session:
         except (WebSocketDisconnect, RuntimeError):
             pass  # the page has gone, and `_listen` hears of it
 
-    async def _ready_or_before(self, choice: Choice) -> tuple[Prepared | None, ChladniError | None]:
+    async def _ready_or_before(
+        self, choice: BoardChoice
+    ) -> tuple[Prepared | None, ChladniError | None]:
         """A board, or if that cannot be made the one before it and why."""
         try:
             return await self._ready(choice), None
@@ -243,20 +249,20 @@ class Session:
             await self._sender.send(self._hello(self._before))
             return await self._ready(self._before), error
 
-    async def _ready(self, choice: Choice) -> Prepared:
+    async def _ready(self, choice: BoardChoice) -> Prepared:
         """The board, with progress while it is made."""
-        making = self._workshop.make(choice)
+        build = self._builder.build(choice)
         try:
-            result, told = asyncio.wrap_future(making.result), None
+            result, told = asyncio.wrap_future(build.result), None
             while not result.done():
-                if told != (making.done, making.all):
-                    told = making.done, making.all
+                if told != (build.done, build.all):
+                    told = build.done, build.all
                     await self._sender.send({"type": "progress", "board": choice.board.name,
                                       "done": told[0], "all": told[1]})  # fmt: skip
                 await asyncio.wait([result], timeout=PROGRESS_S)
             return result.result()
         finally:
-            self._workshop.leave(making)
+            self._builder.leave(build)
 
     async def _show(self, prepared: Prepared, *, is_draft: bool = False) -> None:
         self._shown = prepared
@@ -270,7 +276,7 @@ class Session:
 
     async def _play(self, ready: Prepared) -> None:
         """Answer touches, with the device until a part moves, and from then on without."""
-        player = EmulatedPanel(ready) if isinstance(ready, ReadyBoard) else Draft(ready)
+        player = EmulatedDevice(ready) if isinstance(ready, ReadyBoard) else ComputedDrives(ready)
         shown = ready
         while True:
             await self._has_news.wait()
@@ -281,16 +287,16 @@ class Session:
             touches = [one for one in waiting if isinstance(one, Touch)]
             try:
                 if moves:
-                    draft = player if isinstance(player, Draft) else Draft(shown)
+                    draft = player if isinstance(player, ComputedDrives) else ComputedDrives(shown)
                     for move in moves:
                         shown = await self._in(self._hand, draft.move, *_where(move))
                     player = draft  # only now: a part that may not be there leaves all as it was
                     await self._show(shown, is_draft=True)
                 played = await self._in(self._hand, player.apply, touches)
                 if touches:
-                    self._instrument.point(played.place_mm if played else None)
+                    self._real_device.point(played.place_mm if played else None)
                 latest = self._scorer.latest
-                if moves and played is None and latest and isinstance(player, Draft):
+                if moves and played is None and latest and isinstance(player, ComputedDrives):
                     place = latest[2].place_mm
                     played = await self._in(self._hand, player.solve, place)
             except ChladniError as error:

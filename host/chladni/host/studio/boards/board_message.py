@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.studio.boards.builder import Prepared, ReadyBoard
+from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
 

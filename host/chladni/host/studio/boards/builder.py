@@ -6,90 +6,16 @@ import threading
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from chladni.drives.methods import Progress
-from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.host.studio.boards.search import Searches
-from chladni.sim.board.board import Board
-from chladni.sim.errors import ChladniError, StoppedError, check_estimate
-from chladni.sim.fields.transfer import TOLERANCE
-from chladni.tables.build import build_table
-from chladni.tables.table import Table
+from chladni.host.studio.boards.prepared import TABLE_METHOD, BoardChoice, Prepared, ReadyBoard
+from chladni.host.studio.boards.searches import Searches
+from chladni.sim.errors import ChladniError, StoppedError
 
-TABLE_METHOD = "phasor"
-"""Of which tables are built; drives of another one are computed at each press."""
 MOST_KEPT = 8
 """Boards with their tables; 0.1 GB each of the shipped ones. The one asked for longest ago goes."""
 
 
-@dataclass(frozen=True)
-class Choice:
-    """What a page plays: a board, what its drives are best at, and the method that finds them."""
-
-    board: Board
-    objective: str
-    method: str = TABLE_METHOD
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """Equal for boards that are equal in every value."""
-        return self.board, self.objective, self.method
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A board with its plate solved."""
-
-    choice: Choice
-    solved: SolvedBoard
-
-    @classmethod
-    def of(cls, choice: Choice) -> Prepared:
-        """Solve a board's plate.
-
-        Raises
-        ------
-        ToleranceError
-            Its fields may be wrong by more than 5 %.
-        """
-        solved = solved_board(choice.board)
-        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
-        return cls(choice, solved)
-
-    @property
-    def board(self) -> Board:
-        """The board."""
-        return self.choice.board
-
-
-@dataclass(frozen=True)
-class ReadyBoard(Prepared):
-    """A board with its plate solved and its table built."""
-
-    table: Table
-
-    @classmethod
-    def of(
-        cls, choice: Choice, *, jobs: int | None = None, progress: Progress | None = None
-    ) -> ReadyBoard:
-        """Solve a board's plate and build its table.
-
-        Parameters
-        ----------
-        jobs
-            Threads; all cores by default.
-        progress
-            Called as progress(done regions, all regions).
-        """
-        solved = Prepared.of(choice).solved
-        table, _ = build_table(
-            choice.board, objective=choice.objective, jobs=jobs, progress=progress,
-            allow_unmet=True,
-        )  # fmt: skip
-        return cls(choice, solved, table)
-
-
 @dataclass
-class Making:
+class BoardBuild:
     """A board that is being made ready; `done` of `all` regions have their drives.
 
     `pages` wait for it. When the last of them has gone elsewhere, it is made no further.
@@ -102,7 +28,7 @@ class Making:
     is_given_up: bool = False
 
 
-class Workshop:
+class BoardBuilder:
     """Makes boards ready, one at a time, and keeps the last ones.
 
     Parameters
@@ -119,38 +45,38 @@ class Workshop:
     def __init__(self, jobs: int | None = None) -> None:
         self._jobs = jobs
         self.searches = Searches(jobs)
-        self._made: dict[tuple[object, ...], Making] = {}
+        self._builds: dict[BoardChoice, BoardBuild] = {}
         self._lock, self._turn = threading.Lock(), threading.Lock()
         self._threads: list[threading.Thread] = []
         self._is_closed = False
 
-    def make(self, choice: Choice) -> Making:
+    def build(self, choice: BoardChoice) -> BoardBuild:
         """A board that is ready or will be; its future holds the error if there is one.
 
         Whoever asks for it waits for it, until `leave`.
         """
         with self._lock:
-            making = self._made.pop(choice.key, None)
-            if making is None or making.is_given_up or _has_failed(making):
-                making = Making(Future())
-                self._begin(choice, making)
-            self._made[choice.key] = making
-            making.pages += 1
-            for key in list(self._made)[:-MOST_KEPT]:
-                del self._made[key]
-            return making
+            build = self._builds.pop(choice, None)
+            if build is None or build.is_given_up or _has_failed(build):
+                build = BoardBuild(Future())
+                self._begin(choice, build)
+            self._builds[choice] = build
+            build.pages += 1
+            for key in list(self._builds)[:-MOST_KEPT]:
+                del self._builds[key]
+            return build
 
     def keep(self, ready: Prepared) -> None:
         """A board that is ready already."""
-        making = Making(Future(), pages=1)
-        making.result.set_result(ready)
-        self._made[ready.choice.key] = making
+        build = BoardBuild(Future(), pages=1)
+        build.result.set_result(ready)
+        self._builds[ready.choice] = build
 
-    def leave(self, making: Making) -> None:
+    def leave(self, build: BoardBuild) -> None:
         """One page waits no longer."""
         with self._lock:
-            making.pages -= 1
-            making.is_given_up = making.pages == 0 and not making.result.done()
+            build.pages -= 1
+            build.is_given_up = build.pages == 0 and not build.result.done()
 
     def close(self) -> None:
         """Stop what is being made, and wait until it has: a plate is solved to its end."""
@@ -159,19 +85,19 @@ class Workshop:
         for thread in self._threads:
             thread.join()
 
-    def _begin(self, choice: Choice, making: Making) -> None:
+    def _begin(self, choice: BoardChoice, build: BoardBuild) -> None:
         self._threads = [thread for thread in self._threads if thread.is_alive()]
-        self._threads.append(threading.Thread(target=self._run, args=(choice, making)))
+        self._threads.append(threading.Thread(target=self._run, args=(choice, build)))
         self._threads[-1].start()
 
-    def _run(self, choice: Choice, making: Making) -> None:
+    def _run(self, choice: BoardChoice, build: BoardBuild) -> None:
         try:
             with self._turn:
-                making.result.set_result(self._made_ready(choice, making))
+                build.result.set_result(self._built(choice, build))
         except ChladniError as error:
-            making.result.set_exception(error)
+            build.result.set_exception(error)
         except BaseException as error:
-            making.result.set_exception(
+            build.result.set_exception(
                 ChladniError(
                     f"{type(error).__name__}: {error}",
                     hint="this is a fault of the studio, and its terminal has more",
@@ -179,10 +105,10 @@ class Workshop:
             )
             raise
 
-    def _made_ready(self, choice: Choice, making: Making) -> Prepared:
+    def _built(self, choice: BoardChoice, build: BoardBuild) -> Prepared:
         def tell(done: int, of_all: int) -> None:
-            making.done, making.all = done, of_all
-            if self._is_closed or making.is_given_up:
+            build.done, build.all = done, of_all
+            if self._is_closed or build.is_given_up:
                 raise StoppedError("not wanted any more")
 
         tell(0, 0)
@@ -194,5 +120,5 @@ class Workshop:
         return made
 
 
-def _has_failed(making: Making) -> bool:
-    return making.result.done() and making.result.exception() is not None
+def _has_failed(build: BoardBuild) -> bool:
+    return build.result.done() and build.result.exception() is not None

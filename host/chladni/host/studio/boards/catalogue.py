@@ -7,7 +7,7 @@ from dataclasses import replace
 from chladni.design.spec import Spec, parse_spec, read_spec
 from chladni.drives.methods import SEED
 from chladni.drives.solve import check_request
-from chladni.host.studio.boards.builder import Choice
+from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.host.studio.messages.requests import Begin, Choose, Open
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
@@ -21,7 +21,7 @@ MOST_NAME = 80
 class Catalogue:
     """The shipped boards and SPECs, and the board the studio was started with."""
 
-    def __init__(self, first: Choice) -> None:
+    def __init__(self, first: BoardChoice) -> None:
         self.first = first
         self._shipped, self._specs = shipped_boards(), shipped_specs()
 
@@ -35,7 +35,7 @@ class Catalogue:
         """Designs that can be asked for by name."""
         return list(self._specs)
 
-    def chosen(self, request: Choose, shown: Board) -> Choice:
+    def chosen(self, request: Choose, shown: Board) -> BoardChoice:
         """The board of a request, at its frequency.
 
         Parameters
@@ -54,7 +54,7 @@ class Catalogue:
             board = replace(board, drive=replace(board.drive, frequency_hz=request.frequency_hz))
         objective = request.objective or default_objective(board)
         check_request(request.method, objective, SEED, None, None)
-        return Choice(board, objective, request.method)
+        return BoardChoice(board, objective, request.method)
 
     def asked(self, request: Begin) -> tuple[str, Spec]:
         """A design's name and its SPEC.
@@ -71,7 +71,7 @@ class Catalogue:
             raise ArgumentError("spec", name, "one of: " + ", ".join(self._specs))
         return name, read_spec(self._specs[name])
 
-    def opened(self, request: Open) -> Choice:
+    def opened(self, request: Open) -> BoardChoice:
         """The board of a dropped file.
 
         Raises
@@ -80,7 +80,7 @@ class Catalogue:
             What is wrong with it, by file, key and value.
         """
         board = parse_board(request.text, file=request.name[:MOST_NAME])
-        return Choice(board, default_objective(board))
+        return BoardChoice(board, default_objective(board))
 
     def _board(self, name: str) -> Board:
         if name == self.first.board.name:

@@ -11,7 +11,7 @@ from typing import Any
 
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
-from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.boards.prepared import Prepared
 from chladni.host.studio.messages.requests import Place, Touch
 from chladni.host.studio.playing.played import Played
 from chladni.sim.board.quantity import MM
@@ -21,7 +21,7 @@ COMPUTED = "computed"
 """In place of a device's state."""
 
 
-class Draft:
+class ComputedDrives:
     """A board in the making, with fingers on it.
 
     Attributes

@@ -28,7 +28,7 @@ def ports(known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*known, *found]))
 
 
-class Attached:
+class DevicePort:
     """One page's real device. Its methods take the time of a serial line: call them in a thread.
 
     Raises

@@ -9,7 +9,7 @@ import numpy as np
 from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
-from chladni.host.studio.boards.builder import ReadyBoard
+from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.requests import Place, Touch
 from chladni.host.studio.playing.played import Played
 from chladni.sim.errors import ChladniError
@@ -22,7 +22,7 @@ HEARD_MS = 1.0
 """From one event to the next."""
 
 
-class EmulatedPanel:
+class EmulatedDevice:
     """Fingers on the emulated device of one page.
 
     The device's clock runs ahead of ours: a touch has settled and been measured after tens of its

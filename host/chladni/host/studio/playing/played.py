@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.boards.prepared import Prepared
 from chladni.host.studio.messages.requests import Place
 from chladni.sim.coil.full_drive import full_drive
 

@@ -8,17 +8,17 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TypeVar
 
-from chladni.host.studio.boards.builder import Prepared, ReadyBoard
+from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.host.studio.messages.requests import Order, Place
 from chladni.host.studio.messages.sender import Sender
-from chladni.host.studio.playing.device_port import Attached
+from chladni.host.studio.playing.device_port import DevicePort
 from chladni.sim.errors import ChladniError, InputError, MissingError
 
 Result = TypeVar("Result")
 PROGRESS_S = 0.2
 
 
-class Instrument:
+class RealDevice:
     """Attaches a device, passes presses on to it, and does what a page orders.
 
     Parameters
@@ -31,7 +31,7 @@ class Instrument:
 
     def __init__(self, sender: Sender, known: Sequence[str]) -> None:
         self._sender, self._known = sender, known
-        self._attached: Attached | None = None
+        self._attached: DevicePort | None = None
         self._thread = ThreadPoolExecutor(1, "device")
         self._wanted: Place | None = None
         self._has_news = asyncio.Event()
@@ -43,7 +43,7 @@ class Instrument:
             await self._sender.send({"type": "device", "port": None, "said": "let go"})
             return
         try:
-            self._attached = await self._in(lambda: Attached(port, self._known))
+            self._attached = await self._in(lambda: DevicePort(port, self._known))
             await self._about("")
         except ChladniError as error:
             await self._lost(error)
@@ -86,7 +86,7 @@ class Instrument:
         self._thread.submit(self._let_go)
         self._thread.shutdown(wait=False)
 
-    async def _ordered(self, attached: Attached, order: Order, shown: Prepared | None) -> str:
+    async def _ordered(self, attached: DevicePort, order: Order, shown: Prepared | None) -> str:
         done = [0, 0]
 
         def tell(now: int, of_all: int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from chladni.drives.problem.problem import Problem
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
-from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.boards.prepared import Prepared
 from chladni.host.studio.playing.played import Played
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field

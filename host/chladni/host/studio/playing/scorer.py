@@ -7,7 +7,7 @@ import contextlib
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic
 
-from chladni.host.studio.boards.builder import Prepared
+from chladni.host.studio.boards.prepared import Prepared
 from chladni.host.studio.messages.sender import Sender
 from chladni.host.studio.playing.played import Played
 from chladni.host.studio.playing.scored import numbers_of

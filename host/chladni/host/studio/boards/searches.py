@@ -125,7 +125,7 @@ class Searches:
             self._latest.close()
 
 
-class Watch:
+class PageSearch:
     """One page's search.
 
     Parameters

@@ -1,0 +1,81 @@
+"""What a page has chosen to play, and that board once its plate is solved and its table built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chladni.drives.methods import Progress
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.sim.board.board import Board
+from chladni.sim.errors import check_estimate
+from chladni.sim.fields.transfer import TOLERANCE
+from chladni.tables.build import build_table
+from chladni.tables.table import Table
+
+TABLE_METHOD = "phasor"
+"""Of which tables are built; drives of another one are computed at each press."""
+
+
+@dataclass(frozen=True)
+class BoardChoice:
+    """What a page plays: a board, what its drives are best at, and the method that finds them.
+
+    Choices are equal if their boards are equal in every value.
+    """
+
+    board: Board
+    objective: str
+    method: str = TABLE_METHOD
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A board with its plate solved."""
+
+    choice: BoardChoice
+    solved: SolvedBoard
+
+    @classmethod
+    def of(cls, choice: BoardChoice) -> Prepared:
+        """Solve a board's plate.
+
+        Raises
+        ------
+        ToleranceError
+            Its fields may be wrong by more than 5 %.
+        """
+        solved = solved_board(choice.board)
+        check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
+        return cls(choice, solved)
+
+    @property
+    def board(self) -> Board:
+        """The board."""
+        return self.choice.board
+
+
+@dataclass(frozen=True)
+class ReadyBoard(Prepared):
+    """A board with its plate solved and its table built."""
+
+    table: Table
+
+    @classmethod
+    def of(
+        cls, choice: BoardChoice, *, jobs: int | None = None, progress: Progress | None = None
+    ) -> ReadyBoard:
+        """Solve a board's plate and build its table.
+
+        Parameters
+        ----------
+        jobs
+            Threads; all cores by default.
+        progress
+            Called as progress(done regions, all regions).
+        """
+        solved = Prepared.of(choice).solved
+        table, _ = build_table(
+            choice.board, objective=choice.objective, jobs=jobs, progress=progress,
+            allow_unmet=True,
+        )  # fmt: skip
+        return cls(choice, solved, table)
