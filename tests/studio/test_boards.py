@@ -173,6 +173,18 @@ def test_a_choice_that_cannot_be_made_leaves_what_was_there(studio: Studio) -> N
         assert told_of(own, "played")["state"] == "playing"
 
 
+def test_a_press_on_a_board_that_is_left_for_another_hinders_no_later_one(studio: Studio) -> None:
+    """The board that is left is still being made: its press is never played."""
+    with opened(studio) as own:
+        ask(own, **CHOOSE | {"objective": "balanced"})
+        ask(own, **PRESS)
+        ask(own, **CHOOSE)
+        assert told_of(own, "board")["objective"] == "ssim"
+        own.recv(TIMEOUT_S)
+        ask(own, **PRESS | {"number": 2})
+        assert told_of(own, "played")["number"] == 2
+
+
 def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, small_file: Path) -> None:
     text = small_file.read_text(encoding="utf-8")
     with opened(studio) as own:

@@ -15,9 +15,10 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
+from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.host.studio.messages.sender import Sender
-from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, InputError, StoppedError
+from chladni.tables.build import default_objective
 
 MOST_EVALUATIONS = 500
 """Of a search on a page: some ten minutes on two cores. `chladni design` has no such limit."""
@@ -151,8 +152,8 @@ class PageSearch:
         if self._search is not None:
             self._search.stop()
 
-    def taken(self, index: int) -> Board:
-        """A board that it found.
+    def taken(self, index: int) -> BoardChoice:
+        """A board that it found, for the board's own objective.
 
         Raises
         ------
@@ -162,7 +163,8 @@ class PageSearch:
         entries = self._search.entries if self._search else ()
         if index >= len(entries):
             raise InputError("index", index, f"one of the {len(entries)} boards that were found")
-        return completed_board(entries[index].document)
+        board = completed_board(entries[index].document)
+        return BoardChoice(board, default_objective(board))
 
     async def follow(self) -> None:
         """Tell the page how each search goes, until cancelled."""

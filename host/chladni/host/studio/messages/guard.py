@@ -29,6 +29,8 @@ HEADERS = {
     "cache-control": "no-store",
 }
 """Nothing is loaded from elsewhere, framed, kept, or told to where links lead."""
+TOO_MUCH, UNSUPPORTED = 1008, 1003
+"""Codes with which a connection is closed (RFC 6455, 7.4.1): policy, kind of data."""
 
 
 class Guard:
@@ -97,6 +99,14 @@ async def _refuse(receive: Receive, send: Send, status: int, *, is_socket: bool)
     await send({"type": "http.response.start", "status": status,
                 "headers": [(b"content-type", b"text/plain")]})  # fmt: skip
     await send({"type": "http.response.body", "body": b"not for you\n"})
+
+
+class SentAwayError(Exception):
+    """A page does what it may not: its connection is closed, with this code and reason."""
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self.code, self.reason = code, reason
 
 
 class Rate:

@@ -12,8 +12,9 @@ from typing import Any
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
 from chladni.host.studio.boards.prepared import Prepared
-from chladni.host.studio.messages.requests import Place, Touch
+from chladni.host.studio.messages.requests import Move, Place, Touch
 from chladni.host.studio.playing.played import Played
+from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 
@@ -34,13 +35,8 @@ class ComputedDrives:
         self.prepared = prepared
         self._down: dict[int, Place] = {}
 
-    def move(self, part: str, index: int, place_mm: Place) -> Prepared:
-        """Put a coil or a screw elsewhere and solve the plate again.
-
-        Parameters
-        ----------
-        part
-            "actuators" or "screws".
+    def move(self, moves: Sequence[Move]) -> Prepared:
+        """Put coils or screws elsewhere and solve the plate again.
 
         Raises
         ------
@@ -48,13 +44,9 @@ class ComputedDrives:
             There is none of that number, or it may not be there. Nothing has moved then.
         """
         board = self.prepared.board
-        parts = list(getattr(board, part))
-        if index >= len(parts):
-            raise InputError("index", index, f"one of the board's {len(parts)} {part}")
-        parts[index] = replace(parts[index], at=(place_mm[0] * MM, place_mm[1] * MM))
-        changed: dict[str, Any] = {part: tuple(parts)}
-        moved = replace(board, **changed)
-        self.prepared = Prepared.of(replace(self.prepared.choice, board=moved))
+        for move in moves:
+            board = _moved(board, move)
+        self.prepared = Prepared.of(replace(self.prepared.choice, board=board))
         return self.prepared
 
     def apply(self, touches: Sequence[Touch]) -> Played | None:
@@ -87,3 +79,13 @@ class ComputedDrives:
         choice = self.prepared.choice
         found = solve_problem(problem, choice.method, Options(choice.objective, SEED))
         return Played(place_mm, found.drive, None, COMPUTED)
+
+
+def _moved(board: Board, move: Move) -> Board:
+    parts = list(getattr(board, move.part))
+    if move.index >= len(parts):
+        raise InputError("index", move.index, f"one of the board's {len(parts)} {move.part}")
+    x_mm, y_mm = move.place_mm
+    parts[move.index] = replace(parts[move.index], at=(x_mm * MM, y_mm * MM))
+    changed: dict[str, Any] = {move.part: tuple(parts)}
+    return replace(board, **changed)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
+
+from starlette.websockets import WebSocketDisconnect
 
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
-from chladni.host.studio.messages.requests import Order, Place
+from chladni.host.studio.messages.requests import Attach, Order, Place
 from chladni.host.studio.messages.sender import Sender
 from chladni.host.studio.playing.device_port import DevicePort
 from chladni.sim.errors import ChladniError, InputError, MissingError
 
 Result = TypeVar("Result")
+MOST_ORDERS = 2
+"""One that is at work, and one to let go of it."""
 PROGRESS_S = 0.2
 
 
@@ -33,10 +37,43 @@ class RealDevice:
         self._sender, self._known = sender, known
         self._attached: DevicePort | None = None
         self._thread = ThreadPoolExecutor(1, "device")
+        self._orders: set[asyncio.Task[None]] = set()
         self._wanted: Place | None = None
         self._has_news = asyncio.Event()
 
-    async def attach(self, port: str | None) -> None:
+    def begin(self, request: Attach | Order, shown: Prepared | None) -> None:
+        """Have the device do something, of which the page hears; it can ask more meanwhile.
+
+        Parameters
+        ----------
+        shown
+            The board of the page; None while it is made ready.
+
+        Raises
+        ------
+        InputError
+            The device is still at what was asked before.
+        """
+        if len(self._orders) >= MOST_ORDERS:
+            raise InputError("order", "another one", "one at a time")
+        if isinstance(request, Attach):
+            work = self._attach(request.port)
+        else:
+            work = self._do(request, shown)
+        task = asyncio.create_task(self._told(work))
+        self._orders.add(task)
+        task.add_done_callback(self._orders.discard)
+
+    async def _told(self, work: Coroutine[Any, Any, None]) -> None:
+        """Work of which the page hears what was wrong."""
+        try:
+            await work
+        except ChladniError as error:
+            await self._sender.refuse(error)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # the page has gone
+
+    async def _attach(self, port: str | None) -> None:
         """Take a port, or let go of it; the page hears what is there."""
         await self._in(self._let_go)
         if port is None:
@@ -48,7 +85,7 @@ class RealDevice:
         except ChladniError as error:
             await self._lost(error)
 
-    async def do(self, order: Order, shown: Prepared | None) -> None:
+    async def _do(self, order: Order, shown: Prepared | None) -> None:
         """What a page orders; it hears how far that is, and what came of it."""
         attached = self._attached
         if attached is None:
@@ -83,6 +120,8 @@ class RealDevice:
 
     def close(self) -> None:
         """Let go of the device, once it has done what it is at."""
+        for task in self._orders:
+            task.cancel()
         self._thread.submit(self._let_go)
         self._thread.shutdown(wait=False)
 

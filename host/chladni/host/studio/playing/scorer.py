@@ -20,39 +20,43 @@ QUIET_S, LATEST_S = 0.1, 0.5
 class Scorer:
     """Scores what one page plays.
 
-    Attributes
+    Parameters
     ----------
-    latest
-        The last press's number, board and drive; None before the first one of a board.
+    sender
+        To the page.
     """
 
     def __init__(self, sender: Sender) -> None:
         self._sender = sender
         self._has_news = asyncio.Event()
         # Of its own: what one page asks for takes no thread from another.
-        self._pen = ThreadPoolExecutor(1, "score")
-        self.latest: tuple[int, Prepared, Played] | None = None
+        self._thread = ThreadPoolExecutor(1, "score")
+        self._latest: tuple[int, Prepared, Played] | None = None
 
     def put(self, number: int, shown: Prepared, played: Played) -> None:
         """A press that plays."""
-        self.latest = number, shown, played
+        self._latest = number, shown, played
         self._has_news.set()
+
+    def forget(self) -> None:
+        """Send no score of the presses so far."""
+        self._latest = None
 
     async def follow(self) -> None:
         """Until it is cancelled."""
         while True:
             await self._has_news.wait()
             await self._quiet()
-            if self.latest is None:
+            if self._latest is None:
                 continue
-            number, shown, played = self.latest
+            number, shown, played = self._latest
             loop = asyncio.get_running_loop()
             try:
-                numbers = await loop.run_in_executor(self._pen, numbers_of, shown, played)
+                numbers = await loop.run_in_executor(self._thread, numbers_of, shown, played)
             except ChladniError as error:
                 await self._sender.refuse(error, number)
                 continue
-            if self.latest is not None and self.latest[1] is shown:
+            if self._latest is not None and self._latest[1] is shown:
                 await self._sender.send({"type": "scored", "number": number, **numbers})
 
     async def _quiet(self) -> None:
@@ -66,4 +70,4 @@ class Scorer:
 
     def close(self) -> None:
         """Score nothing more."""
-        self._pen.shutdown(wait=False, cancel_futures=True)
+        self._thread.shutdown(wait=False, cancel_futures=True)
