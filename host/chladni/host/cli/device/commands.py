@@ -18,9 +18,9 @@ from chladni.host.cli.device.flash import flash
 from chladni.host.cli.device.network import network
 from chladni.host.cli.device.playing import self_test, stream
 from chladni.host.device.device import Device
+from chladni.host.device.info_rows import info_rows
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import USB_VENDORS, SerialWire
-from chladni.host.device.words import in_units
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError
@@ -56,7 +56,7 @@ def info(
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
-    answer(result if as_json else in_units(result), as_json=as_json, title="Device")
+    answer(result if as_json else info_rows(result), as_json=as_json, title="Device")
 
 
 def check_playing(info: dict[str, Any], *, is_emulated: bool) -> None:

@@ -1,6 +1,6 @@
 // A design that the server runs: begun and stopped here, its front drawn as it grows.
 
-import { micrometres } from "./numbers.js";
+import { micrometres } from "./scorecard.js";
 
 const MOST_BYTES = 65536; // of a SPEC; the server refuses more
 const SPACE = "http://www.w3.org/2000/svg";

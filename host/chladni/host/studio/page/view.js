@@ -1,9 +1,9 @@
 // One board on the page: its picture, its marks and its numbers.
 
 import { Design } from "./design.js";
-import { Device } from "./device.js";
-import { micrometres, showCoils, showLatency, showNumbers } from "./numbers.js";
-import { Parts } from "./parts.js";
+import { RealDevice } from "./real_device.js";
+import { micrometres, showCoils, showLatency, showNumbers } from "./scorecard.js";
+import { MovableParts } from "./movable_parts.js";
 import { Field } from "./picture/field.js";
 import { Marks } from "./picture/marks.js";
 import { Painter } from "./picture/painter.js";
@@ -36,8 +36,8 @@ export class View {
     this.startControls();
     this.queue = new Queue((message) => this.source.send(message));
     this.setup = new Setup(this);
-    this.movable = new Parts(this);
-    this.device = new Device(this);
+    this.movable = new MovableParts(this);
+    this.realDevice = new RealDevice(this);
     this.design = new Design(this);
     this.source = connect(this);
     parts.nocanvas.hidden = this.painter.works;
@@ -81,7 +81,7 @@ export class View {
   lost(reason) {
     this.queue.reset();
     this.touches.letGo();
-    this.device.lost();
+    this.realDevice.lost();
     this.design.lost();
     const why = reason ? ` It said: ${reason}.` : "";
     this.say(`No connection to the studio; trying again.${why} If it was started again, it may have another address.`);
@@ -96,12 +96,12 @@ export class View {
     this.touches.letGo();
     this.say("");
     this.setup.hello(message);
-    this.device.hello(message);
+    this.realDevice.hello(message);
     this.design.hello(message);
   }
 
   on_device(message) {
-    this.device.shown(message);
+    this.realDevice.shown(message);
   }
 
   on_search(message) {
@@ -109,7 +109,7 @@ export class View {
   }
 
   on_doing(message) {
-    this.device.doing(message);
+    this.realDevice.doing(message);
   }
 
   on_file(message) {

@@ -9,9 +9,9 @@ from serial.tools import list_ports
 
 from chladni.host.device.configure import change_settings
 from chladni.host.device.device import Device
+from chladni.host.device.info_rows import info_rows
 from chladni.host.device.self_test import SELF_TEST_S, try_channel
 from chladni.host.device.wire import USB_VENDORS, SerialWire
-from chladni.host.device.words import in_units
 from chladni.host.protocol.config import board_settings
 from chladni.host.protocol.settings import SHOWN, parse_setting
 from chladni.sim.board.board import Board
@@ -59,7 +59,7 @@ class DevicePort:
         config = device.config()
         return {
             "port": self.port,
-            "rows": [[name, str(value)] for name, value in in_units(info).items()],
+            "rows": [[name, str(value)] for name, value in info_rows(info).items()],
             "settings": [
                 [own.name, own.text(config[raw], config["channels"])]
                 for raw, own in SHOWN.items() if raw not in UNSHOWN

@@ -1,8 +1,8 @@
 // A real device at a port of the server's machine: attach it, ask it, give it orders.
 
-import { showRows } from "./numbers.js";
+import { showRows } from "./scorecard.js";
 
-export class Device {
+export class RealDevice {
   // `view`: has parts, section and source.
   constructor(view) {
     this.view = view;

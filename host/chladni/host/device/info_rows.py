@@ -1,11 +1,11 @@
-"""What a device says of itself, for people."""
+"""What a device says of itself as rows for people, in words and units."""
 
 from __future__ import annotations
 
 from typing import Any
 
 
-def in_units(info: dict[str, Any]) -> dict[str, Any]:
+def info_rows(info: dict[str, Any]) -> dict[str, Any]:
     """`Device.info` and its faults by rows; `link` and `faults` are added to the answer."""
     table = "none"
     if info["table_bytes"]:

@@ -1,10 +1,10 @@
-// The page of a file. In place of a server it has drives for places all over the board, and counts
-// for itself what it can.
+// The page as a file: no server plays, so it has drives for places all over the board and works the
+// numbers out that it can.
 
 import { startTheme } from "./theme.js";
 import { View } from "./view.js";
 
-class FileSource {
+class ExportedBoard {
   // `data`: as export.py writes it. `listener`: as of a connection.
   constructor(data, listener) {
     this.data = data;
@@ -74,4 +74,4 @@ startTheme(document.getElementById("theme"));
 const data = JSON.parse(document.getElementById("data").textContent);
 const views = document.getElementById("views");
 views.replaceChildren();
-new View(document.getElementById("view"), views, (listener) => new FileSource(data, listener));
+new View(document.getElementById("view"), views, (listener) => new ExportedBoard(data, listener));

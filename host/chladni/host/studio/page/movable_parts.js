@@ -2,7 +2,7 @@
 
 const KINDS = [["actuators", "coil"], ["screws", "screw"]];
 
-export class Parts {
+export class MovableParts {
   // `view`: has parts, queue and waits().
   constructor(view) {
     this.view = view;
