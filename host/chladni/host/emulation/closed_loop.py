@@ -35,13 +35,6 @@ from chladni.tables.table import Table
 
 ComplexArray = NDArray[np.complex128]
 
-PANEL_MS = 12.0
-"""One report of the panel and one turn of the main loop."""
-SETTLE_MS = 2.0
-"""After a ramp, until the error feedback has forgotten it."""
-LEAST_WAVES = 8
-"""A settled drive is measured over this many waves."""
-
 
 @dataclass(frozen=True)
 class ChannelReport:
@@ -167,11 +160,6 @@ def _first_and_last(events: Sequence[TouchEvent]) -> tuple[float, float]:
     """When the finger that plays comes, and when it is put to its last place, ms."""
     times = [at_ms for at_ms, place in playing_finger(events) if place is not None]
     return times[0], times[-1]
-
-
-def settled_ms(table: Table, touch: TouchEvent) -> float:
-    """When a touch plays steadily: after its report and the ramp."""
-    return touch.at_ms + PANEL_MS + table.limits.ramp_us / 1e3 + SETTLE_MS
 
 
 def _channels(

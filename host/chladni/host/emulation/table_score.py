@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.survey import SAMPLES, Place, Score, active_lattice, score_drives
-from chladni.host.emulation.closed_loop import LEAST_WAVES, settled_ms
 from chladni.host.emulation.demodulate import Play, made_drive
 from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
+from chladni.host.emulation.settling import LEAST_WAVES, settled_ms
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.tables.table import Table

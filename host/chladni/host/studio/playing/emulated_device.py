@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from chladni.host.emulation.closed_loop import LEAST_WAVES, SETTLE_MS
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
+from chladni.host.emulation.settling import LEAST_WAVES, SETTLE_MS
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.requests import Place, Touch
 from chladni.host.studio.playing.played import Played
