@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from starlette.websockets import WebSocketDisconnect
 
 from chladni.drives.methods import METHODS
-from chladni.drives.problem.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES
 from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
 from chladni.host.studio.boards.prepared import BoardChoice, Prepared
