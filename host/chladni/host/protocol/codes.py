@@ -5,9 +5,15 @@ The one declaration of them; `tools/generate_headers.py` writes the C++ enumerat
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from chladni.sim.coil.waveforms import WAVEFORMS
+
+
+def numbered(names: Iterable[str]) -> str:
+    """What numbers from 0 stand for, as a field's meaning says it."""
+    return ", ".join(f"{k} {name}" for k, name in enumerate(names))
 
 
 @dataclass(frozen=True)

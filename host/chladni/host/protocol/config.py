@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from chladni.host.protocol.codes import numbered
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.gpio import PinFault, pin_fault
@@ -34,8 +35,8 @@ CARRIER_PERIODS_PER_FRAME = 8
 
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLC".'),
-    Field("version_major", "u8", "2. A reader refuses another."),
-    Field("version_minor", "u8", "0. 2.x may append fields, no more."),
+    Field("version_major", "u8", f"{VERSION_MAJOR}. A reader refuses another."),
+    Field("version_minor", "u8", f"{VERSION_MINOR}. {VERSION_MAJOR}.x may append fields, no more."),
     Field("total_bytes", "u16", "Whole record, its CRC included."),
     Field("sequence", "u32", "The record with the higher number counts."),
 )
@@ -68,7 +69,7 @@ SETTINGS = (
     _setting("panel", "u8", 0, len(PANELS) - 1, 0, "0 none, 1 find, 2 FT6x36, 3 GT911."),
     _setting("panel_turns", "u8", 0, 3, 0, "Quarter turns from the panel's to the board's x."),
     _setting("panel_mirrored", "u8", 0, 1, 0, "Along the panel's x, before it is turned."),
-    _setting("waveform", "u8", 0, len(WAVEFORMS) - 1, 0, "0 sine, 1 triangle, 2 square, 3 ramp."),
+    _setting("waveform", "u8", 0, len(WAVEFORMS) - 1, 0, f"{numbered(WAVEFORMS)}."),
     _setting("on_move", "u8", 0, len(MOVES) - 1, 0, "0 the drive follows the finger, 1 it stays."),
     _setting("press_reports", "u8", 1, 8, 1, "Reports in a row that make a touch."),
     _setting("pwm_pins", "u8x16", 0, 255, (2, 4, 15, 16, 17, *(NOT_WIRED,) * 11), "GPIO numbers."),
@@ -301,7 +302,8 @@ def unpack_config(data: bytes) -> tuple[DeviceConfig, int]:
         raise InputError("configuration", f"{len(data)} bytes", f"{RECORD_BYTES} at least")
     places = offsets(FIELDS)
     if data[:4] != MAGIC or data[places["version_major"]] != VERSION_MAJOR:
-        raise InputError("configuration", data[:6].hex(), "a configuration of version 1")
+        expected = f"a configuration of version {VERSION_MAJOR}"
+        raise InputError("configuration", data[:6].hex(), expected)
     total = int.from_bytes(data[places["total_bytes"] :][:2], "little")
     if not RECORD_BYTES <= total <= len(data):
         raise InputError("total_bytes", total, f"{RECORD_BYTES} to {len(data)}")

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
+from chladni.host.protocol.codes import numbered
+from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
 VERSION_MAJOR, VERSION_MINOR = 2, 0
@@ -144,7 +146,7 @@ MESSAGES = (
                                       "something ended it."),), "", ""),
     Message(10, "frequency", (Field("millihertz", "u32", "Millihertz; one of the table's."),), "",
             (Field("table_status", "u8", "0 is ok."),), "", "Of touches from now on."),
-    Message(11, "waveform", (Field("waveform", "u8", "0 sine, 1 triangle, 2 square, 3 ramp."),),
+    Message(11, "waveform", (Field("waveform", "u8", f"{numbered(WAVEFORMS)}."),),
             "", (), "", "Of touches from now on."),
     Message(12, "config_get", (), "", (), "a configuration record", "What is in force."),
     Message(13, "config_set", (), "a configuration record",

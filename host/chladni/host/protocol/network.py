@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
+from chladni.host.protocol.codes import numbered
 from chladni.host.protocol.link import CRC_BYTES, MAX_FRAME
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import read_with_mode, write_new
@@ -35,7 +36,7 @@ SHORTEST_PASSPHRASE = 8
 RECORD_MAGIC = b"CHLN"
 RECORD_FIELDS = (
     Field("magic", "char4", 'The letters "CHLN".'),
-    Field("version", "u16", "1. A reader refuses another."),
+    Field("version", "u16", f"{VERSION}. A reader refuses another."),
     Field("port", "u16", "UDP port the device listens on."),
     Field("key", f"char{KEY_BYTES}", "Shared secret of host and device."),
     Field("ssid", f"char{SSID_BYTES}", "Of the network, filled up with zeros."),
@@ -56,9 +57,9 @@ class Kind(IntEnum):
 
 DATAGRAM_MAGIC = 0xC41D
 DATAGRAM_FIELDS = (
-    Field("magic", "u16", "C41Dh."),
-    Field("version", "u8", "1; another is dropped."),
-    Field("kind", "u8", "0 request, 1 answer, 2 hello, 3 welcome."),
+    Field("magic", "u16", f"{DATAGRAM_MAGIC:X}h."),
+    Field("version", "u8", f"{VERSION}; another is dropped."),
+    Field("kind", "u8", f"{numbered(kind.name.lower() for kind in Kind)}."),
     Field("counter", "u32", "From 1, one more with each; taken once. 0 in hello and welcome."),
     Field("session", "u64", "Drawn by the device; in hello and welcome a number the host drew."),
 )
