@@ -21,6 +21,8 @@ from chladni.host.emulation.emulator import (
 )
 from chladni.host.emulation.emulator import emulate as emulate_board
 from chladni.host.protocol.config import DeviceConfig
+from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.gpio import GATES
 from chladni.tables import layout
 from chladni.tables.format import pack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
@@ -117,6 +119,11 @@ def forge(table: Table, **fields: Any) -> bytes:
     return with_crc(data)
 
 
+def some_pins(count: int = 5) -> tuple[int, ...]:
+    """Gates for so many channels, and none for the rest: any will do."""
+    return (*GATES[:count], *(NOT_WIRED,) * (layout.MAX_ACTUATORS - count))
+
+
 def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any) -> DeviceConfig:
     """A device for a table, with a fine panel over its board and nothing that limits it."""
     grid = RegionGrid(1, 1, 71500, 146700) if table is None else table.grid
@@ -124,6 +131,7 @@ def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any)
     known: dict[str, Any] = covering_panel(grid.width_um / 1e3, grid.length_um / 1e3)
     known |= {
         "channels": count,
+        "pwm_pins": some_pins(count),
         "min_on_ns": 0,
         "supply_ma": 20_000,
         "full_rise_dk": (1,) * count + (0,) * (16 - count),

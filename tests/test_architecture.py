@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from chladni.sim.board.file import load_board
 from conftest import ROOT
 
 CORE = ROOT / "firmware" / "esp32" / "core"
@@ -85,6 +86,20 @@ def test_every_board_number_lives_in_board_files() -> None:
             for match in re.finditer(rf"(?<![\d.]){re.escape(number)}(?![\d.])", text):
                 line = text[text.rfind("\n", 0, match.start()) + 1 : text.find("\n", match.end())]
                 assert line.lstrip().startswith(("#", "//", '"""')), f"{path}: {line}"
+
+
+def test_the_authors_pins_are_declared_in_board_files_alone() -> None:
+    pins = load_board("prototype").electronics.pwm_pins
+    written = (", ".join(map(str, pins)), " | ".join(f"BIT({pin})" for pin in pins))
+    rooms = ("sim", "tables", "host", "firmware", "bootloader_components", "tools")
+    holders = [
+        path.relative_to(ROOT).as_posix()
+        for room in rooms
+        for path in (ROOT / room).rglob("*.*")
+        if path.suffix in (".py", ".cpp", ".hpp", ".c", ".h")
+        and any(text in path.read_text(encoding="utf-8") for text in written)
+    ]
+    assert holders == ["bootloader_components/gates/gates.h"]
 
 
 @pytest.mark.parametrize("page", ["security.md", "reliability.md"])

@@ -4,7 +4,7 @@
     python tools/generate_headers.py --check  exit with 1 if a committed one differs
 
 The table format is declared in `chladni.tables.layout`, the configuration in
-`chladni.host.protocol.config`, the sine here.
+`chladni.host.protocol.config`, the sine here, and the bootloader's pins in `boards/prototype.toml`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,12 @@ from chladni.host.protocol import config as device_config
 from chladni.host.protocol import table_store as flash_layout
 from chladni.sim.board import gpio
 from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.file import load_board
 from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
+BOOTLOADER_BOARD = "prototype"
+"""What the bootloader knows of a device: the board whose gates are low before it is configured."""
 SINE_QUARTER_POINTS = 256
 """Intervals in a quarter wave. Linear interpolation between them errs by (π/512)²/8 = 4.7e-6 of
 full scale, under the half step of Q15 (1.5e-5)."""
@@ -105,6 +108,31 @@ def gpio_header() -> str:
             f"constexpr uint64_t kInputs = {mask(gpio.INPUTS)};",
             f"constexpr uint32_t kNotWired = {NOT_WIRED}U;",
         ],
+    )
+
+
+def bootloader_header() -> str:
+    """`gates.h` of the bootloader: the gates that it holds low, in C."""
+    board = load_board(BOOTLOADER_BOARD)
+    pins = board.electronics.pwm_pins
+    bits = " | ".join(f"BIT({pin})" for pin in pins)
+    return "\n".join(
+        [
+            cpp_text.BANNER,
+            f"// The gates of boards/{BOOTLOADER_BOARD}.toml.",
+            "#pragma once",
+            "",
+            '#include "soc/io_mux_reg.h"',
+            '#include "soc/soc.h"',
+            "",
+            f"#define GATES ({bits})",
+            "",
+            "// A pin's register has its name from the pin, so that no loop reaches it.",
+            "static inline void select_gpio_for_gates(void) {",
+            *(f"  PIN_FUNC_SELECT(IO_MUX_GPIO{pin}_REG, PIN_FUNC_GPIO);" for pin in pins),
+            "}",
+            "",
+        ]
     )
 
 
@@ -289,6 +317,7 @@ HEADERS: dict[str, Callable[[], str]] = {
     "../../../../docs/link-protocol.md": link_page,
     "sine_table.hpp": sine_header,
     "gpio.hpp": gpio_header,
+    "../../../../bootloader_components/gates/gates.h": bootloader_header,
 }
 
 

@@ -17,8 +17,11 @@ from made_up import make_table
 
 TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
 NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
-CONFIG = DeviceConfig(panel=PANELS.index("ft6x36"), interrupt_pin=34, reset_pin=RESET_PIN)
-DEFAULT_GATES = {2, 4, 15, 16, 17}
+PINS = (4, 5, 12, 14, 18)
+CONFIG = DeviceConfig(
+    pwm_pins=(*PINS, *(255,) * 11), panel=PANELS.index("ft6x36"), interrupt_pin=34,
+    reset_pin=RESET_PIN,
+)  # fmt: skip
 
 
 @contextmanager
@@ -38,4 +41,4 @@ def started(
 def playing(chip: Chip, device: Device) -> None:
     device.touch(0.0, 0.0)
     chip.run(30)
-    assert chip.on == DEFAULT_GATES
+    assert chip.on == set(PINS)

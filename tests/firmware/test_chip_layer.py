@@ -16,7 +16,7 @@ from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.board.gpio import GATES
 from chladni.tables.format import pack
 from firmware.chip_process import FIRMWARE, RESET_PIN, Chip, branches, build, gates_of
-from firmware.chip_started import CONFIG, DEFAULT_GATES, playing, started
+from firmware.chip_started import CONFIG, PINS, playing, started
 from made_up import make_table
 
 
@@ -32,7 +32,7 @@ def test_it_starts_and_plays_over_the_link(program: Path) -> None:
         assert (info["state"], info["stack_free"]) == ("idle", 5000)
         device.touch(0.0, 0.0)
         chip.run(30)
-        assert chip.on == DEFAULT_GATES
+        assert chip.on == set(PINS)
         device.lift()
         chip.run(40)
         chip.run(5)
@@ -155,7 +155,7 @@ def test_gates_above_31_play_and_are_cut(program: Path) -> None:
 
 
 def test_pins_that_cannot_be_leave_the_link(program: Path) -> None:
-    with started(program, config=DeviceConfig(channels=6)) as chip, Device(chip) as device:
+    with started(program, config=CONFIG.with_values(channels=6)) as chip, Device(chip) as device:
         assert "configuration refused" in [fault["cause"] for fault in device.faults()]
         chip.run(50)
         assert not chip.on
@@ -335,7 +335,8 @@ def test_a_timer_that_cannot_be_moved_is_said_once(program: Path) -> None:
 
 
 def test_a_panel_without_its_lines_and_a_device_without_partitions(program: Path) -> None:
-    with started(program, config=DeviceConfig(panel=1)) as chip, Device(chip) as device:
+    config = CONFIG.with_values(panel=PANELS.index("find"), interrupt_pin=255, reset_pin=255)
+    with started(program, config=config) as chip, Device(chip) as device:
         chip.run(50)
         assert device.info()["state"] == "idle"
     chip = Chip(program)
@@ -343,7 +344,11 @@ def test_a_panel_without_its_lines_and_a_device_without_partitions(program: Path
         chip.run(20)
         device = Device(chip)
         assert device.info()["state"] == "fault"
+        # It has no pins and starts all the same: the interrupt is heard, and nothing is driven.
+        assert "did not start" not in device.log
+        assert "interrupt stopped" not in [fault["cause"] for fault in device.faults()]
+        assert not chip.on
         with pytest.raises(LinkError):
-            device.set_config(DeviceConfig())
+            device.set_config(CONFIG)
     finally:
         chip.close()

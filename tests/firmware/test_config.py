@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +14,7 @@ from chladni.host.device.link import LinkError
 from chladni.host.device.udp import EmulatedPort, UdpWire
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation import _emulator
+from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.config import (
     CEILINGS,
     FIELDS,
@@ -24,12 +27,13 @@ from chladni.host.protocol.config import (
     pack_config,
     unpack_config,
 )  # fmt: skip
+from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import GATES
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.layout import offsets
-from made_up import make_table, powered
+from made_up import make_table, powered, some_pins
 from networked import KEY, networked
 
 VERSION_BYTE = offsets(FIELDS)["version_major"]
@@ -53,6 +57,10 @@ def held(core: _emulator.Emulator) -> DeviceConfig:
         except InputError:
             continue
     return max(found, key=lambda pair: pair[1])[0]
+
+
+def wired(**values: Any) -> DeviceConfig:
+    return DeviceConfig(pwm_pins=some_pins(), **values)
 
 
 def values_of(setting: Setting) -> st.SearchStrategy[object]:
@@ -90,19 +98,24 @@ def test_what_is_packed_is_read_by_both_sides(config: DeviceConfig, sequence: in
     assert held(core) == config
 
 
-def test_defaults_are_the_authors_board_on_both_sides() -> None:
-    core = booted()
-    assert core.config_status == "never configured"
-    assert core.save_config(pack_config(DeviceConfig())) == "ok"
+def test_a_device_that_was_never_configured_has_the_defaults_and_no_pins() -> None:
+    """The authors' board but for pins and panel, the same on both sides."""
+    emulator = Emulator(DeviceConfig(), None, must_play=False, flash={})
+    assert emulator.core.config_status == "never configured"
+    with Device(EmulatorWire(emulator)) as device:
+        default = device.config()
+        assert default == DeviceConfig()
+        assert set(default["pwm_pins"]) == {NOT_WIRED}
+        with pytest.raises(LinkError, match="pins"):
+            device.set_config(default)
     board = config_of(load_board("prototype"))
-    default = DeviceConfig()
-    for name in ("channels", "pwm_bits", "pwm_pins", "sda_pin", "scl_pin", "full_current_ma",
+    for name in ("channels", "pwm_bits", "sda_pin", "scl_pin", "full_current_ma",
                  "full_rise_dk", "limit_rise_dk", "supply_ma", "min_on_ns"):  # fmt: skip
         assert board[name] == default[name], name
 
 
 def test_damaged_records_are_refused_and_the_defaults_hold() -> None:
-    good = pack_config(DeviceConfig(level_q15=1000))
+    good = pack_config(wired(level_q15=1000))
     assert booted((0, good)).config_status == "ok"
     for position in range(len(good) * 8):
         bad = bytearray(good)
@@ -122,13 +135,13 @@ def test_damaged_records_are_refused_and_the_defaults_hold() -> None:
 
 @pytest.mark.parametrize("newer", [1, 2**31, 2**32 - 1])
 def test_the_newer_of_two_records_counts_across_the_wrap(newer: int) -> None:
-    older, newest = DeviceConfig(level_q15=1), DeviceConfig(level_q15=2)
+    older, newest = wired(level_q15=1), wired(level_q15=2)
     for order in (0, 1):
         core = booted(
             (order, pack_config(older, newer - 1)), (1 - order, pack_config(newest, newer))
         )
         # What is saved next goes over the older one and leaves the newest.
-        core.save_config(pack_config(DeviceConfig(level_q15=3)))
+        core.save_config(pack_config(wired(level_q15=3)))
         flash = core.flash_bytes("config")[(1 - order) * _emulator.SECTOR_BYTES :][:RECORD_BYTES]
         assert unpack_config(flash)[0] == newest
 
@@ -136,11 +149,11 @@ def test_the_newer_of_two_records_counts_across_the_wrap(newer: int) -> None:
 @pytest.mark.slow
 def test_a_cut_at_any_byte_leaves_the_old_or_the_new_record() -> None:
     """Torn in the erase and at every byte of the programme, from one record and from two."""
-    old, new = DeviceConfig(level_q15=111), DeviceConfig(level_q15=222)
+    old, new = wired(level_q15=111), wired(level_q15=222)
     starts: list[list[tuple[int, bytes]]] = [
         [(0, pack_config(old, 5))],
-        [(0, pack_config(old, 5)), (1, pack_config(DeviceConfig(), 4))],
-        [(1, pack_config(old, 5)), (0, pack_config(DeviceConfig(), 4))],
+        [(0, pack_config(old, 5)), (1, pack_config(wired(), 4))],
+        [(1, pack_config(old, 5)), (0, pack_config(wired(), 4))],
     ]
     cuts = [*range(0, 4096, 512), *range(4096, 4096 + RECORD_BYTES + 1)]
     for start in starts:
@@ -156,10 +169,10 @@ def test_a_cut_at_any_byte_leaves_the_old_or_the_new_record() -> None:
 
 
 def test_flash_that_lies_is_found_by_reading_back() -> None:
-    old = DeviceConfig(level_q15=111)
+    old = wired(level_q15=111)
     core = booted((0, pack_config(old)))
     core.let_flash_lie(True, "config")
-    assert core.save_config(pack_config(DeviceConfig(level_q15=5))) == "flash write failed"
+    assert core.save_config(pack_config(wired(level_q15=5))) == "flash write failed"
     core.let_flash_lie(False, "config")
     core.boot()
     assert held(core) == old
@@ -200,8 +213,8 @@ def test_a_device_that_was_never_configured_plays_nothing_and_says_so() -> None:
 
 def test_a_flipped_bit_never_brings_an_older_configuration_back_to_play() -> None:
     """`max_duty` 3000 for 2000: whichever bit it is, the outputs stay off and the cause is said."""
-    core = booted((0, pack_config(DeviceConfig(max_duty_q15=3000))))
-    assert core.save_config(pack_config(DeviceConfig(max_duty_q15=2000))) == "ok"
+    core = booted((0, pack_config(wired(max_duty_q15=3000))))
+    assert core.save_config(pack_config(wired(max_duty_q15=2000))) == "ok"
     core.boot()
     assert core.config_status == "ok"
     newest = core.flash_bytes("config")[_emulator.SECTOR_BYTES :][:RECORD_BYTES]
@@ -211,7 +224,7 @@ def test_a_flipped_bit_never_brings_an_older_configuration_back_to_play() -> Non
         assert found.state == "fault"
         assert "configuration refused" in standing(found)
         # It is mended by writing it again.
-        assert found.save_config(pack_config(DeviceConfig(max_duty_q15=2000))) == "ok"
+        assert found.save_config(pack_config(wired(max_duty_q15=2000))) == "ok"
         found.boot()
         assert found.config_status == "ok"
     # A bit of the mark that tells is not the mark.
@@ -219,7 +232,7 @@ def test_a_flipped_bit_never_brings_an_older_configuration_back_to_play() -> Non
 
 
 def test_a_cut_before_the_older_record_is_marked_is_made_up_for_at_the_next_start() -> None:
-    core = booted((0, pack_config(DeviceConfig(), 4)), (1, pack_config(DeviceConfig(), 5)))
+    core = booted((0, pack_config(wired(), 4)), (1, pack_config(wired(), 5)))
     assert core.flash_bytes("config")[_emulator.SECTOR_BYTES - 4 :][:4] == bytes(4)
     assert rotten(core, 1, 0).config_status.startswith("an older")
 
@@ -233,9 +246,9 @@ def test_a_configuration_that_rots_while_it_runs_is_found_within_a_minute() -> N
 
 
 def test_what_is_written_already_is_not_written_again() -> None:
-    core = booted((0, pack_config(DeviceConfig(level_q15=9))))
+    core = booted((0, pack_config(wired(level_q15=9))))
     before = core.flash_changes
-    assert core.save_config(pack_config(DeviceConfig(level_q15=9))) == "ok"
+    assert core.save_config(pack_config(wired(level_q15=9))) == "ok"
     assert core.flash_changes == before
 
 

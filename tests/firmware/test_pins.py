@@ -19,7 +19,7 @@ from soaking import seed
 
 
 def wired(**changes: object) -> DeviceConfig:
-    return DeviceConfig().with_values(**changes)
+    return DeviceConfig(**(gates(*GATES[:5]) | changes))
 
 
 def gates(*pins: int) -> dict[str, object]:
@@ -28,6 +28,7 @@ def gates(*pins: int) -> dict[str, object]:
 
 PANEL = {"panel": PANELS.index("ft6x36")}
 REFUSED = [
+    DeviceConfig(),  # no pin is wired yet
     wired(channels=6),
     wired(**gates(2, 4, 6)),
     wired(**gates(11)),
@@ -52,7 +53,7 @@ TAKEN = [
     wired(),
     wired(**gates(*GATES[:16])),
     wired(**PANEL, interrupt_pin=34),
-    wired(**PANEL, interrupt_pin=39, reset_pin=13),
+    wired(**PANEL, interrupt_pin=39, reset_pin=33),
     # Without a panel its pins are not looked at.
     wired(sda_pin=2, scl_pin=2),
 ]

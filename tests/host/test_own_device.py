@@ -88,7 +88,7 @@ def test_a_board_of_ones_own_plays(chladni: CommandLine, desk: Desk, own_file: P
     assert "never configured" in silent.err
     asked = chladni("device", "config", "set", "--from", OWN, *at)
     assert asked.code == 2
-    assert "pwm_pins: 2, 4, 15, 16, 17 -> 25, 26, 27, 32" in asked.err
+    assert "pwm_pins: none, none, none, none, none -> 25, 26, 27, 32" in asked.err
     assert "--yes is required" in asked.err
     done = chladni("device", "config", "set", "--from", OWN, "--yes", *at, "--json")
     assert done.code == 0, done.err

@@ -18,7 +18,7 @@ from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.tables.format import pack
 from conftest import CommandLine
 from host.rom_chip import FLASH_BYTES, RomChip
-from made_up import device_of, make_table
+from made_up import device_of, make_table, some_pins
 
 pytestmark = pytest.mark.slow
 
@@ -160,7 +160,7 @@ def test_a_configuration_that_stopped_a_device_is_changed_without_it(
 ) -> None:
     """Nine channels and no pins for them, put right through the loader; then once more."""
     with chip_with_chladni().running() as chip:
-        stuck = pack_config(DeviceConfig(channels=9), 7)
+        stuck = pack_config(DeviceConfig(channels=9, pwm_pins=some_pins()), 7)
         chip.flash[CONFIG_AT : CONFIG_AT + len(stuck)] = stuck
         for channels, sequence in ((5, 8), (4, 9)):
             done = chladni(

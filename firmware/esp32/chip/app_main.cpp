@@ -165,7 +165,6 @@ void start_network() {
 }  // namespace
 
 extern "C" void app_main() {
-  chip::gates_low(Config{});
   ESP_ERROR_CHECK(chip::console_start());
   if (!chip::flash_open()) chip::console_print("no room for tables, or no partition named config");
   device.start(make_hal());

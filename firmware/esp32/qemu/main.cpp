@@ -48,7 +48,7 @@ uint8_t config_record[chladni::config_format::kRecordBytes];
 
 bool read_flash(void*, chladni::FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
   if (area == chladni::FlashArea::kBoots) return false;  // nothing is programmed here
-  // The defaults, written down: a device that was never configured plays nothing.
+  // The defaults with pins, written down: a device that was never configured plays nothing.
   const bool is_config = area == chladni::FlashArea::kConfig;
   for (uint32_t k = 0; k < count; ++k) {
     const uint32_t at = offset + k;
@@ -120,7 +120,9 @@ class Scenario {
     hal.reset_cause = [](void*) { return chladni::ResetCause::kPowerOn; };
     hal.send = [](void*, const uint8_t*, uint32_t) {};
     hal.print = [](void*, const char*) {};
-    chladni::write_record(chladni::Config{}, 1, config_record);
+    chladni::Config config{};
+    config.pwm_pins = {4, 5, 12, 13, 14};  // any gates will do
+    chladni::write_record(config, 1, config_record);
     device.start(hal);
     for (uint32_t wave = 0; wave < chladni::kWaveforms; ++wave) {
       device.set_waveform(static_cast<chladni::Waveform>(wave));

@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "board.hpp"
+#include "core/generated/gpio.hpp"
 #include "driver/gpio.h"
 #include "driver/ledc.h"
 #include "esp_attr.h"
@@ -71,6 +72,7 @@ void IRAM_ATTR start_together() {
 
 void gates_low(const Config& config) {
   gates = pins_of(config);
+  if (gates == 0) return;
   // The level first: the register may still hold a 1 from before a software reset.
   for (uint32_t pin = 0; pin < GPIO_NUM_MAX; ++pin) {
     if (((gates >> pin) & 1U) != 0) gpio_set_level(static_cast<gpio_num_t>(pin), 0);
@@ -85,7 +87,9 @@ void gates_low(const Config& config) {
 }
 
 esp_err_t pwm_start(const Config& config) {
-  const bool has_both = config.channels > kPerGroup;
+  // Before it is configured a device has no pins at all, and plays nothing.
+  const uint32_t wired = config.pwm_pins[0] == gpio::kNotWired ? 0U : config.channels;
+  const bool has_both = wired > kPerGroup;
   esp_err_t status = start_timer(LEDC_HIGH_SPEED_MODE, config.pwm_bits);
   if (status == ESP_OK && has_both) status = start_timer(LEDC_LOW_SPEED_MODE, config.pwm_bits);
   if (status == ESP_OK && has_both) {
@@ -93,7 +97,7 @@ esp_err_t pwm_start(const Config& config) {
     const bool is_near = group_offset <= kMostOffset && group_offset >= -kMostOffset;
     if (!is_near) status = ESP_ERR_INVALID_STATE;
   }
-  for (uint32_t k = 0; k < config.channels && status == ESP_OK; ++k) {
+  for (uint32_t k = 0; k < wired && status == ESP_OK; ++k) {
     ledc_channel_config_t channel{};
     channel.gpio_num = config.pwm_pins[k];
     channel.speed_mode = k < kPerGroup ? LEDC_HIGH_SPEED_MODE : LEDC_LOW_SPEED_MODE;
@@ -103,7 +107,7 @@ esp_err_t pwm_start(const Config& config) {
     channel.hpoint = 0;
     status = ledc_channel_config(&channel);
   }
-  if (status == ESP_OK) channels = config.channels;
+  if (status == ESP_OK) channels = wired;
   return status;
 }
 

@@ -19,7 +19,7 @@ struct Config {
   uint8_t waveform = 0;  // 0 sine, 1 triangle, 2 square, 3 ramp.
   uint8_t on_move = 0;  // 0 the drive follows the finger, 1 it stays.
   uint8_t press_reports = 1;  // Reports in a row that make a touch.
-  std::array<uint8_t, 16> pwm_pins = {2, 4, 15, 16, 17, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers.
+  std::array<uint8_t, 16> pwm_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers.
   uint8_t sda_pin = 21;  // GPIO of the panel's data line.
   uint8_t scl_pin = 22;  // GPIO of the panel's clock.
   uint8_t interrupt_pin = 255;  // GPIO of the panel's interrupt line; 255: polled.

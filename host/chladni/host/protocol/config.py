@@ -62,7 +62,8 @@ def _each(value: int, count: int = 5) -> tuple[int, ...]:
     return (value,) * count + (0,) * (MAX_ACTUATORS - count)
 
 
-# The defaults are the authors' board (docs/hardware.md), without a panel.
+# The defaults are a board like the authors', without a panel and with no pin wired yet: pins come
+# from a board file.
 SETTINGS = (
     _setting("channels", "u8", 1, MAX_ACTUATORS, 5, "PWM channels in use."),
     _setting("pwm_bits", "u8", 10, 12, 10, "The carrier is 80 MHz / 2^bits."),
@@ -72,7 +73,7 @@ SETTINGS = (
     _setting("waveform", "u8", 0, len(WAVEFORMS) - 1, 0, f"{numbered(WAVEFORMS)}."),
     _setting("on_move", "u8", 0, len(MOVES) - 1, 0, "0 the drive follows the finger, 1 it stays."),
     _setting("press_reports", "u8", 1, 8, 1, "Reports in a row that make a touch."),
-    _setting("pwm_pins", "u8x16", 0, 255, (2, 4, 15, 16, 17, *(NOT_WIRED,) * 11), "GPIO numbers."),
+    _setting("pwm_pins", "u8x16", 0, 255, (NOT_WIRED,) * MAX_ACTUATORS, "GPIO numbers."),
     _setting("sda_pin", "u8", 0, 48, 21, "GPIO of the panel's data line."),
     _setting("scl_pin", "u8", 0, 48, 22, "GPIO of the panel's clock."),
     _setting("interrupt_pin", "u8", 0, 255, NOT_WIRED,
@@ -135,7 +136,7 @@ class DeviceConfig:
     Parameters
     ----------
     **values
-        By a setting's name; the authors' board for what is left out.
+        By a setting's name; the default for what is left out, which is no pin for any channel.
 
     Raises
     ------
