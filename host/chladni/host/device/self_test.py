@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from chladni.host.device.device import Device
+from chladni.host.device.live_drive import play_for
 from chladni.host.protocol.config import DeviceConfig
 
-REPEAT_S = 0.05
 SELF_TEST_S = 0.6
 SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
 SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 15
@@ -54,13 +54,3 @@ def faults_since(device: Device, before: int) -> list[dict[str, Any]]:
     """What was noted after there were so many; the device keeps the last sixteen."""
     count = device.info()["faults"] - before
     return device.faults()[-count:] if count > 0 else []
-
-
-def play_for(
-    device: Device, gains: list[complex], frequency_hz: float, waveform: str, seconds: float
-) -> None:
-    """Repeat a live drive for a while, well within the device's timeout."""
-    end = device.wire.now_s() + seconds
-    while device.wire.now_s() < end:
-        device.live(gains, frequency_hz, waveform)
-        device.link.wait(REPEAT_S)

@@ -16,7 +16,8 @@ from chladni.host.cli.device.config import config
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.flash import flash
 from chladni.host.cli.device.network import network
-from chladni.host.cli.device.playing import self_test, stream
+from chladni.host.cli.device.self_test import self_test
+from chladni.host.cli.device.stream import stream
 from chladni.host.device.device import Device
 from chladni.host.device.info_rows import info_rows
 from chladni.host.device.link import LinkError

@@ -10,12 +10,11 @@ from typing import Any
 import typer
 
 from chladni.host.device.device import Device
+from chladni.host.device.live_drive import play_for
 from chladni.sim.errors import ChladniError
 
 CARRIER_GAIN = 0.2
 """Of full amplitude: pulses that a scope shows, and a tenth of the heat."""
-REPEAT_S = 0.03
-"""A live drive holds for the touch timeout, 30 ms at least."""
 PLAY_S = 1.0
 
 
@@ -94,10 +93,7 @@ def _carrier(channel: int, channels: int) -> Callable[[Device], str]:
     def play(device: Device) -> str:
         gains = [0j] * channels
         gains[channel] = complex(CARRIER_GAIN)
-        end = device.wire.now_s() + PLAY_S
-        while device.wire.now_s() < end:
-            device.live(gains, 160.0, "sine")
-            device.link.wait(REPEAT_S)
+        play_for(device, gains, 160.0, "sine", PLAY_S)
         return f"channel {channel} played for {PLAY_S:g} s at a fifth of its amplitude"
 
     return play

@@ -1,26 +1,23 @@
-"""Commands that play from this computer: a stream, and every coil one by one."""
+"""`chladni device stream`: a drive or duties that this machine plays."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from chladni.host.cli.common.options import JsonOption, check_one_of
-from chladni.host.cli.common.output import answer, say
+from chladni.host.cli.common.output import answer
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.device.first_boot import walk
-from chladni.host.device.link import LinkError
-from chladni.host.device.self_test import SELF_TEST_S, faults_since, play_for, try_channel
+from chladni.host.device.live_drive import play_for
+from chladni.host.device.self_test import faults_since
 from chladni.host.device.stream_sources import (
     load_script,
     parse_drive,
     read_duties,
     scripted_duties,
 )
-from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 
@@ -76,52 +73,3 @@ def stream(
         device.stop()
         result["faults"] = faults_since(device, before)
     answer(result, as_json=as_json, title="Stream")
-
-
-@connecting
-def self_test(
-    connection: Connection,
-    first_boot: Annotated[
-        bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
-    ] = False,
-    channel: Annotated[
-        int | None, typer.Option(help="Only this one, counted from 0.")
-    ] = None,
-    seconds: Annotated[
-        float, typer.Option(help="How long each plays.")
-    ] = SELF_TEST_S,
-    as_json: JsonOption = False,
-) -> None:  # fmt: skip
-    """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
-    if not SELF_TEST_S <= seconds <= 10.0:
-        raise InputError("--seconds", seconds, f"{SELF_TEST_S:g} to 10")
-    if first_boot:
-        with connection.device() as device:
-            found = walk(device)
-        answer({"steps": found}, as_json=as_json, title="First boot")
-        return
-    with connection.device() as device:
-        channels, config = device.info()["channels"], device.config()
-        if channel is not None and not 0 <= channel < channels:
-            raise InputError("--channel", channel, f"0 to {channels - 1}")
-        before = device.info()["faults"]
-        tested = range(channels) if channel is None else [channel]
-        rows = [try_channel(device, own, config, seconds) for own in _said(tested, config)]
-        faults = faults_since(device, before)
-    answer(
-        {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
-        as_json=as_json, title="Self-test",
-    )  # fmt: skip
-    failed = [str(row["channel"]) for row in rows if not row["ok"]]
-    if failed:
-        raise LinkError(
-            f"channels that draw something else: {', '.join(failed)}",
-            hint="look at each one's coil, diode and supply, or mend electronics.coil_ohm",
-        )
-
-
-def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
-    """Channels, each announced before it plays."""
-    for own in channels:
-        say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
-        yield own

@@ -1,0 +1,66 @@
+"""`chladni device self-test`: every coil in turn, or the first boot step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Annotated
+
+import typer
+
+from chladni.host.cli.common.options import JsonOption
+from chladni.host.cli.common.output import answer, say
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.device.first_boot import walk
+from chladni.host.device.link import LinkError
+from chladni.host.device.self_test import SELF_TEST_S, faults_since, try_channel
+from chladni.host.protocol.config import DeviceConfig
+from chladni.sim.errors import InputError
+
+
+@connecting
+def self_test(
+    connection: Connection,
+    first_boot: Annotated[
+        bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
+    ] = False,
+    channel: Annotated[
+        int | None, typer.Option(help="Only this one, counted from 0.")
+    ] = None,
+    seconds: Annotated[
+        float, typer.Option(help="How long each plays: long enough to find it by hand.")
+    ] = SELF_TEST_S,
+    as_json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
+    if not SELF_TEST_S <= seconds <= 10.0:
+        raise InputError("--seconds", seconds, f"{SELF_TEST_S:g} to 10")
+    if first_boot:
+        with connection.device() as device:
+            found = walk(device)
+        answer({"steps": found}, as_json=as_json, title="First boot")
+        return
+    with connection.device() as device:
+        channels, config = device.info()["channels"], device.config()
+        if channel is not None and not 0 <= channel < channels:
+            raise InputError("--channel", channel, f"0 to {channels - 1}")
+        before = device.info()["faults"]
+        tested = range(channels) if channel is None else [channel]
+        rows = [try_channel(device, own, config, seconds) for own in _said(tested, config)]
+        faults = faults_since(device, before)
+    answer(
+        {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
+        as_json=as_json, title="Self-test",
+    )  # fmt: skip
+    failed = [str(row["channel"]) for row in rows if not row["ok"]]
+    if failed:
+        raise LinkError(
+            f"channels that draw something else: {', '.join(failed)}",
+            hint="look at each one's coil, diode and supply, or mend electronics.coil_ohm",
+        )
+
+
+def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
+    """Channels, each said before it plays."""
+    for own in channels:
+        say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
+        yield own
