@@ -11,7 +11,7 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.protocol.config import DeviceConfig, pack_config
+from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.board.gpio import GATES
 from chladni.tables.format import pack

@@ -1,4 +1,4 @@
-"""The user's side: devices and how to reach them, the emulated one, the loop back to the plate.
+"""The user's side: real and emulated devices, and the loop from their pins back to the plate.
 
 Names are loaded when they are first asked for: the command line goes through here, and answers
 Ctrl-C before a second of NumPy has been loaded.

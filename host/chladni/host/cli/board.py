@@ -18,7 +18,7 @@ from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
-from chladni.host.cli.common.commands import Commands
+from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -56,7 +56,9 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
-board_app = typer.Typer(cls=Commands, no_args_is_help=True, help="Inspect, score and draw boards.")
+board_app = typer.Typer(
+    cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
+)
 
 
 @board_app.command("show")

@@ -12,7 +12,7 @@ from chladni.host.cli import compare as compare_command
 from chladni.host.cli import design as design_command
 from chladni.host.cli import plate as plate_commands
 from chladni.host.cli import table as table_commands
-from chladni.host.cli.common.commands import Commands
+from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.device import commands as device_commands
@@ -24,10 +24,10 @@ from chladni.sim.errors import MissingError
 from chladni.tables import layout
 
 app = typer.Typer(
-    cls=Commands, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+    cls=CommandGroup, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-table_app = typer.Typer(cls=Commands, help="Build and read drive tables.", no_args_is_help=True)
+table_app = typer.Typer(cls=CommandGroup, help="Build and read drive tables.", no_args_is_help=True)
 app.add_typer(board_commands.board_app, name="board")
 app.add_typer(table_app, name="table")
 

@@ -1,1 +1,1 @@
-"""Reaching a device and asking it: wires, link, UDP, uploads."""
+"""Connecting to a device and querying it: wires, link, UDP, uploads."""

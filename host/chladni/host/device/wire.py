@@ -1,4 +1,4 @@
-"""Ways to reach a device: a serial port, and the emulated one."""
+"""Wires, which carry bytes to a device and back: a serial port, and the emulated device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures that people look at: images of the board and the duties that made them."""
+"""A board's fields, modes and sweeps as figures, and what all figures share: colours, sizes."""
 
 from __future__ import annotations
 

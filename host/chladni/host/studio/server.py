@@ -28,6 +28,11 @@ from chladni.sim.errors import ArgumentError
 PAGE = Path(__file__).parent / "page"
 LOOPBACK = "127.0.0.1"
 EVERY_ADDRESS = ("", "0.0.0.0", "255.255.255.255")
+PORT_FAULTS = {
+    errno.EADDRINUSE: ("a port that no one listens at", "is another studio running? 0 takes any"),
+    errno.EACCES: ("a port above 1023", "0 takes any"),
+}
+"""What is expected of a port that cannot be had, and a hint; other errors are the address's."""
 MOST_PAGES = 16
 """At once; each has a device and two threads."""
 MOST_CONNECTIONS = 128
@@ -76,16 +81,10 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
         listening.listen()
     except OSError as error:
         listening.close()
-        if error.errno == errno.EADDRINUSE:
-            expected, hint = (
-                "a port that no one listens at",
-                "is another studio running? 0 takes any",
-            )
-        elif error.errno == errno.EACCES:
-            expected, hint = "a port above 1023", "0 takes any"
-        else:
+        if error.errno not in PORT_FAULTS:
             expected = "an address of this machine, such as 192.168.1.20"
             raise ArgumentError("host", host, expected) from None
+        expected, hint = PORT_FAULTS[error.errno]
         raise ArgumentError("port", port, expected, hint=hint) from None
     return listening
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from serial.tools import list_ports
 
-from chladni.host.cli.common.commands import Commands
+from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, parse_place
 from chladni.host.cli.device.config import config
@@ -31,8 +31,8 @@ FARTHEST_MM = 1000.0
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
 
-device_app = typer.Typer(cls=Commands, help="Query and control a device.", no_args_is_help=True)
-key_app = typer.Typer(cls=Commands, help="Keys by which a device recognises hosts on a network.",
+device_app = typer.Typer(cls=CommandGroup, help="Query and control a device.", no_args_is_help=True)
+key_app = typer.Typer(cls=CommandGroup, help="Keys by which a device recognises hosts on a network.",
                       no_args_is_help=True)  # fmt: skip
 
 

@@ -60,7 +60,7 @@ def self_test(
 
 
 def _said(channels: Iterable[int], config: DeviceConfig) -> Iterator[int]:
-    """Channels, each said before it plays."""
+    """Channels, each announced before it plays."""
     for own in channels:
         say(f"channel {own}, GPIO {config['pwm_pins'][own]}, plays")
         yield own

@@ -1,4 +1,4 @@
-"""A design that a page begins, watches and stops; boards that it found can be opened.
+"""Searches for a board: a page begins, watches and stops one, and opens boards that it found.
 
 The boards are looked at by other processes, so presses go on meanwhile.
 """

@@ -1,4 +1,4 @@
-"""A real device at a serial port, which plays what is pressed beside the emulated one."""
+"""A real device at a serial port: what a page can have it do, and what came of it in words."""
 
 from __future__ import annotations
 

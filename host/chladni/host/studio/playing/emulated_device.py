@@ -1,4 +1,4 @@
-"""One page's device: fingers on an emulated panel, and the drive that the pins then make."""
+"""A page's emulated device: fingers on its panel, and the drive that its pins then make."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The real device of one page, on the server's side: one thing at a time, in its own thread."""
+"""A page's real device: presses and orders go to its port one at a time, in their own thread."""
 
 from __future__ import annotations
 

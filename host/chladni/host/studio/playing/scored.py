@@ -1,4 +1,4 @@
-"""What a page says of a press: the scorecard, where the loudest places are, and it all in words."""
+"""The score of a press for a page: the scorecard, where the loudest places are, a sentence."""
 
 from __future__ import annotations
 

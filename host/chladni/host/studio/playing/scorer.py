@@ -1,4 +1,4 @@
-"""Numbers of the latest press: they take longer than the picture, so a drag leaves some out."""
+"""Scores the latest press: it takes longer than the picture, so a drag leaves some out."""
 
 from __future__ import annotations
 

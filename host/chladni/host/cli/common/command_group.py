@@ -1,4 +1,4 @@
-"""Groups of commands: what Ctrl-C is in them, and how their errors name what was given."""
+"""A group of commands: what Ctrl-C does in it, and which options its errors name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ARGUMENTS = {
 """Arguments of the library, and the parameters of commands where they are called otherwise."""
 
 
-class Commands(TyperGroup):
+class CommandGroup(TyperGroup):
     """Commands of which Ctrl-C is an error like others, and whose errors speak of options."""
 
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
