@@ -32,8 +32,11 @@ MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
 
 device_app = typer.Typer(cls=CommandGroup, help="Query and control a device.", no_args_is_help=True)
-key_app = typer.Typer(cls=CommandGroup, help="Keys by which a device recognises hosts on a network.",
-                      no_args_is_help=True)  # fmt: skip
+key_app = typer.Typer(
+    cls=CommandGroup,
+    help="Keys by which a device recognises hosts on a network.",
+    no_args_is_help=True,
+)
 
 
 def register(app: typer.Typer) -> None:
