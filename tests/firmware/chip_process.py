@@ -19,23 +19,27 @@ HEADERS = (
     "esp_attr.h", "esp_brownout.h", "esp_cpu.h", "esp_err.h", "esp_event.h", "esp_netif.h",
     "esp_partition.h", "esp_private/panic_internal.h", "esp_random.h", "esp_system.h",
     "esp_task_wdt.h", "esp_timer.h", "esp_wifi.h", "freertos/FreeRTOS.h", "freertos/task.h",
-    "hal/ledc_ll.h", "lwip/sockets.h", "mbedtls/md.h", "sdkconfig.h", "soc/gpio_reg.h",
-    "soc/gpio_sig_map.h", "soc/soc.h",
+    "lwip/sockets.h", "mbedtls/md.h", "sdkconfig.h", "soc/gpio_reg.h",
+    "soc/gpio_sig_map.h", "soc/ledc_reg.h", "soc/ledc_struct.h", "soc/soc.h",
 )  # fmt: skip
 """Of ESP-IDF, that chip/ includes: each becomes the fake's one header."""
 
 
-def build(folder: Path) -> Path:
-    """Compile chip/ and the core on the fake, with counts of lines and branches."""
+def includes(folder: Path) -> list[str]:
+    """Where a compiler finds the fake as ESP-IDF's headers, made in a folder, and our own."""
     for name in HEADERS:
         path = folder / "include" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text('#pragma once\n#include "idf.hpp"\n', encoding="utf-8")
+    return [f"-I{path}" for path in (folder / "include", HERE / "idf", FIRMWARE, FIRMWARE / "chip")]
+
+
+def build(folder: Path) -> Path:
+    """Compile chip/ and the core on the fake, with counts of lines and branches."""
     chip = sorted((FIRMWARE / "chip").rglob("*.cpp"))
     core = sorted((FIRMWARE / "core").rglob("*.cpp"))
     own = sorted((HERE / "idf").glob("*.cpp"))
-    include = [f"-I{folder / 'include'}", f"-I{HERE / 'idf'}", f"-I{FIRMWARE}",
-               f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
+    include = includes(folder)
     objects = []
     running = []
     for k, source in enumerate((*chip, *core, *own)):

@@ -100,7 +100,9 @@ def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answe
             info = device.info()
             said = device.log + str(device.faults()) + str(info)
             tried += 1
-            if name.startswith(("ledc", "gptimer", "xTask")) or name in (
+            if name in ("gptimer_get_raw_count", "gptimer_set_raw_count"):
+                assert "near the carrier" in said, call
+            elif name.startswith(("ledc", "gptimer", "xTask")) or name in (
                 "esp_register_shutdown_handler",
                 "esp_brownout_register_callback",
                 "esp_task_wdt_add",
@@ -275,16 +277,42 @@ def sixteen(program: Path, *options: str) -> AbstractContextManager[Chip]:
 
 
 def test_sixteen_channels_play_on_both_groups(program: Path) -> None:
-    """Started some 3,000 steps apart, they lag by a few of 12.5 ns, and that is said."""
     with sixteen(program) as chip:
         device = Device(chip)
         assert device.info()["state"] == "idle", device.faults()
-        (said,) = [line for line in device.log.splitlines() if "channels 8 and up" in line]
-        assert abs(int(said.split("lag by ")[1].split()[0])) <= 8
         device.touch(0.0, 0.0)
         chip.run(40)
         assert chip.on | {RESET_PIN} == set(GATES[:16])
         assert chip.down("panic") == set()
+
+
+@pytest.mark.parametrize("read_cycles", [8, 60, 150])
+@pytest.mark.parametrize("apart", [0, -7, 9])
+def test_the_lag_that_is_printed_is_that_of_the_groups(
+    program: Path, read_cycles: int, apart: int
+) -> None:
+    """Started some 3,000 steps apart, they are brought together; however long a read takes."""
+    with sixteen(program, f"read={read_cycles}", f"apart={apart}") as chip:
+        device = Device(chip)
+        device.info()
+        (said,) = [line for line in device.log.splitlines() if "channels 8 and up" in line]
+        lag = float(chip.ask("lag"))
+        # A step is lost where a count is cut off, and half of one in the mean.
+        assert abs(int(said.split("lag by ")[1].split()[0]) - lag) <= 1.5
+        assert abs(lag + apart) < 3.0
+
+
+@pytest.mark.parametrize("read_cycles", [8, 36])
+def test_sixteen_duties_are_written_in_one_carrier_period(program: Path, read_cycles: int) -> None:
+    """Also where the bus is slow: 36 cycles a read and 12 a write are three eighths of a period."""
+    with sixteen(program, f"read={read_cycles}", "write=12") as chip:
+        device = Device(chip)
+        device.touch(0.0, 0.0)
+        for shift in range(60, 1024, 120):
+            chip.tell(f"shift {shift}")
+            chip.run(20)
+            assert chip.ask("position").split()[1] == "-"
+        assert "near the carrier" not in device.log
 
 
 @pytest.mark.parametrize("apart", [-200, 200])
@@ -316,8 +344,8 @@ def test_writes_are_moved_away_from_the_carrier_s_end(program: Path) -> None:
         for shift in range(60, 1024, 120):
             chip.tell(f"shift {shift}")
             chip.run(20)
-            at = int(chip.ask("position"))
-            assert 1024 // 8 <= at <= 1024 * 5 // 8
+            at = int(chip.ask("position").split()[0])
+            assert 1024 * 3 // 8 <= at <= 1024 * 7 // 8
             assert not chip.ended
         assert "near the carrier" not in device.log
 

@@ -116,7 +116,7 @@ void set_up_synthesis(void*) {
   } else if (device.config().channels > 8) {
     std::array<char, 64> line{};
     std::snprintf(line.data(), line.size(), "channels 8 and up lag by %d steps of 12.5 ns",
-                  static_cast<int>(chip::pwm_group_offset()));
+                  static_cast<int>(chip::pwm_group_lag()));
     chip::console_print(line.data());
   }
   xTaskNotifyGive(main_task);

@@ -55,7 +55,18 @@ struct Chip {
   std::vector<std::vector<uint8_t>> datagrams_in, datagrams_out;
   void (*shutdown)() = nullptr;
   void (*brown_out)() = nullptr;
-  uint32_t last_write = 0;  // position in the carrier period
+  uint32_t last_write = 0;                     // position in the carrier period
+  uint64_t read_cycles = 8, write_cycles = 4;  // of a register
+  // Of high-speed duties written in one interrupt: the first's carrier period, and whether a later
+  // one came in the next.
+  uint64_t first_period = UINT64_MAX;
+  bool has_straddled = false;
+  void note_write(uint64_t period, int group) {
+    last_write = position(group);
+    if (group != 0) return;
+    if (first_period == UINT64_MAX) first_period = period;
+    if (period != first_period) has_straddled = true;
+  }
   bool has_watchdog = false;
   bool is_interrupt_dead = false, must_repeat = false;
   int32_t apart = 0;  // steps by which the second group stands elsewhere than a start together says
@@ -73,62 +84,107 @@ struct Chip {
 };
 extern Chip chip;
 
-// Set until the carrier's next period begins; then the duty is taken over. That of a low-speed
-// channel waits for `update` before.
-class DutyStart {
- public:
+// A register: a write takes four cycles and a read eight, unless the scenario says otherwise.
+template <typename Owner, uint32_t (Owner::*kRead)() const, void (Owner::*kWrite)(uint32_t)>
+struct Register {
+  Owner* owner;
   operator uint32_t() const {
-    return is_set_ && (!is_updated_ || chip.period(group_) <= since_) ? 1U : 0U;
+    chip.cycles += chip.read_cycles;
+    return (owner->*kRead)();
   }
-  void set(int group) {
-    group_ = group;
-    is_set_ = true;
+  Register& operator=(uint32_t value) {
+    chip.cycles += chip.write_cycles;
+    (owner->*kWrite)(value);
+    return *this;
+  }
+};
+
+// The bit that starts a duty stays set until the carrier's next period begins; then the duty is
+// taken over. That of a low-speed channel waits for its update bit before.
+class Channel {
+ public:
+  int group = 0;
+  // As the driver leaves them: the output's enable, and how a duty moves.
+  static constexpr uint32_t kConf0 = 1U << 2, kConf1 = 1U << 30 | 1U << 20 | 1U << 10;
+  static constexpr uint32_t kUpdate = 1U << 4, kStart = 1U << 31;
+
+  uint32_t duty_now() {
+    settle();
+    return duty_;
+  }
+
+ private:
+  bool is_pending() const { return is_started_ && (!is_updated_ || chip.period(group) <= since_); }
+  void settle() {
+    if (!is_pending()) duty_ = waiting_;
+  }
+  uint32_t read_conf0() const { return kConf0; }
+  uint32_t read_conf1() const { return kConf1 | (is_pending() ? kStart : 0U); }
+  uint32_t read_duty() const { return waiting_ << 4; }
+  void write_conf0(uint32_t value) {
+    if (group == 0) throw Misuse("an update of a high-speed channel");
+    if (value != (kConf0 | kUpdate)) throw Misuse("a channel's setting changed");
+    is_updated_ = true;
+  }
+  void write_conf1(uint32_t value) {
+    if (value != (kConf1 | kStart)) throw Misuse("how a duty moves changed");
+    is_started_ = true;
     is_updated_ = group == 0;
     since_ = chip.period(group);
   }
-  void update() { is_updated_ = true; }
+  void write_duty(uint32_t value) {
+    const uint64_t period = chip.period(group);
+    if (is_pending()) throw Misuse("a duty overwritten before it was taken");
+    if (written_ == period) throw Misuse("two duties in one carrier period");
+    if (value >> 4 >= chip.pwm_steps) throw Misuse("a duty beyond the timer");
+    settle();
+    chip.note_write(period, group);
+    written_ = period;
+    waiting_ = value >> 4;
+  }
+
+  bool is_started_ = false, is_updated_ = false;
+  uint64_t since_ = 0, written_ = UINT64_MAX;  // carrier periods
+  uint32_t waiting_ = 0, duty_ = 0;
+
+ public:
+  struct {
+    Register<Channel, &Channel::read_conf0, &Channel::write_conf0> val;
+  } conf0{{this}};
+  struct {
+    Register<Channel, &Channel::read_conf1, &Channel::write_conf1> val;
+  } conf1{{this}};
+  struct {
+    Register<Channel, &Channel::read_duty, &Channel::write_duty> val;
+  } duty{{this}};
+};
+
+// A group's timer: it counts from where its reset is taken back.
+class Counter {
+ public:
+  int group = 0;
+  static constexpr uint32_t kReset = 1U << 24;
 
  private:
-  bool is_set_ = false, is_updated_ = false;
-  int group_ = 0;
-  uint64_t since_ = 0;
-};
-
-struct Channel {
-  struct {
-    DutyStart duty_start;
-  } conf1;
-  uint32_t waiting = 0, duty = 0;
-  uint64_t written = UINT64_MAX;  // carrier period
-  void settle() {
-    if (conf1.duty_start == 0) duty = waiting;
+  uint32_t read_conf() const { return conf_; }
+  void write_conf(uint32_t value) {
+    if ((value & kReset) == 0) chip.started[static_cast<size_t>(group)] = chip.cycles;
+    conf_ = value;
   }
-};
-// A write to a register takes four cycles, a read eight.
-struct Counter {
-  int group = 0;
-  struct Reset {
-    int* group;
-    Reset& operator=(uint32_t value) {
-      chip.cycles += 4;
-      if (value == 0) chip.started[static_cast<size_t>(*group)] = chip.cycles;
-      return *this;
-    }
-  };
-  struct Position {
-    int* group;
-    operator uint32_t() const {
-      chip.cycles += 8;
-      const auto apart = static_cast<uint32_t>(*group == 0 ? 0 : chip.apart);
-      return chip.position(*group) + apart;
-    }
-  };
+  uint32_t read_count() const {
+    const auto apart = static_cast<uint32_t>(group == 0 ? 0 : chip.apart);
+    return chip.position(group) + apart;
+  }
+  void write_count(uint32_t) { throw Misuse("a counter written"); }
+  uint32_t conf_ = 10;
+
+ public:
   struct {
-    Reset rst;
-  } conf{{&group}};
+    Register<Counter, &Counter::read_conf, &Counter::write_conf> val;
+  } conf{{this}};
   struct {
-    Position timer_cnt;
-  } value{{&group}};
+    Register<Counter, &Counter::read_count, &Counter::write_count> timer_cnt;
+  } value{{this}};
 };
 
 }  // namespace fake

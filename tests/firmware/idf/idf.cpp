@@ -40,6 +40,7 @@ void Chip::advance(uint64_t count) {
     if (at >= end) break;
     cycles = at + latency;
     latency = 480;  // 2 µs
+    first_period = UINT64_MAX;
     timer.callbacks.on_alarm(&timer, nullptr, timer.data);
     if (must_repeat) timer.callbacks.on_alarm(&timer, nullptr, timer.data);
     must_repeat = false;
@@ -50,9 +51,7 @@ void Chip::advance(uint64_t count) {
 bool Chip::is_on(uint32_t pin) const {
   const Pin& own = pins[pin];
   if (own.channel < 0) return own.is_output && own.level;
-  Channel& channel = LEDC.channel_group[own.channel / 8].channel[own.channel % 8];
-  channel.settle();
-  return channel.duty > 0;
+  return LEDC.channel_group[own.channel / 8].channel[own.channel % 8].duty_now() > 0;
 }
 
 }  // namespace fake
@@ -168,7 +167,6 @@ esp_err_t ledc_timer_config(const ledc_timer_config_t* setting) {
   if (status != ESP_OK) return status;
   chip.pwm_steps = 1U << setting->duty_resolution;
   const auto group = static_cast<size_t>(setting->speed_mode);
-  LEDC.timer_group[group].timer[0].group = setting->speed_mode;
   chip.cycles += 10007;  // some time in the driver, so that groups start apart
   chip.started[group] = chip.cycles;
   return status;
@@ -182,26 +180,6 @@ esp_err_t ledc_channel_config(const ledc_channel_config_t* setting) {
   }
   return status;
 }
-void ledc_ll_set_duty_int_part(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t number,
-                               uint32_t duty) {
-  fake::Channel& channel = hw->channel_group[mode].channel[static_cast<size_t>(number)];
-  if (channel.conf1.duty_start != 0) throw fake::Misuse("a duty overwritten before it was taken");
-  const uint64_t period = chip.period(mode);
-  if (channel.written == period) throw fake::Misuse("two duties in one carrier period");
-  if (duty >= chip.pwm_steps) throw fake::Misuse("a duty beyond the timer");
-  channel.settle();
-  channel.written = period;
-  chip.last_write = chip.position(mode);
-  channel.waiting = duty;
-}
-void ledc_ll_set_duty_start(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t number) {
-  hw->channel_group[mode].channel[static_cast<size_t>(number)].conf1.duty_start.set(mode);
-}
-void ledc_ll_ls_channel_update(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t number) {
-  if (mode != LEDC_LOW_SPEED_MODE) throw fake::Misuse("an update of a high-speed channel");
-  hw->channel_group[mode].channel[static_cast<size_t>(number)].conf1.duty_start.update();
-}
-
 // General Purpose Timer: callbacks are registered before the timer is enabled, which comes before
 // it is started; an active timer goes on from a raw count that is set; the alarm comes when the
 // count reaches it, and auto-reload arms it again. A count beyond the alarm would wait for the

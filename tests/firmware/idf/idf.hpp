@@ -9,7 +9,8 @@
 
 const char* esp_err_to_name(esp_err_t status);
 
-#define IRAM_ATTR
+// Named as ESP-IDF names it, so that an object file shows what would lie there.
+#define IRAM_ATTR __attribute__((section(".iram1")))
 #define DRAM_ATTR
 // What RTC memory holds after a start is up to the scenario.
 #define RTC_NOINIT_ATTR __attribute__((section("rtc_noinit")))
@@ -107,6 +108,9 @@ struct ledc_channel_config_t {
 esp_err_t ledc_timer_config(const ledc_timer_config_t* setting);
 esp_err_t ledc_channel_config(const ledc_channel_config_t* setting);
 
+constexpr uint32_t LEDC_DUTY_START_HSCH0 = fake::Channel::kStart;
+constexpr uint32_t LEDC_PARA_UP_LSCH0 = fake::Channel::kUpdate;
+constexpr uint32_t LEDC_HSTIMER0_RST = fake::Counter::kReset, LEDC_LSTIMER0_RST = LEDC_HSTIMER0_RST;
 struct ledc_dev_t {
   struct {
     std::array<fake::Channel, 8> channel;
@@ -114,12 +118,12 @@ struct ledc_dev_t {
   struct {
     std::array<fake::Counter, 4> timer;
   } timer_group[2];
+  ledc_dev_t() {
+    for (auto& one : channel_group[LEDC_LOW_SPEED_MODE].channel) one.group = 1;
+    for (auto& one : timer_group[LEDC_LOW_SPEED_MODE].timer) one.group = 1;
+  }
 };
 extern ledc_dev_t LEDC;
-void ledc_ll_set_duty_int_part(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t channel,
-                               uint32_t duty);
-void ledc_ll_set_duty_start(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t channel);
-void ledc_ll_ls_channel_update(ledc_dev_t* hw, ledc_mode_t mode, ledc_channel_t channel);
 
 // GPTimer
 struct gptimer_t;

@@ -90,8 +90,13 @@ bool obey() {
       std::cout << pins_on() << std::endl;
     } else if (what == "position") {
       // Of the next interrupt's writes: what the timer and the carrier make of it now.
+      chip.has_straddled = false;
       chip.advance(48000);
-      std::cout << chip.last_write << std::endl;
+      std::cout << chip.last_write << ' ' << (chip.has_straddled ? "straddled" : "-") << std::endl;
+    } else if (what == "lag") {
+      // Of the second group, in steps; the registers' own truth, which no read disturbs.
+      const auto cycles = static_cast<int64_t>(chip.started[1] - chip.started[0]);
+      std::cout << static_cast<double>(cycles) / 3.0 - chip.apart << std::endl;
     } else if (what == "calls") {
       for (const auto& [name, count] : chip.calls) std::cout << name << ' ' << count << ' ';
       std::cout << std::endl;
@@ -115,8 +120,8 @@ void on_turn(int turn) {
 extern "C" uint8_t __start_rtc_noinit[];
 
 // Arguments: name:hex of a partition ("small" for tables that are too few), fail=CALL:K, reset=WHY,
-// retained=hex of what RTC memory still holds, mute for a panel that does not answer, stuck for one
-// that holds its line.
+// retained=hex of what RTC memory still holds, read=cycles and write=cycles that a register takes,
+// mute for a panel that does not answer, stuck for one that holds its line.
 int main(int count, char** arguments) {
   bool is_panel_mute = false;
   for (int k = 1; k < count; ++k) {
@@ -138,6 +143,14 @@ int main(int count, char** arguments) {
     }
     if (text.rfind("apart=", 0) == 0) {
       chip.apart = std::stoi(text.substr(6));
+      continue;
+    }
+    if (text.rfind("read=", 0) == 0) {
+      chip.read_cycles = std::stoul(text.substr(5));
+      continue;
+    }
+    if (text.rfind("write=", 0) == 0) {
+      chip.write_cycles = std::stoul(text.substr(6));
       continue;
     }
     if (text == "mute" || text == "stuck") {

@@ -1,16 +1,19 @@
 #include "outputs/pwm.hpp"
 
+#include <array>
 #include <atomic>
 
 #include "board.hpp"
 #include "core/generated/gpio.hpp"
+#include "core/synthesis/output_limits.hpp"
 #include "driver/gpio.h"
 #include "driver/ledc.h"
 #include "esp_attr.h"
 #include "freertos/FreeRTOS.h"
-#include "hal/ledc_ll.h"
 #include "soc/gpio_reg.h"
 #include "soc/gpio_sig_map.h"
+#include "soc/ledc_reg.h"
+#include "soc/ledc_struct.h"
 #include "soc/soc.h"
 
 namespace chladni::chip {
@@ -23,16 +26,25 @@ namespace {
 constexpr ledc_timer_t kTimer = LEDC_TIMER_0;
 constexpr uint32_t kClockHz = 80000000;
 constexpr uint32_t kPerGroup = 8;
+static_assert(LEDC_HIGH_SPEED_MODE == 0 && LEDC_LOW_SPEED_MODE == 1, "groups in this order");
+// A duty's register has sixteenths of a step.
+constexpr uint32_t kDutyFractionBits = 4;
 // Steps of 12.5 ns by which the groups may be apart: a 64th of a carrier period of 10 bits.
-constexpr int32_t kMostOffset = 16;
+constexpr int32_t kMostLag = 16;
 
 // Read by the interrupt, and by what runs when everything else is lost.
 DRAM_ATTR uint32_t channels = 0;
+DRAM_ATTR uint32_t fast_channels = 0;
 DRAM_ATTR uint64_t gates = 0;
+// What a channel is told so that it takes its duty over, and a low-speed one so that it hears of
+// it: the register's other bits stay as the driver set them. Made once, so that the interrupt
+// stores whole words and reads none back but `conf1`.
+DRAM_ATTR std::array<uint32_t, kMaxChannels> start_words{};
+DRAM_ATTR std::array<uint32_t, kMaxChannels> update_words{};
 // Written by the interrupt alone.
 DRAM_ATTR std::atomic<uint32_t> dropped{0};
 DRAM_ATTR std::atomic<uint32_t> written_at{kNeverWritten};
-int32_t group_offset = 0;
+int32_t group_lag = 0;
 portMUX_TYPE start_lock = portMUX_INITIALIZER_UNLOCKED;
 
 uint64_t pins_of(const Config& config) {
@@ -54,18 +66,25 @@ esp_err_t start_timer(ledc_mode_t mode, uint32_t pwm_bits) {
 }
 
 // Each timer was started by itself; from here on they are as far apart as two writes to registers.
-void IRAM_ATTR start_together() {
+// Never inlined: in flash a cache miss would stand between the writes, and reading a register takes
+// longer than the bound allows. So both words of both timers are there before.
+[[gnu::noinline]] void IRAM_ATTR start_together() {
   auto& fast = LEDC.timer_group[LEDC_HIGH_SPEED_MODE].timer[kTimer];
   auto& slow = LEDC.timer_group[LEDC_LOW_SPEED_MODE].timer[kTimer];
+  const uint32_t fast_runs = fast.conf.val & ~LEDC_HSTIMER0_RST;
+  const uint32_t slow_runs = slow.conf.val & ~LEDC_LSTIMER0_RST;
   portENTER_CRITICAL(&start_lock);
-  fast.conf.rst = 1;
-  slow.conf.rst = 1;
-  fast.conf.rst = 0;
-  slow.conf.rst = 0;
-  const uint32_t first = fast.value.timer_cnt;
-  const uint32_t second = slow.value.timer_cnt;
+  fast.conf.val = fast_runs | LEDC_HSTIMER0_RST;
+  slow.conf.val = slow_runs | LEDC_LSTIMER0_RST;
+  fast.conf.val = fast_runs;
+  slow.conf.val = slow_runs;
+  // A read takes as long as the one before: the mean of the fast timer's two is where it stood when
+  // the slow one was read.
+  const uint32_t before = fast.value.timer_cnt;
+  const uint32_t slow_at = slow.value.timer_cnt;
+  const uint32_t after = fast.value.timer_cnt;
   portEXIT_CRITICAL(&start_lock);
-  group_offset = static_cast<int32_t>(second) - static_cast<int32_t>(first);
+  group_lag = static_cast<int32_t>((before + after) / 2U) - static_cast<int32_t>(slow_at);
 }
 
 }  // namespace
@@ -94,7 +113,7 @@ esp_err_t pwm_start(const Config& config) {
   if (status == ESP_OK && has_both) status = start_timer(LEDC_LOW_SPEED_MODE, config.pwm_bits);
   if (status == ESP_OK && has_both) {
     start_together();
-    const bool is_near = group_offset <= kMostOffset && group_offset >= -kMostOffset;
+    const bool is_near = group_lag <= kMostLag && group_lag >= -kMostLag;
     if (!is_near) status = ESP_ERR_INVALID_STATE;
   }
   for (uint32_t k = 0; k < wired && status == ESP_OK; ++k) {
@@ -107,31 +126,48 @@ esp_err_t pwm_start(const Config& config) {
     channel.hpoint = 0;
     status = ledc_channel_config(&channel);
   }
-  if (status == ESP_OK) channels = wired;
+  if (status == ESP_OK) {
+    for (uint32_t k = 0; k < wired; ++k) {
+      auto& own = LEDC.channel_group[k / kPerGroup].channel[k % kPerGroup];
+      start_words[k] = own.conf1.val | LEDC_DUTY_START_HSCH0;
+      update_words[k] = own.conf0.val | LEDC_PARA_UP_LSCH0;
+    }
+    channels = wired;
+    fast_channels = has_both ? kPerGroup : channels;
+  }
   return status;
 }
 
-void IRAM_ATTR pwm_set_duties(const uint32_t* duties) {
-  // The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits
-  // for the last duty to be taken over: so look first, and never wait.
-  written_at.store(pwm_position(), std::memory_order_relaxed);
-  for (uint32_t k = 0; k < channels; ++k) {
-    const bool is_fast = k < kPerGroup;
-    const ledc_mode_t mode = is_fast ? LEDC_HIGH_SPEED_MODE : LEDC_LOW_SPEED_MODE;
-    const auto number = static_cast<ledc_channel_t>(is_fast ? k : k - kPerGroup);
-    if (LEDC.channel_group[mode].channel[number].conf1.duty_start != 0) {
+namespace {
+
+// The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits for
+// the last duty to be taken over: so look first, and never wait.
+template <ledc_mode_t kMode>
+[[gnu::always_inline]] inline void write_group(const uint32_t* duties, uint32_t begin,
+                                               uint32_t end) {
+  auto* own = &LEDC.channel_group[kMode].channel[0];
+  for (uint32_t k = begin; k < end; ++k, ++own) {
+    if ((own->conf1.val & LEDC_DUTY_START_HSCH0) != 0) {
       dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
       continue;
     }
-    ledc_ll_set_duty_int_part(&LEDC, mode, number, duties[k]);
-    ledc_ll_set_duty_start(&LEDC, mode, number);
-    if (!is_fast) ledc_ll_ls_channel_update(&LEDC, mode, number);
+    own->duty.val = duties[k] << kDutyFractionBits;
+    own->conf1.val = start_words[k];
+    if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = update_words[k];
   }
+}
+
+}  // namespace
+
+void IRAM_ATTR pwm_set_duties(const uint32_t* duties) {
+  write_group<LEDC_HIGH_SPEED_MODE>(duties, 0, fast_channels);
+  write_group<LEDC_LOW_SPEED_MODE>(duties, kPerGroup, channels);
+  written_at.store(pwm_position(), std::memory_order_relaxed);
 }
 
 uint32_t pwm_written_at() { return written_at.exchange(kNeverWritten, std::memory_order_relaxed); }
 
-int32_t pwm_group_offset() { return group_offset; }
+int32_t pwm_group_lag() { return group_lag; }
 
 uint32_t pwm_dropped() { return dropped.load(std::memory_order_relaxed); }
 

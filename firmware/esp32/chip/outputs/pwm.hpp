@@ -24,14 +24,14 @@ uint32_t pwm_dropped();
 // Position in the carrier period now, in its steps.
 uint32_t pwm_position();
 
-// Where in the carrier period the last duties were begun to be written; kNeverWritten if none were
-// since it was last asked.
+// Where in the carrier period the last of the duties was written; kNeverWritten if none was since
+// it was last asked.
 uint32_t pwm_written_at();
 constexpr uint32_t kNeverWritten = 0xFFFFFFFFU;
 
 // Steps of 12.5 ns by which channels from 8 on lag the others, as measured at start; constant
 // since.
-int32_t pwm_group_offset();
+int32_t pwm_group_lag();
 
 // Take the gates from the PWM and pull them low, from any context, even with half the chip dead.
 void cut_outputs();

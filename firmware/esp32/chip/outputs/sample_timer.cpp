@@ -64,7 +64,7 @@ esp_err_t sample_timer_start(Device& device) {
 esp_err_t sample_timer_keep_aligned() {
   const uint32_t at = pwm_written_at();
   if (timer == nullptr || at == kNeverWritten) return ESP_OK;
-  if (at >= carrier_steps / 8U && at <= carrier_steps * 5U / 8U) {
+  if (at >= carrier_steps * 3U / 8U && at <= carrier_steps * 7U / 8U) {
     tries = 0;
     return ESP_OK;
   }
@@ -73,9 +73,10 @@ esp_err_t sample_timer_keep_aligned() {
   uint64_t count = 0;
   const esp_err_t status = gptimer_get_raw_count(timer, &count);
   if (status != ESP_OK) return status;
-  // The writes take up to an eighth of a carrier period, so they begin a little before its middle.
-  // Later by so many steps, of which a tick is two; a count that is less comes later.
-  const uint32_t wanted = carrier_steps * 3U / 8U;
+  // The last write stands at five eighths: the first, at sixteen channels less than three eighths
+  // before it (docs/device.md), is in the same period, and so is an interrupt that comes a quarter
+  // later. Later by so many steps, of which a tick is two; a count that is less comes later.
+  const uint32_t wanted = carrier_steps * 5U / 8U;
   const uint32_t later = (wanted + carrier_steps - at) % carrier_steps / 2U;
   const uint32_t moved = (static_cast<uint32_t>(count) + alarm_ticks - later) % alarm_ticks;
   return gptimer_set_raw_count(timer, moved);
