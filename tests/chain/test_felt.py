@@ -12,7 +12,7 @@ from scipy.interpolate import RegularGridInterpolator
 from chladni.drives.methods.base import Options
 from chladni.drives.problem.pressing import pressed_problem, with_finger
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger import disagreement, felt
+from chladni.drives.scoring.felt import disagreement, felt
 from chladni.drives.solve import solve, solve_problem
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.finger import felt
+from chladni.drives.scoring.felt import felt
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.export import PAGE, bundle, one_file
 from chladni.sim.board.board import Board

@@ -17,7 +17,7 @@ from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
-from chladni.tables.fingers import Fingers, needs_compensation, survey_of
+from chladni.tables.felt import Fingers, needs_compensation, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits

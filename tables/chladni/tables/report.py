@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.tables.between_regions import OWN_TOLERANCE
-from chladni.tables.fingers import Fingers
+from chladni.tables.felt import Fingers
 from chladni.tables.losses import LIMITS, Losses
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.phase_synchronisation import Steps

@@ -12,7 +12,7 @@ import typer
 
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger import felt, remark_on
+from chladni.drives.scoring.felt import felt, remark_on
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request, turned
 from chladni.host.cli.common.options import (

@@ -18,7 +18,7 @@ from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import Problem, solved_board
-from chladni.drives.scoring.finger import disagreement, remark
+from chladni.drives.scoring.felt import disagreement, remark
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
 from chladni.drives.workers import Workers

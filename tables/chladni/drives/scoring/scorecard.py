@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.nearest import nearest
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
-from chladni.drives.scoring.finger import Felt, disagreement, felt
+from chladni.drives.scoring.felt import Felt, disagreement, felt
 from chladni.drives.solve import Solution
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM

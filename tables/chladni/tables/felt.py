@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.drives.problem.problem import Problem
-from chladni.drives.scoring.finger import Survey, survey
+from chladni.drives.scoring.felt import Survey, survey
 from chladni.sim.board.board import Board
 from chladni.sim.board.finger import NO_FINGER
 from chladni.tables.one_frequency import OneFrequency
