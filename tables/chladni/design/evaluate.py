@@ -12,7 +12,7 @@ from chladni.design.layouts import Place, closest
 from chladni.design.spec import Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.board_score import BoardScore, score_board
-from chladni.drives.scoring.felt import Spread
+from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document

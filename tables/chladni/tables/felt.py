@@ -6,21 +6,53 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chladni.drives.problem.problem import Problem
-from chladni.drives.scoring.felt import Survey, survey
+from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_focal_error
+from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.board.finger import NO_FINGER
 from chladni.tables.one_frequency import OneFrequency
 
 SURVEYED = 24
-"""Places looked at, drawn from the regions: the 10th percentile is the third worst."""
+"""Places surveyed, drawn from the regions: the 10th percentile is the third worst."""
 SEED = 1
 COSTS_SSIM, COSTS_SECOND_FINGER_DB = 0.01, 0.5
 """What a finger may take at the 10th percentile of places until drives make up for it."""
 
 
 @dataclass(frozen=True)
-class Fingers(Survey):
+class FeltSurvey:
+    """What fingers feel of a table's drives at places all over the board.
+
+    Attributes
+    ----------
+    places
+        How many were surveyed.
+    finger_um, sensation_db
+        Over the places; None on a board without a coil, or outside 40 to 800 Hz.
+    full_volts
+        The least of the places; None on a board without a coil.
+    finger_load
+        What the finger changes: level, SSIM and second finger, over the places.
+    ssim_pressed
+        SSIM while it presses.
+    looks_better_than_it_is
+        Places with an SSIM above 0.9 and the maximum more than 12 mm from the finger.
+    remark
+        A sentence about them; None if there are none.
+    """
+
+    places: int
+    finger_um: Spread | None
+    sensation_db: Spread | None
+    full_volts: float | None
+    finger_load: dict[str, Spread]
+    ssim_pressed: Spread
+    looks_better_than_it_is: int
+    remark: str | None
+
+
+@dataclass(frozen=True)
+class Fingers(FeltSurvey):
     """What fingers feel of a table's first section.
 
     `compensated` is whether its drives are best with the finger on, since that changes more than
@@ -30,21 +62,38 @@ class Fingers(Survey):
     compensated: bool
 
 
-def survey_of(drives: OneFrequency) -> Survey:
-    """Look at the drives of some regions."""
+def survey_of(drives: OneFrequency) -> FeltSurvey:
+    """Survey the drives of some regions."""
     regions = drives.regions
     count = len(regions.numbers)
     chosen = np.random.default_rng(SEED).permutation(count)[:SURVEYED]
     targets = [regions.grid.centre_mm(int(regions.numbers[k])) for k in chosen]
     problems = drives.solved.problems(targets, with_finger=True)
-    cases: list[tuple[Problem, np.ndarray]] = [
-        (problem, drives.synchronised.drives[k])
-        for problem, k in zip(problems, chosen, strict=True)
+    found = [
+        (felt(problem, drive), ssim_and_focal_error(problem, drive))
+        for problem, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
     ]
-    return survey(cases)
+    levels = [one.finger_um for one, _ in found if one.finger_um is not None]
+    sensed = [one.sensation_db for one, _ in found if one.sensation_db is not None]
+    volts = [one.full_volts for one, _ in found if one.full_volts is not None]
+    loads = {
+        name: Spread.of([getattr(one.finger_load, name) for one, _ in found])
+        for name in ("level_db", "ssim", "second_finger_db")
+    }
+    misled = sum(disagreement(*score, 0.0) is not None for _, score in found)
+    return FeltSurvey(
+        places=len(found),
+        finger_um=Spread.of(levels) if levels else None,
+        sensation_db=Spread.of(sensed) if sensed else None,
+        full_volts=min(volts) if volts else None,
+        finger_load=loads,
+        ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),
+        looks_better_than_it_is=misled,
+        remark=remark(misled, len(found)),
+    )
 
 
-def needs_compensation(board: Board, seen: Survey) -> bool:
+def needs_compensation(board: Board, seen: FeltSurvey) -> bool:
     """Whether pressing takes so much that drives are to make up for it."""
     return board.finger != NO_FINGER and (
         seen.finger_load["ssim"].p10 < -COSTS_SSIM

@@ -20,7 +20,7 @@ from chladni.drives.methods.focus import focus_at
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
-from chladni.drives.scoring.felt import Spread
+from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import SAMPLES, Score, active_lattice, score_drives
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -126,76 +125,6 @@ def disagreement(ssim: float, focal_error_mm: float, second_finger_db: float) ->
     )
 
 
-@dataclass(frozen=True)
-class Spread:
-    """A number over places."""
-
-    median: float
-    p10: float
-    p90: float
-
-    @classmethod
-    def of(cls, values: Sequence[float]) -> Spread:
-        """Median and percentiles."""
-        median, p10, p90 = np.percentile(np.asarray(values, dtype=np.float64), (50.0, 10.0, 90.0))
-        return cls(float(median), float(p10), float(p90))
-
-
-@dataclass(frozen=True)
-class Survey:
-    """What fingers feel of a table's drives at places all over the board.
-
-    Attributes
-    ----------
-    places
-        How many were looked at.
-    finger_um, sensation_db
-        Over the places; None on a board without a coil, or outside 40 to 800 Hz.
-    full_volts
-        The least of the places; None on a board without a coil.
-    finger_load
-        What the finger changes: level, SSIM and second finger, over the places.
-    ssim_pressed
-        SSIM while it presses.
-    looks_better_than_it_is
-        Places with an SSIM above 0.9 and the maximum more than 12 mm from the finger.
-    remark
-        A sentence about them; None if there are none.
-    """
-
-    places: int
-    finger_um: Spread | None
-    sensation_db: Spread | None
-    full_volts: float | None
-    finger_load: dict[str, Spread]
-    ssim_pressed: Spread
-    looks_better_than_it_is: int
-    remark: str | None
-
-
-def survey(cases: Sequence[tuple[Problem, ComplexArray]]) -> Survey:
-    """Look at a drive for each of several problems of one board."""
-    found = [(felt(problem, drive), _score(problem, drive)) for problem, drive in cases]
-    levels = [one.finger_um for one, _ in found if one.finger_um is not None]
-    sensed = [one.sensation_db for one, _ in found if one.sensation_db is not None]
-    volts = [one.full_volts for one, _ in found if one.full_volts is not None]
-    loads = {
-        name: Spread.of([getattr(one.finger_load, name) for one, _ in found])
-        for name in ("level_db", "ssim", "second_finger_db")
-    }
-    misled = sum(disagreement(*score, 0.0) is not None for _, score in found)
-    return Survey(
-        places=len(found),
-        finger_um=Spread.of(levels) if levels else None,
-        sensation_db=Spread.of(sensed) if sensed else None,
-        full_volts=min(volts) if volts else None,
-        finger_load=loads,
-        ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),
-        looks_better_than_it_is=misled,
-        remark=remark(misled, len(found)),
-    )
-
-
 def remark(misled: int, places: int) -> str | None:
     """A sentence about places where SSIM and focus disagree; None if there are none."""
     if not misled:
@@ -211,11 +140,11 @@ def remark_on(problem: Problem, drive: ComplexArray) -> str | None:
     """`disagreement` of a drive."""
     board, field = problem.board, np.tensordot(drive, problem.transfer, axes=1)
     second = metrics.second_finger_db(field, board.x, board.y, problem.place)
-    return disagreement(*_score(problem, drive), second)
+    return disagreement(*ssim_and_focal_error(problem, drive), second)
 
 
-def _score(problem: Problem, drive: ComplexArray) -> tuple[float, float]:
-    """SSIM, and focal error in mm."""
+def ssim_and_focal_error(problem: Problem, drive: ComplexArray) -> tuple[float, float]:
+    """Of a drive's field; the focal error in mm."""
     field = np.tensordot(drive, problem.transfer, axes=1)
     ssim = metrics.ssim(np.abs(field), np.abs(problem.wanted))
     error = metrics.focal_error(field, problem.board.x, problem.board.y, problem.place)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import in_threads, one_blas_thread
-from chladni.drives.scoring.felt import MICROMETRE, Spread
+from chladni.drives.scoring.felt import MICROMETRE
+from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.tolerances import drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Active
