@@ -1,4 +1,4 @@
-"""SciPy's generalised simulated annealing over the same variables, as it comes.
+"""SciPy's generalised simulated annealing over the same variables, with SciPy's own schedule.
 
 Tsallis and Stariolo, Physica A 233 (1996), with local searches by L-BFGS-B, which here get the
 exact gradient. The objective is SSIM on the full image, in the search's orthonormal coordinates.

@@ -1,1 +1,1 @@
-"""A board solved with one target on it: its fields, its places, what a drive is best at."""
+"""A board solved with one target on it: its fields, its regions, where second fingers lie."""
