@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.phasor import phasor
-from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.felt import Felt, felt
 from chladni.drives.scoring.spread import Spread
 from chladni.host.figures.fields import COLOURS, draw_board, save

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import (

@@ -18,7 +18,7 @@ import cpp_text
 import numpy as np
 from link_header import link_header, link_page, messages_header, network_header
 
-from chladni.drives.problem import places as regions
+from chladni.drives.problem import region_grid as regions
 from chladni.host.protocol import codes as device_codes
 from chladni.host.protocol import config as device_config
 from chladni.host.protocol import table_store as flash_layout

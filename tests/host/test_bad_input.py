@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.drives.problem.places import region_grid
+from chladni.drives.problem.region_grid import region_grid
 from chladni.sim.board.board import Board
 from chladni.tables import layout
 from chladni.tables.format import pack

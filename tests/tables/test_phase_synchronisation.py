@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.drives.problem.field_space import FieldSpace
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.tables.mirror_symmetry import CUT, JOINED, NEGATED, NO_MIRRORS, MirrorSymmetry
 from chladni.tables.phase_synchronisation import JOIN, Synchronised, neighbours, synchronise
 from chladni.tables.report import TableReport

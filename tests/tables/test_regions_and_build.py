@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.region_grid import RegionGrid, region_grid
 from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Regions

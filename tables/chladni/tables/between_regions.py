@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.board.board import Board
 from chladni.tables.stored_regions import HalfPlace, StoredRegions
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
 from chladni.tables.layout import (

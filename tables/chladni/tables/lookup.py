@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import FRACTION_BITS, position
+from chladni.drives.problem.region_grid import FRACTION_BITS, position
 from chladni.tables.mirror_symmetry import MirrorSymmetry, is_cut_off, signs
 from chladni.tables.stored_regions import Cells, StoredRegions
 

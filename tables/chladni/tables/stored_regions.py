@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import RegionGrid, region_grid
+from chladni.drives.problem.region_grid import RegionGrid, region_grid
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables.mirror_symmetry import MirrorSymmetry, stored_cells

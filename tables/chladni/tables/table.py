@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.errors import ArgumentError
 from chladni.tables.layout import BITS, FULL_SCALE
 from chladni.tables.lookup import images, mixing

@@ -12,8 +12,8 @@ import numpy as np
 import typer
 
 from chladni.drives.methods import SEED
-from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chladni.drives.methods.anneal import read_trace
-from chladni.drives.problem.places import RegionGrid
+from chladni.drives.problem.region_grid import RegionGrid
 from chladni.drives.scoring.compare import NULLS, Row
 from chladni.host.figures.fields import (
     COLOURS,

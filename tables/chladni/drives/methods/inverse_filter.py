@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from chladni.drives.methods.base import Found, Options
-from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import Problem
+from chladni.drives.problem.region_grid import region_grid
 from chladni.sim.board.quantity import MM
 
 TRUNCATION = 1e-3

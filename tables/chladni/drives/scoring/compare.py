@@ -16,8 +16,8 @@ from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.objectives import OBJECTIVES
-from chladni.drives.problem.places import RegionGrid, region_grid
 from chladni.drives.problem.problem import Problem, solved_board
+from chladni.drives.problem.region_grid import RegionGrid, region_grid
 from chladni.drives.scoring.felt import disagreement, remark
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from chladni.drives.batch import over_targets
 from chladni.drives.methods import SEED, Options, Progress
 from chladni.drives.methods.phasor import phasor
-from chladni.drives.problem.places import region_grid
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
+from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.tolerances import COIL_PLACE, FOAM, FORCE, with_foam, with_moved_coils
 from chladni.sim.board.board import Board

@@ -1,4 +1,4 @@
-"""The places a table tells apart: equal cells that cover the board, numbered row by row."""
+"""Regions of a board, which a table tells apart: equal cells, numbered row by row."""
 
 from __future__ import annotations
 
