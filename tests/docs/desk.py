@@ -16,10 +16,15 @@ from unittest import mock
 from chladni.host.cli.app import main
 from chladni.host.device.device import Device
 from chladni.host.device.wire import SerialWire
+from chladni.sim.board.file import shipped_boards
 from docs import transcript
 
 PLAIN = {"cp", "ls", "cat", "sleep", "mkdir"}
 """Commands besides `chladni` that run as they stand."""
+
+SHIPPED = frozenset(shipped_boards())
+BUILT: dict[tuple[str, ...], tuple[bytes, str]] = {}
+"""Commands that built a table: its bytes, and what was printed."""
 
 PATIENCE_S = 60.0
 """What is started in the background has so long to print what is expected of it."""
@@ -62,7 +67,17 @@ class Desk:
         return transcript.difference(expected, output)
 
     def _chladni(self, words: list[str]) -> tuple[int, str]:
-        """In this process, which has loaded all modules already."""
+        """In this process, which has loaded all modules already.
+
+        What builds a shipped board's table runs for the first page that has it, and for the others
+        its file and its output are there again.
+        """
+        key, made = tuple(words), self.folder / words[-1]
+        is_build = key[:2] == ("table", "build") and words[-2] == "-o" and key[2] in SHIPPED
+        if key in BUILT:
+            table, output = BUILT[key]
+            made.write_bytes(table)
+            return 0, output
         heard = io.StringIO()
         with (
             contextlib.chdir(self.folder),
@@ -72,6 +87,8 @@ class Desk:
             contextlib.redirect_stderr(heard),
         ):
             code = main()
+        if is_build and code == 0:
+            BUILT[key] = made.read_bytes(), heard.getvalue()
         return code, heard.getvalue()
 
     def _start(self, words: list[str], expected: tuple[str, ...]) -> str:

@@ -197,7 +197,7 @@ def test_a_full_disk_is_said_and_leaves_what_was_there(
 
 
 def test_an_answer_that_no_one_can_take_is_an_error(tmp_path: Path) -> None:
-    for words in (("--version",), ("--version", "--json"), ("board", "show", "paper", "--json")):
+    for words in (("--version",), ("board", "show", "paper", "--json")):
         with Path("/dev/full").open("w", encoding="utf-8") as full:
             done = subprocess.run(
                 [sys.executable, "-m", "chladni.host.cli.app", *words], cwd=tmp_path, stdout=full,
