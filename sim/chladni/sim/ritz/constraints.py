@@ -77,13 +77,13 @@ class Constraints:
         return np.asarray(self._directions[1].T @ along_rows)
 
     def released_from(self, finer: Constraints) -> tuple[NDArray[np.bool_], FloatArray]:
-        """What of the constraints of a finer basis are none of these; both must have plain rows.
+        """Constraints of a finer basis that are none of these; rows of both must be independent.
 
         Returns
         -------
-        tuple
-            Whether a row of a rim or a pin is released, and directions that are released among
-            the rows of edges, shape (edge rows, released).
+        tuple[NDArray[np.bool_], FloatArray]
+            Whether each row of rims and pins is released, shape (rows,), and the directions that
+            are released among the rows of edges, shape (edge rows, released).
         """
         count = finer._taken.size - finer._edges
         others = finer._taken[:count][finer._kept[:count]]

@@ -9,7 +9,7 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis.basis import Basis
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import plate_bending
-from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, resisted
+from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, foundation_form
 from chladni.sim.ritz.forms.overlap import own_overlap
 from chladni.sim.ritz.forms.samples import Samples
 from chladni.sim.ritz.forms.supports import SupportConditions, support_conditions
@@ -40,7 +40,7 @@ class Assembly:
 
     def foundation(self, parity: ParityBasis, overlap: FloatArray) -> FloatArray | None:
         """Strain energy form of the foundation, shape (size, size); None where there is none."""
-        return resisted(self.samples, parity, self.samples.own, overlap)
+        return foundation_form(self.samples, parity, self.samples.own, overlap)
 
     def supports(self, parity: ParityBasis) -> SupportConditions:
         """What must vanish for the supports to hold."""

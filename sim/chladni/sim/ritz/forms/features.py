@@ -42,7 +42,7 @@ def added_inertia(samples: Samples, parity: ParityBasis, tables: Tables) -> Floa
     return np.asarray(total + _at_points(samples, parity, tables, np.array(features)))
 
 
-def resisted(
+def foundation_form(
     samples: Samples, parity: ParityBasis, tables: Tables, overlap: FloatArray
 ) -> FloatArray | None:
     """Strain energy form of the foundation with the basis, of functions' `overlap` with it."""

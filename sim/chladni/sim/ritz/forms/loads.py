@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import edge_work
-from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, resisted
+from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, foundation_form
 from chladni.sim.ritz.forms.overlap import overlap_with
 from chladni.sim.ritz.forms.samples import Samples, Tables
 from chladni.sim.ritz.forms.supports import support_moments
@@ -38,7 +38,7 @@ def load_of_deflections(samples: Samples, parity: ParityBasis, tables: Tables) -
     geometry = samples.basis.geometry
     edges = geometry.bending_stiffness * edge_work(samples, parity, tables)
     overlap = overlap_with(samples, parity, tables)
-    resistance = resisted(samples, parity, tables, overlap)
+    resistance = foundation_form(samples, parity, tables, overlap)
     inertia = geometry.areal_mass * overlap + added_inertia(samples, parity, tables)
     return ClassLoad(
         force=-(edges + added_stiffness(samples, parity, tables)).T,
