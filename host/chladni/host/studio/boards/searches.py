@@ -57,7 +57,7 @@ class Search:
     @property
     def is_running(self) -> bool:
         """Whether it still uses the cores."""
-        return self._thread.is_alive()
+        return self.state == "running"
 
     def stop(self) -> None:
         """Look at no more boards; it ends within the one it is at."""
@@ -69,23 +69,27 @@ class Search:
         self._thread.join()
 
     def _run(self) -> None:
+        # Told once the processes have been let go: another search may begin then.
+        self.state = self._searched()
+
+    def _searched(self) -> str:
+        """Search to the end or until it is stopped; the state after that."""
         try:
             found = design(
                 self._spec, jobs=self._jobs, samples=SAMPLES,
                 progress=self._tell, on_board=self._keep,
             )  # fmt: skip
         except StoppedError:
-            self.state = "stopped"
+            return "stopped"
         except ChladniError as error:
-            self.state = str(error)
+            return str(error)
         except BaseException as error:
             self.state = f"{type(error).__name__}: {error}"
             raise
-        else:
-            first = len(self.entries)
-            self.entries += found.front
-            self.front = tuple(range(first, len(self.entries)))
-            self.state = "done"
+        first = len(self.entries)
+        self.entries += found.front
+        self.front = tuple(range(first, len(self.entries)))
+        return "done"
 
     def _tell(self, done: int, of_all: int) -> None:
         self.done, self.all = done, of_all

@@ -27,7 +27,7 @@ FROM_METHOD = "Drives are computed by {}, which fills no tables, so no device pl
 
 
 class Player:
-    """Answers presses with the emulated device; without a table, or once a part moves, computed.
+    """Answers presses by the emulated device, or by computed drives once a part has moved.
 
     Parameters
     ----------
