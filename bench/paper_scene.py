@@ -26,7 +26,8 @@ from chladni.drives.problem.field_space import every
 from chladni.drives.solve import solve
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.transfer import actuator_loads, plate_model
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import actuator_loads
 from chladni.sim.image import metrics
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.modes import ModeShapes

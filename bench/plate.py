@@ -39,7 +39,8 @@ from chladni.sim import board_from_document
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.cost import allow_large_cost
-from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry, plate_model
+from chladni.sim.fields.board_plate import plate_geometry, plate_model
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response

@@ -30,7 +30,8 @@ from chladni.sim import Board, ChladniError, board_from_document
 from chladni.sim.board.checks import closest
 from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import WORST_ESTIMATE
-from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry
+from chladni.sim.fields.board_plate import plate_geometry
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.basis.resolution import LEVELS, resolution_for, wave_number
 from chladni.sim.ritz.plate import RitzPlate

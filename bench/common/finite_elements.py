@@ -21,7 +21,8 @@ from skfem import Basis, BilinearForm, ElementTriArgyris, MeshTri
 from skfem.helpers import dd, ddot, trace
 
 from chladni.sim.board.board import Board
-from chladni.sim.fields.transfer import actuator_loads, plate_geometry
+from chladni.sim.fields.board_plate import plate_geometry
+from chladni.sim.fields.transfer import actuator_loads
 from chladni.sim.ritz.basis import quadrature
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))

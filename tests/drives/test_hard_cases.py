@@ -18,7 +18,7 @@ from chladni.sim.board.file import board_from_document, shipped_boards
 from chladni.sim.board.parts import Actuator
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, ResonanceError
-from chladni.sim.fields.transfer import plate_model
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.image import metrics
 from scorecards import all_finite
 

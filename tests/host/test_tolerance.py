@@ -14,7 +14,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.parts import Image, Regions
 from chladni.sim.errors import ToleranceError, check_estimate
-from chladni.sim.fields.transfer import plate_geometry, transfer_fields
+from chladni.sim.fields.board_plate import plate_geometry
+from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.tables.build import build_table

@@ -24,7 +24,8 @@ from chladni.sim.errors import (
     ToleranceError,
     TooLargeError,
 )
-from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, plate_geometry, transfer_fields
+from chladni.sim.fields.board_plate import plate_geometry
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, transfer_fields
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.response import Response

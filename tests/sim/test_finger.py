@@ -15,9 +15,10 @@ from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Actuator, Edges, Pin, Screw, Spring
 from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.driven import coil_coupling, driven_fields
 from chladni.sim.fields.static import is_held, static_fields
-from chladni.sim.fields.transfer import plate_model, transfer_fields
+from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.finger import dynamic_stiffness, pressed, sensation_db, threshold_um
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature, RimSupport
 from chladni.sim.plate.loads import Load

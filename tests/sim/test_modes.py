@@ -9,9 +9,7 @@ from at_points import respond_at
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Edges
 from chladni.sim.errors import ResonanceError
-from chladni.sim.fields.transfer import (
-    plate_model,
-)
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.loads import Load

@@ -12,8 +12,8 @@ from scipy.special import kei, keip, ker, kerp
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document, load_board
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.neighbours import MATTERS, neighbours
-from chladni.sim.fields.transfer import plate_model
 from chladni.sim.magnetics.neighbours import Magnets
 from conftest import ROOT, CommandLine
 

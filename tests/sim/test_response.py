@@ -14,14 +14,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Actuator
 from chladni.sim.errors import ResonanceError
-from chladni.sim.fields.transfer import (
-    TOLERANCE,
-    actuator_loads,
-    plate_geometry,
-    plate_model,
-    target_field,
-    transfer_fields,
-)
+from chladni.sim.fields.board_plate import plate_geometry, plate_model
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads, target_field, transfer_fields
 from chladni.sim.image.energy import compose, energy_image
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport

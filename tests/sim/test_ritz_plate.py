@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from at_points import respond_at
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Magnet
-from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import target_field, transfer_fields
 from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load

@@ -9,7 +9,8 @@ import pytest
 
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ResonanceError
-from chladni.sim.fields.transfer import plate_model, target_field, transfer_fields
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import target_field, transfer_fields
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.loads import Load
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import EdgeKind, Edges
-from chladni.sim.fields.transfer import plate_model
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry, PointFeature, RimSupport
 from chladni.sim.ritz.basis.basis import Basis

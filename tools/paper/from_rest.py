@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from chladni.drives.methods.anneal import Chain, advance, first_gains, phasors, redraw_gain
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.transfer import actuator_loads, plate_model
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import actuator_loads
 from chladni.sim.image import metrics
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.modes import ModeShapes

@@ -5,7 +5,8 @@ from chladni.sim.board.file import board_from_document, load_board, shipped_boar
 from chladni.sim.board.writing import board_file
 from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import ChladniError, InputError, ResonanceError
-from chladni.sim.fields.transfer import TransferFields, plate_model, target_field, transfer_fields
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import TransferFields, target_field, transfer_fields
 from chladni.sim.image.energy import compose, energy_image, normalised
 
 __all__ = [

@@ -27,7 +27,8 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
 from chladni.sim.board.parts import Image
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.transfer import disc_fields, plate_model
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import disc_fields
 from chladni.sim.image import metrics
 
 FloatArray = NDArray[np.float64]

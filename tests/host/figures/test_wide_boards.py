@@ -19,7 +19,8 @@ from chladni.drives.scoring.compare import compare
 from chladni.host import figures
 from chladni.sim import target_field
 from chladni.sim.board.board import Board
-from chladni.sim.fields.transfer import actuator_loads, plate_model
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import actuator_loads
 from conftest import CommandLine
 from wide import turned
 

@@ -12,7 +12,7 @@ from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Hole, Mass
-from chladni.sim.fields.transfer import plate_geometry
+from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
 from chladni.sim.ritz.basis.resolution import Resolution

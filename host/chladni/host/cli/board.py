@@ -49,8 +49,9 @@ from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
-from chladni.sim.fields.transfer import TOLERANCE, plate_model
+from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.magnetics.windings import force_per_ampere
 
 STROKE = 1e-4

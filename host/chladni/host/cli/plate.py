@@ -35,14 +35,9 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError, MissingError
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.driven import driven_fields
-from chladni.sim.fields.transfer import (
-    TOLERANCE,
-    TransferFields,
-    actuator_loads,
-    plate_model,
-    target_field,
-)
+from chladni.sim.fields.transfer import TOLERANCE, TransferFields, actuator_loads, target_field
 from chladni.sim.files import read_text, write_arrays
 from chladni.sim.image.energy import compose, energy_image
 from chladni.sim.plate.response import Response

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.fields.transfer import TransferFields, plate_model, transfer_fields
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import TransferFields, transfer_fields
 from chladni.sim.plate.response import PlateModel
 
 FloatArray = NDArray[np.float64]

@@ -17,15 +17,10 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.driven import driven_fields, with_coils
 from chladni.sim.fields.static import static_fields
-from chladni.sim.fields.transfer import (
-    TOLERANCE,
-    TransferFields,
-    disc_fields,
-    plate_model,
-    target_fields,
-)  # fmt: skip
+from chladni.sim.fields.transfer import TOLERANCE, TransferFields, disc_fields, target_fields
 from chladni.sim.image import metrics
 from chladni.sim.plate.response import PlateModel
 

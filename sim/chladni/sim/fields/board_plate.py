@@ -1,0 +1,91 @@
+"""The plate of a board: its geometry, and the model that solves it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation_checks import cut_outs, strips
+from chladni.sim.board.parts import Mass, Screw
+from chladni.sim.navier.plate import SimplySupportedPlate
+from chladni.sim.plate.geometry import (
+    FoundationLayer,
+    Inclusion,
+    PlateGeometry,
+    PointFeature,
+    RimSupport,
+)
+from chladni.sim.plate.response import PlateModel
+from chladni.sim.ritz.plate import RitzPlate
+
+
+def plate_model(board: Board) -> PlateModel:
+    """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
+    plate = board.plate
+    features = (
+        board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet,
+        board.foundation,
+    )  # fmt: skip
+    if plate.edges.are_all("simply supported") and not any(features):
+        return SimplySupportedPlate(
+            *plate.size, plate.bending_stiffness, plate.areal_mass, plate.loss_factor
+        )
+    return RitzPlate(plate_geometry(board), plate.loss_factor)
+
+
+def _foundation(board: Board) -> FoundationLayer | None:
+    """What the plate lies on, with a hole in it round every actuator if the board has one."""
+    foundation = board.foundation
+    if foundation is None:
+        return None
+    return FoundationLayer(
+        foundation.total_stiffness,
+        foundation.total_loss_factor,
+        tuple((*cut.at, cut.radius) for cut in cut_outs(board)),
+        strips(board),
+    )
+
+
+def plate_geometry(board: Board) -> PlateGeometry:
+    """A board's plate with everything that holds it and sits on it."""
+    plate, magnet = board.plate, board.magnet
+    discs = [
+        Inclusion(*actuator.at, magnet.radius, magnet.areal_mass, magnet.stiffness_ratio)
+        for actuator in (board.actuators if magnet else ())
+        if magnet
+    ]
+    discs += [_glued_disc(mass) for mass in board.masses if mass.radius > 0.0]
+    discs += [Inclusion(*hole.at, hole.radius, -plate.areal_mass, 0.0) for hole in board.holes]
+    points = [PointFeature(*pin.at, is_pinned=True) for pin in board.pins]
+    points += [PointFeature(*spring.at, stiffness=spring.stiffness) for spring in board.springs]
+    points += [PointFeature(*m.at, mass=m.mass) for m in board.masses if m.radius == 0.0]
+    return PlateGeometry(
+        *plate.size,
+        plate.bending_stiffness,
+        plate.poissons_ratio,
+        plate.areal_mass,
+        rims=tuple(_rim(screw) for screw in board.screws),
+        inclusions=tuple(discs),
+        points=tuple(points),
+        edges=plate.edges,
+        corner_radius=plate.corner_radius,
+        foundation=_foundation(board),
+    )
+
+
+def _rim(screw: Screw) -> RimSupport:
+    return RimSupport(
+        *screw.at,
+        screw.radius,
+        holds_deflection=screw.support != "sprung",
+        holds_slope=screw.support == "clamped",
+        stiffness=screw.stiffness,
+        rotational=screw.rotational_stiffness,
+    )
+
+
+def _glued_disc(mass: Mass) -> Inclusion:
+    """A cylinder on the plate: its extent across gives m r²/4 by itself, its height m h²/12."""
+    areal = mass.mass / (np.pi * mass.radius**2)
+    rotary = areal * mass.height**2 / 12.0
+    return Inclusion(*mass.at, mass.radius, areal, mass.stiffness_ratio, rotary)
