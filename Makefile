@@ -87,7 +87,9 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -q -n $(JOBS) -p sanitized_build tests/firmware tests/host/test_link.py \
 		tests/host/test_network.py tests/host/test_network_sessions.py tests/host/test_network_settings.py tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py \
-		--deselect tests/firmware/test_chip_layer.py --deselect tests/firmware/test_iram.py
+		--deselect tests/firmware/test_chip_layer.py \
+		--deselect tests/firmware/test_chip_carrier.py --deselect tests/firmware/test_chip_branches.py \
+		--deselect tests/firmware/test_chip_iram.py --deselect tests/firmware/test_iram.py
 
 SECONDS ?= 600
 soak: venv  ## fuzz every parser and sweep over new boards and places, so long in all (SECONDS=600, FIRST_SEED=)

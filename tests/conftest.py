@@ -134,3 +134,11 @@ def cross_compilers() -> None:
     if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
         pytest.fail(f"not installed: {', '.join(missing())}")
     pytest.skip(f"not installed: {', '.join(missing())}")
+
+
+@pytest.fixture(scope="session")
+def chip_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The chip's layer on a fake of ESP-IDF, compiled."""
+    from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
+
+    return build(tmp_path_factory.mktemp("chip"))

@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import subprocess
-from contextlib import AbstractContextManager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from chladni.sim.board.gpio import GATES
-from chladni.tables.format import pack
-from firmware.chip_process import FIRMWARE, RESET_PIN, Chip, branches, build, gates_of
+from firmware.chip_process import FIRMWARE, Chip, gates_of
 from firmware.chip_started import CONFIG, PINS, playing, started
-from made_up import make_table
 
 
-@pytest.fixture(scope="session")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build(tmp_path_factory.mktemp("chip"))
-
-
-def test_it_starts_and_plays_over_the_link(program: Path) -> None:
-    with started(program) as chip, Device(chip) as device:
+def test_it_starts_and_plays_over_the_link(chip_program: Path) -> None:
+    with started(chip_program) as chip, Device(chip) as device:
         assert not chip.on
         info = device.info()
         assert (info["state"], info["stack_free"]) == ("idle", 5000)
@@ -40,15 +30,15 @@ def test_it_starts_and_plays_over_the_link(program: Path) -> None:
 
 
 @pytest.mark.parametrize("way", ["panic", "brownout"])
-def test_every_way_down_leaves_the_gates_low(program: Path, way: str) -> None:
-    with started(program) as chip:
+def test_every_way_down_leaves_the_gates_low(chip_program: Path, way: str) -> None:
+    with started(chip_program) as chip:
         device = Device(chip)
         playing(chip, device)
         assert chip.down(way) == set()
 
 
-def test_a_restart_cuts_the_outputs_first(program: Path) -> None:
-    with started(program) as chip:
+def test_a_restart_cuts_the_outputs_first(chip_program: Path) -> None:
+    with started(chip_program) as chip:
         device = Device(chip)
         playing(chip, device)
         device.link.request("restart")
@@ -57,8 +47,8 @@ def test_a_restart_cuts_the_outputs_first(program: Path) -> None:
         assert not gates_of(chip.ended.split()[1])
 
 
-def test_a_dead_interrupt_is_cut_off_by_the_main_loop(program: Path) -> None:
-    with started(program) as chip:
+def test_a_dead_interrupt_is_cut_off_by_the_main_loop(chip_program: Path) -> None:
+    with started(chip_program) as chip:
         device = Device(chip)
         playing(chip, device)
         chip.tell("die 1")
@@ -68,9 +58,9 @@ def test_a_dead_interrupt_is_cut_off_by_the_main_loop(program: Path) -> None:
         assert "interrupt stopped" in [fault["cause"] for fault in device.faults()]
 
 
-def calls_made(program: Path) -> list[str]:
+def calls_made(chip_program: Path) -> list[str]:
     """Every call of start-up and of a little use that can fail, with how often it is made."""
-    with started(program) as chip:
+    with started(chip_program) as chip:
         device = Device(chip)
         playing(chip, device)
         device.lift()
@@ -85,15 +75,15 @@ OF_NETWORK = (
 
 
 def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answers(
-    program: Path,
+    chip_program: Path,
 ) -> None:
     """In turn: nothing is on that was not asked for, and the link says what went wrong."""
     tried = 0
-    for call in calls_made(program):
+    for call in calls_made(chip_program):
         name = call.split(":")[0]
         if name in ("uart_driver_install", "uart_param_config"):
             continue  # Without a wire there is none to answer on: a restart, tested below.
-        with started(program, fail=call) as chip:
+        with started(chip_program, fail=call) as chip:
             assert chip.ended == "", call
             assert not chip.on, call
             device = Device(chip)
@@ -117,15 +107,15 @@ def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answe
     assert tried > 40
 
 
-def test_without_a_wire_it_starts_again_with_outputs_off(program: Path) -> None:
+def test_without_a_wire_it_starts_again_with_outputs_off(chip_program: Path) -> None:
     for call in ("uart_driver_install:1", "uart_param_config:1"):
-        with started(program, fail=call) as chip:
+        with started(chip_program, fail=call) as chip:
             assert chip.ended.startswith("aborted")
             assert not gates_of(chip.ended.split()[1])
 
 
-def test_missing_partitions_are_said(program: Path) -> None:
-    chip = Chip(program, config=pack_config(CONFIG))
+def test_missing_partitions_are_said(chip_program: Path) -> None:
+    chip = Chip(chip_program, config=pack_config(CONFIG))
     try:
         chip.run(20)
         with Device(chip) as device:
@@ -140,48 +130,53 @@ def test_missing_partitions_are_said(program: Path) -> None:
     [(1, None), (3, "software"), (4, "panic"), (5, "watchdog"), (6, "watchdog"), (7, "watchdog"),
      (9, "brown-out"), (99, "other")],
 )  # fmt: skip
-def test_why_it_started_is_kept(program: Path, reason: int, told: str | None) -> None:
-    with started(program, options=(f"reset={reason}",)) as chip, Device(chip) as device:
+def test_why_it_started_is_kept(chip_program: Path, reason: int, told: str | None) -> None:
+    with started(chip_program, options=(f"reset={reason}",)) as chip, Device(chip) as device:
         resets = [fault for fault in device.faults() if fault["cause"] == "reset"]
         assert len(resets) == (told is not None)
         assert not chip.on
 
 
-def test_gates_above_31_play_and_are_cut(program: Path) -> None:
+def test_gates_above_31_play_and_are_cut(chip_program: Path) -> None:
     config = DeviceConfig(pwm_pins=(25, 26, 27, 32, 33, *(255,) * 11))
-    with started(program, config=config) as chip, Device(chip) as device:
+    with started(chip_program, config=config) as chip, Device(chip) as device:
         device.touch(0.0, 0.0)
         chip.run(30)
         assert chip.on == {25, 26, 27, 32, 33}
         assert chip.down("panic") == set()
 
 
-def test_pins_that_cannot_be_leave_the_link(program: Path) -> None:
-    with started(program, config=CONFIG.with_values(channels=6)) as chip, Device(chip) as device:
+def test_pins_that_cannot_be_leave_the_link(chip_program: Path) -> None:
+    with (
+        started(chip_program, config=CONFIG.with_values(channels=6)) as chip,
+        Device(chip) as device,
+    ):
         assert "configuration refused" in [fault["cause"] for fault in device.faults()]
         chip.run(50)
         assert not chip.on
 
 
 @pytest.mark.parametrize("option", ["mute", "stuck"])
-def test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(program: Path, option: str) -> None:
-    with started(program, options=(option,)) as chip, Device(chip) as device:
+def test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(
+    chip_program: Path, option: str
+) -> None:
+    with started(chip_program, options=(option,)) as chip, Device(chip) as device:
         chip.run(400)
         assert device.info()["state"] in ("idle", "fault")
         assert not chip.on
 
 
-def test_an_open_network_and_a_flood_of_rubbish(program: Path) -> None:
+def test_an_open_network_and_a_flood_of_rubbish(chip_program: Path) -> None:
     network = pack_network(NetworkSettings("net", "", bytes(range(32)), 5555))
-    with started(program, network=network) as chip, Device(chip) as device:
+    with started(chip_program, network=network) as chip, Device(chip) as device:
         for k in range(40):
             chip.tell(f"udp {bytes([k] * 40).hex()}")
         chip.run(20)
         assert device.info()["state"] == "idle"
 
 
-def test_tables_that_have_too_little_room_are_said(program: Path) -> None:
-    chip = Chip(program, options=("tables:small",), config=pack_config(CONFIG))
+def test_tables_that_have_too_little_room_are_said(chip_program: Path) -> None:
+    chip = Chip(chip_program, options=("tables:small",), config=pack_config(CONFIG))
     try:
         chip.run(20)
         with Device(chip) as device:
@@ -191,10 +186,10 @@ def test_tables_that_have_too_little_room_are_said(program: Path) -> None:
 
 
 def test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(
-    program: Path,
+    chip_program: Path,
 ) -> None:
     """Two writes would fall into one carrier period: the fake forbids it, the chip drops one."""
-    with started(program) as chip:
+    with started(chip_program) as chip:
         device = Device(chip)
         playing(chip, device)
         for cycles in range(11_000, 12_288, 64):
@@ -208,9 +203,9 @@ def test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(
 
 @pytest.mark.parametrize("call", ["esp_partition_erase_range:1", "esp_partition_write:1"])
 def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
-    program: Path, call: str
+    chip_program: Path, call: str
 ) -> None:
-    with started(program, fail=call) as chip:
+    with started(chip_program, fail=call) as chip:
         device = Device(chip)
         before = device.config()
         with pytest.raises(LinkError):
@@ -218,10 +213,10 @@ def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
         assert device.config() == before
 
 
-def test_the_device_takes_no_room_in_the_image(tmp_path: Path, program: Path) -> None:
+def test_the_device_takes_no_room_in_the_image(tmp_path: Path, chip_program: Path) -> None:
     """Its 20 KB lie in .bss, optimised or not: what is initialised would be copied from flash."""
     made = tmp_path / "app_main.o"
-    include = [f"-I{program.parent / 'include'}", f"-I{FIRMWARE.parents[1] / 'tests/firmware/idf'}",
+    include = [f"-I{chip_program.parent / 'include'}", f"-I{FIRMWARE.parents[1] / 'tests/firmware/idf'}",
                f"-I{FIRMWARE}", f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
     for level in ("-O0", "-O2"):
         source = str(FIRMWARE / "chip" / "app_main.cpp")
@@ -235,139 +230,12 @@ def test_the_device_takes_no_room_in_the_image(tmp_path: Path, program: Path) ->
         assert bss > 20_000
 
 
-def test_the_fake_reaches_the_branches_of_chip(program: Path) -> None:
-    """What no scenario takes was not tested; by gcov, branches of exceptions aside."""
-    calls_made(program)
-    test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answers(program)
-    for way in ("panic", "brownout"):
-        test_every_way_down_leaves_the_gates_low(program, way)
-    test_a_restart_cuts_the_outputs_first(program)
-    test_without_a_wire_it_starts_again_with_outputs_off(program)
-    test_missing_partitions_are_said(program)
-    for reason in (3, 4, 5, 6, 9, 99):
-        test_why_it_started_is_kept(program, reason, "known")
-    test_gates_above_31_play_and_are_cut(program)
-    test_pins_that_cannot_be_leave_the_link(program)
-    test_an_open_network_and_a_flood_of_rubbish(program)
-    test_tables_that_have_too_little_room_are_said(program)
-    test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(program)
-    for option in ("mute", "stuck"):
-        test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(program, option)
-    for call in ("esp_partition_erase_range:1", "esp_partition_write:1"):
-        test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(program, call)
-    test_sixteen_channels_play_on_both_groups(program)
-    for apart in (-200, 200):
-        test_groups_that_do_not_start_together_are_not_played(program, apart)
-    test_a_carrier_that_will_not_stand_still_is_said_once(program)
-    test_writes_are_moved_away_from_the_carrier_s_end(program)
-    test_a_timer_that_cannot_be_moved_is_said_once(program)
-    test_a_panel_without_its_lines_and_a_device_without_partitions(program)
-    taken, total, missed = branches(program)
-    assert taken / total >= 0.95, f"{taken} of {total}: {sorted(missed)}"
-
-
-SIXTEEN = pack(make_table(np.array([[10.0 - 0.5 * k for k in range(16)]])))
-ALL_CHANNELS = DeviceConfig(
-    channels=16, pwm_pins=GATES[:16], full_current_ma=(50,) * 16, full_rise_dk=(100,) * 16
-)
-
-
-def sixteen(program: Path, *options: str) -> AbstractContextManager[Chip]:
-    return started(program, config=ALL_CHANNELS, options=options, tables=SIXTEEN)
-
-
-def test_sixteen_channels_play_on_both_groups(program: Path) -> None:
-    with sixteen(program) as chip:
-        device = Device(chip)
-        assert device.info()["state"] == "idle", device.faults()
-        device.touch(0.0, 0.0)
-        chip.run(40)
-        assert chip.on | {RESET_PIN} == set(GATES[:16])
-        assert chip.down("panic") == set()
-
-
-@pytest.mark.parametrize("read_cycles", [8, 60, 150])
-@pytest.mark.parametrize("apart", [0, -7, 9])
-def test_the_lag_that_is_printed_is_that_of_the_groups(
-    program: Path, read_cycles: int, apart: int
-) -> None:
-    """Started some 3,000 steps apart, they are brought together; however long a read takes."""
-    with sixteen(program, f"read={read_cycles}", f"apart={apart}") as chip:
-        device = Device(chip)
-        device.info()
-        (said,) = [line for line in device.log.splitlines() if "channels 8 and up" in line]
-        lag = float(chip.ask("lag"))
-        # A step is lost where a count is cut off, and half of one in the mean.
-        assert abs(int(said.split("lag by ")[1].split()[0]) - lag) <= 1.5
-        assert abs(lag + apart) < 3.0
-
-
-@pytest.mark.parametrize("read_cycles", [8, 36])
-def test_sixteen_duties_are_written_in_one_carrier_period(program: Path, read_cycles: int) -> None:
-    """Also where the bus is slow: 36 cycles a read and 12 a write are three eighths of a period."""
-    with sixteen(program, f"read={read_cycles}", "write=12") as chip:
-        device = Device(chip)
-        device.touch(0.0, 0.0)
-        for shift in range(60, 1024, 120):
-            chip.tell(f"shift {shift}")
-            chip.run(20)
-            assert chip.ask("position").split()[1] == "-"
-        assert "near the carrier" not in device.log
-
-
-@pytest.mark.parametrize("apart", [-200, 200])
-def test_groups_that_do_not_start_together_are_not_played(program: Path, apart: int) -> None:
-    with sixteen(program, f"apart={apart}") as chip:
-        device = Device(chip)
-        chip.run(20)
-        device.info()
-        assert "synthesis did not start" in device.log
-        assert "interrupt stopped" in [fault["cause"] for fault in device.faults()]
-        assert not chip.on
-
-
-def test_a_carrier_that_will_not_stand_still_is_said_once(program: Path) -> None:
-    with started(program) as chip:
-        device = Device(chip)
-        for _ in range(40):
-            chip.tell("shift 512")
-            chip.run(1)
-        device.info()
-        assert device.log.count("near the carrier") == 1
-
-
-def test_writes_are_moved_away_from_the_carrier_s_end(program: Path) -> None:
-    """Wherever the carrier stands beside the alarm: found at the writes, put right in turns."""
-    with started(program) as chip:
-        device = Device(chip)
-        playing(chip, device)
-        for shift in range(60, 1024, 120):
-            chip.tell(f"shift {shift}")
-            chip.run(20)
-            at = int(chip.ask("position").split()[0])
-            assert 1024 * 3 // 8 <= at <= 1024 * 7 // 8
-            assert not chip.ended
-        assert "near the carrier" not in device.log
-
-
-def test_a_timer_that_cannot_be_moved_is_said_once(program: Path) -> None:
-    for call in ("gptimer_set_raw_count:1", "gptimer_get_raw_count:1"):
-        with started(program, fail=call) as chip:
-            device = Device(chip)
-            for shift in (300, 300, 300):
-                chip.tell(f"shift {shift}")
-                chip.run(3)
-            chip.run(20)
-            device.info()
-            assert device.log.count("near the carrier") == 1
-
-
-def test_a_panel_without_its_lines_and_a_device_without_partitions(program: Path) -> None:
+def test_a_panel_without_its_lines_and_a_device_without_partitions(chip_program: Path) -> None:
     config = CONFIG.with_values(panel=PANELS.index("find"), interrupt_pin=255, reset_pin=255)
-    with started(program, config=config) as chip, Device(chip) as device:
+    with started(chip_program, config=config) as chip, Device(chip) as device:
         chip.run(50)
         assert device.info()["state"] == "idle"
-    chip = Chip(program)
+    chip = Chip(chip_program)
     try:
         chip.run(20)
         device = Device(chip)

@@ -1,0 +1,42 @@
+"""How much of chip/ its tests on the fake reach."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firmware import test_chip_carrier as carrier
+from firmware import test_chip_layer as layer
+from firmware.chip_process import branches
+
+
+def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
+    """What no scenario takes was not tested; by gcov, branches of exceptions aside."""
+    layer.calls_made(chip_program)
+    layer.test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answers(
+        chip_program
+    )
+    for way in ("panic", "brownout"):
+        layer.test_every_way_down_leaves_the_gates_low(chip_program, way)
+    layer.test_a_restart_cuts_the_outputs_first(chip_program)
+    layer.test_without_a_wire_it_starts_again_with_outputs_off(chip_program)
+    layer.test_missing_partitions_are_said(chip_program)
+    for reason in (3, 4, 5, 6, 9, 99):
+        layer.test_why_it_started_is_kept(chip_program, reason, "known")
+    layer.test_gates_above_31_play_and_are_cut(chip_program)
+    layer.test_pins_that_cannot_be_leave_the_link(chip_program)
+    layer.test_an_open_network_and_a_flood_of_rubbish(chip_program)
+    layer.test_tables_that_have_too_little_room_are_said(chip_program)
+    layer.test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(chip_program)
+    for option in ("mute", "stuck"):
+        layer.test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(chip_program, option)
+    for call in ("esp_partition_erase_range:1", "esp_partition_write:1"):
+        layer.test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(chip_program, call)
+    carrier.test_sixteen_channels_play_on_both_groups(chip_program)
+    for apart in (-200, 200):
+        carrier.test_groups_that_do_not_start_together_are_not_played(chip_program, apart)
+    carrier.test_a_carrier_that_will_not_stand_still_is_said_once(chip_program)
+    carrier.test_writes_are_moved_away_from_the_carrier_s_end(chip_program)
+    carrier.test_a_timer_that_cannot_be_moved_is_said_once(chip_program)
+    layer.test_a_panel_without_its_lines_and_a_device_without_partitions(chip_program)
+    taken, total, missed = branches(chip_program)
+    assert taken / total >= 0.95, f"{taken} of {total}: {sorted(missed)}"
