@@ -216,8 +216,7 @@ def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
 def test_the_device_takes_no_room_in_the_image(tmp_path: Path, chip_program: Path) -> None:
     """Its 20 KB lie in .bss, optimised or not: what is initialised would be copied from flash."""
     made = tmp_path / "app_main.o"
-    include = [f"-I{chip_program.parent / 'include'}", f"-I{FIRMWARE.parents[1] / 'tests/firmware/idf'}",
-               f"-I{FIRMWARE}", f"-I{FIRMWARE / 'chip'}"]  # fmt: skip
+    include = includes(chip_program.parent)
     for level in ("-O0", "-O2"):
         source = str(FIRMWARE / "chip" / "app_main.cpp")
         subprocess.run(["g++", "-std=c++17", level, "-c", source, "-o", str(made), *include],
