@@ -117,7 +117,7 @@ def port(table_file: Path) -> Iterator[str]:
     """An emulated device on a pseudo-terminal, in a process of its own."""
     process = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(table_file), "--serial",
-         "--ms", "60000"],
+         "--ms", "600000"],
         stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None

@@ -102,7 +102,7 @@ def test_a_wire_that_is_opened_too_late_is_closed() -> None:
                 pass
 
     asyncio.run(main())
-    assert closed.wait(5.0)
+    assert closed.wait(60.0)
 
 
 def test_a_silent_port_is_said_on_entering() -> None:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
@@ -52,7 +53,7 @@ class Desk:
 def wait_for_coils(port: Path) -> None:
     """Until the device is sure that they have cooled: four seconds with a time constant of 30."""
     with Device(SerialWire(str(port))) as device:
-        for _ in range(100):
+        for _ in range(600):  # more than it takes, for a machine that is busy
             if "coil hot" not in device.info()["standing"]:
                 return
             device.link.wait(0.1)
@@ -102,11 +103,12 @@ def test_a_board_of_ones_own_plays(chladni: CommandLine, desk: Desk, own_file: P
     assert again.json == {"written": False, "changed": []}
     assert chladni("flash", own_file, *at, "--json").json["verified"]
     wait_for_coils(desk.port)
+    begun = monotonic()
     touched = chladni("device", "touch", "50,10", "--seconds", "0.3", *at, "--json")
     assert touched.json["state"] == "playing"
     assert touched.json["moved"]
     assert touched.json["place_mm"] == pytest.approx([30.0, 10.0], abs=0.002)
-    assert touched.json["played_s"] == pytest.approx(0.3, abs=0.15)
+    assert 0.25 < touched.json["played_s"] < monotonic() - begun
     shown = chladni("device", "info", *at)
     assert "for own" in shown.out
     assert "panel fine" in shown.out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -72,10 +73,13 @@ def test_a_program_that_speaks_something_else_is_not_taken_for_a_device(
 
 @pytest.fixture
 def udp_port() -> int:
-    """A UDP port that is free just now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
+    """A UDP port that is free, and that neither the system nor another worker gives away."""
+    first = 21_000 + 100 * int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:])
+    for number in range(first, first + 100):
+        with contextlib.suppress(OSError), socket.socket(type=socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", number))
+            return number
+    raise AssertionError("no UDP port is free")
 
 
 @pytest.mark.slow
