@@ -11,7 +11,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from firmware.chip_process import FIRMWARE, Chip, gates_of
+from firmware.chip_process import FIRMWARE, Chip, gates_of, includes
 from firmware.chip_started import CONFIG, PINS, playing, started
 
 
