@@ -16,7 +16,7 @@ from chladni.host.emulation.demodulate import first_change
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent, reported_um
 from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.tables.table import Limits, Table
-from made_up import device_of, make_table, starts_of
+from made_up import device_of, make_table, some_pins, starts_of
 
 Model = Literal["ft6x36", "gt911"]
 MODELS: tuple[Model, ...] = ("ft6x36", "gt911")
@@ -81,7 +81,7 @@ def test_pixels_lie_where_the_mounting_puts_them(
 ) -> None:  # fmt: skip
     """Against complex numbers: a quarter turn is a factor of i, a mirror a change of sign."""
     config = DeviceConfig(
-        panel=1, panel_columns=columns, panel_rows=rows, panel_width_um=width,
+        pwm_pins=some_pins(), panel=1, panel_columns=columns, panel_rows=rows, panel_width_um=width,
         panel_length_um=length, panel_turns=turns, panel_mirrored=int(mirrored), panel_x_um=x0,
         panel_y_um=y0,
     )  # fmt: skip
