@@ -19,7 +19,6 @@ from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.table import Table
 from conftest import CommandLine
-from soaking import IS_SOAKING
 
 Made = tuple[Board, Table]
 
@@ -42,14 +41,9 @@ def made(request: pytest.FixtureRequest) -> Made:
     return board, build_table(board)[0]
 
 
-@pytest.mark.sweep
-def test_the_pins_focus_all_over_the_board(made: Made) -> None:
-    """At places 4 mm apart and half-way between, few of which are a region's centre.
-
-    In `make test` 8 mm apart on boards of 16 coils: 121 places, not 441.
-    """
+def check_focus(made: Made, pitch: float) -> None:
+    """At places so far apart and half-way between, few of which are a region's centre."""
     board, table = made
-    pitch = PITCH if IS_SOAKING or len(board.actuators) < 16 else 2.0 * PITCH
     score = score_table(table, board, size=len(pack(table)), samples=0, pitch=pitch)
     *levels, focal_error = KNOWN[board.name]
     found = (score.second_finger_db, score.second_finger_16mm_db, score.second_finger_20mm_db)
@@ -61,6 +55,17 @@ def test_the_pins_focus_all_over_the_board(made: Made) -> None:
     assert score.above_second_finger == 1.0
     assert score.objective == "focus"
     assert score.maps.finger_um.min() >= FLOOR_UM
+
+
+def test_the_pins_focus_all_over_the_board(made: Made) -> None:
+    """At 121 places of a board of 16 coils, and at 75 of a strip."""
+    check_focus(made, PITCH if len(made[0].actuators) < 16 else 2.0 * PITCH)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("made", ["pad16", "quiet16"], indirect=True)
+def test_the_pins_of_16_coils_focus_at_all_441_places(made: Made) -> None:
+    check_focus(made, PITCH)
 
 
 def test_a_pressing_finger_leaves_micrometres_everywhere(made: Made) -> None:
