@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gc
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from chladni.drives.solve import solve
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.studio.boards.builder import BoardBuilder
-from chladni.host.studio.boards.prepared import BoardChoice
+from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import parse_board
 from chladni.sim.board.parts import Regions
@@ -27,7 +28,7 @@ from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from studio.conftest import READY, Studio
+from studio.conftest import READY, Studio, serving_here
 from studio.pages import RULES, drive, numbers, point_of, press, settle
 from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
 
@@ -183,6 +184,21 @@ def test_a_press_on_a_board_that_is_left_for_another_hinders_no_later_one(studio
         own.recv(TIMEOUT_S)
         ask(own, **PRESS | {"number": 2})
         assert told_of(own, "played")["number"] == 2
+
+
+def test_a_board_that_is_left_while_it_is_built_leaves_no_traceback(
+    ready: ReadyBoard, caplog: pytest.LogCaptureFixture
+) -> None:
+    with serving_here(ready) as studio, opened(studio) as own:
+        ask(own, **CHOOSE | {"objective": "balanced"})
+        told_of(own, "progress")
+        ask(own, **CHOOSE)
+        told_of(own, "board")
+        own.recv(TIMEOUT_S)
+        ask(own, **PRESS)
+        told_of(own, "scored")  # the build has stopped by then
+    gc.collect()  # asyncio tells of an error that no one asked for when its future goes
+    assert "Traceback" not in caplog.text
 
 
 def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, small_file: Path) -> None:

@@ -115,6 +115,8 @@ class PageBoard:
         build = self._builder.build(choice)
         try:
             result, told = asyncio.wrap_future(build.result), None
+            # A page that goes elsewhere does not ask how this build ended.
+            result.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
             while not result.done():
                 if told != (build.done, build.all):
                     told = build.done, build.all
