@@ -73,11 +73,14 @@ def main() -> None:
     dask.config.set({"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1 << 30})
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
             silence_logs=50,
         ) as cluster,
         Workers(scheduler=cluster.scheduler_address) as there,
-    ):  # fmt: skip
+    ):
         found = rate(there, spec, boards)
     print(f"| a Dask cluster of 2 | {found:.2f} | {found / alone:.2f} |\n")
     asked = len(pickle.dumps((partial(judge, spec), boards[0])))

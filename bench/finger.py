@@ -59,8 +59,11 @@ def fingers_by_thickness(board: Board) -> dict[str, list[list[float]]]:
     """Change of level at every place, by finger and thickness."""
     result: dict[str, list[list[float]]] = {name: [] for name in FINGERS if name != "none"}
     for thickness in THICKNESSES_MM:
-        thin = replace(board, plate=replace(board.plate, thickness=thickness * 1e-3),
-                       regions=Regions(2.0 * PITCH))  # fmt: skip
+        thin = replace(
+            board,
+            plate=replace(board.plate, thickness=thickness * 1e-3),
+            regions=Regions(2.0 * PITCH),
+        )
         for name, levels in result.items():
             _, found = felt_everywhere(replace(thin, finger=FINGERS[name]))
             levels.append([one.finger_load.level_db for one in found])
@@ -76,10 +79,16 @@ def sixteen(board: Board, foundation: Foundation | None) -> Board:
         Actuator(f"c{k}", (float(x), float(y))) for k, (x, y) in enumerate(moved.tolist())
     )
     return replace(
-        board, plate=replace(board.plate, size=(0.05, 0.05), thickness=2e-4), screws=(),
-        magnet=Magnet(3e-3, 4e-3, 7500.0, 1000.0), actuators=actuators, image=Image((126, 126)),
-        electronics=replace(board.electronics, pwm_pins=()), panel=None, foundation=foundation,
-    )  # fmt: skip
+        board,
+        plate=replace(board.plate, size=(0.05, 0.05), thickness=2e-4),
+        screws=(),
+        magnet=Magnet(3e-3, 4e-3, 7500.0, 1000.0),
+        actuators=actuators,
+        image=Image((126, 126)),
+        electronics=replace(board.electronics, pwm_pins=()),
+        panel=None,
+        foundation=foundation,
+    )
 
 
 def foam_rows(board: Board) -> list[str]:
@@ -103,8 +112,12 @@ def foam_rows(board: Board) -> list[str]:
     ]
 
 
-def draw(board: Board, places: list[tuple[float, float]], found: list[Felt],
-         by_finger: dict[str, list[list[float]]]) -> Figure:  # fmt: skip
+def draw(
+    board: Board,
+    places: list[tuple[float, float]],
+    found: list[Felt],
+    by_finger: dict[str, list[list[float]]],
+) -> Figure:
     """A map of micrometres, and what fingers change by the plate's thickness."""
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5))
@@ -134,8 +147,11 @@ def main() -> None:
     print(f"| µm under the finger | {spread([one.finger_um or 0.0 for one in found])} |")
     print(f"| dB above the threshold | {spread([one.sensation_db or 0.0 for one in found])} |")
     print(f"| µm by the bias | {spread([one.static_um or 0.0 for one in found])} |")
-    for name, key in (("level, dB", "level_db"), ("SSIM", "ssim"),
-                      ("second finger, dB", "second_finger_db")):  # fmt: skip
+    for name, key in (
+        ("level, dB", "level_db"),
+        ("SSIM", "ssim"),
+        ("second finger, dB", "second_finger_db"),
+    ):
         changes = [getattr(one.finger_load, key) for one in found]
         print(f"| the usual finger changes: {name} | {spread(changes)} |")
     print()

@@ -141,10 +141,13 @@ def draw(found: dict[str, dict[str, list[Run]]]) -> Figure:
             axes.loglog(
                 [run.seconds * 1e3 for run in runs],
                 [max(run.error_db, 1e-4) for run in runs],
-                "o" if is_own else "x", color=colour, markersize=5,
+                "o" if is_own else "x",
+                color=colour,
+                markersize=5,
                 label=f"{name}, {'ours' if is_own else 'clarabel'}"
-                if is_own or method.endswith(f"{SPACINGS_MM[name][0]} mm apart") else None,
-            )  # fmt: skip
+                if is_own or method.endswith(f"{SPACINGS_MM[name][0]} mm apart")
+                else None,
+            )
     axes.axhline(GAP_DB, color="#999999", linewidth=0.8, linestyle="--")
     axes.set_xlabel("ms a place, one core")
     axes.set_ylabel("below the bound, dB")
@@ -173,12 +176,16 @@ def main() -> None:
         "possible margin, and discs at the spacing in its row. Its time leaves out making them. "
         "Times are the processor's, which other programs lengthen less.\n"
     )
-    print("| board | solver | ms, median | ms, largest | below the bound, dB: median | largest "
-          "| times ours |\n|---|---|---|---|---|---|---|")  # fmt: skip
+    print(
+        "| board | solver | ms, median | ms, largest | below the bound, dB: median | largest "
+        "| times ours |\n|---|---|---|---|---|---|---|"
+    )
     found = {name: board_rows(name) for name in PLACES}
     print("\nThe goal is 20 ms a place on 5 coils and 100 ms on 16.\n")
-    print("`chladni board score` at 6 mm pitch, without tolerances, as a process of its own. The "
-          "goal is 3 s for 5 coils and 15 s for 16:\n")  # fmt: skip
+    print(
+        "`chladni board score` at 6 mm pitch, without tolerances, as a process of its own. The "
+        "goal is 3 s for 5 coils and 15 s for 16:\n"
+    )
     print("| board | coils | processor s | wall clock s |\n|---|---|---|---|")
     for name in SCORED:
         own, wall = score_seconds(name)

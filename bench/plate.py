@@ -233,8 +233,9 @@ def draw(rows: list[Row]) -> Figure:
         methods = list(dict.fromkeys(row.method for row in rows if row.scene == scene))
         for k, method in enumerate(methods):
             own = [row for row in rows if row.scene == scene and row.method == method]
-            axes.loglog([r.seconds for r in own], [r.error for r in own], "o-",
-                        color=f"C{k}", label=method)  # fmt: skip
+            axes.loglog(
+                [r.seconds for r in own], [r.error for r in own], "o-", color=f"C{k}", label=method
+            )
         axes.margins(y=0.25)  # room for the legend above the curves
         axes.set_title(scene, fontsize=10)
         axes.set_xlabel("seconds")
@@ -301,8 +302,10 @@ def main() -> None:
     print("![Error against time](../images/plate.png)\n")
     print("| scene | method | size | ms | error |\n|---|---|---|---|---|")
     for row in rows:
-        print(f"| {row.scene} | {row.method} | {row.size} | {row.seconds * 1e3:.1f} "
-              f"| {row.error:.1e} |")  # fmt: skip
+        print(
+            f"| {row.scene} | {row.method} | {row.size} | {row.seconds * 1e3:.1f} "
+            f"| {row.error:.1e} |"
+        )
     print()
     print_ratios(rows)
     peaks = [f"{peak_megabytes(load_board(name)):.0f} MB for `{name}`" for name in BOARDS]

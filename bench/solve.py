@@ -97,8 +97,9 @@ def default_table(name: str) -> tuple[list[Problem], list[float], list[Run]]:
     ms = np.array([r.seconds for r in runs]) * 1e3
     print(
         f"| {name} | {np.median(ms):.1f} | {ms.max():.1f} | {np.mean(gaps < 1e-4) * 100:.1f} % "
-        f"| {max(gaps.max(), 0.0):.1e} | {field_ms:.1f} |", flush=True
-    )  # fmt: skip
+        f"| {max(gaps.max(), 0.0):.1e} | {field_ms:.1f} |",
+        flush=True,
+    )
     return problems, best, runs
 
 
@@ -119,7 +120,7 @@ def methods_table(
             f"| {max(statistics.median(gaps), 0.0):.4f} | {max(gaps):.4f} "
             f"| {statistics.median(r.evaluations for r in runs):.0f} "
             f"| {statistics.median(r.seconds for r in runs):.4f} |"
-        )  # fmt: skip
+        )
     return results
 
 
@@ -139,14 +140,18 @@ def level_table(problems: list[Problem], best: list[float]) -> None:
 
 def paper_table(default: list[Run], annealed: list[Run]) -> None:
     """The paper's own targets."""
-    print("| target / mm | SSIM | independent, FE field | our annealing | authors' best | ms "
-          "| sooner than the paper's 8.5 h |\n|---|---|---|---|---|---|---|")  # fmt: skip
+    print(
+        "| target / mm | SSIM | independent, FE field | our annealing | authors' best | ms "
+        "| sooner than the paper's 8.5 h |\n|---|---|---|---|---|---|---|"
+    )
     for (target, (known, authors)), ours, chain in zip(
         PAPER_TARGETS.items(), default, annealed, strict=False
     ):
-        print(f"| {target[0]:g}, {target[1]:g} | {ours.ssim:.4f} | {known:.4f} | {chain.ssim:.4f} "
-              f"| {authors:.4f} | {ours.seconds * 1e3:.1f} "
-              f"| {PAPER_SECONDS / ours.seconds:,.0f} × |")  # fmt: skip
+        print(
+            f"| {target[0]:g}, {target[1]:g} | {ours.ssim:.4f} | {known:.4f} | {chain.ssim:.4f} "
+            f"| {authors:.4f} | {ours.seconds * 1e3:.1f} "
+            f"| {PAPER_SECONDS / ours.seconds:,.0f} × |"
+        )
 
 
 def traces(problem: Problem) -> tuple[Figure, float]:
@@ -166,11 +171,17 @@ def traces(problem: Problem) -> tuple[Figure, float]:
     dual = [
         run(problem, "dual-annealing", Options(steps=n)) for n in (100, 300, 1000, 3000, 10_000)
     ]
-    axes.plot([r.seconds for r in dual], [r.ssim for r in dual], "s-", color=COLOURS[2],
-              label="dual-annealing")  # fmt: skip
+    axes.plot(
+        [r.seconds for r in dual],
+        [r.ssim for r in dual],
+        "s-",
+        color=COLOURS[2],
+        label="dual-annealing",
+    )
     ours = [run(problem, "phasor", Options(steps=n)) for n in CLIMB_STEPS]
-    axes.plot([r.seconds for r in ours], [r.ssim for r in ours], "o-", color=COLOURS[3],
-              label="phasor")  # fmt: skip
+    axes.plot(
+        [r.seconds for r in ours], [r.ssim for r in ours], "o-", color=COLOURS[3], label="phasor"
+    )
     axes.set_xscale("log")
     axes.set_xlabel("seconds, one core")
     axes.set_ylabel("SSIM, target (10, 25) mm")
@@ -204,8 +215,10 @@ def main() -> None:
     paper_table(results["phasor"], results["anneal"])
     figure, settled = traces(problems[0])
     ratio = settled / statistics.median(r.seconds for r in default)
-    print(f"\nOn (10, 25) our fast annealing reaches its final value after {settled:.2f} s, "
-          f"{ratio:,.0f} times later than the default ends.\n")  # fmt: skip
+    print(
+        f"\nOn (10, 25) our fast annealing reaches its final value after {settled:.2f} s, "
+        f"{ratio:,.0f} times later than the default ends.\n"
+    )
     print("What a coarser last image costs:\n")
     level_table(problems, best)
     print("\nThe drives of whole boards, 406 regions, all cores, plate included:\n")

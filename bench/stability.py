@@ -106,8 +106,14 @@ def figure_of(cases: list[Case]) -> Figure:
     axes = figure.subplots()
     for kind in KINDS:
         own = [case for case in cases if case.kind == kind and not case.refused]
-        axes.loglog([max(c.error, 1e-12) for c in own], [c.estimate for c in own], "o", ms=4,
-                    label=kind, alpha=0.7)  # fmt: skip
+        axes.loglog(
+            [max(c.error, 1e-12) for c in own],
+            [c.estimate for c in own],
+            "o",
+            ms=4,
+            label=kind,
+            alpha=0.7,
+        )
     line = np.array([1e-10, 1.0])
     axes.loglog(line, line, "k-", lw=0.8)
     axes.axhline(TOLERANCE, color="k", ls=":", lw=0.8)
@@ -146,9 +152,11 @@ def main() -> None:
     for kind in KINDS:
         own = [case for case in cases if case.kind == kind and not case.refused]
         refused = sum(bool(case.refused) for case in cases if case.kind == kind)
-        print(f"| {kind} | {len(own)} | {refused} | {sum(map(is_low, own))} "
-              f"| {sum(map(is_high, own))} | {sum(c.estimate > TOLERANCE for c in own)} "
-              f"| {np.median([c.seconds for c in own] or [np.nan]):.1f} |")  # fmt: skip
+        print(
+            f"| {kind} | {len(own)} | {refused} | {sum(map(is_low, own))} "
+            f"| {sum(map(is_high, own))} | {sum(c.estimate > TOLERANCE for c in own)} "
+            f"| {np.median([c.seconds for c in own] or [np.nan]):.1f} |"
+        )
     print()
     for case in cases:
         if case.refused or is_low(case) or is_high(case) or case.estimate > TOLERANCE:

@@ -72,8 +72,9 @@ def bench(board: str) -> None:
     """One board, in a server and a browser of its own."""
     server = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "studio", board, "--port", "0", "--json"],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert server.stdout is not None
     try:
         url = json.loads(server.stdout.readline())["url"]

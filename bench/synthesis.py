@@ -69,8 +69,9 @@ class Variant:
         return [f"-D{name}={value}" for name, value in values.items()]
 
 
-def program(folder: Path, variant: Variant, level: float, compiler: list[str],
-            extra: list[str | Path]) -> Path:  # fmt: skip
+def program(
+    folder: Path, variant: Variant, level: float, compiler: list[str], extra: list[str | Path]
+) -> Path:
     """Compile a variant."""
     angle = np.arange(variant.points + 1) / variant.points * (np.pi / 2.0)
     values = ", ".join(str(v) for v in np.rint(32767.0 * np.sin(angle)).astype(int))
@@ -167,8 +168,10 @@ def bench_variants() -> None:
         "five-channel sample takes from phase to duties, counted under QEMU; they are not cycles. "
         "The bold row is the firmware's way.\n"
     )
-    print("| points | interpolated | bits | order | SFDR, 0 dB | SFDR, −24 dB | SNDR, 0 dB | "
-          "SNDR, −24 dB | THD, 0 dB | Xtensa | RISC-V |")  # fmt: skip
+    print(
+        "| points | interpolated | bits | order | SFDR, 0 dB | SFDR, −24 dB | SNDR, 0 dB | "
+        "SNDR, −24 dB | THD, 0 dB | Xtensa | RISC-V |"
+    )
     print("|" + "---|" * 11)
     rows = []
     for variant in VARIANTS:
@@ -198,8 +201,14 @@ def draw(rows: list[tuple[Variant, Purity, Purity, list[float]]]) -> None:
         size = 70 if is_ours else 28
         axes.scatter(full.sfdr, place, size, COLOURS[0], zorder=2)
         axes.scatter(quiet.sfdr, place, size, COLOURS[1], marker="s", zorder=2)
-        axes.annotate(f"{costs[1]:.0f}", (124.0, place), va="center", ha="right", fontsize=8,
-                      weight="bold" if is_ours else "normal")  # fmt: skip
+        axes.annotate(
+            f"{costs[1]:.0f}",
+            (124.0, place),
+            va="center",
+            ha="right",
+            fontsize=8,
+            weight="bold" if is_ours else "normal",
+        )
         way = "interpolated" if variant.is_interpolated else "plain"
         names.append(f"{variant.points} {way}, {variant.bits} bits, order {variant.order}")
     axes.set_yticks(range(len(names)), names, fontsize=8)
@@ -230,8 +239,10 @@ def bench_firmware() -> None:
     print("|---|---|---|")
     for name, key in zip(names, SAMPLES, strict=True):
         print(f"| {name} | " + " | ".join(str(getattr(c, key)) for c in counts) + " |")
-    print("\nThe budget is 12,288 cycles of 240 MHz per sample. Two seconds of touches give the "
-        "same duties on both processors and here.\n")  # fmt: skip
+    print(
+        "\nThe budget is 12,288 cycles of 240 MHz per sample. Two seconds of touches give the "
+        "same duties on both processors and here.\n"
+    )
     print("| level | SFDR | edge SFDR | SNDR | THD |")
     print("|---|---|---|---|---|")
     for name, level in (("full", 1.0), ("80 %", 0.8), ("−12 dB", 0.251), ("−24 dB", 0.063)):
@@ -242,10 +253,14 @@ def bench_firmware() -> None:
         loudest = int(np.argmax(np.ptp(recording.duty_steps, axis=0)))
         one = replace(recording, duty_steps=recording.duty_steps[:PURITY_PERIODS, [loudest]])
         found = purity(one)
-        print(f"| {name} | {found.sfdr:.1f} | {found.edge_sfdr:.1f} | {found.sndr:.1f} | "
-              f"{found.thd:.1f} |")  # fmt: skip
-    print("\nThe edges of left-aligned pulses carry a second harmonic that no shaping of the "
-        "duties removes; it falls with the amplitude.\n")  # fmt: skip
+        print(
+            f"| {name} | {found.sfdr:.1f} | {found.edge_sfdr:.1f} | {found.sndr:.1f} | "
+            f"{found.thd:.1f} |"
+        )
+    print(
+        "\nThe edges of left-aligned pulses carry a second harmonic that no shaping of the "
+        "duties removes; it falls with the amplitude.\n"
+    )
 
 
 if __name__ == "__main__":

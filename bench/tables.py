@@ -122,23 +122,44 @@ def draw(tables: list[Built]) -> Figure:
     """Bytes against the worst field error and loss of SSIM of every table."""
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     for axes, value, limit, label in zip(
-        figure.subplots(1, 2), (_field_db, _ssim), (LIMITS.field_db, LIMITS.ssim),
-        ("worst field error, dB", "worst loss of SSIM"), strict=True,
-    ):  # fmt: skip
+        figure.subplots(1, 2),
+        (_field_db, _ssim),
+        (LIMITS.field_db, LIMITS.ssim),
+        ("worst field error, dB", "worst loss of SSIM"),
+        strict=True,
+    ):
         for bits, colour in zip(BITS, COLOURS, strict=False):
             for name, mark in zip(BOARDS, ("o", "x"), strict=True):
                 own = [t for t in tables if t.table.bits == bits and t.board.name == name]
                 points = [(t.report.bytes, max(value(t.report), 1e-6)) for t in own]
-                axes.loglog(*zip(*points, strict=True), mark, color=colour, markersize=5,
-                            linestyle="", label=f"{name}, {bits} bits")  # fmt: skip
+                axes.loglog(
+                    *zip(*points, strict=True),
+                    mark,
+                    color=colour,
+                    markersize=5,
+                    linestyle="",
+                    label=f"{name}, {bits} bits",
+                )
         axes.axhline(limit, color="#999999", linewidth=0.8, linestyle="--")
         axes.axvline(PAPER_BYTES, color="#999999", linewidth=0.8, linestyle=":")
-        axes.text(PAPER_BYTES, 0.99, " the paper's gains", fontsize=8, rotation=90, va="top",
-                  transform=axes.get_xaxis_transform())  # fmt: skip
+        axes.text(
+            PAPER_BYTES,
+            0.99,
+            " the paper's gains",
+            fontsize=8,
+            rotation=90,
+            va="top",
+            transform=axes.get_xaxis_transform(),
+        )
         axes.set_xlabel("bytes, headers included")
         axes.set_ylabel(label)
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center",
-                  ncols=6, frameon=False, fontsize=8)  # fmt: skip
+    figure.legend(
+        *figure.axes[0].get_legend_handles_labels(),
+        loc="outside upper center",
+        ncols=6,
+        frameon=False,
+        fontsize=8,
+    )
     return figure
 
 
@@ -154,35 +175,49 @@ def print_tables(tables: list[Built]) -> None:
     """Every table: bytes and losses."""
     print("## Tables: bytes against what they lose\n")
     print("![Worst field error and SSIM loss against bytes](../images/tables.png)\n")
-    print(f"Limits: {LIMITS.ssim:g} of SSIM and {LIMITS.field_db:g} dB of field, at regions and "
-          "half-way between them. The narrowest width that keeps to them is built by default. "
-          "Seconds are from the board to the measured table of 8 bits, on all cores; further "
-          "widths take the drives that are there.\n")  # fmt: skip
-    print("| board | pitch, mm | objective | bits | bytes | SSIM loss | field, dB "
-          "| half-way: SSIM, dB | within limits | labels | s |")  # fmt: skip
+    print(
+        f"Limits: {LIMITS.ssim:g} of SSIM and {LIMITS.field_db:g} dB of field, at regions and "
+        "half-way between them. The narrowest width that keeps to them is built by default. "
+        "Seconds are from the board to the measured table of 8 bits, on all cores; further "
+        "widths take the drives that are there.\n"
+    )
+    print(
+        "| board | pitch, mm | objective | bits | bytes | SSIM loss | field, dB "
+        "| half-way: SSIM, dB | within limits | labels | s |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for one in tables:
         report = one.report
         seconds = f"{report.seconds:.1f}" if report.bits == BITS[0] else ""
-        print(f"| {one.board.name} | {one.pitch_mm:g} | {one.objective} | {report.bits} "
-              f"| {report.bytes} | {report.ssim_loss_max:.4f} | {report.field_error_db_max:.3f} "
-              f"| {report.between_ssim_loss_max:.4f}, {report.between_field_error_db_max:.3f} "
-              f"| {'yes' if report.is_within_limits else 'no'} "
-              f"| {report.sections[0].labels} | {seconds} |")  # fmt: skip
-    print("\nSteps between the unit fields of neighbouring regions: every drive turned by itself, "
-          "then phases chosen over the whole board, then within labels only.\n")  # fmt: skip
-    print("| board | pitch, mm | objective | median before, after, within "
-          "| largest | share above 0.3 |\n|---|---|---|---|---|---|")  # fmt: skip
+        print(
+            f"| {one.board.name} | {one.pitch_mm:g} | {one.objective} | {report.bits} "
+            f"| {report.bytes} | {report.ssim_loss_max:.4f} | {report.field_error_db_max:.3f} "
+            f"| {report.between_ssim_loss_max:.4f}, {report.between_field_error_db_max:.3f} "
+            f"| {'yes' if report.is_within_limits else 'no'} "
+            f"| {report.sections[0].labels} | {seconds} |"
+        )
+    print(
+        "\nSteps between the unit fields of neighbouring regions: every drive turned by itself, "
+        "then phases chosen over the whole board, then within labels only.\n"
+    )
+    print(
+        "| board | pitch, mm | objective | median before, after, within "
+        "| largest | share above 0.3 |\n|---|---|---|---|---|---|"
+    )
     for one in tables:
         section = one.report.sections[0]
         if one.report.bits != BITS[0]:
             continue
         steps = (section.steps_before, section.steps_after, section.steps_within)
-        cells = [", ".join(f"{getattr(step, key):.2f}" for step in steps)
-                 for key in ("median", "largest", "share_above")]  # fmt: skip
+        cells = [
+            ", ".join(f"{getattr(step, key):.2f}" for step in steps)
+            for key in ("median", "largest", "share_above")
+        ]
         print(f"| {one.board.name} | {one.pitch_mm:g} | {one.objective} | {' | '.join(cells)} |")
-    print(f"\nSSIM lost at {PLACES} places drawn at random, against the best drive for the very "
-          "place, in 12 bits: what a pitch costs a finger between regions.\n")  # fmt: skip
+    print(
+        f"\nSSIM lost at {PLACES} places drawn at random, against the best drive for the very "
+        "place, in 12 bits: what a pitch costs a finger between regions.\n"
+    )
     print("| board | pitch, mm | median | 90 % | worst |\n|---|---|---|---|---|")
     for one in tables:
         if one.objective == "ssim" and one.report.bits == BITS[1]:
@@ -195,8 +230,10 @@ def print_counts(tables: list[Built]) -> None:
     if missing():
         print(f"\nInstructions not counted: {', '.join(missing())} not installed.")
         return
-    print("\nInstructions (not cycles: no cache, no pipeline) under QEMU. Loading checks every "
-          "byte once; a lookup reads the four records around a place.\n")  # fmt: skip
+    print(
+        "\nInstructions (not cycles: no cache, no pipeline) under QEMU. Loading checks every "
+        "byte once; a lookup reads the four records around a place.\n"
+    )
     print("| table | bits | processor | loading | per byte | lookup, worst of 4000 | mean |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
@@ -207,9 +244,11 @@ def print_counts(tables: list[Built]) -> None:
             path.write_bytes(pack(one.table))
             for processor in PROCESSORS:
                 found = count(processor, path)
-                print(f"| {one.pitch_mm:g} mm | {one.table.bits} | {found.processor} "
-                      f"| {found.load} | {found.load / one.report.bytes:.1f} "
-                      f"| {found.lookup_most} | {found.lookup_mean:.0f} |")  # fmt: skip
+                print(
+                    f"| {one.pitch_mm:g} mm | {one.table.bits} | {found.processor} "
+                    f"| {found.load} | {found.load / one.report.bytes:.1f} "
+                    f"| {found.lookup_most} | {found.lookup_mean:.0f} |"
+                )
 
 
 def main() -> None:

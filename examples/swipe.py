@@ -27,8 +27,10 @@ def main(out: Path) -> None:
     _, report = run_loop(table, board, [*swipe, TouchEvent(end_ms, None)], end_ms + 20.0)
     for touch in report.touches[::5]:
         card = touch.card
-        print(f"{touch.at_ms:4.0f} ms  second finger {card.second_finger_db:+5.1f} dB  "
-              f"maximum {card.focal_error_mm:4.1f} mm off  SSIM {card.ssim:.2f}")  # fmt: skip
+        print(
+            f"{touch.at_ms:4.0f} ms  second finger {card.second_finger_db:+5.1f} dB  "
+            f"maximum {card.focal_error_mm:4.1f} mm off  SSIM {card.ssim:.2f}"
+        )
     save(swipe_figure(board, report.touches), out / "example-swipe.png")
 
 

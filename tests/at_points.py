@@ -14,9 +14,13 @@ ComplexArray = NDArray[np.complex128]
 
 
 def respond_at(
-    model: PlateModel, loads: Sequence[Load], frequency_hz: float,
-    points: Sequence[Sequence[float]] | NDArray[np.float64], *, tolerance: float,
-) -> ComplexArray:  # fmt: skip
+    model: PlateModel,
+    loads: Sequence[Load],
+    frequency_hz: float,
+    points: Sequence[Sequence[float]] | NDArray[np.float64],
+    *,
+    tolerance: float,
+) -> ComplexArray:
     """Displacement per newton at points (points, 2) in metres, shape (loads, points)."""
     values = [
         model.respond(

@@ -31,8 +31,10 @@ def solved_cones(
     rows: list[FloatArray] = []
     right: list[float] = []
     cones: list[object] = [clarabel.ZeroConeT(2)]
-    rows += [np.concatenate((mean.real, -mean.imag, [0.0])),
-             np.concatenate((mean.imag, mean.real, [0.0]))]  # fmt: skip
+    rows += [
+        np.concatenate((mean.real, -mean.imag, [0.0])),
+        np.concatenate((mean.imag, mean.real, [0.0])),
+    ]
     right += [1.0, 0.0]
 
     def norm(root: ComplexArray, bound: float | None) -> None:
@@ -61,9 +63,13 @@ def solved_cones(
     cost = np.zeros(2 * n + 1)
     cost[-1] = 1.0
     solution = clarabel.DefaultSolver(
-        sparse.csc_matrix((2 * n + 1, 2 * n + 1)), cost, sparse.csc_matrix(np.array(rows)),
-        np.array(right), cones, settings,
-    ).solve()  # fmt: skip
+        sparse.csc_matrix((2 * n + 1, 2 * n + 1)),
+        cost,
+        sparse.csc_matrix(np.array(rows)),
+        np.array(right),
+        cones,
+        settings,
+    ).solve()
     found = np.array(solution.x)
     return (
         float(solution.obj_val) ** 2,

@@ -52,9 +52,12 @@ FULL_GAIN = 10.0
 
 
 def make_section(
-    drives: NDArray[Any], *, labels: NDArray[np.uint8] | None = None,
-    crossings: Sequence[tuple[int, int]] = ((0, 0),), frequency_hz: float = 160.0,
-) -> Section:  # fmt: skip
+    drives: NDArray[Any],
+    *,
+    labels: NDArray[np.uint8] | None = None,
+    crossings: Sequence[tuple[int, int]] = ((0, 0),),
+    frequency_hz: float = 160.0,
+) -> Section:
     """Drives (stored regions, actuators) of gains up to 10, which is full scale."""
     # A gain of full scale rounded up in both its parts would be beyond.
     iq = quantise(np.asarray(drives, dtype=np.complex128) * 0.9999, FULL_GAIN)
@@ -64,19 +67,30 @@ def make_section(
 
 
 def make_table(
-    drives: NDArray[Any], columns: int = 1, rows: int = 1, symmetry: MirrorSymmetry = NO_MIRRORS,
+    drives: NDArray[Any],
+    columns: int = 1,
+    rows: int = 1,
+    symmetry: MirrorSymmetry = NO_MIRRORS,
     **section: Any,
-) -> Table:  # fmt: skip
+) -> Table:
     """A table of one section on a board of 71.5 mm by 146.7 mm."""
     grid = RegionGrid(columns, rows, 71500, 146700)
     return Table("t", 1, grid, LIMITS, (make_section(drives, **section),), symmetry)
 
 
 def random_table(
-    columns: int, rows: int, actuators: int, seed: int, *, labels: int = 1, coarse: int = 0,
-    symmetry: MirrorSymmetry = NO_MIRRORS, frequencies: Sequence[float] = (160.0,), bits: int = 16,
+    columns: int,
+    rows: int,
+    actuators: int,
+    seed: int,
+    *,
+    labels: int = 1,
+    coarse: int = 0,
+    symmetry: MirrorSymmetry = NO_MIRRORS,
+    frequencies: Sequence[float] = (160.0,),
+    bits: int = 16,
     span_um: tuple[int, int] = (71500, 146700),
-) -> Table:  # fmt: skip
+) -> Table:
     """Random drives with `coarse` zero bits at their ends, in patches of random labels."""
     rng = np.random.default_rng(seed)
     grid = RegionGrid(columns, rows, *span_um)
@@ -89,11 +103,15 @@ def random_table(
         # Some regions are silent, and some are as their neighbours.
         iq[rng.random(cells) < 0.1] = 0
         iq[1:][rng.random(cells - 1) < 0.2] = iq[0]
-        marks = np.sort(rng.integers(0, labels, cells)) if seed % 2 else rng.integers(
-            0, labels, cells)  # fmt: skip
+        marks = (
+            np.sort(rng.integers(0, labels, cells)) if seed % 2 else rng.integers(0, labels, cells)
+        )
         crossings = rng.integers(0, 3, (labels, 2)).astype(np.uint8)
-        sections.append(Section(frequency, "ssim", FULL_GAIN, marks.astype(np.uint8), crossings,
-                                iq.astype(np.int16)))  # fmt: skip
+        sections.append(
+            Section(
+                frequency, "ssim", FULL_GAIN, marks.astype(np.uint8), crossings, iq.astype(np.int16)
+            )
+        )
     return Table("t", 1, grid, LIMITS, tuple(sections), symmetry, bits)
 
 

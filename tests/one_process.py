@@ -36,8 +36,11 @@ def run_all(
     """
     given = json.dumps([(str(folder), list(words)) for folder, words in runs])
     done = subprocess.run(
-        [sys.executable, "-c", first + SCRIPT, given], stdout=subprocess.PIPE, text=True,
-        check=True, preexec_fn=before,
-    )  # fmt: skip
+        [sys.executable, "-c", first + SCRIPT, given],
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+        preexec_fn=before,
+    )
     ended: list[Any] = json.loads(done.stdout)
     return [(code, out, err) for code, out, err in ended]

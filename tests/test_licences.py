@@ -24,8 +24,11 @@ from list_licences import (
 
 def forbidden(found: list[Row]) -> list[str]:
     """Runtime packages under a copyleft licence, a weak one (LGPL, MPL) too, or an unknown one."""
-    return [f"{row.name}: {row.licence}" for row in found
-            if row.use == RUNTIME and row.kind != PERMISSIVE]  # fmt: skip
+    return [
+        f"{row.name}: {row.licence}"
+        for row in found
+        if row.use == RUNTIME and row.kind != PERMISSIVE
+    ]
 
 
 def test_all_that_runs_with_it_is_under_a_permissive_licence() -> None:

@@ -13,14 +13,17 @@ PAGE = "docs/performance.md"
 
 
 def written(folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, folder / "bench" / "page.py"], capture_output=True,
-                          text=True, check=False)  # fmt: skip
+    return subprocess.run(
+        [sys.executable, folder / "bench" / "page.py"], capture_output=True, text=True, check=False
+    )
 
 
 def copied(folder: Path) -> Path:
-    for name in ("bench/page.py", "bench/page.md", *(
-        f"docs/performance/{file.name}" for file in (ROOT / "docs/performance").glob("*.md")
-    )):  # fmt: skip
+    for name in (
+        "bench/page.py",
+        "bench/page.md",
+        *(f"docs/performance/{file.name}" for file in (ROOT / "docs/performance").glob("*.md")),
+    ):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes((ROOT / name).read_bytes())
     return folder

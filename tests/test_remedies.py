@@ -55,11 +55,14 @@ def without_remedy(files: dict[str, Errors]) -> list[str]:
     own_text = {name for errors in files.values() for name in errors.own_text} - {BASE} - HAND_ON
     return [
         f"{file}, line {call.lineno}: {ast.unparse(call)[:80]}"
-        for file, errors in files.items() for name, call in errors.made
-        if is_a(name, BASE) and not is_a(name, WANTED) and name not in NEEDS_NONE
+        for file, errors in files.items()
+        for name, call in errors.made
+        if is_a(name, BASE)
+        and not is_a(name, WANTED)
+        and name not in NEEDS_NONE
         and name not in own_text
         and not any(word.arg == "hint" for word in call.keywords)
-    ]  # fmt: skip
+    ]
 
 
 @pytest.fixture(scope="module")

@@ -288,20 +288,27 @@ def codes_header() -> str:
             *([""] if body else []),
             f"// {codes.about}",
             f"enum class {codes.name} : uint8_t {{",
-            *(f"  {code.name}," + (f"  // {code.note}" if code.note else "")
-              for code in codes.members),
+            *(
+                f"  {code.name}," + (f"  // {code.note}" if code.note else "")
+                for code in codes.members
+            ),
             "};",
-            *([f"constexpr uint32_t k{codes.name}s = {len(codes.members)}U;"]
-              if codes.is_counted else []),
+            *(
+                [f"constexpr uint32_t k{codes.name}s = {len(codes.members)}U;"]
+                if codes.is_counted
+                else []
+            ),
             "",
             f"constexpr const char* to_text({codes.name} value) {{",
             "  switch (value) {",
-            *(f'    case {codes.name}::{code.name}: return "{code.text}";'
-              for code in codes.members),
+            *(
+                f'    case {codes.name}::{code.name}: return "{code.text}";'
+                for code in codes.members
+            ),
             "  }",
             '  return "unknown";',
             "}",
-        ]  # fmt: skip
+        ]
     about = "What a device says in numbers, and the words for them."
     return cpp_text.header(about, "chladni", body)
 

@@ -168,9 +168,13 @@ def run(
             check=True,
         )  # fmt: skip
         answer = subprocess.run(
-            [*machine, program], check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-            text=True, timeout=120,
-        )  # fmt: skip
+            [*machine, program],
+            check=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=120,
+        )
     return {name: int(value, 16) for name, value in map(str.split, answer.stdout.splitlines())}
 
 

@@ -77,8 +77,9 @@ def kind_of(licence: str) -> str:
     while inner.search(licence):
         licence = inner.sub(lambda found: kind_of(found[1]), licence)
     choices = re.split(r"\s+OR\s+", licence)
-    kinds = [max(map(_kind, re.split(r"\s+(?:AND|WITH)\s+", one)), key=RANK.index)
-             for one in choices]  # fmt: skip
+    kinds = [
+        max(map(_kind, re.split(r"\s+(?:AND|WITH)\s+", one)), key=RANK.index) for one in choices
+    ]
     return min(kinds, key=RANK.index)
 
 
@@ -103,8 +104,11 @@ def licence_of(name: str) -> str:
         return "?"
     if "License-Expression" in about:
         return re.sub(r"\s+", " ", about["License-Expression"])
-    classifiers = [line.rsplit(" :: ", 1)[1] for line in about.get_all("Classifier") or []
-                   if line.startswith("License :: ")]  # fmt: skip
+    classifiers = [
+        line.rsplit(" :: ", 1)[1]
+        for line in about.get_all("Classifier") or []
+        if line.startswith("License :: ")
+    ]
     named = sorted({SPDX.get(one, one) for one in classifiers} - {"OSI Approved"})
     if named:
         return " AND ".join(named)
@@ -161,9 +165,10 @@ def _required(name: str, extras: set[str]) -> list[Requirement]:
         return []
     requirements = map(Requirement, own.requires or [])
     return [
-        one for one in requirements
+        one
+        for one in requirements
         if one.marker is None or any(one.marker.evaluate({"extra": e}) for e in ("", *extras))
-    ]  # fmt: skip
+    ]
 
 
 def canonical(name: str) -> str:
@@ -213,9 +218,10 @@ def differences(text: str, found: list[Row]) -> list[str]:
             faults.append(f"{row.name}: {row.asked}, not {cell[1]}")
     asked = {row.name for row in found}
     faults += [
-        f"{name} is asked for no more" for name, cell in there.items()
+        f"{name} is asked for no more"
+        for name, cell in there.items()
         if name not in asked and cell[1][:3] != "by "
-    ]  # fmt: skip
+    ]
     return faults if text.startswith(HEAD) else [*faults, "the text above the table differs"]
 
 

@@ -82,8 +82,9 @@ TEXT = {"device log"}
 def run(*command: str | Path, cwd: Path, quiet: bool = True) -> str:
     """A program's standard output; what it said besides is shown if it fails."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL"))}
-    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True,
-                          check=False)  # fmt: skip
+    done = subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout

@@ -31,8 +31,11 @@ from plate_fem.plate import ArgyrisPlate, Inclusion, Material
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-FACTORS = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.001,
-           "options": {"SymmetricMode": True}}  # fmt: skip
+FACTORS = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.001,
+    "options": {"SymmetricMode": True},
+}
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,13 @@ def oracle(board: Board, frequency_hz: float, size: float, segments: int) -> Fem
     """The test suite's Argyris elements, a few hundred lines of NumPy made for this plate."""
     started = time.perf_counter()
     plate, geometry = board.plate, plate_geometry(board)
-    material = Material(plate.youngs_modulus, plate.poissons_ratio, plate.density,
-                        plate.thickness, plate.loss_factor)  # fmt: skip
+    material = Material(
+        plate.youngs_modulus,
+        plate.poissons_ratio,
+        plate.density,
+        plate.thickness,
+        plate.loss_factor,
+    )
     elements = ArgyrisPlate(
         mesh_of(board, size, segments),
         material,
@@ -90,8 +98,9 @@ def scikit_fem(board: Board, frequency_hz: float, size: float, segments: int) ->
     mesh = mesh_of(board, size, segments)
     # Lengths in board widths, so that the element's monomials stay of order one.
     points = np.ascontiguousarray(mesh.points.T / width)
-    basis = Basis(MeshTri(points, np.ascontiguousarray(mesh.triangles.T)), ElementTriArgyris(),
-                  intorder=8)  # fmt: skip
+    basis = Basis(
+        MeshTri(points, np.ascontiguousarray(mesh.triangles.T)), ElementTriArgyris(), intorder=8
+    )
     bending, areal = np.full(mesh.regions.size, 1.0), np.full(mesh.regions.size, 1.0)
     for number, disc in enumerate(geometry.inclusions):
         bending[mesh.regions == number] *= disc.stiffness_ratio
@@ -106,8 +115,9 @@ def scikit_fem(board: Board, frequency_hz: float, size: float, segments: int) ->
         return w.ratio * u * v
 
     spread = np.ones((1, basis.dx.shape[1]))
-    stiffness = plate.bending_stiffness / width**2 * strain.assemble(
-        basis, ratio=bending[:, None] * spread)  # fmt: skip
+    stiffness = (
+        plate.bending_stiffness / width**2 * strain.assemble(basis, ratio=bending[:, None] * spread)
+    )
     mass = plate.areal_mass * width**2 * inertia.assemble(basis, ratio=areal[:, None] * spread)
     free = _free_unknowns(basis, board)
     dynamic = (1 + 1j * plate.loss_factor) * stiffness - (2 * np.pi * frequency_hz) ** 2 * mass

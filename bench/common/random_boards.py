@@ -113,8 +113,7 @@ def full_board(seed: int, edges: str, gap_mm: float) -> dict[str, Any]:
         found: list[list[float]] = []
         while len(found) < count:
             at = draw.rng.uniform(-0.5, 0.5, 2) * (draw.size - 2.0 * (radius + gap_mm))
-            if all(np.hypot(at[0] - u, at[1] - v) > radius + r + gap_mm
-                   for u, v, r in draw.taken):  # fmt: skip
+            if all(np.hypot(at[0] - u, at[1] - v) > radius + r + gap_mm for u, v, r in draw.taken):
                 draw.taken.append((float(at[0]), float(at[1]), radius))
                 found.append([float(at[0]), float(at[1])])
         return found

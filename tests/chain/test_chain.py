@@ -71,9 +71,18 @@ def test_the_commands_run_the_chain(chladni: CommandLine, tmp_path: Path) -> Non
     assert len(header["drive"]) == 5
 
     played = chladni(
-        "emulate", table, "--board", COARSE, "--touch", "10,25@20", "--ms", "250", "-o", recording,
+        "emulate",
+        table,
+        "--board",
+        COARSE,
+        "--touch",
+        "10,25@20",
+        "--ms",
+        "250",
+        "-o",
+        recording,
         "--json",
-    )  # fmt: skip
+    )
     assert played.code == 0
     assert {"latency_ms", "channels", "ssim"} <= played.json.keys()
     assert {"gain_error_db", "phase_error_deg", "sfdr_db"} <= played.json["channels"][0].keys()
@@ -131,9 +140,16 @@ def test_the_table_of_a_file_is_the_one_in_memory(
 def test_plate_commands_answer_and_draw(chladni: CommandLine, tmp_path: Path) -> None:
     """`modes`, `sweep` and the figures: keys, files, and pictures that are not blank."""
     modes = chladni(
-        "modes", "prototype", "--count", "4", "-o", tmp_path / "m.npz",
-        "--figure", tmp_path / "m.png", "--json",
-    )  # fmt: skip
+        "modes",
+        "prototype",
+        "--count",
+        "4",
+        "-o",
+        tmp_path / "m.npz",
+        "--figure",
+        tmp_path / "m.png",
+        "--json",
+    )
     assert modes.code == 0
     shown = chladni("board", "show", "prototype", "--json").json["modes_hz"][:4]
     assert modes.json["modes_hz"] == pytest.approx(shown, rel=1e-4)
@@ -146,9 +162,16 @@ def test_plate_commands_answer_and_draw(chladni: CommandLine, tmp_path: Path) ->
         "sine", "triangle", "square", "ramp",
     }  # fmt: skip
     drawn = chladni(
-        "field", "paper", "--target", "10,25", "-o", tmp_path / "f.npz",
-        "--figure", tmp_path / "f.png", "--json",
-    )  # fmt: skip
+        "field",
+        "paper",
+        "--target",
+        "10,25",
+        "-o",
+        tmp_path / "f.npz",
+        "--figure",
+        tmp_path / "f.png",
+        "--json",
+    )
     assert drawn.code == 0
     for name in ("m", "s", "f"):
         picture = plt.imread(tmp_path / f"{name}.png")

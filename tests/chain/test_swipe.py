@@ -113,9 +113,7 @@ def test_the_first_finger_plays_until_it_lifts(coarse_board: Board, coarse_table
         TouchEvent(80.0, (2.0, 40.0), 0), TouchEvent(110.0, None, 0),
     ]  # fmt: skip
     _, report = run_loop(coarse_table[0], coarse_board, events, 180.0)
-    assert [touch.target_mm for touch in report.touches] == [
-        (0.0, 40.0), (2.0, 40.0), (5.0, -40.0),
-    ]  # fmt: skip
+    assert [touch.target_mm for touch in report.touches] == [(0.0, 40.0), (2.0, 40.0), (5.0, -40.0)]
     assert min(touch.settled for touch in report.touches) > 0.999
 
 
@@ -152,9 +150,17 @@ def test_emulate_answers_with_every_touch(
         word for k, (x, y) in enumerate(places) for word in ("--touch", f"{x},{y}@{20 + 10 * k}")
     ]
     answer = chladni(
-        "emulate", table_file, *touches, "--lift", "60", "--ms", "80", "-o", tmp_path / "r.npz",
+        "emulate",
+        table_file,
+        *touches,
+        "--lift",
+        "60",
+        "--ms",
+        "80",
+        "-o",
+        tmp_path / "r.npz",
         "--json",
-    )  # fmt: skip
+    )
     assert answer.code == 0
     found = answer.json["touches"]
     assert [touch["at_ms"] for touch in found] == [20.0, 30.0, 40.0, 50.0]

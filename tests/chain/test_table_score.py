@@ -100,8 +100,9 @@ def test_table_score_answers_and_draws(chladni: CommandLine, tmp_path: Path, mad
     board, table = made
     path, figure = tmp_path / "t.chl", tmp_path / "s.png"
     path.write_bytes(pack(table))
-    done = chladni("table", "score", path, "--pitch", "16", "--samples", "1", "--figure", figure,
-                   "--json")  # fmt: skip
+    done = chladni(
+        "table", "score", path, "--pitch", "16", "--samples", "1", "--figure", figure, "--json"
+    )
     assert done.code == 0
     assert figure.stat().st_size > 0
     own = active_lattice(board, 16e-3).with_halfway()

@@ -25,9 +25,8 @@ distributed = pytest.importorskip("distributed")
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
-        silence_logs=50,
-    ) as found:  # fmt: skip
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as found:
         yield found
 
 
@@ -53,8 +52,12 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: Any) -> None:
 def test_a_search_finds_the_same_on_a_cluster(cluster: Any) -> None:
     asked = spec_of(small(design={"evaluations": 4}))
     better: list[Entry] = []
-    there = design(asked, scheduler=cluster.scheduler_address, samples=1,
-                   on_board=lambda own, _: better.append(own))  # fmt: skip
+    there = design(
+        asked,
+        scheduler=cluster.scheduler_address,
+        samples=1,
+        on_board=lambda own, _: better.append(own),
+    )
     here = design(asked, jobs=1, samples=1)
     assert there.best.document == here.best.document
     assert there.best.evaluation.robust_score == pytest.approx(

@@ -81,9 +81,7 @@ def test_fields_of_candidates_are_those_of_a_plate_with_their_masses() -> None:
     delta = -(omega**2) * mass
     got = np.linalg.solve((np.eye(3) + delta * found.at_coils).T, found.fields)
     points = (7, 17)
-    heavy = replace(
-        plain, masses=tuple(Mass(at, mass) for at in metres), image=Image(points),
-    )  # fmt: skip
+    heavy = replace(plain, masses=tuple(Mass(at, mass) for at in metres), image=Image(points))
     wanted = transfer_fields(heavy).values.reshape(3, -1)
     without = transfer_fields(replace(plain, image=Image(points))).values.reshape(3, -1)
     error = np.linalg.norm(got - wanted, axis=1) / np.linalg.norm(wanted, axis=1)

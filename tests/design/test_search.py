@@ -24,10 +24,13 @@ from made_specs import small
 def test_of_listed_boards_the_best_is_found() -> None:
     """Where all is lists, every board is looked at: each alone gives the same score."""
     document = small(
-        actuators=[{"name": "a", "at_mm": [0.0, {"any": [-4.0, -9.0]}]},
-                   {"name": "b", "at_mm": [0.0, 9.0]}],
-        design={"coils": None}, electronics={"pwm_pins": []},
-    )  # fmt: skip
+        actuators=[
+            {"name": "a", "at_mm": [0.0, {"any": [-4.0, -9.0]}]},
+            {"name": "b", "at_mm": [0.0, 9.0]},
+        ],
+        design={"coils": None},
+        electronics={"pwm_pins": []},
+    )
     spec = spec_of(document)
     found = design(spec, jobs=1, samples=1)
     assert found.evaluations == 2
@@ -43,10 +46,13 @@ def whole() -> tuple[Design, list[float]]:
     """A search in this process, and the scores of boards that were better than all before."""
     better: list[float] = []
     found = design(
-        spec_of(small()), jobs=1, samples=1,
-        on_board=lambda own, is_best: better.append(own.evaluation.robust_score)
-        if is_best else None,
-    )  # fmt: skip
+        spec_of(small()),
+        jobs=1,
+        samples=1,
+        on_board=lambda own, is_best: (
+            better.append(own.evaluation.robust_score) if is_best else None
+        ),
+    )
     return found, better
 
 
@@ -92,9 +98,10 @@ def test_a_search_that_was_stopped_goes_on(
 
 def test_limits_and_weights_count() -> None:
     spec = spec_of(small(design={"keep_out": [{"at_mm": [0.0, 9.0], "size_mm": [4.0, 4.0]}]}))
-    document = spec.document | {"actuators": [
-        {"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 8.0]},
-    ], "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]}}  # fmt: skip
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 8.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
     inside = evaluate(spec, document, SEED)
     assert inside.broken is not None
     assert "keep_out" in inside.broken
@@ -135,8 +142,21 @@ def test_the_command_writes_a_board_that_scores_as_said(
     front.mkdir()
     coils = {"coils": {"from": 1, "to": 2}, "evaluations": 4}
     spec.write_text(tomlkit.dumps(small(design=coils)), encoding="utf-8")
-    done = chladni("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--front", front,
-                   "--figure", tmp_path / "f.png", "--json")  # fmt: skip
+    done = chladni(
+        "design",
+        spec,
+        "-o",
+        out,
+        "--samples",
+        "1",
+        "--jobs",
+        "1",
+        "--front",
+        front,
+        "--figure",
+        tmp_path / "f.png",
+        "--json",
+    )
     assert done.code == 0
     assert done.json.keys() >= {"score", "robust_score", "evaluations", "seconds", "front"}
     board = load_board(out)

@@ -18,11 +18,13 @@ from made_specs import small
 
 
 def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
-    spec = spec_of(small(
-        plate={"thickness_mm": "free", "size_mm": [12.0, {"from": 30.0, "to": 60.0}]},
-        foundation={"stiffness_n_per_mm3": {"from": 0.01, "to": 0.09}},
-        drive={"frequency_hz": {"any": [100.0, 160.0, 250.0]}},
-    ))  # fmt: skip
+    spec = spec_of(
+        small(
+            plate={"thickness_mm": "free", "size_mm": [12.0, {"from": 30.0, "to": 60.0}]},
+            foundation={"stiffness_n_per_mm3": {"from": 0.01, "to": 0.09}},
+            drive={"frequency_hz": {"any": [100.0, 160.0, 250.0]}},
+        )
+    )
     kinds = {variable.where: type(variable) for variable in spec.variables}
     assert kinds == {
         ("plate", "size_mm", 1): Range, ("plate", "thickness_mm"): Choice,
@@ -105,9 +107,11 @@ def test_a_wrong_spec_is_told_what_is_wrong(
     ("-o", "b.toml", "--scheduler", "tcp://127.0.0.1:9"), ("-o", "b.toml", "--scheduler", "there"),
 ])  # fmt: skip
 def test_a_wrong_option_is_told_what_is_wrong(
-    arguments: tuple[str, ...], tmp_path: Path, chladni: CommandLine,
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    chladni: CommandLine,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("chladni.drives.workers.SCHEDULER_S", 0.5)
     (tmp_path / "spec.toml").write_text(tomlkit.dumps(small()), encoding="utf-8")

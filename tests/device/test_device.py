@@ -51,8 +51,9 @@ def emulated_port(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Ite
     path.write_bytes(pack(table_of(board, 5.0)))
     process = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(path), "--serial"],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None
     yield process.stdout.readline().strip()
     process.terminate()

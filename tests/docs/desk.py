@@ -55,8 +55,14 @@ class Desk:
         if words[0] == "chladni":
             code, output = self._chladni(words[1:])
         elif words[0] in PLAIN:
-            done = subprocess.run(words, cwd=self.folder, stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, text=True, check=False)  # fmt: skip
+            done = subprocess.run(
+                words,
+                cwd=self.folder,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+            )
             code, output = done.returncode, done.stdout
         else:
             return f"{words[0]} is not run here: mark the block with what stands in"
@@ -97,8 +103,9 @@ class Desk:
         said = self.folder / f"said-{len(self._started)}"
         with said.open("wb") as out:
             command = [sys.executable, "-m", "chladni.host.cli.app", *words[1:]]
-            process = subprocess.Popen(command, cwd=self.folder, stdout=out,
-                                       stderr=subprocess.STDOUT)  # fmt: skip
+            process = subprocess.Popen(
+                command, cwd=self.folder, stdout=out, stderr=subprocess.STDOUT
+            )
         self._started.append(process)
         deadline = time.monotonic() + PATIENCE_S
         while True:

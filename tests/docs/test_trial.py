@@ -129,12 +129,16 @@ def test_broken_references_are_reported(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     (tmp_path / "other.md").write_text("# Other\n\n## A place\n\n## A place\n", "utf-8")
     (tmp_path / "p.png").write_bytes(b"")
-    good = ("[a](other.md), [a](other.md#a-place), [a](other.md#a-place-1), [a](#here)\n\n"
-            "[a](https://example.org/x#y) ![a](p.png)\n\n## Here\n")  # fmt: skip
+    good = (
+        "[a](other.md), [a](other.md#a-place), [a](other.md#a-place-1), [a](#here)\n\n"
+        "[a](https://example.org/x#y) ![a](p.png)\n\n## Here\n"
+    )
     page.write_text(good, "utf-8")
     assert list(broken(read_page(page), tmp_path)) == []
-    bad = ("[a](another.md)\n[a](other.md#no-place) [a](other.md#a-place-2)\n[a](#there)\n"
-           "![a](q.png)\n[a](http://example.org)\n\n[a](../x)\n\n<img src='r.png'>\n")  # fmt: skip
+    bad = (
+        "[a](another.md)\n[a](other.md#no-place) [a](other.md#a-place-2)\n[a](#there)\n"
+        "![a](q.png)\n[a](http://example.org)\n\n[a](../x)\n\n<img src='r.png'>\n"
+    )
     page.write_text(bad, "utf-8")
     assert list(broken(read_page(page), tmp_path)) == [
         "page.md:1: no such file: another.md",

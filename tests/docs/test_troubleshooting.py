@@ -28,10 +28,13 @@ def own_texts() -> list[str]:
         for path in sorted((ROOT / room).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text("utf-8"))):
                 if isinstance(node, ast.JoinedStr):
-                    texts.append(" ".join(
-                        part.value for part in node.values
-                        if isinstance(part, ast.Constant) and isinstance(part.value, str)
-                    ))  # fmt: skip
+                    texts.append(
+                        " ".join(
+                            part.value
+                            for part in node.values
+                            if isinstance(part, ast.Constant) and isinstance(part.value, str)
+                        )
+                    )
                 elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                     texts.append(node.value)
     return texts

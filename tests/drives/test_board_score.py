@@ -75,8 +75,10 @@ def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
     perturbed = score.perturbed
     assert perturbed is not None
     assert (perturbed.samples, perturbed.above_second_finger >= 0.95) == (4, True)
-    for drawn, own in ((score.second_finger_db, perturbed.second_finger_db),
-                       (score.second_finger_16mm_db, perturbed.second_finger_16mm_db)):  # fmt: skip
+    for drawn, own in (
+        (score.second_finger_db, perturbed.second_finger_db),
+        (score.second_finger_16mm_db, perturbed.second_finger_16mm_db),
+    ):
         assert drawn is not None
         assert own is not None
         assert drawn.median - 1.5 < own.median < drawn.median + 0.5
@@ -140,9 +142,16 @@ def load_board_of_margin(board: Board) -> Board:
     small = replace(board.plate, size=(5.5e-3, 60e-3), thickness=0.2e-3)
     actuators = (replace(board.actuators[0], at=(0.0, 0.0)),)
     electronics = replace(board.electronics, pwm_pins=())
-    return replace(board, plate=small, screws=(), magnet=None, actuators=actuators,
-                   regions=replace(board.regions, pitch=2e-3), panel=None,
-                   electronics=electronics)  # fmt: skip
+    return replace(
+        board,
+        plate=small,
+        screws=(),
+        magnet=None,
+        actuators=actuators,
+        regions=replace(board.regions, pitch=2e-3),
+        panel=None,
+        electronics=electronics,
+    )
 
 
 def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
@@ -152,11 +161,13 @@ def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
     for drawn in drawn_boards(board, 40, 3):
         own = drawn.board
         assert own.foundation is not None
-        factors.append((
-            own.plate.thickness / board.plate.thickness - 1.0,
-            own.plate.youngs_modulus / board.plate.youngs_modulus - 1.0,
-            own.foundation.sheet_stiffness / board.foundation.sheet_stiffness - 1.0,
-        ))  # fmt: skip
+        factors.append(
+            (
+                own.plate.thickness / board.plate.thickness - 1.0,
+                own.plate.youngs_modulus / board.plate.youngs_modulus - 1.0,
+                own.foundation.sheet_stiffness / board.foundation.sheet_stiffness - 1.0,
+            )
+        )
         moves = np.array([a.at for a in own.actuators]) - [a.at for a in board.actuators]
         assert 0.5 * COIL_PLACE < np.abs(moves).max() <= COIL_PLACE
         assert 0.5 * FORCE < np.abs(drawn.forces - 1.0).max() <= FORCE
@@ -168,8 +179,9 @@ def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
 
 def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> None:
     figure = tmp_path / "s.png"
-    done = chladni("board", "score", "strip5", "--pitch", "12", "--samples", "1", "--figure",
-                   figure, "--json")  # fmt: skip
+    done = chladni(
+        "board", "score", "strip5", "--pitch", "12", "--samples", "1", "--figure", figure, "--json"
+    )
     assert done.code == 0
     assert figure.stat().st_size > 0
     answer = done.json
@@ -180,8 +192,17 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
     assert set(answer["second_finger_db"]) == {"median", "p10", "p90"}
     assert answer["foam_length_mm"] == pytest.approx(6.69, abs=0.01)
     assert answer["coil_spacing_mm"] == pytest.approx(12.0)
-    plain = chladni("board", "score", "strip5", "--pitch", "20", "--no-perturbed", "--objective",
-                    "contrast", "--json")  # fmt: skip
+    plain = chladni(
+        "board",
+        "score",
+        "strip5",
+        "--pitch",
+        "20",
+        "--no-perturbed",
+        "--objective",
+        "contrast",
+        "--json",
+    )
     assert plain.json["perturbed"] is None
     key = "second_finger_20mm_db"
     assert plain.json[key]["median"] < answer[key]["median"] - 2.0
@@ -206,9 +227,12 @@ def test_a_board_without_a_second_finger_has_no_number_for_it() -> None:
     """On 14 × 20 mm nothing is 25 mm away."""
     board = load_board("strip5")
     short = replace(
-        board, plate=replace(board.plate, size=(14e-3, 20e-3)), actuators=board.actuators[2:3],
-        electronics=replace(board.electronics, pwm_pins=()), coil=None,
-    )  # fmt: skip
+        board,
+        plate=replace(board.plate, size=(14e-3, 20e-3)),
+        actuators=board.actuators[2:3],
+        electronics=replace(board.electronics, pwm_pins=()),
+        coil=None,
+    )
     score = score_board(short, samples=0)
     assert score.second_finger_25mm_db is None
     assert score.finger_um is None

@@ -106,7 +106,7 @@ CHANGED: dict[str, Callable[[bytes], bytes]] = {
     ),
     "a line twice": lambda data: data + data.splitlines(keepends=True)[-1],
     "zeros behind": lambda data: data + bytes(50) + b"\n",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CHANGED)
@@ -159,9 +159,12 @@ OF_A_COMPARISON: list[dict[str, Any]] = [
     [("build", r) for r in OF_A_TABLE] + [("compare", r) for r in OF_A_COMPARISON],
 )
 def test_results_of_another_kind_are_refused(
-    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str,
+    chladni: CommandLine,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
     result: dict[str, Any],
-) -> None:  # fmt: skip
+) -> None:
     """The key is the work's own, taken from the file that a work cut off leaves."""
     words = {
         "build": ("table", "build", "prototype", "-o", tmp_path / "y"),
@@ -282,17 +285,26 @@ NAMES = st.sampled_from(["name", "result", "seed"])
 @settings(max_examples=300, deadline=None)
 @given(
     lines=st.lists(
-        st.dictionaries(NAMES, VALUES).map(json.dumps) | VALUES.map(json.dumps)
+        st.dictionaries(NAMES, VALUES).map(json.dumps)
+        | VALUES.map(json.dumps)
         | st.builds(entry, st.text(max_size=3), st.dictionaries(st.text(max_size=3), VALUES)),
         max_size=4,
     ),
-    begin=st.integers(0, 400), cut=st.integers(0, 30), put=st.binary(max_size=8),
-    is_own=st.booleans(), is_mutated=st.booleans(),
-)  # fmt: skip
+    begin=st.integers(0, 400),
+    cut=st.integers(0, 30),
+    put=st.binary(max_size=8),
+    is_own=st.booleans(),
+    is_mutated=st.booleans(),
+)
 def test_any_file_gives_results_or_words_and_is_not_lost(
-    tmp_path_factory: pytest.TempPathFactory, lines: list[str], begin: int, cut: int, put: bytes,
-    is_own: bool, is_mutated: bool,
-) -> None:  # fmt: skip
+    tmp_path_factory: pytest.TempPathFactory,
+    lines: list[str],
+    begin: int,
+    cut: int,
+    put: bytes,
+    is_own: bool,
+    is_mutated: bool,
+) -> None:
     path = tmp_path_factory.mktemp("any") / "x.partial"
     data = lines_of(*([json.dumps(KEY)] if is_own else []), *lines)
     if is_mutated:

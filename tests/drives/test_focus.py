@@ -91,8 +91,13 @@ def test_a_general_cone_solver_finds_the_same_focus(name: str, place: tuple[floa
     alone = full_drive(solved.board, np.eye(len(far[0]))[0].astype(np.complex128), 160.0)
     assert alone is not None
     limit = alone.newtons / (found.floor_um * 1e-6)
-    exact = cone_program(mean_under(solved, place_m) * limit, far * limit**2,
-                         near * limit**2, 10.0 ** (-asked.quieter_db / 10.0), 1.0)  # fmt: skip
+    exact = cone_program(
+        mean_under(solved, place_m) * limit,
+        far * limit**2,
+        near * limit**2,
+        10.0 ** (-asked.quieter_db / 10.0),
+        1.0,
+    )
     exact_db = -10.0 * np.log10(exact)
     assert found.ratio_db == pytest.approx(exact_db, abs=GAP_DB)
     # The near level may be passed by the gap as well.
@@ -104,8 +109,10 @@ def test_a_focus_keeps_to_what_it_promises(name: str, place: tuple[float, float]
     solved, found = focused(load_board(name), place)
     board, asked = solved.board, asked_of(solved)
     place_m = (place[0] * 1e-3, place[1] * 1e-3)
-    apart, levels = (solved.second_fingers.distances(place_m),
-                     solved.second_fingers.mean_squares(found.drive))  # fmt: skip
+    apart, levels = (
+        solved.second_fingers.distances(place_m),
+        solved.second_fingers.mean_squares(found.drive),
+    )
     assert mean_under(solved, place_m) @ found.drive == pytest.approx(1.0)
     far = 10.0 * np.log10(levels[apart >= asked.silent_from].max())
     assert -far == pytest.approx(found.ratio_db, abs=1e-6)
@@ -208,10 +215,14 @@ def test_a_reserve_of_margin_buys_silence() -> None:
     board = load_board("strip5")
     place = (2.6, -4.9)
     found = {
-        reserve: focused(replace(board, focus=replace(board.focus or Focus(), quieter_db=20.0,
-                                                      reserve_db=reserve)), place)[1]
+        reserve: focused(
+            replace(
+                board, focus=replace(board.focus or Focus(), quieter_db=20.0, reserve_db=reserve)
+            ),
+            place,
+        )[1]
         for reserve in (0.0, 1.0, 9.0)
-    }  # fmt: skip
+    }
     largest = found[0.0].margin_db
     assert found[1.0].margin_db == pytest.approx(largest - 1.0, abs=2.0 * GAP_DB)
     assert found[1.0].ratio_db > found[0.0].ratio_db + 3.0
@@ -241,8 +252,9 @@ def test_places_that_no_coil_moves_get_a_drive_all_the_same(prototype: Board) ->
 def test_mirrored_places_have_mirrored_foci() -> None:
     """The minimum is unique up to the gap: levels agree to it."""
     board = load_board("pad16")
-    ratios = [focused(board, place)[1].ratio_db for place in
-              ((7.0, 12.0), (-7.0, 12.0), (-7.0, -12.0))]  # fmt: skip
+    ratios = [
+        focused(board, place)[1].ratio_db for place in ((7.0, 12.0), (-7.0, 12.0), (-7.0, -12.0))
+    ]
     assert np.ptp(ratios) < 2.0 * GAP_DB
 
 
@@ -271,9 +283,11 @@ def test_any_request_anywhere_is_certified(name: str) -> None:
     half = np.array(board.plate.size) / 2.0
     for _ in range(8):
         asked = Focus(
-            quieter_from=rng.uniform(8e-3, 14e-3), quieter_db=rng.uniform(0.0, 9.0),
-            silent_from=rng.uniform(14e-3, 30e-3), floor_um=float(10.0 ** rng.uniform(-2.0, 2.0)),
-        )  # fmt: skip
+            quieter_from=rng.uniform(8e-3, 14e-3),
+            quieter_db=rng.uniform(0.0, 9.0),
+            silent_from=rng.uniform(14e-3, 30e-3),
+            floor_um=float(10.0 ** rng.uniform(-2.0, 2.0)),
+        )
         solved = SolvedBoard(replace(board, focus=asked), plate)
         x, y = rng.uniform(-half, half).tolist()
         found = focus_at(solved, (x, y), mean_under(solved, (x, y)))

@@ -124,8 +124,12 @@ def test_one_actuator(prototype: Board) -> None:
     single = with_actuators(prototype, [(0.0, 0.0)])
     for method in METHODS:
         solution = solve(single, (10.0, 25.0), method=method, steps=20)
-        assert solution.drive == pytest.approx([single.drive.max_gain * np.exp(
-            -1j * np.angle(solved_board(single).problem((10.0, 25.0)).at_target[0]))])  # fmt: skip
+        assert solution.drive == pytest.approx(
+            [
+                single.drive.max_gain
+                * np.exp(-1j * np.angle(solved_board(single).problem((10.0, 25.0)).at_target[0]))
+            ]
+        )
         assert all_finite(score(solution, single))
 
 

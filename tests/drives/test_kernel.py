@@ -32,9 +32,12 @@ def smooth_fields(count: int, shape: tuple[int, int], seed: int = 11) -> Complex
 
 
 def kernel(
-    fields: ComplexArray, target: FloatArray, ssim: float = 1.0, contrast: float = 0.0,
+    fields: ComplexArray,
+    target: FloatArray,
+    ssim: float = 1.0,
+    contrast: float = 0.0,
     forms: tuple[FloatArray, FloatArray] = (NO_FORM, NO_FORM),
-) -> _kernel.Objective:  # fmt: skip
+) -> _kernel.Objective:
     planes = np.stack((fields.real, fields.imag), axis=1).astype(np.float32)
     return _kernel.Objective(_kernel.Fields(planes), target, ssim, contrast, *forms)
 
@@ -173,9 +176,13 @@ def test_a_climb_never_ends_below_its_start() -> None:
 def test_shapes_are_checked(planes: tuple[int, ...], target: tuple[int, ...], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         _kernel.Objective(
-            _kernel.Fields(np.ones(planes, dtype=np.float32)), np.zeros(target), 1.0, 0.0,
-            NO_FORM, NO_FORM,
-        )  # fmt: skip
+            _kernel.Fields(np.ones(planes, dtype=np.float32)),
+            np.zeros(target),
+            1.0,
+            0.0,
+            NO_FORM,
+            NO_FORM,
+        )
     good = kernel(smooth_fields(2, (9, 9)), np.zeros((9, 9)))
     with pytest.raises(ValueError, match="2 \\* actuators"):
         good.value(np.zeros(5))

@@ -38,9 +38,13 @@ def test_foam_that_carries_a_board_decides_its_level(prototype: Board) -> None:
     stiff = dataclasses.replace(prototype.plate, youngs_modulus=1e12)
     drive = dataclasses.replace(prototype.drive, frequency_hz=2.0)
     board = dataclasses.replace(
-        prototype, plate=stiff, screws=(), drive=drive, image=Image((31, 61)),
+        prototype,
+        plate=stiff,
+        screws=(),
+        drive=drive,
+        image=Image((31, 61)),
         foundation=Foundation(1e5),
-    )  # fmt: skip
+    )
     found = {one.name: one for one in sensitivity(board)}
     assert found["foam's stiffness"].level_db == pytest.approx(-20.0 * np.log10(0.8), abs=0.1)
     assert found["thickness"].level_db < 0.2

@@ -63,8 +63,9 @@ def branches(program: Path) -> tuple[int, int, list[str]]:
     """(taken, all, not taken) branches of chip/, by gcov."""
     folder = program.parent
     notes = sorted(folder.glob("*.gcda"))
-    subprocess.run(["gcov", "-b", "-c", "-j", *map(str, notes)], cwd=folder, check=True,
-                   capture_output=True)  # fmt: skip
+    subprocess.run(
+        ["gcov", "-b", "-c", "-j", *map(str, notes)], cwd=folder, check=True, capture_output=True
+    )
     taken = total = 0
     missed: list[str] = []
     for report in folder.glob("*.gcov.json.gz"):

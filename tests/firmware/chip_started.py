@@ -19,18 +19,31 @@ TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
 NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
 PINS = (4, 5, 12, 14, 18)
 CONFIG = DeviceConfig(
-    pwm_pins=(*PINS, *(255,) * 11), panel=PANELS.index("ft6x36"), interrupt_pin=34,
+    pwm_pins=(*PINS, *(255,) * 11),
+    panel=PANELS.index("ft6x36"),
+    interrupt_pin=34,
     reset_pin=RESET_PIN,
-)  # fmt: skip
+)
 
 
 @contextmanager
 def started(
-    program: Path, *, fail: str = "", config: DeviceConfig = CONFIG, options: tuple[str, ...] = (),
-    network: bytes = NETWORK, tables: bytes = TABLE,
-) -> Iterator[Chip]:  # fmt: skip
-    chip = Chip(program, fail=fail, options=options, tables=tables, config=pack_config(config),
-                network=network)  # fmt: skip
+    program: Path,
+    *,
+    fail: str = "",
+    config: DeviceConfig = CONFIG,
+    options: tuple[str, ...] = (),
+    network: bytes = NETWORK,
+    tables: bytes = TABLE,
+) -> Iterator[Chip]:
+    chip = Chip(
+        program,
+        fail=fail,
+        options=options,
+        tables=tables,
+        config=pack_config(config),
+        network=network,
+    )
     try:
         chip.run(20)
         yield chip

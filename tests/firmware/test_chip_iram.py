@@ -62,9 +62,7 @@ def test_functions_marked_for_iram_are_functions_of_it(objects: list[Path]) -> N
 
 def test_what_lies_in_iram_calls_nothing_of_ours_in_flash(objects: list[Path]) -> None:
     places = [functions(path) for path in objects]
-    ours_in_flash = {
-        name for own in places for name, section in own.items() if section == ".text"
-    }  # fmt: skip
+    ours_in_flash = {name for own in places for name, section in own.items() if section == ".text"}
     assert "app_main" in ours_in_flash
     for path in objects:
         if ".iram1" not in functions(path).values():

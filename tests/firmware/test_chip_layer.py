@@ -219,8 +219,9 @@ def test_the_device_takes_no_room_in_the_image(tmp_path: Path, chip_program: Pat
     include = includes(chip_program.parent)
     for level in ("-O0", "-O2"):
         source = str(FIRMWARE / "chip" / "app_main.cpp")
-        subprocess.run(["g++", "-std=c++17", level, "-c", source, "-o", str(made), *include],
-                       check=True)  # fmt: skip
+        subprocess.run(
+            ["g++", "-std=c++17", level, "-c", source, "-o", str(made), *include], check=True
+        )
         _, sizes = subprocess.run(
             ["size", str(made)], capture_output=True, text=True, check=True
         ).stdout.splitlines()

@@ -32,8 +32,10 @@ def cmake() -> str:
 def in_script_mode(component_file: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [cmake(), f"-DCOMPONENT_FILE={component_file}", "-P", str(HERE / "component_model.cmake")],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=lambda folder: folder.name)

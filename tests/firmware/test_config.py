@@ -26,7 +26,7 @@ from chladni.host.protocol.config import (
     config_of,
     pack_config,
     unpack_config,
-)  # fmt: skip
+)
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import GATES

@@ -222,8 +222,10 @@ def test_a_new_touch_during_the_old_fade_has_its_whole_on_time() -> None:
     slow = replace(slow, limits=Limits(50_000, 60_000, 400_000))
     emulator = powered(slow)
     for event in (
-        TouchEvent(0.0, (0.0, 0.0)), TouchEvent(350.0, None), TouchEvent(365.0, (0.0, 0.0)),
-    ):  # fmt: skip
+        TouchEvent(0.0, (0.0, 0.0)),
+        TouchEvent(350.0, None),
+        TouchEvent(365.0, (0.0, 0.0)),
+    ):
         emulator.touch(event)
     emulator.run(365.0 + 390.0)
     assert emulator.core.state == "playing"

@@ -38,9 +38,11 @@ CAUSES = ("software", "watchdog", "panic", "brown-out", "power on")
 
 def hot_config() -> DeviceConfig:
     return device_of().with_values(
-        full_rise_dk=(2500,) * 5 + (0,) * 11, limit_rise_dk=round(LIMIT_K * 10), heating_ds=20,
+        full_rise_dk=(2500,) * 5 + (0,) * 11,
+        limit_rise_dk=round(LIMIT_K * 10),
+        heating_ds=20,
         max_duty_q15=round(MAX_DUTY * 32768),
-    )  # fmt: skip
+    )
 
 
 class World:
@@ -50,10 +52,13 @@ class World:
         self.random = random.Random(number)
         self.config = hot_config()
         self.emulator = Emulator(
-            self.config, TABLES[0], level=1.0, must_play=False,
+            self.config,
+            TABLES[0],
+            level=1.0,
+            must_play=False,
             hardware=Hardware(is_rested=False, seed=number % 1000 + 1),
             network=NetworkSettings("lab", "a passphrase", KEY),
-        )  # fmt: skip
+        )
         self.coils = Coils(self.config)
         self.coils.rise_k[:] = LIMIT_K
         self.events: Counter[str] = Counter()

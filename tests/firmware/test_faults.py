@@ -189,9 +189,10 @@ def test_a_coil_that_gets_too_hot_ends_the_touch_until_it_has_cooled(table: Tabl
     """Against the exact exponential: mean square 0.375 of a duty of 1, near full amplitude."""
     heating_s, full_k, limit_k = 2.0, 100.0, 20.0
     device = device_of(table).with_values(
-        full_rise_dk=(round(full_k * 10),) * 5 + (0,) * 11, limit_rise_dk=round(limit_k * 10),
+        full_rise_dk=(round(full_k * 10),) * 5 + (0,) * 11,
+        limit_rise_dk=round(limit_k * 10),
         heating_ds=round(heating_s * 10),
-    )  # fmt: skip
+    )
     emulator = Emulator(device, table, level=1.0)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     on_s = silent_after_ms(emulator, 5_000.0) / 1e3
@@ -213,9 +214,12 @@ def test_a_coil_that_gets_too_hot_ends_the_touch_until_it_has_cooled(table: Tabl
 def test_a_long_decay_is_counted_as_heat(table: Table) -> None:
     """Ten seconds, the longest there is: while it goes down a coil gets what it began with."""
     device = device_of(table).with_values(
-        full_rise_dk=(1000,) * 5 + (0,) * 11, limit_rise_dk=3000, heating_ds=20,
-        decay_ms=10_000, sustain_q15=0,
-    )  # fmt: skip
+        full_rise_dk=(1000,) * 5 + (0,) * 11,
+        limit_rise_dk=3000,
+        heating_ds=20,
+        decay_ms=10_000,
+        sustain_q15=0,
+    )
     emulator = Emulator(device, table, level=1.0)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     recording = emulator.run(3_000.0)

@@ -20,9 +20,10 @@ LIMIT_K = 60.0
 
 def hot_board(full_k: float, heating_s: float) -> DeviceConfig:
     return device_of().with_values(
-        full_rise_dk=(round(full_k * 10),) * 5 + (0,) * 11, limit_rise_dk=round(LIMIT_K * 10),
+        full_rise_dk=(round(full_k * 10),) * 5 + (0,) * 11,
+        limit_rise_dk=round(LIMIT_K * 10),
         heating_ds=round(heating_s * 10),
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -73,9 +74,7 @@ def test_play_until_hot_restart_and_again(
 
 @pytest.mark.parametrize("is_rested", [True, False])
 @pytest.mark.parametrize("seed", range(6))
-def test_any_order_of_touches_streams_and_resets(
-    loud: Table, seed: int, is_rested: bool
-) -> None:  # fmt: skip
+def test_any_order_of_touches_streams_and_resets(loud: Table, seed: int, is_rested: bool) -> None:
     """Duties of 1 among them, main loops that hang, power that fails, long rests and short ones."""
     rng = random.Random(seed)
     config = hot_board(rng.choice([80.0, 250.0, 400.0]), rng.choice([2.0, 5.0]))

@@ -37,16 +37,25 @@ def test_what_the_interrupt_reaches_is_closed_and_lies_in_ram(
     objects = {path.stem: symbols(processor, path) for path in compile_core(processor, tmp_path)}
     ours = mapped()
     assert ours == {"duty_ring", "sample_player"}
-    defined = {name: obj for obj, found in objects.items() for kind, name in found
-               if kind in "TtWwVvRrDdBb"}  # fmt: skip
+    defined = {
+        name: obj
+        for obj, found in objects.items()
+        for kind, name in found
+        if kind in "TtWwVvRrDdBb"
+    }
     assert any(name.startswith(ENTRY) and defined[name] in ours for name in defined)
     # Whatever an object of ours needs, one of ours has: the compiler's helpers are not among them.
     needed = {name for obj in ours for kind, name in objects[obj] if kind == "U"}
     assert {name: defined.get(name) for name in needed if defined.get(name) not in ours} == {}
     # Of a weak symbol the linker takes any copy, also one from flash.
     weak = {name for obj in ours for kind, name in objects[obj] if kind in "WwVv"}
-    shared = {name for obj, found in objects.items() if obj not in ours
-              for _, name in found if name in weak}  # fmt: skip
+    shared = {
+        name
+        for obj, found in objects.items()
+        if obj not in ours
+        for _, name in found
+        if name in weak
+    }
     assert shared == set()
     # The sine's table is a constant of its own, which goes to DRAM with the object.
     assert any("kSineQuarter" in name for kind, name in objects["sample_player"] if kind == "r")

@@ -24,8 +24,10 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     script = ROOT / "tools" / "platformio_offline.py"
     subprocess.run(
         [sys.executable, str(script), str(core_dir), "--", "run", "-e", "native"],
-        cwd=ROOT, check=True, stdout=subprocess.DEVNULL,
-    )  # fmt: skip
+        cwd=ROOT,
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     return ROOT / ".pio" / "build" / "native" / "program"
 
 

@@ -32,9 +32,14 @@ def wave(begin: int, count: int) -> NDArray[np.uint16]:
 
 
 def streaming(
-    emulator: Emulator, seconds: float, *, rate: float = 1.0, chunk_ms: int = 5, jitter: int = 0,
+    emulator: Emulator,
+    seconds: float,
+    *,
+    rate: float = 1.0,
+    chunk_ms: int = 5,
+    jitter: int = 0,
     drifts: list[int] | None = None,
-) -> NDArray[np.uint16]:  # fmt: skip
+) -> NDArray[np.uint16]:
     """Push frames in packets, `rate` times as fast as the device's clock; returns the duties."""
     rng = np.random.default_rng(3)
     sent, record = 0, []
@@ -142,8 +147,9 @@ def test_a_live_drive_plays_until_it_is_no_longer_repeated(table: Table) -> None
         emulator.core.play_live(gains, 200_000, 0)
         recording = emulator.run(50.0)
     tail = recording.duty_steps[::4].astype(float)
-    spectrum = np.abs(np.fft.rfft((tail - tail.mean(axis=0)) * np.hanning(len(tail))[:, None],
-                                  axis=0))  # fmt: skip
+    spectrum = np.abs(
+        np.fft.rfft((tail - tail.mean(axis=0)) * np.hanning(len(tail))[:, None], axis=0)
+    )
     peak = np.argmax(spectrum[:, 0]) * (78_125 / 4) / len(tail)
     assert peak == pytest.approx(200.0, abs=12.0)
     assert np.ptp(tail[:, 0]) / np.ptp(tail[:, 1]) == pytest.approx(2.0, rel=0.05)

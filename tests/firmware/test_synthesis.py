@@ -40,8 +40,9 @@ def amplitude_at(signal: NDArray[np.float64], frequency_hz: float) -> complex:
     count = signal.size
     t = np.arange(count) / SAMPLE_HZ
     window = np.blackman(count)
-    return complex(2.0 * np.vdot(np.exp(2j * np.pi * frequency_hz * t), signal * window)
-                   / window.sum())  # fmt: skip
+    return complex(
+        2.0 * np.vdot(np.exp(2j * np.pi * frequency_hz * t), signal * window) / window.sum()
+    )
 
 
 @pytest.mark.slow
@@ -96,9 +97,13 @@ def test_spread_edges_keep_images_out_of_the_band(waveform: str) -> None:
     frequency = 437.0
     table = replace(make_table(np.array([[10.0]]), frequency_hz=frequency), limits=LONG)
     recording = emulate(
-        device_of(table), table, [TouchEvent(0.0, (0.0, 0.0))], 3_500.0, level=1.0,
+        device_of(table),
+        table,
+        [TouchEvent(0.0, (0.0, 0.0))],
+        3_500.0,
+        level=1.0,
         waveform=WAVEFORMS.index(waveform),
-    )  # fmt: skip
+    )
     signal = settled(recording)[: 2**16, 0]
     phase = np.arange(signal.size) * frequency / SAMPLE_HZ
     plain = np.sign(np.cos(2.0 * np.pi * phase)) if waveform == "square" else 2.0 * (phase % 1.0)

@@ -28,14 +28,18 @@ LIMITS = Limits(4000, 100_000, 5_000_000)
 def table() -> Table:
     """Left half of the board loud on channel 0, right half on channel 1."""
     table = make_table(
-        np.array([[10.0, 0.0], [0.0, 10.0]]), 2, 1, labels=np.array([0, 1], np.uint8),
+        np.array([[10.0, 0.0], [0.0, 10.0]]),
+        2,
+        1,
+        labels=np.array([0, 1], np.uint8),
         crossings=[(0, 0), (0, 0)],
-    )  # fmt: skip
+    )
     return replace(table, limits=LIMITS)
 
 
-def board(table: Table, model: Model, hardware: dict[str, Any] | None = None,
-          **changes: Any) -> Emulator:  # fmt: skip
+def board(
+    table: Table, model: Model, hardware: dict[str, Any] | None = None, **changes: Any
+) -> Emulator:
     known: dict[str, Any] = {"panel": model, **(hardware or {})}
     return Emulator(device_of(table), table, hardware=Hardware(**known), **changes)
 
@@ -69,22 +73,42 @@ def test_panels_are_found_at_either_address_or_not_wanted(table: Table, wanted: 
 
 
 @given(
-    st.integers(16, 4096), st.integers(16, 4096), st.integers(1_000, 500_000),
-    st.integers(1_000, 500_000), st.integers(0, 3), st.booleans(), st.integers(-50_000, 50_000),
-    st.integers(-50_000, 50_000), st.randoms(use_true_random=False),
-)  # fmt: skip
+    st.integers(16, 4096),
+    st.integers(16, 4096),
+    st.integers(1_000, 500_000),
+    st.integers(1_000, 500_000),
+    st.integers(0, 3),
+    st.booleans(),
+    st.integers(-50_000, 50_000),
+    st.integers(-50_000, 50_000),
+    st.randoms(use_true_random=False),
+)
 @example(2286, 2286, 1000, 1000, 0, False, 0, 0, Random(0))
 @settings(max_examples=200, deadline=None)
 def test_pixels_lie_where_the_mounting_puts_them(
-    columns: int, rows: int, width: int, length: int, turns: int, mirrored: bool, x0: int, y0: int,
+    columns: int,
+    rows: int,
+    width: int,
+    length: int,
+    turns: int,
+    mirrored: bool,
+    x0: int,
+    y0: int,
     random: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Against complex numbers: a quarter turn is a factor of i, a mirror a change of sign."""
     config = DeviceConfig(
-        pwm_pins=some_pins(), panel=1, panel_columns=columns, panel_rows=rows, panel_width_um=width,
-        panel_length_um=length, panel_turns=turns, panel_mirrored=int(mirrored), panel_x_um=x0,
+        pwm_pins=some_pins(),
+        panel=1,
+        panel_columns=columns,
+        panel_rows=rows,
+        panel_width_um=width,
+        panel_length_um=length,
+        panel_turns=turns,
+        panel_mirrored=int(mirrored),
+        panel_x_um=x0,
         panel_y_um=y0,
-    )  # fmt: skip
+    )
     # Corners are where an error of the scale shows most.
     for x, y in ((random.randrange(columns), random.randrange(rows)), (0, 0), (columns - 1, 0)):
         place = complex(

@@ -26,9 +26,10 @@ MOST_MEMORY = 30_000_000
 LONGEST_MESSAGE = 1500
 """A place, a value cut to 200 characters, what was expected, and a list of keys."""
 ANY = settings(
-    max_examples=tries(60, 1000), deadline=None,
+    max_examples=tries(60, 1000),
+    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)  # fmt: skip
+)
 
 
 def answers(read: Callable[[Path], object], path: Path, data: bytes) -> bool:
@@ -57,12 +58,17 @@ KEYS = st.sampled_from(
     ]
 ) | st.text("aé. \"\\", max_size=3)  # fmt: skip
 VALUES = st.recursive(
-    st.integers(-(2**70), 2**70) | st.floats() | st.booleans() | st.text(max_size=8)
+    st.integers(-(2**70), 2**70)
+    | st.floats()
+    | st.booleans()
+    | st.text(max_size=8)
     | st.sampled_from(["free", "clamped", "prototype", "gt911"])
-    | st.dates(min_value=date(1, 1, 1)) | st.times() | st.just(10**400),
+    | st.dates(min_value=date(1, 1, 1))
+    | st.times()
+    | st.just(10**400),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
     max_leaves=12,
-)  # fmt: skip
+)
 
 
 def toml(value: Any) -> str:
@@ -127,10 +133,12 @@ JUNK = [b"[[", b"{", b"'''", b'"""', b"=", b".a", b"1e9"]
 
 @ANY
 @given(
-    text=st.sampled_from(SHIPPED), begin=st.integers(0, 3000), cut=st.integers(0, 40),
+    text=st.sampled_from(SHIPPED),
+    begin=st.integers(0, 3000),
+    cut=st.integers(0, 40),
     put=st.binary(max_size=20) | st.sampled_from(JUNK),
     times=st.sampled_from([1, 2, 300, 30_000]),
-)  # fmt: skip
+)
 def test_a_shipped_board_with_any_bytes_is_a_board_or_is_refused(
     tmp_path: Path, text: str, begin: int, cut: int, put: bytes, times: int
 ) -> None:
@@ -153,8 +161,9 @@ TABLE = pack(make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]])))
 @ANY
 @given(
     changes=st.lists(st.tuples(st.integers(0, len(TABLE)), st.binary(max_size=4)), max_size=4),
-    cut=st.integers(0, 8), is_believed=st.booleans(),
-)  # fmt: skip
+    cut=st.integers(0, 8),
+    is_believed=st.booleans(),
+)
 def test_any_change_of_a_tables_bytes_is_a_table_or_is_refused(
     tmp_path: Path, changes: list[tuple[int, bytes]], cut: int, is_believed: bool
 ) -> None:
@@ -176,9 +185,10 @@ CELLS = (
 
 @ANY
 @given(
-    rows=st.lists(st.lists(CELLS, max_size=5).map(",".join), max_size=6), end=st.binary(max_size=9),
+    rows=st.lists(st.lists(CELLS, max_size=5).map(",".join), max_size=6),
+    end=st.binary(max_size=9),
     mark=st.sampled_from([b"", b"\xef\xbb\xbf"]),
-)  # fmt: skip
+)
 def test_any_rows_are_duties_or_are_refused(
     tmp_path: Path, rows: list[str], end: bytes, mark: bytes
 ) -> None:

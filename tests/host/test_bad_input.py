@@ -285,8 +285,10 @@ def test_the_installed_command_shows_no_traceback(tmp_path: Path) -> None:
     path = board_file(tmp_path, "thickness_mm = 1.0", "thickness_mm = -1.0")
     answer = subprocess.run(
         [sys.executable, "-m", "chladni.host.cli.app", "board", "show", str(path)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert answer.returncode == 2
     assert answer.stdout == ""
     assert "Traceback" not in answer.stderr

@@ -60,9 +60,17 @@ def test_a_script_is_streamed_for_as_long_as_asked(chladni: CommandLine, tmp_pat
     path = tmp_path / "wave.py"
     path.write_text(SCRIPT.format(channels=5, more=""))
     done = chladni(
-        "device", "stream", "--script", path, "--seconds", "0.25", "--emulator", "--baud",
-        "921600", "--json",
-    )  # fmt: skip
+        "device",
+        "stream",
+        "--script",
+        path,
+        "--seconds",
+        "0.25",
+        "--emulator",
+        "--baud",
+        "921600",
+        "--json",
+    )
     assert done.code == 0, done.err
     assert done.json["frames"] == round(0.25 * 78_125 / 8)
 

@@ -200,9 +200,13 @@ def test_an_answer_that_no_one_can_take_is_an_error(tmp_path: Path) -> None:
     for words in (("--version",), ("board", "show", "paper", "--json")):
         with Path("/dev/full").open("w", encoding="utf-8") as full:
             done = subprocess.run(
-                [sys.executable, "-m", "chladni.host.cli.app", *words], cwd=tmp_path, stdout=full,
-                stderr=subprocess.PIPE, text=True, check=False,
-            )  # fmt: skip
+                [sys.executable, "-m", "chladni.host.cli.app", *words],
+                cwd=tmp_path,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
         assert (done.returncode, done.stderr) == (1, "chladni: output: No space left on device\n")
 
 
@@ -210,8 +214,12 @@ def test_a_reader_that_leaves_early_is_no_traceback(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run(
-        [sys.executable, "-m", "chladni.host.cli.app", "--version", "--json"], cwd=tmp_path,
-        stdout=writer, stderr=subprocess.PIPE, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, "-m", "chladni.host.cli.app", "--version", "--json"],
+        cwd=tmp_path,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, "")

@@ -63,9 +63,12 @@ def test_python_is_told_of_arguments(
     ],
 )
 def test_a_loop_is_told_of_arguments(
-    coarse_board: Board, coarse_table: tuple[Table, object], events: list[TouchEvent],
-    milliseconds: float, name: str,
-) -> None:  # fmt: skip
+    coarse_board: Board,
+    coarse_table: tuple[Table, object],
+    events: list[TouchEvent],
+    milliseconds: float,
+    name: str,
+) -> None:
     with pytest.raises(InputError) as caught:
         run_loop(coarse_table[0], coarse_board, events, milliseconds)
     assert caught.value.field == name
@@ -93,9 +96,12 @@ def test_a_loop_is_told_of_arguments(
     ],
 )
 def test_a_command_line_is_told_of_options(
-    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str],
+    chladni: CommandLine,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
     named: str,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     answer = chladni(*arguments)
     assert answer.code == 2

@@ -40,8 +40,12 @@ def bad_wire(
     return PacketWire(inner, spoil, spoil)
 
 
-@given(st.binary(max_size=MAX_PAYLOAD), st.integers(0, 127), st.integers(0, 255),
-       st.binary(max_size=50))  # fmt: skip
+@given(
+    st.binary(max_size=MAX_PAYLOAD),
+    st.integers(0, 127),
+    st.integers(0, 255),
+    st.binary(max_size=50),
+)
 @settings(deadline=None)
 def test_a_frame_comes_through_behind_any_garbage(
     payload: bytes, kind: int, sequence: int, garbage: bytes
@@ -70,9 +74,7 @@ def test_the_device_survives_any_request(code: int, payload: bytes) -> None:
     wire = EmulatorWire(emulator)
     device = Device(wire)
     wire.write(encode(code, 77, payload))
-    answers = [
-        body for _ in range(400) for body in device.link.splitter.feed(wire.read(0.001))
-    ]  # fmt: skip
+    answers = [body for _ in range(400) for body in device.link.splitter.feed(wire.read(0.001))]
     known = {message.code for message in MESSAGES}
     assert [body[:2] for body in answers] == [bytes([code | 0x80, 77])]
     if code not in known:

@@ -65,8 +65,13 @@ class BadNetwork:
         return out * (2 if self.random.random() < self.repeats else 1)
 
 
-@given(st.floats(0.0, 0.25), st.floats(0.0, 0.1), st.floats(0.0, 0.3), st.floats(0.0, 0.3),
-       st.integers(0, 10**6))  # fmt: skip
+@given(
+    st.floats(0.0, 0.25),
+    st.floats(0.0, 0.1),
+    st.floats(0.0, 0.3),
+    st.floats(0.0, 0.3),
+    st.integers(0, 10**6),
+)
 @settings(max_examples=40, deadline=None)
 def test_a_flash_over_a_bad_network_ends_right_or_says_that_it_failed(
     loss: float, flips: float, repeats: float, late: float, seed: int

@@ -121,8 +121,19 @@ def test_the_emulated_board_has_the_panel_that_its_file_names(
     """With another one it would look for the panel in vain, and never play."""
     board = tmp_path / "own.toml"
     board.write_text(OWN.read_text().replace('"ft6x36"', f'"{controller}"'))
-    done = chladni("emulate", own_file, "--board", board, "--touch", "5,5@20", "--ms", "100", "-o",
-                   tmp_path / "pins.npz", "--json")  # fmt: skip
+    done = chladni(
+        "emulate",
+        own_file,
+        "--board",
+        board,
+        "--touch",
+        "5,5@20",
+        "--ms",
+        "100",
+        "-o",
+        tmp_path / "pins.npz",
+        "--json",
+    )
     assert done.code == 0, done.err
     assert 0.0 < done.json["latency_ms"] < 50.0
 

@@ -143,8 +143,11 @@ def rows(*entries: tuple[str, int, int, int, int]) -> bytes:
 
 
 def test_the_offset_comes_from_the_devices_own_partition_table() -> None:
-    table = rows(("nvs", 1, 2, 0x9000, 0x6000), ("factory", 0, 0, 0x10000, 0x180000),
-                 ("tables", TABLES, 0, 0x2A0000, 0x80000))  # fmt: skip
+    table = rows(
+        ("nvs", 1, 2, 0x9000, 0x6000),
+        ("factory", 0, 0, 0x10000, 0x180000),
+        ("tables", TABLES, 0, 0x2A0000, 0x80000),
+    )
     assert [p.name for p in partitions(table)] == ["nvs", "factory", "tables"]
     assert partition_of(table, TABLES, "tables").offset == 0x2A0000
     with pytest.raises(InputError, match="Chladni's firmware"):

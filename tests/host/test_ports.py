@@ -84,17 +84,33 @@ def udp_port() -> int:
 
 @pytest.mark.slow
 def test_a_key_set_over_the_wire_opens_the_network(
-    chladni: CommandLine, port: str, table_file: Path, tmp_path: Path, udp_port: int,
+    chladni: CommandLine,
+    port: str,
+    table_file: Path,
+    tmp_path: Path,
+    udp_port: int,
     request: pytest.FixtureRequest,
-) -> None:  # fmt: skip
+) -> None:
     """Set, flash and touch over UDP, refuse another key, and close it again."""
     key, passphrase = tmp_path / "own.key", tmp_path / "passphrase"
     passphrase.write_text("a passphrase\n")
     there = ("--udp", f"127.0.0.1:{udp_port}", "--key", key)
     done = chladni(
-        "device", "network", "set", "--ssid", "lab", "--key", key, "--passphrase-file", passphrase,
-        "--udp-port", str(udp_port), "--port", port, "--json",
-    )  # fmt: skip
+        "device",
+        "network",
+        "set",
+        "--ssid",
+        "lab",
+        "--key",
+        key,
+        "--passphrase-file",
+        passphrase,
+        "--udp-port",
+        str(udp_port),
+        "--port",
+        port,
+        "--json",
+    )
     assert done.code == 0, done.err
     assert (done.json["state"], done.json["ssid"]) == ("on", "lab")
     assert chladni("flash", table_file, *there, "--json").json["verified"]

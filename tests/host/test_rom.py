@@ -164,9 +164,15 @@ def test_a_configuration_that_stopped_a_device_is_changed_without_it(
         chip.flash[CONFIG_AT : CONFIG_AT + len(stuck)] = stuck
         for channels, sequence in ((5, 8), (4, 9)):
             done = chladni(
-                "device", "config", "set", f"channels={channels}", "--rom", "--port", chip.port,
+                "device",
+                "config",
+                "set",
+                f"channels={channels}",
+                "--rom",
+                "--port",
+                chip.port,
                 "--json",
-            )  # fmt: skip
+            )
             assert done.code == 0, done.err
             assert done.json == {"channels": channels}
             config, status = config_in(chip)

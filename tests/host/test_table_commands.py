@@ -37,9 +37,8 @@ def test_a_table_of_its_board_is_verified(
 
 
 def test_mirrors_that_the_board_has_not_are_refused(
-    chladni: CommandLine, tmp_path: Path, coarse_table: tuple[Table, TableReport],
-    prototype: Board,
-) -> None:  # fmt: skip
+    chladni: CommandLine, tmp_path: Path, coarse_table: tuple[Table, TableReport], prototype: Board
+) -> None:
     """Silent drives are their own images under any order; the board's order is another."""
     table = dataclasses.replace(coarse_table[0], board_fingerprint=prototype.fingerprint())
     section = table.section()
@@ -64,9 +63,11 @@ def test_diff_names_fields_and_counts_regions(
     iq[3] = -iq[3]
     iq[7, 2] = (1232, -96)
     unmirrored = dataclasses.replace(
-        table.section(), iq=iq, labels=np.zeros(len(iq), np.uint8),
+        table.section(),
+        iq=iq,
+        labels=np.zeros(len(iq), np.uint8),
         crossings=np.zeros((1, 2), np.uint8),
-    )  # fmt: skip
+    )
     other = path.with_name("o.chl")
     other.write_bytes(pack(dataclasses.replace(table, sections=(unmirrored,), symmetry=NO_MIRRORS)))
     answer = chladni("table", "diff", path, other, "--json").json

@@ -119,9 +119,11 @@ def crowded(path: Path, screws: int) -> Path:
     ],
 )  # fmt: skip
 def test_a_board_that_takes_too_much_memory_is_refused_before_the_work(
-    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    chladni: CommandLine,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     arguments: tuple[str, ...],
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     board = crowded(tmp_path / "many.toml", 256)
     at = 2 if arguments[0] in ("table", "board") else 1

@@ -53,13 +53,16 @@ def element_fields(board: Board, size: float, segments: int) -> tuple[ComplexArr
     bare = [k for k, disc in enumerate(discs) if _is_bare(disc, cuts)]
     elements = ArgyrisPlate(
         mesh,
-        Material(plate.youngs_modulus, plate.poissons_ratio, plate.density, plate.thickness,
-                 plate.loss_factor),
-        adds,
-        foundation=(
-            foundation.total_stiffness * (1.0 + 1j * foundation.total_loss_factor), bare
+        Material(
+            plate.youngs_modulus,
+            plate.poissons_ratio,
+            plate.density,
+            plate.thickness,
+            plate.loss_factor,
         ),
-    )  # fmt: skip
+        adds,
+        foundation=(foundation.total_stiffness * (1.0 + 1j * foundation.total_loss_factor), bare),
+    )
     points = np.stack(np.meshgrid(board.x, board.y, indexing="ij"), axis=-1).reshape(-1, 2)
     loads = [(actuator.at, magnet.radius) for actuator in board.actuators]
     values = elements.responses(loads, board.drive.frequency_hz, points)
@@ -98,10 +101,13 @@ def compared_second_fingers(
         disc = metrics.disc_mask(board.x, board.y, at, metrics.FINGERTIP_RADIUS)
         found = focus_at(solved, at, solved.fields.values[:, disc].mean(axis=1))
         assert found is not None
-        rows.append([
-            discs.second_finger_db(np.tensordot(found.drive, fields, axes=1), at,
-                                   [12e-3, 16e-3, 20e-3])
-            for fields in (solved.fields.values, driven)
-        ])  # fmt: skip
+        rows.append(
+            [
+                discs.second_finger_db(
+                    np.tensordot(found.drive, fields, axes=1), at, [12e-3, 16e-3, 20e-3]
+                )
+                for fields in (solved.fields.values, driven)
+            ]
+        )
     both = np.array(rows)
     return Compared(both[:, 0], both[:, 1], unknowns)

@@ -15,7 +15,7 @@ from chladni.sim.coil.actuator import (
     force_per_volt,
     motion,
     wave_response,
-)  # fmt: skip
+)
 from chladni.sim.coil.waveforms import WAVEFORMS, Waveform, harmonics, synthesise
 from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.energy import compose

@@ -47,9 +47,12 @@ def test_a_shipped_coil_is_what_its_winding_makes(name: str) -> None:
     assert coil.resistance == pytest.approx(wire, rel=5e-4)
     assert board.electronics.coil_ohm == coil.resistance
     force = force_per_ampere(
-        winding.round, remanence=magnet.remanence, radius=magnet.radius, height=magnet.height,
+        winding.round,
+        remanence=magnet.remanence,
+        radius=magnet.radius,
+        height=magnet.height,
         gap=winding.gap,
-    )  # fmt: skip
+    )
     assert coil.force_factor == pytest.approx(force, rel=5e-4)
 
 

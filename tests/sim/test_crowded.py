@@ -67,8 +67,12 @@ def magnet(x: float, y: float) -> Inclusion:
 NEAR: dict[str, PlateGeometry] = {
     **{
         f"{kind} screws {gap} mm apart": plate(
-            [screw(-0.01 - 1.5e-3 - gap / 2e3, 0.02, clamped=kind == "clamped"),
-             screw(-0.01 + 1.5e-3 + gap / 2e3, 0.02, clamped=kind == "clamped")], [])
+            [
+                screw(-0.01 - 1.5e-3 - gap / 2e3, 0.02, clamped=kind == "clamped"),
+                screw(-0.01 + 1.5e-3 + gap / 2e3, 0.02, clamped=kind == "clamped"),
+            ],
+            [],
+        )
         for kind, gap in (("clamped", 0.01), ("clamped", 0.6), ("pinned", 0.1))
     },
     "a screw 0.01 mm from a magnet": plate([screw(-16.51e-3, 0.02)], [magnet(-0.01, 0.02)]),
@@ -77,7 +81,7 @@ NEAR: dict[str, PlateGeometry] = {
     "a screw 0.1 mm from an edge": plate([screw(WIDTH / 2.0 - 1.6e-3, 0.02)], []),
     "a magnet 0.01 mm from an edge": plate([], [magnet(WIDTH / 2.0 - 5.01e-3, 0.02)]),
     "a magnet 0.6 mm from an edge": plate([], [magnet(WIDTH / 2.0 - 5.6e-3, 0.02)]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", NEAR)
@@ -126,9 +130,12 @@ def test_the_estimate_knows_a_resonance(prototype: Board, mode: int) -> None:
 
     def respond(model: RitzPlate, tolerance: float) -> Response:
         return model.respond(
-            loads, frequency_hz=frequency, x=prototype.x[::9], y=prototype.y[::9],
+            loads,
+            frequency_hz=frequency,
+            x=prototype.x[::9],
+            y=prototype.y[::9],
             tolerance=tolerance,
-        )  # fmt: skip
+        )
 
     fields = [
         respond(RitzPlate(geometry, 1e-5, resolution_for(geometry, waves, level)), 1e-9)
@@ -163,8 +170,9 @@ def test_discs_integrate_polynomials_exactly() -> None:
     own = discs.projector @ functions
     area = np.pi * radius**2
     mass = radius**2 * np.diag(own.T @ own)
-    assert mass == pytest.approx([area * radius**4 / 8, area * radius**4 / 24,
-                                  area * radius**6 * 5 / 64])  # fmt: skip
+    assert mass == pytest.approx(
+        [area * radius**4 / 8, area * radius**4 / 24, area * radius**6 * 5 / 64]
+    )
     slope = np.diag(own.T @ discs.slope @ own)
     assert slope == pytest.approx(
         [area * radius**2, area * radius**2 / 2, area * radius**4 * 9 / 8]
@@ -226,8 +234,9 @@ def test_memory_is_told_beforehand(prototype: Board, resolution: Resolution) -> 
     """Within a factor of two of what is allocated at the peak."""
     screws = tuple(
         replace(prototype.screws[0], at=(x, y))
-        for x in (-30e-3, -12e-3, 11e-3, 28e-3) for y in (-60e-3, -21e-3, 20e-3, 62e-3)
-    )  # fmt: skip
+        for x in (-30e-3, -12e-3, 11e-3, 28e-3)
+        for y in (-60e-3, -21e-3, 20e-3, 62e-3)
+    )
     geometry = plate_geometry(replace(prototype, screws=screws, image=Image((45, 91))))
     tracemalloc.start()
     model = RitzPlate(geometry, 0.02, resolution)
@@ -243,8 +252,9 @@ def with_screws(board: Board, count: int) -> Board:
     side = int(np.ceil(np.sqrt(count / 2.0)))
     places = [
         (-0.034 + 0.068 * i / (side - 1) + 1e-6 * j, -0.071 + 0.142 * j / (2 * side - 1))
-        for i in range(side) for j in range(2 * side)
-    ][:count]  # fmt: skip
+        for i in range(side)
+        for j in range(2 * side)
+    ][:count]
     screws = tuple(replace(board.screws[0], at=at, radius=1e-4) for at in places)
     return replace(board, screws=screws, magnet=None)
 
@@ -283,8 +293,9 @@ def test_places_are_told_apart_as_by_comparing_all(prototype: Board) -> None:
     for _ in range(60):
         radii = rng.choice([0.3e-3, 4e-3], 10)
         places = rng.uniform(-1.0, 1.0, (10, 2)) * [0.03, 0.068]
-        holes = tuple(Hole((float(x), float(y)), float(r))
-                      for (x, y), r in zip(places, radii, strict=True))  # fmt: skip
+        holes = tuple(
+            Hole((float(x), float(y)), float(r)) for (x, y), r in zip(places, radii, strict=True)
+        )
         apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
         touching = np.tril(apart <= radii[:, None] + radii, -1)
         if not touching.any():

@@ -126,15 +126,24 @@ def rigid_board(paper: Board, coil: Coil, mass_kg: float) -> Board:
     """A small stiff free plate of a known mass with one coil in its middle."""
     side = 0.02
     plate = dataclasses.replace(
-        paper.plate, size=(side, side), thickness=1e-3, youngs_modulus=1e12, edges=Edges(),
+        paper.plate,
+        size=(side, side),
+        thickness=1e-3,
+        youngs_modulus=1e12,
+        edges=Edges(),
         density=mass_kg / side**2 / 1e-3,
-    )  # fmt: skip
+    )
     image = dataclasses.replace(paper.image, points=(21, 21))
     electronics = dataclasses.replace(paper.electronics, pwm_pins=(), coil_ohm=coil.resistance)
     return dataclasses.replace(
-        paper, plate=plate, coil=coil, image=image, electronics=electronics, panel=None,
+        paper,
+        plate=plate,
+        coil=coil,
+        image=image,
+        electronics=electronics,
+        panel=None,
         actuators=(Actuator("one", (0.0, 0.0)),),
-    )  # fmt: skip
+    )
 
 
 def test_a_coil_that_moves_is_driven_as_its_circuit_says(paper: Board) -> None:
@@ -196,9 +205,11 @@ def test_full_drive_keeps_every_limit_and_uses_one_up(
     used = {
         "duty": duty.max() / own.max_duty,
         "supply": current.mean(axis=1).sum() * 1e3 / own.supply_limit_ma,
-        "heat": (current**2).mean(axis=1).max() * own.coil_ohm * own.coil_k_per_w
+        "heat": (current**2).mean(axis=1).max()
+        * own.coil_ohm
+        * own.coil_k_per_w
         / own.coil_limit_k,
-    }  # fmt: skip
+    }
     assert duty.min() >= 0.0
     assert full.bias[3] == 0.0
     # The amplitude leaves up to five steps of 1024 of the duty.
@@ -217,8 +228,10 @@ def test_the_full_drive_of_prototype_is_the_published_force(prototype: Board) ->
 
 def test_shipped_fingers_are_those_of_the_design() -> None:
     assert [FINGERS[name] for name in ("light", "usual", "firm")] == [
-        Finger(1e-3, 1.0, 300.0), Finger(2e-3, 2.0, 600.0), Finger(5e-3, 3.0, 1000.0),
-    ]  # fmt: skip
+        Finger(1e-3, 1.0, 300.0),
+        Finger(2e-3, 2.0, 600.0),
+        Finger(5e-3, 3.0, 1000.0),
+    ]
     assert load_board("prototype").finger is None
 
 

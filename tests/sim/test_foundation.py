@@ -101,10 +101,14 @@ def test_cut_outs_and_strips_add_up_to_the_whole() -> None:
     x, y = np.linspace(-0.02, 0.02, 9), np.linspace(-0.03, 0.03, 11)
     loads = [Load(0.01, 0.014, 3e-3), Load(0.003, -0.004, 3e-3)]
     expected, *others = (
-        fields(RitzPlate(dataclasses.replace(bare, foundation=layer), 0.02, SIZE, mirrors=mirrors),
-               loads, x, y)
+        fields(
+            RitzPlate(dataclasses.replace(bare, foundation=layer), 0.02, SIZE, mirrors=mirrors),
+            loads,
+            x,
+            y,
+        )
         for layer, mirrors in ((whole, None), (strips, None), (whole, Mirrors(False, False)))
-    )  # fmt: skip
+    )
     # Rims make kinks: points of strips step over them, with an error as the third power of their
     # spacing, while those of the whole plate go round them.
     for found, error in zip(others, (5e-5, 1e-9), strict=True):
@@ -118,12 +122,16 @@ def test_cut_outs_match_finite_elements() -> None:
     foam, centres = 3e7 * (1.0 + 0.15j), ((0.009, 0.004), (-0.008, -0.005))
     rings = [Disc(x, y, r) for r in (5e-3, 3e-3) for x, y in centres] + [Disc(-0.01, 0.012, 3e-3)]
     geometry = PlateGeometry(
-        0.04, 0.04, bending, 0.15, 1900.0 * 2e-4,
+        0.04,
+        0.04,
+        bending,
+        0.15,
+        1900.0 * 2e-4,
         inclusions=tuple(Inclusion(x, y, 3e-3, 20.0, 1000.0) for x, y in centres),
         foundation=FoundationLayer(
             3e7, 0.15, tuple((d.x, d.y, d.radius) for d in (*rings[:2], rings[4]))
         ),
-    )  # fmt: skip
+    )
     loads = [Load(*centres[0], 3e-3), Load(-0.002, 0.008, 3e-3)]
     x, y = np.linspace(-0.018, 0.018, 13), np.linspace(-0.018, 0.018, 13)
     response = RitzPlate(geometry, 0.02).respond(

@@ -42,9 +42,15 @@ X, Y = np.linspace(-0.03, 0.03, 13), np.linspace(-0.07, 0.07, 27)
 
 def plate(kind: EdgeKind, *inclusions: Inclusion) -> PlateGeometry:
     return PlateGeometry(
-        WIDTH, LENGTH, STIFFNESS, POISSON, DENSITY * THICKNESS, rims=(SCREW,),
-        inclusions=inclusions, edges=Edges(kind, kind, kind, kind),
-    )  # fmt: skip
+        WIDTH,
+        LENGTH,
+        STIFFNESS,
+        POISSON,
+        DENSITY * THICKNESS,
+        rims=(SCREW,),
+        inclusions=inclusions,
+        edges=Edges(kind, kind, kind, kind),
+    )
 
 
 def at_level(geometry: PlateGeometry, level: int) -> tuple[NDArray[np.complex128], float]:
@@ -52,8 +58,11 @@ def at_level(geometry: PlateGeometry, level: int) -> tuple[NDArray[np.complex128
     resolution = resolution_for(geometry, wave_number(geometry, 2.0 * np.pi * 160.0), level)
     found = RitzPlate(geometry, LOSS, resolution).respond(
         [Load(10e-3, -5e-3, 0.0), Load(10e-3, -68.5e-3, 0.0)],
-        frequency_hz=160.0, x=X, y=Y, tolerance=1e-12,
-    )  # fmt: skip
+        frequency_hz=160.0,
+        x=X,
+        y=Y,
+        tolerance=1e-12,
+    )
     return found.values, found.error_estimate
 
 
@@ -81,9 +90,14 @@ def test_a_supported_plate_with_a_screw_and_a_magnet_matches_finite_elements() -
     fields = []
     for size in (9e-3, 6e-3):
         mesh = plate_mesh(
-            WIDTH, LENGTH, [Disc(SCREW.x, SCREW.y, SCREW.radius)], [Disc(magnet.x, magnet.y, 5e-3)],
-            size, segments=32, grading=0.4,
-        )  # fmt: skip
+            WIDTH,
+            LENGTH,
+            [Disc(SCREW.x, SCREW.y, SCREW.radius)],
+            [Disc(magnet.x, magnet.y, 5e-3)],
+            size,
+            segments=32,
+            grading=0.4,
+        )
         elements = ArgyrisPlate(
             mesh, material, [FemInclusion(magnet.areal_mass, magnet.stiffness_ratio)], "supported"
         )

@@ -43,8 +43,9 @@ def chosen(x: FloatArray, y: FloatArray, by_x: int = 0, by_y: int = 0) -> FloatA
 @pytest.mark.parametrize(
     # With point features the basis holds ρ² ln ρ around them, which Gauss points integrate slowly:
     # 200 each way leave 5e-7 of this test's own load, 24 left 2e-4.
-    ("spring", "mass", "points", "tolerance"), [(0.0, 0.0, 24, 1e-10), (3e3, 2e-3, 200, 2e-6)],
-)  # fmt: skip
+    ("spring", "mass", "points", "tolerance"),
+    [(0.0, 0.0, 24, 1e-10), (3e3, 2e-3, 200, 2e-6)],
+)
 @pytest.mark.parametrize("kinds", [
     ("free", "free", "free", "free"),
     ("clamped", "clamped", "clamped", "clamped"),
@@ -53,16 +54,17 @@ def chosen(x: FloatArray, y: FloatArray, by_x: int = 0, by_y: int = 0) -> FloatA
 ])  # fmt: skip
 def test_a_chosen_deflection_returns_from_its_load(
     kinds: tuple[EdgeKind, EdgeKind, EdgeKind, EdgeKind],
-    spring: float, mass: float, points: int, tolerance: float,
-) -> None:  # fmt: skip
+    spring: float,
+    mass: float,
+    points: int,
+    tolerance: float,
+) -> None:
     """Degree 9 each way lies in a basis of 14: what is left is rounding and quadrature."""
     on_spring, on_mass = (0.011, -0.02), (-0.02, 0.033)
     features = (PointFeature(*on_spring, stiffness=spring), PointFeature(*on_mass, mass=mass))
     geometry = PlateGeometry(
-        WIDTH, LENGTH, BENDING, NU, AREAL,
-        points=features if spring else (),
-        edges=Edges(*kinds),
-    )  # fmt: skip
+        WIDTH, LENGTH, BENDING, NU, AREAL, points=features if spring else (), edges=Edges(*kinds)
+    )
     solver = Solver(geometry, Mirrors(False, False), Resolution(14, 14, 0, 0, 0))
     (only,) = solver.classes
     nodes, weights = np.polynomial.legendre.leggauss(points)

@@ -69,11 +69,15 @@ def scene(seed: int) -> Scene:
     ratio = float(rng.choice([1.0, 30.0, 1000.0]))
     bending = material.young * thickness**3 / 12.0 / (1.0 - material.poisson**2)
     geometry = PlateGeometry(
-        width, length, bending, material.poisson, 1900.0 * thickness,
+        width,
+        length,
+        bending,
+        material.poisson,
+        1900.0 * thickness,
         rims=tuple(RimSupport(*at, SCREW) for at in screws),
         inclusions=tuple(Inclusion(*at, MAGNET, 22.5, ratio) for at in magnets),
         edges=Edges(kind, kind, kind, kind),
-    )  # fmt: skip
+    )
     loads = [Load(*at, MAGNET) for at in magnets[:2]]
     loads += [Load(*at, 3e-3) for _ in range(2) if (at := place(3e-3))]
     return Scene(geometry, material, loads, float(rng.uniform(50.0, 500.0)))
@@ -82,16 +86,19 @@ def scene(seed: int) -> Scene:
 def by_elements(board: Scene, size: float, segments: int) -> ComplexArray:
     geometry, (x, y) = board.geometry, board.grid
     mesh = plate_mesh(
-        geometry.width, geometry.length,
+        geometry.width,
+        geometry.length,
         [Disc(r.x, r.y, r.radius) for r in geometry.rims],
-        [Disc(i.x, i.y, i.radius) for i in geometry.inclusions], size,
+        [Disc(i.x, i.y, i.radius) for i in geometry.inclusions],
+        size,
         segments=segments,
-    )  # fmt: skip
+    )
     elements = ArgyrisPlate(
-        mesh, board.material,
+        mesh,
+        board.material,
         [FemInclusion(i.areal_mass, i.stiffness_ratio) for i in geometry.inclusions],
         "free" if geometry.edges.left == "free" else "supported",
-    )  # fmt: skip
+    )
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     loads = [((load.x, load.y), load.radius) for load in board.loads]
     found = elements.responses(loads, board.frequency_hz, points)

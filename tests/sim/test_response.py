@@ -156,9 +156,12 @@ def test_thin_and_thick_plates_stay_finite_everywhere(
     model = MODELS.get(thickness) or plate_model(changed(prototype, thickness=thickness))
     MODELS[thickness] = model
     response = model.respond(
-        [Load(target[0] * 1e-3, target[1] * 1e-3, 5e-3)], frequency_hz=160.0,
-        x=prototype.x[::6], y=prototype.y[::6], tolerance=1e-2,
-    )  # fmt: skip
+        [Load(target[0] * 1e-3, target[1] * 1e-3, 5e-3)],
+        frequency_hz=160.0,
+        x=prototype.x[::6],
+        y=prototype.y[::6],
+        tolerance=1e-2,
+    )
     assert np.all(np.isfinite(response.values))
     assert np.abs(response.values).max() > 0.0
     assert response.error_estimate < 0.05
@@ -168,14 +171,22 @@ MODELS: dict[float, PlateModel] = {}
 
 
 def levy_of(
-    model: SimplySupportedPlate, load: Load, frequency: float, place: tuple[float, float],
+    model: SimplySupportedPlate,
+    load: Load,
+    frequency: float,
+    place: tuple[float, float],
     tolerance: float,
-) -> complex:  # fmt: skip
+) -> complex:
     stiffness = model.bending_stiffness * (1.0 + 1j * model.loss_factor)
     found = levy_displacement(
-        (model.width, model.length), stiffness, model.areal_mass, 2.0 * np.pi * frequency,
-        (load.x, load.y), np.array([place]), tolerance,
-    )  # fmt: skip
+        (model.width, model.length),
+        stiffness,
+        model.areal_mass,
+        2.0 * np.pi * frequency,
+        (load.x, load.y),
+        np.array([place]),
+        tolerance,
+    )
     return complex(found[0])
 
 
@@ -262,9 +273,11 @@ def random_plates(draw: st.DrawFn) -> tuple[PlateGeometry, Load, float]:
 
 @pytest.mark.sweep
 @settings(
-    max_examples=tries(8, 12), deadline=None, derandomize=not IS_SOAKING,
+    max_examples=tries(8, 12),
+    deadline=None,
+    derandomize=not IS_SOAKING,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)  # fmt: skip
+)
 @given(random_plates())
 def test_error_estimates_hold_on_random_boards(solved: tuple[PlateGeometry, Load, float]) -> None:
     """Never below the error against a far finer solution, nor above a hundred times it.

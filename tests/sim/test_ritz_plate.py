@@ -92,9 +92,12 @@ def elements(prototype: Board) -> ArgyrisPlate:
     mesh = plate_mesh(*prototype.plate.size, screws, magnets, 5 * MM, segments=32, grading=0.4)
     plate = prototype.plate
     material = Material(
-        plate.youngs_modulus, plate.poissons_ratio, plate.density, plate.thickness,
+        plate.youngs_modulus,
+        plate.poissons_ratio,
+        plate.density,
+        plate.thickness,
         plate.loss_factor,
-    )  # fmt: skip
+    )
     added = [FemInclusion(magnet.areal_mass, magnet.stiffness_ratio)] * len(magnets)
     return ArgyrisPlate(mesh, material, added)
 

@@ -74,10 +74,17 @@ def test_the_load_is_taken_where_it_stands(paper: Board) -> None:
 def test_reciprocity() -> None:
     """w at B from a force at A equals w at A from a force at B (Betti), to rounding."""
     a, b = (0.1, 0.3), (-0.25, -0.4)
-    values = plate(1.0, 1.5, loss=0.02).respond(
-        [Load(*a), Load(*b)], frequency_hz=5.0,
-        x=np.array([a[0], b[0]]), y=np.array([a[1], b[1]]), tolerance=1e-4,
-    ).values  # fmt: skip
+    values = (
+        plate(1.0, 1.5, loss=0.02)
+        .respond(
+            [Load(*a), Load(*b)],
+            frequency_hz=5.0,
+            x=np.array([a[0], b[0]]),
+            y=np.array([a[1], b[1]]),
+            tolerance=1e-4,
+        )
+        .values
+    )
     assert values[0, 1, 1] == pytest.approx(values[1, 0, 0], rel=1e-12)
 
 

@@ -59,8 +59,9 @@ class StudioProcess(Studio):
 def serving(*arguments: object) -> Iterator[StudioProcess]:
     process = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "studio", *map(str, arguments), "--json"],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None
     try:
         yield StudioProcess(json.loads(process.stdout.readline())["url"], process)

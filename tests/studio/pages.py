@@ -61,8 +61,9 @@ def frames(page: Page, count: int) -> None:
     """Wait for so many of the browser's frames."""
     page.evaluate(
         "count => new Promise(done => { const next = () => count-- > 0 ? "
-        "requestAnimationFrame(next) : done(); next(); })", count
-    )  # fmt: skip
+        "requestAnimationFrame(next) : done(); next(); })",
+        count,
+    )
 
 
 def numbers(page: Page, view: int = 0) -> dict[str, Any]:
@@ -71,7 +72,7 @@ def numbers(page: Page, view: int = 0) -> dict[str, Any]:
     return {
         str(key): json.loads(value)
         for key, value in rows.evaluate_all("all => all.map(r => [r.dataset.key, r.dataset.value])")
-    }  # fmt: skip
+    }
 
 
 def drive(page: Page, view: int = 0) -> NDArray[np.complex128]:

@@ -205,10 +205,13 @@ def test_a_file_that_is_opened_is_read_as_everywhere(studio: Studio, small_file:
     text = small_file.read_text(encoding="utf-8")
     with opened(studio) as own:
         for wrong, said in (
-            (text.replace("thickness_mm = 1.0", "thickness_mm = -1.0"),
-             "own.toml, plate.thickness_mm: expected a number from 0.01 to 100, got -1.0"),
-            ("name = ", "own.toml, syntax"), ("x" * 65_537, "own.toml, board"),
-        ):  # fmt: skip
+            (
+                text.replace("thickness_mm = 1.0", "thickness_mm = -1.0"),
+                "own.toml, plate.thickness_mm: expected a number from 0.01 to 100, got -1.0",
+            ),
+            ("name = ", "own.toml, syntax"),
+            ("x" * 65_537, "own.toml, board"),
+        ):
             ask(own, type="open", name="own.toml", text=wrong)
             refused = told_of(own, "refused")
             assert (refused["file"], said in refused["text"]) == ("own.toml", True), refused["text"]

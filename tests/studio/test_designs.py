@@ -91,12 +91,14 @@ def test_one_search_runs_at_a_time_and_is_stopped_by_its_page(studio: Studio) ->
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ({"actuators": [{"name": "a", "at_mm": [0.0, 0.0]}], "design": {"coils": None}},
-         "own.toml, spec"),
+        (
+            {"actuators": [{"name": "a", "at_mm": [0.0, 0.0]}], "design": {"coils": None}},
+            "own.toml, spec",
+        ),
         ({"design": {"coils": 40}}, "own.toml, design.coils"),
         ({"plate": {"thickness_mm": {"from": 3.0, "to": 1.0}}}, "own.toml, plate.thickness_mm"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_spec_is_named_by_file_and_field(
     studio: Studio, spec: dict[str, Any], said: str
 ) -> None:

@@ -154,8 +154,10 @@ def test_of_two_fingers_the_first_plays(
     page = open_page(has_touch=True)
     wire = page.context.new_cdp_session(page)
     first, second = (10.0, 25.0), (-20.0, -40.0)
-    points = [dict(zip("xy", point_of(page, small_board, place), strict=True)) | {"id": k}
-              for k, place in enumerate((first, second))]  # fmt: skip
+    points = [
+        dict(zip("xy", point_of(page, small_board, place), strict=True)) | {"id": k}
+        for k, place in enumerate((first, second))
+    ]
 
     def touch(kind: str, some: list[dict[str, Any]]) -> None:
         wire.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": some})
@@ -248,10 +250,20 @@ def test_colours_are_even_to_the_eye_and_safe_for_eyes_that_confuse_red_with_gre
 
 # Machado, Oliveira and Fernandes (IEEE Trans. Vis. Comput. Graph. 15, 2009), severity 1, on linear
 # RGB.
-PROTANOPIA = np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
-                       [-0.003882, -0.048116, 1.051998]])  # fmt: skip
-DEUTERANOPIA = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
-                         [-0.011820, 0.042940, 0.968881]])  # fmt: skip
+PROTANOPIA = np.array(
+    [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ]
+)
+DEUTERANOPIA = np.array(
+    [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ]
+)
 
 
 def _lightness(

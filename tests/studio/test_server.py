@@ -202,8 +202,10 @@ def test_ctrl_c_ends_it_while_a_table_is_built(small_file: Path, tmp_path: Path)
     fine.write_text(text.replace("pitch_mm = 18.0", "pitch_mm = 2.0"), encoding="utf-8")
     process = subprocess.Popen(
         [sys.executable, "-m", "chladni.host.cli.app", "studio", str(fine), "--port", "0"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None
     assert process.stdout.readline().startswith("http://127.0.0.1:")
     process.send_signal(signal.SIGINT)

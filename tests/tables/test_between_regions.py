@@ -125,9 +125,10 @@ def test_the_narrowest_width_that_keeps_to_the_limits_is_taken(
     assert wide.bytes > report.bytes > narrow.bytes
     assert wide.ssim_loss_max <= report.ssim_loss_max
     alone = replace(
-        coarse_board, actuators=coarse_board.actuators[:1],
+        coarse_board,
+        actuators=coarse_board.actuators[:1],
         electronics=replace(coarse_board.electronics, pwm_pins=()),
-    )  # fmt: skip
+    )
     assert build_table(alone)[1].bits == 8
 
 

@@ -47,20 +47,39 @@ def same(first: Table, second: Table) -> bool:
 
 @settings(max_examples=80, deadline=None)
 @given(
-    columns=st.integers(1, 20), rows=st.integers(1, 20), actuators=st.integers(1, 16),
-    seed=st.integers(0, 1000), labels=st.integers(1, 40), bits=st.sampled_from(layout.BITS),
-    x=st.booleans(), y=st.booleans(), frequencies=st.sampled_from([(160.0,), (100.0, 250.5)]),
-)  # fmt: skip
+    columns=st.integers(1, 20),
+    rows=st.integers(1, 20),
+    actuators=st.integers(1, 16),
+    seed=st.integers(0, 1000),
+    labels=st.integers(1, 40),
+    bits=st.sampled_from(layout.BITS),
+    x=st.booleans(),
+    y=st.booleans(),
+    frequencies=st.sampled_from([(160.0,), (100.0, 250.5)]),
+)
 def test_a_table_survives_its_bytes(
-    columns: int, rows: int, actuators: int, seed: int, labels: int, bits: int, x: bool,
-    y: bool, frequencies: tuple[float, ...],
-) -> None:  # fmt: skip
+    columns: int,
+    rows: int,
+    actuators: int,
+    seed: int,
+    labels: int,
+    bits: int,
+    x: bool,
+    y: bool,
+    frequencies: tuple[float, ...],
+) -> None:
     order = reversal(actuators)
     symmetry = MirrorSymmetry(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, symmetry=symmetry,
-        frequencies=frequencies, bits=bits,
-    )  # fmt: skip
+        columns,
+        rows,
+        actuators,
+        seed,
+        labels=labels,
+        symmetry=symmetry,
+        frequencies=frequencies,
+        bits=bits,
+    )
     data = pack(table)
     assert same(unpack(data), table)
     cells = table.regions.count
@@ -76,8 +95,14 @@ def test_a_record_is_what_the_document_says_byte_by_byte() -> None:
         16: ([[0x5A31, -0x0312]], "31 da ee 7c"),
     }
     for bits, (pair, expected) in known.items():
-        section = Section(160.0, "ssim", 10.0, np.zeros(1, np.uint8), np.array([[0, 2]], np.uint8),
-                          np.array([pair], dtype=np.int16))  # fmt: skip
+        section = Section(
+            160.0,
+            "ssim",
+            10.0,
+            np.zeros(1, np.uint8),
+            np.array([[0, 2]], np.uint8),
+            np.array([pair], dtype=np.int16),
+        )
         table = replace(make_table(np.ones((1, 1))), sections=(section,), bits=bits)
         data = pack(table)
         # Cut in x, negated in y; then the label and the gain.
@@ -290,9 +315,13 @@ def test_what_the_format_cannot_hold_is_refused_when_packed() -> None:
     with pytest.raises(InputError, match=r"a device's slot: a larger regions\.pitch_mm"):
         pack(random_table(130, 100, 5, 0))
     loud = Section(
-        160.0, "ssim", 10.0, np.zeros(1, np.uint8), np.zeros((1, 2), np.uint8),
+        160.0,
+        "ssim",
+        10.0,
+        np.zeros(1, np.uint8),
+        np.zeros((1, 2), np.uint8),
         np.full((1, 1, 2), 30000, dtype=np.int16),
-    )  # fmt: skip
+    )
     with pytest.raises(InputError, match="beyond full scale"):
         pack(replace(make_table(np.ones((1, 1))), sections=(loud,)))
     with pytest.raises(InputError, match="finer steps"):

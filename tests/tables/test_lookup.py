@@ -24,22 +24,42 @@ TABLES = 100
 
 @settings(max_examples=TABLES, deadline=None)
 @given(
-    columns=st.integers(1, 30), rows=st.integers(1, 30), actuators=st.integers(1, 16),
-    seed=st.integers(0, 10_000), labels=st.integers(1, 6), x=st.booleans(), y=st.booleans(),
-    width=st.integers(1000, 500_000), length=st.integers(1000, 500_000),
+    columns=st.integers(1, 30),
+    rows=st.integers(1, 30),
+    actuators=st.integers(1, 16),
+    seed=st.integers(0, 10_000),
+    labels=st.integers(1, 6),
+    x=st.booleans(),
+    y=st.booleans(),
+    width=st.integers(1000, 500_000),
+    length=st.integers(1000, 500_000),
     bits=st.sampled_from(BITS),
-)  # fmt: skip
+)
 def test_firmware_and_reference_give_the_same_integers_everywhere(
-    columns: int, rows: int, actuators: int, seed: int, labels: int, x: bool, y: bool,
-    width: int, length: int, bits: int,
-) -> None:  # fmt: skip
+    columns: int,
+    rows: int,
+    actuators: int,
+    seed: int,
+    labels: int,
+    x: bool,
+    y: bool,
+    width: int,
+    length: int,
+    bits: int,
+) -> None:
     """Places on the board, off it, and at the ends of 32 bits."""
     order = reversal(actuators)
     symmetry = MirrorSymmetry(order if x else None, order if y else None)
     table = random_table(
-        columns, rows, actuators, seed, labels=labels, symmetry=symmetry, bits=bits,
+        columns,
+        rows,
+        actuators,
+        seed,
+        labels=labels,
+        symmetry=symmetry,
+        bits=bits,
         span_um=(width, length),
-    )  # fmt: skip
+    )
     firmware = FirmwareTable(pack(table), actuators)
     section = table.section()
     rng = np.random.default_rng(seed)

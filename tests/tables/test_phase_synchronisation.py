@@ -59,9 +59,10 @@ def test_phases_that_circle_a_place_are_cut_not_torn() -> None:
     drives = np.stack((np.full(64, np.cos(0.7)), np.sin(0.7) * np.exp(1j * angle)), axis=1)
     tilt = np.sqrt(0.5) * np.ones((64, 1))
     found = synchronise(
-        orthonormal_space(3), StoredRegions(RegionGrid(8, 8, 71500, 146700), NO_MIRRORS),
+        orthonormal_space(3),
+        StoredRegions(RegionGrid(8, 8, 71500, 146700), NO_MIRRORS),
         np.concatenate((drives * np.sqrt(0.5), tilt * np.exp(2j * angle[:, None])), axis=1),
-    )  # fmt: skip
+    )
     pairs = neighbours(columns, rows)
     inside = found.labels[pairs[:, 0]] == found.labels[pairs[:, 1]]
     assert found.labels.max() >= 1

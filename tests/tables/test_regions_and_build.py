@@ -21,9 +21,12 @@ from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 
 GRIDS = st.builds(
-    RegionGrid, st.integers(1, 64), st.integers(1, 64), st.integers(1000, 500_000),
+    RegionGrid,
+    st.integers(1, 64),
+    st.integers(1, 64),
     st.integers(1000, 500_000),
-)  # fmt: skip
+    st.integers(1000, 500_000),
+)
 
 
 def test_prototype_at_5_mm_has_406_regions(prototype: Board) -> None:
@@ -42,8 +45,9 @@ def test_a_position_is_the_exact_fraction_of_a_cell(grid: RegionGrid, data: st.D
     y = data.draw(st.integers(-600_000, 600_000))
     found = [int(u) for u in grid.position(np.array(x), np.array(y))]
     for u, place, span, cells in (
-        (found[0], x, grid.width_um, grid.columns), (found[1], y, grid.length_um, grid.rows),
-    ):  # fmt: skip
+        (found[0], x, grid.width_um, grid.columns),
+        (found[1], y, grid.length_um, grid.rows),
+    ):
         exact = Fraction(min(max((2 * place + span) // 2, 0), span - 1) * cells * 256, span)
         assert exact * (1 - Fraction(1, 4294)) - 1 <= u <= exact
         assert u < cells * 256

@@ -68,8 +68,9 @@ def test_a_mirror_in_one_direction_only_is_used(paper: Board, axis: int) -> None
     places = np.array([[20e-3, 30e-3], [20e-3, -50e-3], [0.0, 10e-3]])
     places = np.concatenate((places, places[:2] * (-1, 1)))
     if axis:
-        places = np.concatenate(([[20e-3, 30e-3], [-25e-3, 30e-3], [10e-3, 0.0]],
-                                 [[20e-3, -30e-3], [-25e-3, -30e-3]]))  # fmt: skip
+        places = np.concatenate(
+            ([[20e-3, 30e-3], [-25e-3, 30e-3], [10e-3, 0.0]], [[20e-3, -30e-3], [-25e-3, -30e-3]])
+        )
     board = with_actuators(paper, [(float(x), float(y)) for x, y in places], 36e-3)
     mirrors = board_mirrors(board)
     assert (mirrors.x is None, mirrors.y is None) == (bool(axis), not axis)
@@ -92,9 +93,11 @@ def test_one_actuator_and_sixteen(paper: Board) -> None:
 def test_a_strip_of_twenty_to_one(paper: Board) -> None:
     coils = tuple(Actuator(f"a{k}", (0.0, y * 1e-3)) for k, y in enumerate((-80, -40, 0, 40, 80)))
     strip = replace(
-        paper, plate=replace(paper.plate, size=(10e-3, 200e-3)), actuators=coils,
+        paper,
+        plate=replace(paper.plate, size=(10e-3, 200e-3)),
+        actuators=coils,
         regions=Regions(pitch=10e-3),
-    )  # fmt: skip
+    )
     table, _ = checked(strip)
     assert (table.grid.columns, table.grid.rows) == (1, 20)
 
@@ -126,9 +129,13 @@ def test_tables_of_2_and_1_mm_are_as_large_as_their_regions(prototype: Board, pa
         regions = stored_regions(replace(board, regions=Regions(pitch=pitch)))
         assert regions.count == count
         section = Section(
-            160.0, "ssim", 10.0, np.zeros(count, np.uint8), np.zeros((3, 2), np.uint8),
+            160.0,
+            "ssim",
+            10.0,
+            np.zeros(count, np.uint8),
+            np.zeros((3, 2), np.uint8),
             np.zeros((count, 5, 2), np.int16),
-        )  # fmt: skip
+        )
         blank = table_of(board, regions, [section], 12)
         assert len(pack(blank)) == 80 + 12 + 3 + 16 * count + 4
 

@@ -79,8 +79,11 @@ def build(to: Path, docs: Path = ROOT / "docs") -> str:
         stage(folder, docs)
         done = subprocess.run(
             [sys.executable, "-m", "zensical", "build", "--clean", "--strict"],
-            cwd=folder, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         said = done.stdout + done.stderr
         if done.returncode != 0 or "Warning" in said or "WARNING" in said:
             return said

@@ -59,6 +59,11 @@ def _document() -> dict[str, Any]:
 def _run(entry: dict[str, Any]) -> Run:
     x, y = entry["target_mm"]
     return Run(
-        (x, y), tuple(entry["steps"]), tuple(entry["ssim"]), entry["best"], entry["best_step"],
-        entry["length"], entry.get("maximum_off_mm"),
-    )  # fmt: skip
+        (x, y),
+        tuple(entry["steps"]),
+        tuple(entry["ssim"]),
+        entry["best"],
+        entry["best_step"],
+        entry["length"],
+        entry.get("maximum_off_mm"),
+    )

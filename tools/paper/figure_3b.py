@@ -91,12 +91,24 @@ def draw(folder: Path) -> None:
     left, middle, right = figure.subplots(1, 3)
     _draw_places(left, asked, made)
     heard = made > HEARD * asked
-    middle.semilogx(asked[heard], 20.0 * np.log10(made[heard] / asked[heard]), "o-",
-                    color=COLOURS[1], markersize=4)  # fmt: skip
+    middle.semilogx(
+        asked[heard],
+        20.0 * np.log10(made[heard] / asked[heard]),
+        "o-",
+        color=COLOURS[1],
+        markersize=4,
+    )
     middle.axhline(0.0, color=INK, linewidth=0.8, linestyle="--")
     middle.axvspan(asked[0], asked[~heard][-1], color="#eeeeee", zorder=0)
-    middle.text(np.sqrt(asked[0] * asked[~heard][-1]), -2.6, "silent", fontsize=8, rotation=90,
-                ha="center", color=INK)  # fmt: skip
+    middle.text(
+        np.sqrt(asked[0] * asked[~heard][-1]),
+        -2.6,
+        "silent",
+        fontsize=8,
+        rotation=90,
+        ha="center",
+        color=INK,
+    )
     middle.set_xlabel("gain asked for")
     middle.set_ylabel("gain at the pin / dB of that asked for")
     middle.set_title("What is missing of a straight line", fontsize=10, color=INK)
@@ -111,8 +123,14 @@ def _draw_places(axes: Axes, asked: FloatArray, made: FloatArray) -> None:
         i, j = (int(np.abs(own - at * MM).argmin()) for own, at in ((board.x, x), (board.y, y)))
         um = 1e6 * boards.newtons_per_gain(board) * field[i, j]
         axes.loglog(asked, um * asked, color=colour, linewidth=0.8)
-        axes.loglog(asked, um * np.where(made > HEARD * asked, made, np.nan), "o", color=colour,
-                    markersize=4, label=f"{fixed(x)}, {fixed(y)} mm")  # fmt: skip
+        axes.loglog(
+            asked,
+            um * np.where(made > HEARD * asked, made, np.nan),
+            "o",
+            color=colour,
+            markersize=4,
+            label=f"{fixed(x)}, {fixed(y)} mm",
+        )
     axes.set_xlabel("gain asked for")
     axes.set_ylabel("displacement, peak / µm")
     axes.legend(frameon=False, fontsize=8, title="place", title_fontsize=8)
@@ -127,8 +145,14 @@ def _draw_waves(axes: Axes) -> None:
         steps = recording.duty_steps[:wave, boards.MIDDLE]
         axes.plot(1e3 * recording.t_s[:wave], steps, color=colour, linewidth=0.8)
         highest = int(steps.argmax())
-        axes.annotate(f"gain {gain:g}", (1e3 * recording.t_s[highest], 0.65 * steps[highest]),
-                      ha="center", va="top", fontsize=8, color=colour)  # fmt: skip
+        axes.annotate(
+            f"gain {gain:g}",
+            (1e3 * recording.t_s[highest], 0.65 * steps[highest]),
+            ha="center",
+            va="top",
+            fontsize=8,
+            color=colour,
+        )
     axes.set_yscale("log")
     axes.set_yticks([10, 30, 100, 300, 1000], ["10", "30", "100", "300", "1000"], minor=False)
     axes.minorticks_off()

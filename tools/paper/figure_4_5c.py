@@ -55,10 +55,12 @@ def chains() -> Chains:
     middle[boards.MIDDLE] = 1.0
     return Chains(
         [[scene.anneal(k, SHORT, seed) for seed in SEEDS] for k in range(len(targets))],
-        [[_steady(target, steps, seed) for seed in SEEDS]
-         for target, steps in zip(targets, lengths, strict=True)],
+        [
+            [_steady(target, steps, seed) for seed in SEEDS]
+            for target, steps in zip(targets, lengths, strict=True)
+        ],
         metrics.ssim(scene.image(middle), scene.image(1j * middle)),
-    )  # fmt: skip
+    )
 
 
 def _steady(target_mm: tuple[float, float], steps: int, seed: int) -> Chain:
@@ -103,8 +105,13 @@ def _five_phasors() -> Figure:
     state = chains().steady[0][0].state
     figure = Figure(figsize=(12.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-    drawn = left.imshow(state, aspect="auto", cmap="RdBu_r", interpolation="nearest",
-                        extent=(-0.5, state.shape[1] - 0.5, len(state) - 0.5, -0.5))  # fmt: skip
+    drawn = left.imshow(
+        state,
+        aspect="auto",
+        cmap="RdBu_r",
+        interpolation="nearest",
+        extent=(-0.5, state.shape[1] - 0.5, len(state) - 0.5, -0.5),
+    )
     figure.colorbar(drawn, ax=left, label="gain", shrink=0.8)
     left.set_yticks(range(len(state)), [actuator.name for actuator in board.actuators])
     left.set_xlabel("phase / °")
@@ -116,8 +123,9 @@ def _five_phasors() -> Figure:
         right.plot([], [], marker, color=INK, markerfacecolor="none", label=name)
         for value, colour in zip(drive, COLOURS, strict=False):
             right.plot([0.0, value.real], [0.0, value.imag], color=colour, linewidth=1.2)
-            right.plot(value.real, value.imag, marker, color=colour, markersize=7,
-                       markerfacecolor="none")  # fmt: skip
+            right.plot(
+                value.real, value.imag, marker, color=colour, markersize=7, markerfacecolor="none"
+            )
     for actuator, colour in zip(board.actuators, COLOURS, strict=False):
         right.plot([], [], color=colour, label=actuator.name)
     right.set_xlabel("in phase with the target / gain")
@@ -159,9 +167,15 @@ def _draw(
     for name, several in ((RESTING, resting), (STEADY, steady)):
         for number, chain in enumerate(several):
             shown = chain.ssim[1 : steps + 1]
-            axes.plot(np.arange(1, len(shown) + 1), shown, color=STYLE[name], linewidth=0.7,
-                      label=name if number == 0 else None)  # fmt: skip
-    axes.plot(run.steps, run.ssim, "o-", color=STYLE[THEIRS], markersize=3, linewidth=0.8,
-              label=THEIRS)  # fmt: skip
+            axes.plot(
+                np.arange(1, len(shown) + 1),
+                shown,
+                color=STYLE[name],
+                linewidth=0.7,
+                label=name if number == 0 else None,
+            )
+    axes.plot(
+        run.steps, run.ssim, "o-", color=STYLE[THEIRS], markersize=3, linewidth=0.8, label=THEIRS
+    )
     axes.set_xlabel("step")
     axes.set_ylabel("SSIM")

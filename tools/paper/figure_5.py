@@ -80,8 +80,9 @@ def _targets() -> Figure:
         upper.set_xlabel("")
         upper.set_title(
             f"SSIM {card.ssim:.3f}\nmaximum {card.focal_error_mm:.0f} mm off",
-            fontsize=10, color=INK,
-        )  # fmt: skip
+            fontsize=10,
+            color=INK,
+        )
         lower.set_title("target", fontsize=10, color=INK)
     rows[0, 0].set_ylabel("composite\ny / mm")
     rows[1, 0].set_ylabel("target\ny / mm")
@@ -105,11 +106,18 @@ def _parts() -> Figure:
         drawn = draw_displacement(axes, board, instant, scale=scale)
         draw_board(axes, board, target_mm=solution.target_mm, ink="black", small=True)
         axes.set_title(title.replace(" ", "\n", 1), fontsize=10, color=INK)
-    figure.colorbar(drawn, ax=panels.tolist(), label="displacement / µm",
-                    location="bottom", shrink=0.3, aspect=40)  # fmt: skip
+    figure.colorbar(
+        drawn,
+        ax=panels.tolist(),
+        label="displacement / µm",
+        location="bottom",
+        shrink=0.3,
+        aspect=40,
+    )
     for axes, field, title in (
-        (panels[-2], solution.field, "its energy"), (panels[-1], solution.target_field, "target"),
-    ):  # fmt: skip
+        (panels[-2], solution.field, "its energy"),
+        (panels[-1], solution.target_field, "target"),
+    ):
         draw_image(axes, board, field)
         draw_board(axes, board, target_mm=solution.target_mm, small=True)
         axes.set_title(title, fontsize=10, color=INK)

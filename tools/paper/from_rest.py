@@ -59,8 +59,9 @@ class FromRest:
         films = [film for k in range(count) for film in motions(modes, k, board)]
         pairs = [
             (1.0 if first == second else 2.0) * (films[first] * films[second]).mean(axis=0)
-            for first in range(2 * count) for second in range(first + 1)
-        ]  # fmt: skip
+            for first in range(2 * count)
+            for second in range(first + 1)
+        ]
         # In units of the largest, so that single precision has room.
         largest = max(float(np.abs(pair).max()) for pair in pairs)
         return cls(board, modes, np.array([pair / largest for pair in pairs], dtype=np.float32))

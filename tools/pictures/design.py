@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chladni.design.evaluate import Evaluation, completed_board, evaluate
@@ -63,12 +64,14 @@ def boards(spec: Spec) -> dict[str, list[Document]]:
         found[f"{spacing:g} mm apart"] = [
             _without_none(
                 strip(
-                    spec, spaced(5, spacing), plate={"size_mm": [14.0, length]},
+                    spec,
+                    spaced(5, spacing),
+                    plate={"size_mm": [14.0, length]},
                     foundation=plain | {"stiffness_n_per_mm3": one},
                 )
             )
             for one in STIFFNESSES
-        ]  # fmt: skip
+        ]
     found["counts"] = [strip(spec, spaced(n, 48.0 / max(n - 1, 1))) for n in COUNTS]
     found["floors"] = [strip(spec, spaced(5, 12.0), focus={"floor_um": one}) for one in FLOORS_UM]
     return found
@@ -78,6 +81,28 @@ def _without_none(document: Document) -> Document:
     own = document["foundation"]
     document["foundation"] = {key: value for key, value in own.items() if value is not None}
     return document
+
+
+def draw_counts(axes: Axes, levels: list[float]) -> None:
+    """Second finger over the coils' spacing, with the number of coils beside each point."""
+    axes.plot(
+        [48.0 / (n - 1) for n in COUNTS],
+        levels,
+        "o-",
+        color=COLOURS[0],
+    )
+    for n, level in zip(COUNTS, levels, strict=True):
+        axes.annotate(
+            f"{n}",
+            (48.0 / (n - 1), level),
+            xytext=(4, 4),
+            textcoords="offset points",
+            fontsize=8,
+        )
+    axes.margins(x=0.08, y=0.12)
+    axes.axvspan(0.0, 12.0, color="#eef2f6", zorder=0)
+    axes.set_xlabel("coil spacing on 60 mm of strip, mm")
+    axes.set_title("Coils a fingertip apart (number beside)", fontsize=10, color=INK)
 
 
 def main() -> None:
@@ -106,17 +131,13 @@ def main() -> None:
     left.set_xlabel("foam length over coil spacing")
     left.legend(title="coils apart", fontsize=8)
     left.set_title("Foam length about half the spacing", fontsize=10, color=INK)
-    middle.plot([48.0 / (n - 1) for n in COUNTS], [level(one) for one in asked["counts"]], "o-",
-                color=COLOURS[0])  # fmt: skip
-    for n, one in zip(COUNTS, asked["counts"], strict=True):
-        middle.annotate(f"{n}", (48.0 / (n - 1), level(one)), xytext=(4, 4),
-                        textcoords="offset points", fontsize=8)  # fmt: skip
-    middle.margins(x=0.08, y=0.12)
-    middle.axvspan(0.0, 12.0, color="#eef2f6", zorder=0)
-    middle.set_xlabel("coil spacing on 60 mm of strip, mm")
-    middle.set_title("Coils a fingertip apart (number beside)", fontsize=10, color=INK)
-    right.plot([10.0 ** (level(one, "finger_db") / 20.0) for one in asked["floors"]],
-               [level(one) for one in asked["floors"]], "o-", color=COLOURS[0])  # fmt: skip
+    draw_counts(middle, [level(one) for one in asked["counts"]])
+    right.plot(
+        [10.0 ** (level(one, "finger_db") / 20.0) for one in asked["floors"]],
+        [level(one) for one in asked["floors"]],
+        "o-",
+        color=COLOURS[0],
+    )
     right.set_xlabel("under the finger, µm")
     right.set_title("More vibration takes silence", fontsize=10, color=INK)
     for axes in (left, middle, right):

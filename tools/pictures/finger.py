@@ -38,10 +38,15 @@ def draw_finger(axes: Axes, at: tuple[float, float]) -> None:
     radius = metrics.FINGERTIP_RADIUS / MM
     long = 60.0
     shape = FancyBboxPatch(
-        (-radius, -long), 2.0 * radius, long + radius,
+        (-radius, -long),
+        2.0 * radius,
+        long + radius,
         boxstyle=f"round,pad=0,rounding_size={radius}",
-        facecolor="#f2c9ac", edgecolor="#8a5a3c", alpha=0.4, linewidth=1.2,
-    )  # fmt: skip
+        facecolor="#f2c9ac",
+        edgecolor="#8a5a3c",
+        alpha=0.4,
+        linewidth=1.2,
+    )
     turn = Affine2D().rotate_deg(FINGER_DEG).translate(*at)
     shape.set_transform(turn + axes.transData)
     axes.add_patch(shape)
@@ -51,14 +56,27 @@ def draw_level(axes: Axes, board: Board, level: np.ndarray) -> None:
     """The board from above, in dB of what is under the finger."""
     half = [side / 2.0 / MM for side in board.plate.size]
     image = axes.imshow(
-        level.T, origin="lower", extent=(-half[0], half[0], -half[1], half[1]), cmap="cividis",
-        vmin=QUIETEST_DB, vmax=0.0, interpolation="bilinear",
-    )  # fmt: skip
+        level.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap="cividis",
+        vmin=QUIETEST_DB,
+        vmax=0.0,
+        interpolation="bilinear",
+    )
     assert board.magnet is not None
     for actuator in board.actuators:
         x, y = np.divide(actuator.at, MM)
-        axes.add_patch(Circle((x, y), board.magnet.radius / MM, fill=False, edgecolor="white",
-                              linewidth=0.8, alpha=0.8))  # fmt: skip
+        axes.add_patch(
+            Circle(
+                (x, y),
+                board.magnet.radius / MM,
+                fill=False,
+                edgecolor="white",
+                linewidth=0.8,
+                alpha=0.8,
+            )
+        )
     draw_finger(axes, TOUCHED_MM)
     axes.set_xlim(-half[0], half[0])
     axes.set_ylim(-half[1], half[1])
@@ -85,10 +103,21 @@ def main() -> None:
     found = profile(board, loop.field, TOUCHED_MM)
     right.axvspan(0.0, metrics.SECOND_FINGER_DISTANCE / MM, color="#eeeeee", zorder=0)
     right.text(6.0, QUIETEST_DB + 1.0, "the finger", ha="center", fontsize=9, color=INK)
-    right.plot(found.distance_mm, found.loudest_db, color=COLOURS[0], linewidth=2.0,
-               label="loudest place at that distance")  # fmt: skip
-    right.plot(found.distance_mm, found.median_db, color=COLOURS[0], linewidth=1.0,
-               linestyle=":", label="usual place")  # fmt: skip
+    right.plot(
+        found.distance_mm,
+        found.loudest_db,
+        color=COLOURS[0],
+        linewidth=2.0,
+        label="loudest place at that distance",
+    )
+    right.plot(
+        found.distance_mm,
+        found.median_db,
+        color=COLOURS[0],
+        linewidth=1.0,
+        linestyle=":",
+        label="usual place",
+    )
     right.set_xlim(0.0, 45.0)
     right.set_ylim(QUIETEST_DB, 2.0)
     right.set_xlabel("distance from the finger / mm")

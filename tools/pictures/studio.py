@@ -40,10 +40,14 @@ def main() -> None:
             page.get_by_label("energy").check()
             box = page.locator('[data-part="plate"]').bounding_box()
             assert box is not None
-            page.mouse.move(*(
-                begin + share * side for begin, share, side in
-                zip((box["x"], box["y"]), PRESSED, (box["width"], box["height"]), strict=True)
-            ))  # fmt: skip
+            page.mouse.move(
+                *(
+                    begin + share * side
+                    for begin, share, side in zip(
+                        (box["x"], box["y"]), PRESSED, (box["width"], box["height"]), strict=True
+                    )
+                )
+            )
             page.mouse.down()
             page.wait_for_selector("section[data-scored]")
             page.screenshot(path=PICTURE, full_page=True)

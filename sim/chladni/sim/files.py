@@ -79,16 +79,24 @@ def read_with_mode(
     size = max(size, len(data))
     if size > most_bytes:
         raise ArgumentError(
-            field, f"{size:,} bytes or more", expected, file=str(path),
+            field,
+            f"{size:,} bytes or more",
+            expected,
+            file=str(path),
             hint="is this the file that was meant?",
-        )  # fmt: skip
+        )
     return data, stat.S_IMODE(found.st_mode)
 
 
 def open_regular(
-    path: Path, field: str, flags: int, expected: str = "a regular file", *, follow: bool = True,
+    path: Path,
+    field: str,
+    flags: int,
+    expected: str = "a regular file",
+    *,
+    follow: bool = True,
     mode: int = 0o666,
-) -> int:  # fmt: skip
+) -> int:
     """A descriptor of a regular file, with the flags of `os.open`; of anything else an error.
 
     Raises
@@ -126,9 +134,13 @@ def _check_regular(found: os.stat_result, path: Path, field: str, expected: str)
 
 
 def read_text(
-    path: Path, field: str, most_bytes: int, what: str = "a regular file", *,
+    path: Path,
+    field: str,
+    most_bytes: int,
+    what: str = "a regular file",
+    *,
     encoding: str = "utf-8",
-) -> str:  # fmt: skip
+) -> str:
     """A file's text, within the bounds of `read_whole`.
 
     Raises

@@ -91,9 +91,12 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
         return _unfit(over, "")
     try:
         score = score_board(
-            board, pitch=spec.settings.pitch, samples=spec.settings.samples, seed=seed,
+            board,
+            pitch=spec.settings.pitch,
+            samples=spec.settings.samples,
+            seed=seed,
             tolerance=COMPARED,
-        )  # fmt: skip
+        )
     except ChladniError as error:
         return _unfit({}, str(error))
     return weighed(spec, board, score)

@@ -79,9 +79,13 @@ class Plain:
         radius = magnet.radius if magnet else 0.0
         with one_blas_thread():
             values = disc_fields(
-                plain, [(x / MM, y / MM) for x, y in coils], radius, tolerance=TOLERANCE,
-                model=plate_model(plain), allow_unmet=True,
-            ).values  # fmt: skip
+                plain,
+                [(x / MM, y / MM) for x, y in coils],
+                radius,
+                tolerance=TOLERANCE,
+                model=plate_model(plain),
+                allow_unmet=True,
+            ).values
         flat = values.reshape(len(coils), -1)
         grid = np.stack(np.meshgrid(plain.x, plain.y, indexing="ij"), axis=-1).reshape(-1, 2)
         under = [
@@ -144,9 +148,12 @@ def best_layouts(
 
 
 def _exchanged(
-    plain: Plain, offered: Sequence[Candidate], rows: Sequence[list[int]],
-    makeup: Sequence[int], least: float,
-) -> tuple[float, list[int]] | None:  # fmt: skip
+    plain: Plain,
+    offered: Sequence[Candidate],
+    rows: Sequence[list[int]],
+    makeup: Sequence[int],
+    least: float,
+) -> tuple[float, list[int]] | None:
     """One orbit after the other where it does best; then each again while that gains anything."""
     chosen: list[int] = []
     level = -np.inf
@@ -191,9 +198,10 @@ def _packed(offered: Sequence[Candidate], makeup: Sequence[int], least: float) -
         for size in makeup:
             places = [place for k in chosen for place in offered[k].images]
             room = [
-                k for k, one in enumerate(offered)
+                k
+                for k, one in enumerate(offered)
                 if len(one.images) == size and _fits(one, places, least)
-            ]  # fmt: skip
+            ]
             if not room:
                 break
             chosen.append(int(rng.choice(room)))
@@ -215,9 +223,8 @@ def _without_coils(board: Board) -> Board:
         foundation = replace(foundation, coil_cut_out=0.0)
     points = tuple(max(7, round(side / POINT) + 1) for side in board.plate.size)
     return replace(
-        board, magnet=None, coil=None, foundation=foundation,
-        image=Image((points[0], points[1])),
-    )  # fmt: skip
+        board, magnet=None, coil=None, foundation=foundation, image=Image((points[0], points[1]))
+    )
 
 
 def _added(board: Board) -> complex:

@@ -115,10 +115,12 @@ def lattices(
             continue
         axes = [_even(n, far, least) for n, far in zip((columns, rows), reach, strict=True)]
         for x, y in product(*axes):
-            firsts = product(*(
-                [at for at in own if at >= 0.0 or not mirror]
-                for own, mirror in zip((x, y), mirrors, strict=True)
-            ))  # fmt: skip
+            firsts = product(
+                *(
+                    [at for at in own if at >= 0.0 or not mirror]
+                    for own, mirror in zip((x, y), mirrors, strict=True)
+                )
+            )
             yield [_candidate((first[0], first[1]), mirrors) for first in firsts]
 
 
@@ -128,8 +130,10 @@ def _even(number: int, reach: float, least: float) -> list[list[float]]:
     if widest < least:
         return []
     steps = np.unique(np.linspace(least, widest, SPACINGS))
-    return [[round((k - (number - 1) / 2.0) * step, 9) + 0.0 for k in range(number)]
-            for step in steps.tolist()]  # fmt: skip
+    return [
+        [round((k - (number - 1) / 2.0) * step, 9) + 0.0 for k in range(number)]
+        for step in steps.tolist()
+    ]
 
 
 def _candidate(at: Place, mirrors: tuple[bool, bool]) -> Candidate:

@@ -127,18 +127,27 @@ def design(
         finished = _finished(spec, found, seed, samples, workers)
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     return Design(
-        best, full, run.looked_at, front_of([one for one, _ in finished]),
-        time.perf_counter() - started, seed,
-    )  # fmt: skip
+        best,
+        full,
+        run.looked_at,
+        front_of([one for one, _ in finished]),
+        time.perf_counter() - started,
+        seed,
+    )
 
 
 class _Run:
     """One search: what was looked at, and how to look at more."""
 
     def __init__(
-        self, spec: Spec, seed: int, workers: Workers, kept: Checkpoint,
-        progress: Progress | None, on_board: OnBoard | None,
-    ) -> None:  # fmt: skip
+        self,
+        spec: Spec,
+        seed: int,
+        workers: Workers,
+        kept: Checkpoint,
+        progress: Progress | None,
+        on_board: OnBoard | None,
+    ) -> None:
         self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
         self._progress, self._on_board = progress, on_board
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
@@ -195,8 +204,12 @@ class _Run:
         rows = list(self._remembered("layouts", tasks, partial(layouts_of, spec)))
         found = []
         for count in spec.coils:
-            own = [one for (coils, _), row in zip(tasks, rows, strict=True) if coils == count
-                   for one in row["layouts"]]  # fmt: skip
+            own = [
+                one
+                for (coils, _), row in zip(tasks, rows, strict=True)
+                if coils == count
+                for one in row["layouts"]
+            ]
             own.sort(key=lambda one: -one["figure"])
             # Exchange has a rough measure, by which rows and columns may look worse than they are.
             half = [[one for one in own if one["is_even"] == even][:KEPT] for even in (False, True)]
@@ -210,9 +223,10 @@ class _Run:
                     "spec", f"boards of which each is wrong ({faults[0]})", "a board"
                 )
             raise InputError(
-                "design.coils", list(spec.coils),
+                "design.coils",
+                list(spec.coils),
                 f"fewer: no layout has them {spec.settings.coil_spacing / MM:g} mm apart",
-            )  # fmt: skip
+            )
         return found
 
     def _ranked(self, points: Sequence[Point]) -> list[Point]:

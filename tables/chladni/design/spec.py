@@ -180,16 +180,20 @@ def spec_of(document: Document) -> Spec:
     variables = tuple(variables_of(given))
     if not variables and not counts:
         raise ArgumentError(
-            "spec", "nothing free",
-            "a range { from = …, to = … }, a list { any = […] } or \"free\" somewhere",
+            "spec",
+            "nothing free",
+            'a range { from = …, to = … }, a list { any = […] } or "free" somewhere',
             hint="chladni board score looks at a board that is all given",
-        )  # fmt: skip
+        )
     spec = Spec(
-        board, variables, counts, settings,
+        board,
+        variables,
+        counts,
+        settings,
         tuple(part_from(KeepOut, one, f"design.keep_out[{k}]") for k, one in enumerate(keep_out)),
         symmetric,
         _weights(weights),
-    )  # fmt: skip
+    )
     _check_room(spec)
     return spec
 
@@ -277,10 +281,11 @@ def _check_room(spec: Spec) -> None:
         raise InputError("design.edge_mm", edge / MM, f"at most {min(sides) / 2.0 / MM:g}")
     if min(spec.coils) > most:
         raise InputError(
-            "design.coils", min(spec.coils),
+            "design.coils",
+            min(spec.coils),
             f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate",
             hint="lower coil_spacing_mm or the number",
-        )  # fmt: skip
+        )
 
 
 def _largest(spec: Spec, axis: int) -> float:

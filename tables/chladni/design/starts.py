@@ -96,14 +96,16 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     least = spec.settings.coil_spacing
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
     even = [
-        own for own in lattices(count, mirrors, span, least)
+        own
+        for own in lattices(count, mirrors, span, least)
         if all(_is_allowed(spec, one) for one in own)
-    ]  # fmt: skip
+    ]
     lattice = active_lattice(board, max(spec.settings.pitch, SCAN_PITCH))
     places = [
-        place for place in lattice.places
+        place
+        for place in lattice.places
         if all(along > -1e-9 or not own for along, own in zip(place, mirrors, strict=True))
-    ]  # fmt: skip
+    ]
     if not offered:
         return {"layouts": []}
     all_offered = [*offered, *(one for own in even for one in own)]
@@ -148,8 +150,10 @@ def steps_of(spec: Spec, point: Point, step: float) -> list[float]:
     reach, mirrors = _reach(spec, point.numbers), point.layout.mirrors
     return [
         step / MM / max(reach[axis] * (1.0 if mirrors[axis] else 2.0), 1e-9)
-        for orbit in point.layout.orbits for axis in (0, 1) if orbit.leaves[axis]
-    ]  # fmt: skip
+        for orbit in point.layout.orbits
+        for axis in (0, 1)
+        if orbit.leaves[axis]
+    ]
 
 
 def point_of(row: dict[str, Any]) -> Point:
@@ -163,8 +167,11 @@ def _mirrors(spec: Spec, board: Board) -> tuple[bool, bool]:
     """Which mirrors coils are to keep: those of the plate and the keep-outs, unless told not to."""
     if spec.symmetric is False:
         return False, False
-    middle = replace(board, actuators=(Actuator("middle", (0.0, 0.0)),),
-                     electronics=replace(board.electronics, pwm_pins=()))  # fmt: skip
+    middle = replace(
+        board,
+        actuators=(Actuator("middle", (0.0, 0.0)),),
+        electronics=replace(board.electronics, pwm_pins=()),
+    )
     own = board_mirrors(middle)
     areas = {(round(a.at[0], 9), round(a.at[1], 9), a.size) for a in spec.keep_out}
     alike = [

@@ -55,9 +55,11 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         if self._client is not None:
             self._client.close()
 
@@ -106,9 +108,11 @@ def _client_of(address: str) -> Any:
         dask, distributed = import_module("dask"), import_module("distributed")
     except ImportError:
         raise ArgumentError(
-            "scheduler", address, "the extra chladni[cluster], which is not installed",
+            "scheduler",
+            address,
+            "the extra chladni[cluster], which is not installed",
             hint="pip install it",
-        ) from None  # fmt: skip
+        ) from None
     dask.config.set({"distributed.scheduler.allowed-failures": LOST_WORKERS})
     try:
         return distributed.Client(address, timeout=SCHEDULER_S, set_as_default=True)

@@ -113,8 +113,10 @@ class HalfwayFields:
         field = self._known.get((images[0], images[1]))
         if field is None:
             return None
-        x, y = (slice(None, None, -1 if image != at else 1)
-                for image, at in zip(images, place, strict=True))  # fmt: skip
+        x, y = (
+            slice(None, None, -1 if image != at else 1)
+            for image, at in zip(images, place, strict=True)
+        )
         return field[x, y]
 
 
@@ -131,9 +133,10 @@ def _on_edge(lines_x: Lines, lines_y: Lines) -> list[HalfPlace]:
         (i, j)
         for i in along_x
         for j in along_y
-        if (i in edges_x or i % 2 == 0) and (j in edges_y or j % 2 == 0)
+        if (i in edges_x or i % 2 == 0)
+        and (j in edges_y or j % 2 == 0)
         and (i in edges_x or j in edges_y)
-    ]  # fmt: skip
+    ]
 
 
 def _not_interpolated(

@@ -108,16 +108,23 @@ def build_table(
             if are_within(losses):
                 break
     seconds = time.perf_counter() - started
-    felt = Fingers(**{one.name: getattr(seen, one.name) for one in fields(seen)},
-                   compensated=compensates)  # fmt: skip
+    felt = Fingers(
+        **{one.name: getattr(seen, one.name) for one in fields(seen)}, compensated=compensates
+    )
     return table, report(table, drives, losses, table_bytes(table), seconds, felt)
 
 
 def board_drives(
-    solved: SolvedBoard, regions: StoredRegions, frequencies_hz: Sequence[float],
-    options: Options, *, partial: Path | None = None, jobs: int | None = None,
-    pressed: bool = False, scheduler: str | None = None,
-) -> list[OneFrequency]:  # fmt: skip
+    solved: SolvedBoard,
+    regions: StoredRegions,
+    frequencies_hz: Sequence[float],
+    options: Options,
+    *,
+    partial: Path | None = None,
+    jobs: int | None = None,
+    pressed: bool = False,
+    scheduler: str | None = None,
+) -> list[OneFrequency]:
     """Find the drives of every region, one frequency after the other on the same plate.
 
     `pressed` drives are best with the finger on its place.
@@ -167,9 +174,12 @@ def _tell(progress: Progress, before: int, all_regions: int, done: int, _: int) 
 
 
 def _widths_that_fit(
-    board: Board, regions: StoredRegions, frequencies_hz: Sequence[float], objective: str,
+    board: Board,
+    regions: StoredRegions,
+    frequencies_hz: Sequence[float],
+    objective: str,
     widths: Sequence[int],
-) -> list[int]:  # fmt: skip
+) -> list[int]:
     """Widths of which a table fits into a slot, known before any drive is.
 
     Raises
@@ -180,11 +190,15 @@ def _widths_that_fit(
     count = regions.count
     blank = [
         Section(
-            frequency, objective, board.drive.max_gain, np.zeros(count, np.uint8),
-            np.zeros((1, 2), np.uint8), np.zeros((count, len(board.actuators), 2), np.int16),
+            frequency,
+            objective,
+            board.drive.max_gain,
+            np.zeros(count, np.uint8),
+            np.zeros((1, 2), np.uint8),
+            np.zeros((count, len(board.actuators), 2), np.int16),
         )
         for frequency in frequencies_hz
-    ]  # fmt: skip
+    ]
     tables = [table_of(board, regions, blank, width) for width in widths]
     check_fits(tables[0])
     return [table.bits for table in tables if table_bytes(table) <= LARGEST_FILE]

@@ -82,10 +82,14 @@ def mixing(
     x, y = (
         _between(*along)
         for along in zip(
-            grid.offsets(x_um, y_um), (grid.width_um, grid.length_um), (grid.columns, grid.rows),
-            regions.nodes, symmetry.has, strict=True,
+            grid.offsets(x_um, y_um),
+            (grid.width_um, grid.length_um),
+            (grid.columns, grid.rows),
+            regions.nodes,
+            symmetry.has,
+            strict=True,
         )
-    )  # fmt: skip
+    )
     # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
     corners = [regions.cells(*at) for at in (
         (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip

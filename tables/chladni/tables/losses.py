@@ -78,9 +78,15 @@ class Losses:
 
 
 def losses(
-    solved: SolvedBoard, points: Sequence[Point], exact: ComplexArray, got: ComplexArray, *,
-    objective: str = "ssim", until_beyond: bool = False, jobs: int | None = None,
-) -> Losses:  # fmt: skip
+    solved: SolvedBoard,
+    points: Sequence[Point],
+    exact: ComplexArray,
+    got: ComplexArray,
+    *,
+    objective: str = "ssim",
+    until_beyond: bool = False,
+    jobs: int | None = None,
+) -> Losses:
     """What drives (points, actuators) lose against the exact ones.
 
     Parameters

@@ -30,7 +30,7 @@ from chladni.tables.between_regions import (
     halfway_places,
     own_places,
     target_of,
-)  # fmt: skip
+)
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.lookup import mixing
 from chladni.tables.losses import Losses, Point, losses
@@ -75,10 +75,16 @@ class OneFrequency:
 
     @classmethod
     def solve(
-        cls, solved: SolvedBoard, regions: StoredRegions, options: Options,
-        partial: Path | None, jobs: int | None, *, pressed: bool = False,
+        cls,
+        solved: SolvedBoard,
+        regions: StoredRegions,
+        options: Options,
+        partial: Path | None,
+        jobs: int | None,
+        *,
+        pressed: bool = False,
         scheduler: str | None = None,
-    ) -> OneFrequency:  # fmt: skip
+    ) -> OneFrequency:
         """Find every region's drive, and phases and labels over the whole board.
 
         `pressed` drives are best with the finger on its place. With a `scheduler` a Dask cluster's
@@ -89,8 +95,7 @@ class OneFrequency:
         centres = dict(zip(regions.centres, targets, strict=True))
         measured = drawn(len(targets))
         places = halfway_places(regions)
-        own = {place: target_of(grid, place)
-               for place in own_places(solved.board, regions, places)}  # fmt: skip
+        own = {place: target_of(grid, place) for place in own_places(solved.board, regions, places)}
         # Of which the fields between regions are found.
         sources = own if len(own) == len(places) else centres | own
         kept = _TargetFields(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
@@ -100,23 +105,38 @@ class OneFrequency:
         }  # fmt: skip
         is_drive = partial_function(_is_drive, actuators=len(solved.board.actuators))
         with Checkpoint(partial, key, is_drive) as checkpoint:
-            drives = _solve(solved, targets, list(own.values()), kept, options, checkpoint, jobs,
-                            pressed=pressed, scheduler=scheduler)  # fmt: skip
+            drives = _solve(
+                solved,
+                targets,
+                list(own.values()),
+                kept,
+                options,
+                checkpoint,
+                jobs,
+                pressed=pressed,
+                scheduler=scheduler,
+            )
         level = solved.space.nearest_level(HALFWAY_STEP)
         known = {place: kept.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
         together = in_phase_at_targets if options.objective == "focus" else synchronise
         return cls(
-            solved, regions, options.objective,
+            solved,
+            regions,
+            options.objective,
             together(solved.space, regions, np.array(drives)),
             measured,
             kept.error_estimate,
-            [Point(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
-             for k in measured.tolist()],
-            [Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
-             for place in places],
+            [
+                Point(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
+                for k in measured.tolist()
+            ],
+            [
+                Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
+                for place in places
+            ],
             jobs,
-        )  # fmt: skip
+        )
 
     def section(self, bits: int) -> Section:
         """A section of these drives as integers of so many bits."""
@@ -158,9 +178,14 @@ class OneFrequency:
         got = reader.drives(self.solved.board.drive.frequency_hz, x_um, y_um)
         exact = mixed.of_drives(self.synchronised.drives)
         return losses(
-            self.solved, points, exact, got, objective=self.objective, until_beyond=until_beyond,
+            self.solved,
+            points,
+            exact,
+            got,
+            objective=self.objective,
+            until_beyond=until_beyond,
             jobs=self.jobs,
-        )  # fmt: skip
+        )
 
 
 class _TargetFields:
@@ -198,18 +223,30 @@ def _um(place_mm: tuple[float, float]) -> tuple[int, int]:
 
 
 def _solve(
-    solved: SolvedBoard, targets: Sequence[Target], others: Sequence[Target], kept: _TargetFields,
-    options: Options, checkpoint: Checkpoint, jobs: int | None, *, pressed: bool,
+    solved: SolvedBoard,
+    targets: Sequence[Target],
+    others: Sequence[Target],
+    kept: _TargetFields,
+    options: Options,
+    checkpoint: Checkpoint,
+    jobs: int | None,
+    *,
+    pressed: bool,
     scheduler: str | None,
-) -> list[ComplexArray]:  # fmt: skip
+) -> list[ComplexArray]:
     """Every target's drive in units of the largest gain; fields go into `kept`."""
     if scheduler is not None:
         own = partial_function(_drive_of, replace(options, progress=None), pressed)
         with Workers(scheduler=scheduler) as workers:
             on_workers(
-                workers, solved.board, targets, own, checkpoint, with_finger=pressed,
+                workers,
+                solved.board,
+                targets,
+                own,
+                checkpoint,
+                with_finger=pressed,
                 progress=options.progress,
-            )  # fmt: skip
+            )
     searched = set(targets)
 
     def work(problem: Problem) -> Result:
@@ -254,7 +291,9 @@ def _is_drive(result: Result, actuators: int) -> bool:
     """Whether a checkpoint's result is one of `_drive_of`: a gain of at most 1 per actuator."""
     drive = result.get("drive")
     return (
-        result.keys() == {"drive"} and isinstance(drive, list) and len(drive) == actuators
+        result.keys() == {"drive"}
+        and isinstance(drive, list)
+        and len(drive) == actuators
         and all(isinstance(parts, list) and len(parts) == 2 for parts in drive)
         and all(type(part) is float and abs(part) <= LARGEST for parts in drive for part in parts)
-    )  # fmt: skip
+    )

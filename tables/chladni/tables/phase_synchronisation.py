@@ -226,8 +226,10 @@ def _phases(
     overlap = _overlaps(units, inside)
     # Row b of the matrix takes b's phase as a has it, and the other way round.
     entries = np.concatenate((overlap, overlap.conj()))
-    places = (np.concatenate((inside[:, 1], inside[:, 0])),
-              np.concatenate((inside[:, 0], inside[:, 1])))  # fmt: skip
+    places = (
+        np.concatenate((inside[:, 1], inside[:, 0])),
+        np.concatenate((inside[:, 0], inside[:, 1])),
+    )
     matrix = sparse.csr_array((entries, places), shape=(count, count))
     for _ in range(SWEEPS):
         # Half of each region's own weight keeps the iteration from alternating.

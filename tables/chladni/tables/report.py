@@ -108,20 +108,25 @@ class TableReport(Quality):
     @property
     def lost(self) -> str:
         """What was lost at most, beside the limits, in words."""
-        aim = (f"{max(self.ssim_loss_max, self.between_ssim_loss_max):.4f} of SSIM "
-               f"(limit {LIMITS.ssim:g})")  # fmt: skip
+        aim = (
+            f"{max(self.ssim_loss_max, self.between_ssim_loss_max):.4f} of SSIM "
+            f"(limit {LIMITS.ssim:g})"
+        )
         own, between = self.second_finger_loss_db_max, self.between_second_finger_loss_db_max
         if own is not None and between is not None:
-            aim = (f"{max(own, between):.2f} dB of second finger "
-                   f"(limit {LIMITS.second_finger_db:g})")  # fmt: skip
+            aim = f"{max(own, between):.2f} dB of second finger (limit {LIMITS.second_finger_db:g})"
         field_db = max(self.field_error_db_max, self.between_field_error_db_max)
         return f"{aim} and {field_db:.3f} dB of field (limit {LIMITS.field_db:g})"
 
 
 def report(
-    table: Table, drives: Sequence[OneFrequency], losses: Sequence[LossesOfTable], size: int,
-    seconds: float, fingers: Fingers,
-) -> TableReport:  # fmt: skip
+    table: Table,
+    drives: Sequence[OneFrequency],
+    losses: Sequence[LossesOfTable],
+    size: int,
+    seconds: float,
+    fingers: Fingers,
+) -> TableReport:
     """What a table of `size` bytes came to."""
     error = max(one.error_estimate for one in drives)
     sections = [_of_section(one, *lost) for one, lost in zip(drives, losses, strict=True)]

@@ -131,15 +131,31 @@ def test_a_drive_from_a_file_has_its_target_and_unit(
     solved = chladni("solve", "prototype", "--target", "10,25", "--json").out
     for text, targets in ((solved, [[10.0, 25.0]]), (solved.replace('"target_mm"', '"x"'), [])):
         drive.write_text(text, encoding="utf-8")
-        answer = chladni("field", "prototype", "--drive", drive, "-o", tmp_path / "f.npz",
-                         "--figure", tmp_path / "f.png")  # fmt: skip
+        answer = chladni(
+            "field",
+            "prototype",
+            "--drive",
+            drive,
+            "-o",
+            tmp_path / "f.npz",
+            "--figure",
+            tmp_path / "f.png",
+        )
         assert answer.code == 0, answer.err
         left = drawn[-1].axes[0]
         marks = [at(line).tolist() for line in left.lines if line.get_marker() == "+"]
         assert marks == targets
         assert "displacement / µm, gains in newtons" in [a.get_ylabel() for a in drawn[-1].axes]
-    chladni("field", "prototype", "--target", "10,25", "-o", tmp_path / "f.npz",
-            "--figure", tmp_path / "f.png")  # fmt: skip
+    chladni(
+        "field",
+        "prototype",
+        "--target",
+        "10,25",
+        "-o",
+        tmp_path / "f.npz",
+        "--figure",
+        tmp_path / "f.png",
+    )
     assert "displacement / µm per newton" in [axes.get_ylabel() for axes in drawn[-1].axes]
 
 

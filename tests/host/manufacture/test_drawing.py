@@ -33,18 +33,18 @@ def board_of(name: str) -> Board:
     return replace(
         strip,
         name=name,
-        plate=replace(
-            strip.plate, size=(40e-3, 60e-3), corner_radius=4e-3, material="FR4 (1/1)"
-        ),
+        plate=replace(strip.plate, size=(40e-3, 60e-3), corner_radius=4e-3, material="FR4 (1/1)"),
         screws=(Screw((15e-3, 25e-3), 1.5e-3), Screw((-15e-3, -25e-3), 1.6e-3, "pinned")),
         holes=(Hole((-15e-3, 10.25e-3), 2e-3),),
         masses=(Mass((15e-3, 0.0), 1e-3, 3.5e-3, 2e-3), Mass((14e-3, -10e-3), 1e-3)),
         pins=(Pin((-15e-3, 0.0)),),
         foundation=Foundation(
-            stiffness=3e7, coil_cut_out=3.5e-3, strips=Strips(left=12e-3, top=5e-3),
+            stiffness=3e7,
+            coil_cut_out=3.5e-3,
+            strips=Strips(left=12e-3, top=5e-3),
             cut_outs=(CutOut((-13e-3, 22e-3), 2e-3),),
         ),
-    )  # fmt: skip
+    )
 
 
 def expected_circles(board: Board) -> Circles:
@@ -140,8 +140,9 @@ def test_an_outline_has_round_corners_and_foam_its_strips(tmp_path: Path) -> Non
 
 
 def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) -> None:
-    texts = ["".join(own.itertext()) for own in svg(board_of("everything"), tmp_path).iter(
-        f"{SVG}text")]  # fmt: skip
+    texts = [
+        "".join(own.itertext()) for own in svg(board_of("everything"), tmp_path).iter(f"{SVG}text")
+    ]
     for expected in (
         "everything", "plate: FR4 (1/1), 0.2 thick, corners R4", "40", "60", "24", "-24",
         "magnets: 5 of ⌀6 × 4", "coils: 5 of ⌀3 to ⌀10 × 1.5, 1 from the magnet",

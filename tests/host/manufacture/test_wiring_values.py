@@ -125,8 +125,9 @@ def test_a_ripple_of_pulses_is_below_what_the_capacitor_is_for(prototype: Board)
 def test_every_board_that_may_be_has_parts(prototype: Board) -> None:
     extremes = itertools.product((0.5, 48.0), (0.5, 1e4), (1.0, 20000.0), (0.0, 5000.0))
     for volts, ohm, limit, on in extremes:
-        board = board_with(prototype, 16, supply_v=volts, coil_ohm=ohm, supply_limit_ma=limit,
-                           min_on_ns=on)  # fmt: skip
+        board = board_with(
+            prototype, 16, supply_v=volts, coil_ohm=ohm, supply_limit_ma=limit, min_on_ns=on
+        )
         own = wiring_values(board)
         assert own.switch_v >= 2.0 * volts
         assert own.switch_a >= 2.0 * volts / ohm

@@ -30,7 +30,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
     check_samples,
-)  # fmt: skip
+)
 from chladni.host.cli.common.output import (
     answer,
     check_output,
@@ -112,9 +112,13 @@ def board_score(
     loaded = load_board(board)
     with progress_bar("boards") as progress:
         score = score_board(
-            loaded, pitch=pitch * MM, objective=objective, samples=samples if perturbed else 0,
-            seed=seed, progress=progress,
-        )  # fmt: skip
+            loaded,
+            pitch=pitch * MM,
+            objective=objective,
+            samples=samples if perturbed else 0,
+            seed=seed,
+            progress=progress,
+        )
     say_unmet(score.error_estimate, TOLERANCE)
     if figure is not None:
         write_figure(score_figure(loaded, score), figure)
@@ -238,10 +242,15 @@ def winding_report(board: Board) -> dict[str, Any]:
     }
     if magnet and magnet.remanence:
         forces = [
-            force_per_ampere(own, remanence=magnet.remanence, radius=magnet.radius,
-                             height=magnet.height, gap=winding.gap + off)
+            force_per_ampere(
+                own,
+                remanence=magnet.remanence,
+                radius=magnet.radius,
+                height=magnet.height,
+                gap=winding.gap + off,
+            )
             for off in (-STROKE, 0.0, STROKE)
-        ]  # fmt: skip
+        ]
         result |= {
             "force_factor_n_per_a": forces[1],
             "nearer_by_0_1_mm": forces[0] / forces[1] - 1.0,

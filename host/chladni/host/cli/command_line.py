@@ -24,9 +24,12 @@ from chladni.sim.errors import MissingError
 from chladni.tables import layout
 
 app = typer.Typer(
-    cls=CommandGroup, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+    cls=CommandGroup,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-)  # fmt: skip
+)
 table_app = typer.Typer(cls=CommandGroup, help="Build and read drive tables.", no_args_is_help=True)
 app.add_typer(board_commands.board_app, name="board")
 app.add_typer(table_app, name="table")

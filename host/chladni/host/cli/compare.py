@@ -26,7 +26,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
     check_jobs,
-)  # fmt: skip
+)
 from chladni.host.cli.common.output import (
     NO_COIL,
     TEXT,
@@ -89,9 +89,17 @@ def compare_methods(
     kept = output.with_name(output.name + PARTIAL) if output is not None else None
     with progress_bar("targets", keeps=kept is not None) as progress:
         grid, rows = compare(
-            loaded, pitch=pitch * MM, methods=chosen, seed=seed, steps=steps, jobs=jobs,
-            progress=progress, kept=kept, scheduler=scheduler, allow_unmet=True,
-        )  # fmt: skip
+            loaded,
+            pitch=pitch * MM,
+            methods=chosen,
+            seed=seed,
+            steps=steps,
+            jobs=jobs,
+            progress=progress,
+            kept=kept,
+            scheduler=scheduler,
+            allow_unmet=True,
+        )
     if output is not None:
         write_whole(output, as_csv(rows))
     if figure is not None:

@@ -23,7 +23,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
     check_jobs,
-)  # fmt: skip
+)
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.figures.designs import front_figure
 from chladni.sim.board.writing import board_file
@@ -84,9 +84,15 @@ def design_board(
     try:
         with progress_bar("boards", keeps=True) as progress:
             found = design(
-                asked, seed=seed, jobs=jobs, scheduler=scheduler, partial_file=kept,
-                samples=samples, progress=progress, on_board=keep,
-            )  # fmt: skip
+                asked,
+                seed=seed,
+                jobs=jobs,
+                scheduler=scheduler,
+                partial_file=kept,
+                samples=samples,
+                progress=progress,
+                on_board=keep,
+            )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
         raise (error if is_option else error.in_file(spec)) from None

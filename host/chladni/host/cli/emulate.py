@@ -134,9 +134,12 @@ def _touch(touch: TouchScore) -> dict[str, Any]:
 
 
 def _device(
-    table: Path | None, board: str | None, level: float, flash: Path | None,
+    table: Path | None,
+    board: str | None,
+    level: float,
+    flash: Path | None,
     network: NetworkSettings | None,
-) -> VirtualPort:  # fmt: skip
+) -> VirtualPort:
     """A device to serve: with a table and configured for it, or with what its flash file holds."""
     if flash is None:
         loaded = read_table(required("TABLE", table, "a table file (.chl), or --flash"))
@@ -148,9 +151,13 @@ def _device(
     hardware = fitting_hardware(named, is_rested=False)
     held = FlashFile(flash)
     emulator = Emulator(
-        DeviceConfig(), None, hardware=hardware, must_play=False, flash=held.contents,
+        DeviceConfig(),
+        None,
+        hardware=hardware,
+        must_play=False,
+        flash=held.contents,
         network=network,
-    )  # fmt: skip
+    )
     held.follow(emulator.core)
     return VirtualPort(emulator, held)
 

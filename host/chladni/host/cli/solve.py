@@ -28,7 +28,7 @@ from chladni.host.cli.common.options import (
     SilentFromOption,
     check_figure,
     with_focus,
-)  # fmt: skip
+)
 from chladni.host.cli.common.output import (
     NO_COIL,
     answer,
@@ -37,7 +37,7 @@ from chladni.host.cli.common.output import (
     progress_bar,
     say_unmet,
     write_figure,
-)  # fmt: skip
+)
 from chladni.host.figures.solutions import solution_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -71,14 +71,25 @@ def solve_command(
         check_output(trace, "--trace")
     check_figure(figure)
     loaded = with_focus(
-        load_board(board), objective, quieter_from_mm=quieter_from_mm, quieter_db=quieter_db,
-        silent_from_mm=silent_from_mm, floor_um=floor_um,
-    )  # fmt: skip
+        load_board(board),
+        objective,
+        quieter_from_mm=quieter_from_mm,
+        quieter_db=quieter_db,
+        silent_from_mm=silent_from_mm,
+        floor_um=floor_um,
+    )
     with progress_bar(method, keeps=trace is not None) as progress:
         solution = solve(
-            loaded, place, method=method, objective=objective, seed=seed, steps=steps,
-            trace=trace, progress=progress, allow_unmet=True,
-        )  # fmt: skip
+            loaded,
+            place,
+            method=method,
+            objective=objective,
+            seed=seed,
+            steps=steps,
+            trace=trace,
+            progress=progress,
+            allow_unmet=True,
+        )
     card = score(solution, loaded)
     if figure is not None:
         write_figure(solution_figure(loaded, solution, card, trace=trace), figure)

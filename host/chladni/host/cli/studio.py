@@ -39,13 +39,17 @@ def studio(
     port: Annotated[int, typer.Option(help="0 is any that is free.")] = PORT,
     host: Annotated[
         str,
-        typer.Option(help="Address of this machine to listen at. By default no other machine "
-                     "reaches the page. Machines of a network reach it if they know the address."),
+        typer.Option(
+            help="Address of this machine to listen at. By default no other machine "
+            "reaches the page. Machines of a network reach it if they know the address."
+        ),
     ] = "127.0.0.1",
     key: Annotated[
         Path | None,
-        typer.Option(help="File with the secret of the address; made if it is not there. By "
-                     "default the secret is new at each start, and open pages lose the studio."),
+        typer.Option(
+            help="File with the secret of the address; made if it is not there. By "
+            "default the secret is new at each start, and open pages lose the studio."
+        ),
     ] = None,
     seconds: Annotated[
         float | None, typer.Option(help="Serve for so long; until Ctrl-C by default.")
@@ -56,13 +60,15 @@ def studio(
     ] = None,
     export: Annotated[
         Path | None,
-        typer.Option(help="Write the page with this board into this folder, as one file that needs "
-                     "no server, and end."),
+        typer.Option(
+            help="Write the page with this board into this folder, as one file that needs "
+            "no server, and end."
+        ),
     ] = None,
     jobs: JobsOption = None,
     large: LargeOption = False,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Serve a page to press a board on, played by the emulated firmware."""
     check_jobs(jobs)
     if not 0 <= port <= HIGHEST_PORT:

@@ -30,7 +30,7 @@ from chladni.host.cli.common.options import (
     check_figure,
     check_jobs,
     check_samples,
-)  # fmt: skip
+)
 from chladni.host.cli.common.output import (
     Place,
     answer,
@@ -98,10 +98,17 @@ def build(
     partial = output.with_name(output.name + PARTIAL)
     with progress_bar("solving", keeps=True) as progress:
         table, report = build_table(
-            loaded, objective=objective, frequencies_hz=frequency or (), bits=bits, seed=seed,
-            jobs=jobs, progress=progress, partial=partial, scheduler=scheduler,
+            loaded,
+            objective=objective,
+            frequencies_hz=frequency or (),
+            bits=bits,
+            seed=seed,
+            jobs=jobs,
+            progress=progress,
+            partial=partial,
+            scheduler=scheduler,
             allow_unmet=True,
-        )  # fmt: skip
+        )
     write_whole(output, pack(table))
     say_unmet(report.error_estimate, OWN_TOLERANCE)
     if not report.is_within_limits:
@@ -168,8 +175,10 @@ def _drive_at(
     drive = table.drive_at(section, *(round(value * 1000.0) for value in place))
     known: dict[str, Any] = {}
     if board is None and table.board_name not in shipped_boards():
-        sys.stderr.write("chladni: --board says what a finger feels; the board is not shipped, "
-                         "and phases are as the table has them\n")  # fmt: skip
+        sys.stderr.write(
+            "chladni: --board says what a finger feels; the board is not shipped, "
+            "and phases are as the table has them\n"
+        )
     else:
         owner = board_for(table, board, file=file)
         problem = solved_board(owner).at_frequency(section.frequency_hz).problem(place)
@@ -216,9 +225,15 @@ def score(
     owner = board_for(loaded, board, file=str(table))
     with progress_bar("boards") as progress:
         found = score_table(
-            loaded, owner, size=len(data), pitch=pitch * MM, frequency_hz=frequency,
-            samples=samples if perturbed else 0, seed=seed, progress=progress,
-        )  # fmt: skip
+            loaded,
+            owner,
+            size=len(data),
+            pitch=pitch * MM,
+            frequency_hz=frequency,
+            samples=samples if perturbed else 0,
+            seed=seed,
+            progress=progress,
+        )
     say_unmet(found.error_estimate, TOLERANCE)
     if figure is not None:
         write_figure(score_figure(owner, found), figure)

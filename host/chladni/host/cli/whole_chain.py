@@ -48,8 +48,9 @@ class Played:
         level = card.second_finger_db
         gets = f"another finger gets {abs(level):.1f} dB {'less' if level >= 0.0 else 'more'}"
         caption = f"SSIM {card.ssim:.2f}, maximum {card.focal_error_mm:.0f} mm off,\n{gets}"
-        return Chain(self.board, self.loop.target_mm, self.loop.target_field, self.loop.field,
-                     caption)  # fmt: skip
+        return Chain(
+            self.board, self.loop.target_mm, self.loop.target_field, self.loop.field, caption
+        )
 
 
 def run(folder: Path) -> None:

@@ -81,9 +81,11 @@ class Device:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.wire.close()
 
     def info(self) -> dict[str, Any]:
@@ -104,10 +106,11 @@ class Device:
             # The old name, which reads as megahertz: until 0.3.0.
             "frequency_mhz": found["frequency_millihertz"],
             "standing": [
-                code.text for k, code in enumerate(FAULT_CAUSE.members)
+                code.text
+                for k, code in enumerate(FAULT_CAUSE.members)
                 if found["standing"] >> k & 1
             ],
-        }  # fmt: skip
+        }
 
     def faults(self) -> list[dict[str, Any]]:
         """The last faults, oldest first."""
@@ -233,10 +236,12 @@ class Device:
         config, info = self.config(), self.info()
         if table.actuators != config["channels"]:
             raise InputError(
-                "actuators", table.actuators, f"{config['channels']}, the channels of the device",
+                "actuators",
+                table.actuators,
+                f"{config['channels']}, the channels of the device",
                 hint="configure it for the board by `device config set --from BOARD`, or name an "
                 "emulated one's by --board",
-            )  # fmt: skip
+            )
         known = config.board
         if known is None and info["board"]:
             known = int(info["fingerprint"], 16), info["board"]
@@ -244,10 +249,11 @@ class Device:
             return
         version = "" if known[1] != table.board_name else ", in another version of its file"
         raise InputError(
-            "board", f"{table.board_name} ({table.board_fingerprint:#018x})",
+            "board",
+            f"{table.board_name} ({table.board_fingerprint:#018x})",
             f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}",
             hint="set the device's board by `device config set --from`, or give --force",
-        )  # fmt: skip
+        )
 
     def flash(
         self, table: Table | bytes, progress: Progress | None = None, *, force: bool = False

@@ -9,8 +9,10 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
     """`Device.info` and its faults by rows; `link` and `faults` are added to the answer."""
     table = "none"
     if info["table_bytes"]:
-        table = (f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
-                 f"{info['frequency_millihertz'] / 1e3:g} Hz, slot {info['slot']}")  # fmt: skip
+        table = (
+            f"{info['table_status']}, for {info['board']}, {info['table_bytes']:,} bytes, "
+            f"{info['frequency_millihertz'] / 1e3:g} Hz, slot {info['slot']}"
+        )
     elif info["table_status"] != "no table":
         table = info["table_status"]
     return {
@@ -27,6 +29,8 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         "flash": f"{info['erases']} sectors erased since power came on",
         "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
         "link": info["link"],
-        "faults": "; ".join(f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s"
-                            for f in info["faults"]) or "none",
-    }  # fmt: skip
+        "faults": "; ".join(
+            f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s" for f in info["faults"]
+        )
+        or "none",
+    }

@@ -130,9 +130,14 @@ class Link:
         self._sequence = 0
 
     def request(
-        self, name: str, tail: bytes = b"", *, tries: int = TRIES,
-        first_wait_s: float = FIRST_WAIT_S, **fields: Any,
-    ) -> Answer:  # fmt: skip
+        self,
+        name: str,
+        tail: bytes = b"",
+        *,
+        tries: int = TRIES,
+        first_wait_s: float = FIRST_WAIT_S,
+        **fields: Any,
+    ) -> Answer:
         """Send a request, `tries` times at most, and wait for its answer.
 
         The first wait is for `first_wait_s` beyond the time on the wire; it doubles every time.

@@ -87,9 +87,14 @@ class LoopReport:
 
 
 def run_loop(
-    table: Table, board: Board, touches: Sequence[TouchEvent], milliseconds: float, *,
-    level: float = LEVEL, frequency_hz: float | None = None,
-) -> tuple[Recording, LoopReport]:  # fmt: skip
+    table: Table,
+    board: Board,
+    touches: Sequence[TouchEvent],
+    milliseconds: float,
+    *,
+    level: float = LEVEL,
+    frequency_hz: float | None = None,
+) -> tuple[Recording, LoopReport]:
     """Play touches on the emulated board and score what the pins make of each.
 
     Parameters

@@ -290,9 +290,12 @@ def reported_um(config: DeviceConfig, place_mm: tuple[float, float]) -> tuple[in
 
 
 def emulate(
-    board: Board | DeviceConfig, table: Table, touches: Sequence[TouchEvent], milliseconds: float,
+    board: Board | DeviceConfig,
+    table: Table,
+    touches: Sequence[TouchEvent],
+    milliseconds: float,
     **options: Any,
-) -> Recording:  # fmt: skip
+) -> Recording:
     """Power on with a table, play touches (any order), and record the pins.
 
     `options` are those of `Emulator`.

@@ -51,9 +51,11 @@ class FlashFile:
         elif found != size:
             os.close(self._file)
             raise ArgumentError(
-                "flash", f"{found} bytes", f"the {size} bytes of a flash file, or none",
+                "flash",
+                f"{found} bytes",
+                f"the {size} bytes of a flash file, or none",
                 file=str(path),
-            )  # fmt: skip
+            )
         self._held = {area: self._read(area) for area in AREAS}
         self._changes = 0
 

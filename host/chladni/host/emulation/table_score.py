@@ -51,10 +51,16 @@ class TableScore(Score):
 
 
 def score_table(
-    table: Table, board: Board, *, size: int, pitch: float = PITCH,
-    frequency_hz: float | None = None, samples: int = SAMPLES, seed: int = SEED,
+    table: Table,
+    board: Board,
+    *,
+    size: int,
+    pitch: float = PITCH,
+    frequency_hz: float | None = None,
+    samples: int = SAMPLES,
+    seed: int = SEED,
     progress: Progress | None = None,
-) -> TableScore:  # fmt: skip
+) -> TableScore:
     """Play a table at places all over its board and look at the fields that the pins make.
 
     Parameters

@@ -89,9 +89,8 @@ class TouchScore:
 
 
 def played_touches(
-    recording: Recording, table: Table, section: Section, board: Board,
-    events: Sequence[TouchEvent],
-) -> list[PlayedTouch]:  # fmt: skip
+    recording: Recording, table: Table, section: Section, board: Board, events: Sequence[TouchEvent]
+) -> list[PlayedTouch]:
     """Touches that the panel reported, in the order of time.
 
     A place that the next one replaced before the panel looked is left out, and so is what comes
@@ -155,9 +154,14 @@ def playing_finger(events: Sequence[TouchEvent]) -> Iterator[tuple[float, Place 
 
 
 def score_touches(
-    recording: Recording, table: Table, section: Section, solved: SolvedBoard,
-    touches: Sequence[PlayedTouch], *, level: float,
-) -> list[TouchScore]:  # fmt: skip
+    recording: Recording,
+    table: Table,
+    section: Section,
+    solved: SolvedBoard,
+    touches: Sequence[PlayedTouch],
+    *,
+    level: float,
+) -> list[TouchScore]:
     """The score of every touch that can be measured and is no silence.
 
     Parameters

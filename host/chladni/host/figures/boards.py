@@ -49,10 +49,15 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
         axes.locator_params(axis="x", nbins=5)
         for row, value in zip(rows, values, strict=True):
             axes.annotate(
-                f"{value:.2g}", (value, row), xytext=(3 if value >= 0.0 else -3, 0),
-                textcoords="offset points", va="center", ha="left" if value >= 0.0 else "right",
-                fontsize=8, color=INK,
-            )  # fmt: skip
+                f"{value:.2g}",
+                (value, row),
+                xytext=(3 if value >= 0.0 else -3, 0),
+                textcoords="offset points",
+                va="center",
+                ha="left" if value >= 0.0 else "right",
+                fontsize=8,
+                color=INK,
+            )
     panels[0].set_yticks(rows, [f"{one.name}\n{one.tolerance}" for one in influences], fontsize=8)
     panels[0].invert_yaxis()
     figure.suptitle(f"{name}: what each part does within its tolerance", fontsize=11, color=INK)
@@ -99,6 +104,11 @@ def _label(axes: Axes, score: Score, values: np.ma.MaskedArray) -> None:
         for j, y in enumerate(score.maps.y_mm):
             if not np.ma.is_masked(values[i, j]):
                 axes.annotate(
-                    f"{values[i, j]:.3g}", (x, y), ha="center", va="center", fontsize=6,
-                    color="white", path_effects=[withStroke(linewidth=1.5, foreground=INK)],
-                )  # fmt: skip
+                    f"{values[i, j]:.3g}",
+                    (x, y),
+                    ha="center",
+                    va="center",
+                    fontsize=6,
+                    color="white",
+                    path_effects=[withStroke(linewidth=1.5, foreground=INK)],
+                )

@@ -98,13 +98,30 @@ def _draw_profile(axes: Axes, chain: Chain, colour: str) -> None:
     own = profile(chain.board, chain.made, chain.target_mm)
     nearest = metrics.SECOND_FINGER_DISTANCE / MM
     axes.axvspan(0.0, nearest, color="#eeeeee", zorder=0)
-    axes.text(nearest / 2.0, QUIETEST_DB + 1.0, "the finger's\nown place", ha="center",
-              fontsize=8, color=INK)  # fmt: skip
+    axes.text(
+        nearest / 2.0,
+        QUIETEST_DB + 1.0,
+        "the finger's\nown place",
+        ha="center",
+        fontsize=8,
+        color=INK,
+    )
     axes.axhline(0.0, color=INK, linewidth=0.8, linestyle="--")
-    axes.plot(own.distance_mm, own.loudest_db, color=colour, linewidth=1.8,
-              label="loudest fingertip at that distance")  # fmt: skip
-    axes.plot(own.distance_mm, own.median_db, color=colour, linewidth=1.0, linestyle=":",
-              label="median fingertip")  # fmt: skip
+    axes.plot(
+        own.distance_mm,
+        own.loudest_db,
+        color=colour,
+        linewidth=1.8,
+        label="loudest fingertip at that distance",
+    )
+    axes.plot(
+        own.distance_mm,
+        own.median_db,
+        color=colour,
+        linewidth=1.0,
+        linestyle=":",
+        label="median fingertip",
+    )
     axes.set_xlim(0.0, FARTHEST_MM)
     axes.set_ylim(QUIETEST_DB, LOUDEST_DB)
     axes.set_xlabel("distance from the finger / mm")

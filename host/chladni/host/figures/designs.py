@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from chladni.design.search import Design
 from chladni.host.figures.fields import COLOURS, INK
+from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
 
@@ -15,6 +17,12 @@ def front_figure(found: Design) -> Figure:
     """Second finger against micrometres for each board of the front; beside it the best board."""
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    _draw_front(left, found)
+    _draw_best(right, found.board)
+    return figure
+
+
+def _draw_front(left: Axes, found: Design) -> None:
     rows = [one.summary for one in found.front]
     has_um = all(row["finger_um"] is not None for row in rows)
     across = "finger_um" if has_um else "mass_g"
@@ -22,13 +30,22 @@ def front_figure(found: Design) -> Figure:
     for number, count in enumerate(counts):
         own = sorted((row for row in rows if row["coils"] == count), key=lambda r: r[across])
         left.plot(
-            [row[across] for row in own], [row["second_finger_20mm_db"] for row in own],
-            "o-", color=COLOURS[number % len(COLOURS)], linewidth=0.8,
+            [row[across] for row in own],
+            [row["second_finger_20mm_db"] for row in own],
+            "o-",
+            color=COLOURS[number % len(COLOURS)],
+            linewidth=0.8,
             label=f"{count:g} coils",
-        )  # fmt: skip
+        )
     best = max(rows, key=lambda row: row["robust_score"])
-    left.plot(best[across], best["second_finger_20mm_db"], "o", markersize=14,
-              markerfacecolor="none", markeredgecolor=INK)  # fmt: skip
+    left.plot(
+        best[across],
+        best["second_finger_20mm_db"],
+        "o",
+        markersize=14,
+        markerfacecolor="none",
+        markeredgecolor=INK,
+    )
     left.set_xlabel(
         "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
     )
@@ -36,10 +53,15 @@ def front_figure(found: Design) -> Figure:
     left.margins(0.15)
     left.legend(fontsize=9)
     left.set_title("Boards of which none is better in every goal", fontsize=10, color=INK)
-    board = found.board
+
+
+def _draw_best(right: Axes, board: Board) -> None:
     half = np.array(board.plate.size) / 2.0 / MM
-    right.add_patch(Rectangle((-half[0], -half[1]), 2.0 * half[0], 2.0 * half[1],
-                              facecolor="#eef2f6", edgecolor=INK))  # fmt: skip
+    right.add_patch(
+        Rectangle(
+            (-half[0], -half[1]), 2.0 * half[0], 2.0 * half[1], facecolor="#eef2f6", edgecolor=INK
+        )
+    )
     radius = board.magnet.radius / MM if board.magnet else 1.0
     for actuator in board.actuators:
         x, y = np.divide(actuator.at, MM)
@@ -50,6 +72,8 @@ def front_figure(found: Design) -> Figure:
     right.set_xlabel("x / mm")
     right.set_ylabel("y / mm")
     thickness = board.plate.thickness / MM
-    right.set_title(f"{board.name}\n{len(board.actuators)} coils, {thickness:g} mm thick",
-                    fontsize=10, color=INK)  # fmt: skip
-    return figure
+    right.set_title(
+        f"{board.name}\n{len(board.actuators)} coils, {thickness:g} mm thick",
+        fontsize=10,
+        color=INK,
+    )

@@ -96,10 +96,12 @@ def explain_marks(
              ("s", "maximum", maximum)]  # fmt: skip
     handles = [
         Line2D([], [], linestyle="", marker=mark, color=INK, label=label, markerfacecolor="none")
-        for mark, label, is_there in marks if is_there
-    ]  # fmt: skip
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8,
-                  frameon=False)  # fmt: skip
+        for mark, label, is_there in marks
+        if is_there
+    ]
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False
+    )
 
 
 def draw_board(
@@ -135,9 +137,14 @@ def draw_board(
 def draw_image(axes: Axes, board: Board, field: ComplexArray) -> AxesImage:
     """The normalised energy image of a displacement field, from 0 to 1."""
     return axes.imshow(
-        image_of(field).T, origin="lower", extent=_extent(board), cmap="viridis", vmin=0.0,
-        vmax=1.0, interpolation="bilinear",
-    )  # fmt: skip
+        image_of(field).T,
+        origin="lower",
+        extent=_extent(board),
+        cmap="viridis",
+        vmin=0.0,
+        vmax=1.0,
+        interpolation="bilinear",
+    )
 
 
 def _extent(board: Board) -> tuple[float, float, float, float]:
@@ -182,9 +189,12 @@ def maximum_mm(board: Board, field: ComplexArray) -> tuple[float, float]:
 
 
 def field_figure(
-    board: Board, field: ComplexArray, *, target_mm: tuple[float, float] | None = None,
+    board: Board,
+    field: ComplexArray,
+    *,
+    target_mm: tuple[float, float] | None = None,
     per_newton: bool = True,
-) -> Figure:  # fmt: skip
+) -> Figure:
     """The displacement at the instant of its largest swing, and the energy image.
 
     Parameters
@@ -201,8 +211,9 @@ def field_figure(
     unit = "µm per newton" if per_newton else "µm, gains in newtons"
     figure.colorbar(drawn, ax=left, label=f"displacement / {unit}", shrink=0.8)
     left.set_title("Displacement at an instant", fontsize=10, color=INK)
-    figure.colorbar(draw_image(right, board, field), ax=right, label="share of its range",
-                    shrink=0.8)  # fmt: skip
+    figure.colorbar(
+        draw_image(right, board, field), ax=right, label="share of its range", shrink=0.8
+    )
     right.set_title("Energy image", fontsize=10, color=INK)
     for axes, ink in ((left, "black"), (right, "white")):
         draw_board(axes, board, target_mm=target_mm, maximum_mm=maximum_mm(board, field), ink=ink)
@@ -223,8 +234,15 @@ def modes_figure(board: Board, shapes: ModeShapes) -> Figure:
         axes.set_axis_off()
     for axes, frequency, shape in zip(grid, shapes.frequencies_hz, shapes.shapes, strict=False):
         scale = np.abs(shape).max()
-        axes.imshow(shape.T, origin="lower", extent=_extent(board), cmap="RdBu_r", vmin=-scale,
-                    vmax=scale, alpha=0.6)  # fmt: skip
+        axes.imshow(
+            shape.T,
+            origin="lower",
+            extent=_extent(board),
+            cmap="RdBu_r",
+            vmin=-scale,
+            vmax=scale,
+            alpha=0.6,
+        )
         axes.contour(board.x / MM, board.y / MM, shape.T, levels=[0.0], colors=INK, linewidths=1.2)
         draw_board(axes, board, ink="black", small=True)
         axes.set_title(f"{frequency:.1f} Hz", fontsize=9, color=INK)

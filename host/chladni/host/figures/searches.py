@@ -101,9 +101,13 @@ def _draw_map(
     """One number of one method over the board, its median above it."""
     half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
     panel.imshow(
-        values, origin="lower", extent=(-half_x, half_x, -half_y, half_y), cmap=colours,
-        norm=scale, interpolation="nearest",
-    )  # fmt: skip
+        values,
+        origin="lower",
+        extent=(-half_x, half_x, -half_y, half_y),
+        cmap=colours,
+        norm=scale,
+        interpolation="nearest",
+    )
     draw_board(panel, board, small=True)
     panel.set_xlabel("")
     panel.set_xticks([])

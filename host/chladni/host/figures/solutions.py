@@ -70,8 +70,9 @@ def solution_figure(
     _draw_coils(coils, board, solution)
     _write_scorecard(sheet, card)
     x, y = solution.target_mm
-    figure.suptitle(f"{board.name}: {solution.method} for ({x:g}, {y:g}) mm", fontsize=11,
-                    color=INK)  # fmt: skip
+    figure.suptitle(
+        f"{board.name}: {solution.method} for ({x:g}, {y:g}) mm", fontsize=11, color=INK
+    )
     return figure
 
 
@@ -82,8 +83,15 @@ def _draw_coils(axes: Axes, board: Board, solution: Solution) -> None:
     colours = [COLOURS[k % len(COLOURS)] for k in range(len(names))]
     axes.bar(range(len(names)), gains, color=colours)
     for k, phase in enumerate(np.degrees(np.angle(solution.drive))):
-        axes.annotate(f"{phase:.0f}°", (k, gains[k]), xytext=(0, 2), textcoords="offset points",
-                      ha="center", fontsize=7, color=INK)  # fmt: skip
+        axes.annotate(
+            f"{phase:.0f}°",
+            (k, gains[k]),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7,
+            color=INK,
+        )
     axes.set_xticks(range(len(names)), names, fontsize=7, rotation=30, ha="right")
     axes.set_ylabel("gain")
     axes.margins(y=0.15)
@@ -102,13 +110,20 @@ def _write_scorecard(axes: Axes, card: Scorecard) -> None:
     ]
     felt = card.felt
     if felt is not None and felt.finger_um is not None and felt.full_volts is not None:
-        rows += [("displacement under the finger", f"{felt.finger_um:.2f} µm"),
-                 ("voltage at the loudest coil", f"{felt.full_volts:.2f} V")]  # fmt: skip
+        rows += [
+            ("displacement under the finger", f"{felt.finger_um:.2f} µm"),
+            ("voltage at the loudest coil", f"{felt.full_volts:.2f} V"),
+        ]
     if felt is not None and felt.sensation_db is not None:
         rows.append(("level above the threshold of feeling", f"{felt.sensation_db:+.1f} dB"))
     axes.set_axis_off()
-    table = axes.table([[name, value] for name, value in rows], loc="upper center", cellLoc="left",
-                       colWidths=[0.66, 0.34], edges="horizontal")  # fmt: skip
+    table = axes.table(
+        [[name, value] for name, value in rows],
+        loc="upper center",
+        cellLoc="left",
+        colWidths=[0.66, 0.34],
+        edges="horizontal",
+    )
     table.auto_set_font_size(False)
     table.set_fontsize(8)
     table.scale(1.0, 1.25)

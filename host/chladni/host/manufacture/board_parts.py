@@ -44,10 +44,12 @@ def _plate(board: Board) -> Part:
     corners = f", corners R{plate.corner_radius / MM:g}" if plate.corner_radius else ""
     material = plate.material or f"E = {plate.youngs_modulus / 1e9:g} GPa"
     return Part(
-        "plate", 1, f"{material}, {sides} mm{corners}",
+        "plate",
+        1,
+        f"{material}, {sides} mm{corners}",
         f"{len(radii)} round holes" if radii else "no holes",
         mass_g=plate.areal_mass * area / 1e-3,
-    )  # fmt: skip
+    )
 
 
 def _magnets(board: Board) -> list[Part]:
@@ -55,8 +57,11 @@ def _magnets(board: Board) -> list[Part]:
     if magnet is None:
         return []
     size = f"⌀{2.0 * magnet.radius / MM:g} × {magnet.height / MM:g} mm"
-    grade = min((g for g, least in GRADES.items() if least >= magnet.remanence),
-                key=GRADES.__getitem__, default="")  # fmt: skip
+    grade = min(
+        (g for g, least in GRADES.items() if least >= magnet.remanence),
+        key=GRADES.__getitem__,
+        default="",
+    )
     what = f"disc {size}"
     if magnet.remanence:
         what = f"NdFeB {grade} disc {size}".replace("  ", " ")
@@ -95,11 +100,15 @@ def _foam(board: Board) -> list[Part]:
 
 def _riders(board: Board) -> list[Part]:
     return [
-        Part("glued disc" if mass.radius else "mass", 1,
-             f"⌀{2.0 * mass.radius / MM:g} × {mass.height / MM:g} mm" if mass.radius else "a point",
-             "the board file's", mass_g=mass.mass / 1e-3)
+        Part(
+            "glued disc" if mass.radius else "mass",
+            1,
+            f"⌀{2.0 * mass.radius / MM:g} × {mass.height / MM:g} mm" if mass.radius else "a point",
+            "the board file's",
+            mass_g=mass.mass / 1e-3,
+        )
         for mass in board.masses
-    ]  # fmt: skip
+    ]
 
 
 def _supports(board: Board) -> list[Part]:

@@ -124,9 +124,10 @@ def _foam_holes(board: Board) -> list[CutOut]:
     """Cut-outs that there is foam for: of strips those that reach one."""
     pieces = strips(board)
     return [
-        cut for cut in cut_outs(board)
+        cut
+        for cut in cut_outs(board)
         if not pieces or any(_apart(cut.at, piece) < cut.radius for piece in pieces)
-    ]  # fmt: skip
+    ]
 
 
 def _apart(at: Point, piece: tuple[float, float, float, float]) -> float:

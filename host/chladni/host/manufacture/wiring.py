@@ -168,10 +168,14 @@ def _draw_full_channel(sheet: Sheet, board: Board, values: Values) -> None:
     sheet.wire((drain_x, GATE_Y - 0.9), (drain_x, GATE_Y - 2.4))
     sheet.ground(drain_x, GATE_Y - 2.4)
     sheet.lines(
-        drain_x + 0.5, GATE_Y + 0.6,
-        ("N-MOSFET, logic level", f"at least {values.switch_v:g} V, {values.switch_a:g} A",
-         f"at most {engineering(values.switch_ohm, 'Ω')} at 2.5 V"),
-    )  # fmt: skip
+        drain_x + 0.5,
+        GATE_Y + 0.6,
+        (
+            "N-MOSFET, logic level",
+            f"at least {values.switch_v:g} V, {values.switch_a:g} A",
+            f"at most {engineering(values.switch_ohm, 'Ω')} at 2.5 V",
+        ),
+    )
     diode_y = COIL_Y + 1.4
     sheet.wire((drain_x, drain_y), (drain_x, diode_y))
     sheet.dot(drain_x, COIL_Y)
@@ -180,8 +184,12 @@ def _draw_full_channel(sheet: Sheet, board: Board, values: Values) -> None:
     sheet.diode(drain_x, BUS_X, diode_y)
     sheet.dot(BUS_X, diode_y, POSITIVE)
     middle = (drain_x + BUS_X) / 2.0
-    sheet.text(middle, diode_y + 0.65, f"Schottky, at least {values.switch_v:g} V, "
-               f"{values.switch_a:g} A", middle=True)  # fmt: skip
+    sheet.text(
+        middle,
+        diode_y + 0.65,
+        f"Schottky, at least {values.switch_v:g} V, {values.switch_a:g} A",
+        middle=True,
+    )
     sheet.text(middle, COIL_Y - 0.4, f"coil, {board.electronics.coil_ohm:g} Ω", middle=True)
     for x, heading in ((CHANNEL_X, "channel"), (PLACE_X, "at, mm"), (NAME_X, "actuator")):
         sheet.text(x, COIL_Y + 0.7, heading, bold=True)
@@ -263,8 +271,11 @@ def _notes(board: Board) -> list[str]:
         "capacitors at 3V3 and EN.",
     ]
     if len(board.actuators) > 1:
-        notes.insert(0, "Every other channel is switched as channel 0: gate resistor, pull-down, "
-                     "MOSFET, and a flyback diode across the coil.")  # fmt: skip
+        notes.insert(
+            0,
+            "Every other channel is switched as channel 0: gate resistor, pull-down, "
+            "MOSFET, and a flyback diode across the coil.",
+        )
     if board.panel is None:
         notes.append("The board file has no [panel]: touches come over the link.")
     elif board.panel.interrupt_pin == NOT_WIRED:

@@ -91,8 +91,10 @@ def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     if not gate.reset_v:
         down = "no gate's GPIO is pulled up through reset: it only drains what leaks"
     switch = f"at least {own.switch_v:g} V, {own.switch_a:g} A"
-    on = (f" and {engineering(gate.input_f, 'F')}",
-          f"on within {settings.min_on_ns:g} ns (min_on_ns)")  # fmt: skip
+    on = (
+        f" and {engineering(gate.input_f, 'F')}",
+        f"on within {settings.min_on_ns:g} ns (min_on_ns)",
+    )
     if not gate.input_f:
         on = ("", "a min_on_ns of 0 leaves no time for its gate")
     return (
@@ -131,6 +133,10 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     kinds = {"find": "FT6x36 or GT911", "ft6x36": "FT6x36", "gt911": "GT911"}
     return (
         Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm", "the board file's"),
-        Part("bus pull-up", 2, engineering(own.bus_ohm, "Ω"),
-             "I²C at 400 kHz: 300 ns/(0.85 · 100 pF) = 3.5 kΩ at most, 0.97 kΩ at least"),
-    )  # fmt: skip
+        Part(
+            "bus pull-up",
+            2,
+            engineering(own.bus_ohm, "Ω"),
+            "I²C at 400 kHz: 300 ns/(0.85 · 100 pF) = 3.5 kΩ at most, 0.97 kΩ at least",
+        ),
+    )

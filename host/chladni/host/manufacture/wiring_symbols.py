@@ -39,17 +39,31 @@ class Sheet:
         self.axes.add_patch(Circle((x, y), 0.11, color=colour, linewidth=0.0))
 
     def text(
-        self, x: float, y: float, text: str, *, size: float = SMALL, left: bool = True,
-        middle: bool = False, colour: str = INK, bold: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        size: float = SMALL,
+        left: bool = True,
+        middle: bool = False,
+        colour: str = INK,
+        bold: bool = False,
+    ) -> None:
         """Text beside a place: to the right of it, to its left, or over the middle of it."""
         # Names come from files: a $ in them is no formula, and what cannot be printed is no text.
         plain = "".join(letter if letter.isprintable() else "·" for letter in text)
         self.axes.text(
-            x, y, plain, fontsize=size, color=colour, va="center", parse_math=False,
+            x,
+            y,
+            plain,
+            fontsize=size,
+            color=colour,
+            va="center",
+            parse_math=False,
             ha="center" if middle else "left" if left else "right",
             fontweight="bold" if bold else "normal",
-        )  # fmt: skip
+        )
 
     def lines(self, x: float, y: float, texts: Sequence[str], *, colour: str = INK) -> None:
         """Lines of small text, the first at `y`."""
@@ -79,9 +93,16 @@ class Sheet:
         reach = (0.0, 1.0) if upright else (1.0, 0.0)
         self.wire((x - reach[0], y - reach[1]), (x + reach[0], y + reach[1]))
         self.axes.add_patch(
-            Rectangle((x - along, y - across), 2 * along, 2 * across, facecolor="white",
-                      edgecolor=INK, linewidth=THIN, zorder=2.5)
-        )  # fmt: skip
+            Rectangle(
+                (x - along, y - across),
+                2 * along,
+                2 * across,
+                facecolor="white",
+                edgecolor=INK,
+                linewidth=THIN,
+                zorder=2.5,
+            )
+        )
 
     def fuse(self, centre: Point) -> None:
         """A fuse of length 1.2, with leads of 0.4 each: the wire goes through it."""
@@ -104,23 +125,40 @@ class Sheet:
         self.wire((start + 4 * turn, y), (right, y))
         for k in range(4):
             self.axes.add_patch(
-                Arc((start + (k + 0.5) * turn, y), turn, 0.6, theta1=0.0, theta2=180.0,
-                    color=INK, linewidth=1.3)
-            )  # fmt: skip
+                Arc(
+                    (start + (k + 0.5) * turn, y),
+                    turn,
+                    0.6,
+                    theta1=0.0,
+                    theta2=180.0,
+                    color=INK,
+                    linewidth=1.3,
+                )
+            )
 
     def diode(self, left: float, right: float, y: float) -> None:
         """A Schottky diode that conducts from left to right."""
         middle = (left + right) / 2.0
         self.wire((left, y), (right, y))
         self.axes.add_patch(
-            Polygon([(middle - 0.3, y + 0.3), (middle - 0.3, y - 0.3), (middle + 0.3, y)],
-                    closed=True, facecolor=INK, edgecolor=INK, linewidth=THIN)
-        )  # fmt: skip
+            Polygon(
+                [(middle - 0.3, y + 0.3), (middle - 0.3, y - 0.3), (middle + 0.3, y)],
+                closed=True,
+                facecolor=INK,
+                edgecolor=INK,
+                linewidth=THIN,
+            )
+        )
         bar, hook = middle + 0.3, 0.18
         self.wire(
-            (bar - hook, y + hook), (bar - hook, y + 0.3), (bar, y + 0.3), (bar, y - 0.3),
-            (bar + hook, y - 0.3), (bar + hook, y - hook), width=1.3,
-        )  # fmt: skip
+            (bar - hook, y + hook),
+            (bar - hook, y + 0.3),
+            (bar, y + 0.3),
+            (bar, y - 0.3),
+            (bar + hook, y - 0.3),
+            (bar + hook, y - hook),
+            width=1.3,
+        )
 
     def mosfet(self, x: float, y: float) -> Point:
         """An N-channel enhancement MOSFET with its gate at a place; returns the drain's.
@@ -135,7 +173,12 @@ class Sheet:
         self.wire((x + 0.58, y - 0.45), (x + 1.1, y - 0.45), (x + 1.1, y - 0.9))
         self.wire((x + 0.58, y), (x + 1.1, y), (x + 1.1, y - 0.45))
         self.axes.add_patch(
-            Polygon([(x + 0.62, y), (x + 0.86, y + 0.12), (x + 0.86, y - 0.12)], closed=True,
-                    facecolor=INK, edgecolor=INK, linewidth=0.5)
-        )  # fmt: skip
+            Polygon(
+                [(x + 0.62, y), (x + 0.86, y + 0.12), (x + 0.86, y - 0.12)],
+                closed=True,
+                facecolor=INK,
+                edgecolor=INK,
+                linewidth=0.5,
+            )
+        )
         return x + 1.1, y + 0.9

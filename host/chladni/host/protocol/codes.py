@@ -113,9 +113,12 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
          "outputs stay off until `chladni device config set --from BOARD`"),
     Code("kOlderTable", "older table", "the newest table is damaged; the older one plays"),
 ))  # fmt: skip
-WAVEFORM = Codes("Waveform", "What a touch is played with.", tuple(
-    Code(f"k{name.capitalize()}", name) for name in WAVEFORMS
-), is_counted=True)  # fmt: skip
+WAVEFORM = Codes(
+    "Waveform",
+    "What a touch is played with.",
+    tuple(Code(f"k{name.capitalize()}", name) for name in WAVEFORMS),
+    is_counted=True,
+)
 ALL_CODES = (
     DEVICE_STATE,
     TABLE_STATUS,

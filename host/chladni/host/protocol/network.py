@@ -100,9 +100,10 @@ class NetworkSettings:
         is_right = SHORTEST_PASSPHRASE <= len(passphrase) < PASSPHRASE_BYTES
         if (passphrase and not is_right) or b"\0" in passphrase:
             raise InputError(
-                "passphrase", f"{len(passphrase)} bytes",
+                "passphrase",
+                f"{len(passphrase)} bytes",
                 f"{SHORTEST_PASSPHRASE} to {PASSPHRASE_BYTES - 1}, or none for an open network",
-            )  # fmt: skip
+            )
         if len(self.key) != KEY_BYTES or not any(self.key):
             raise InputError("key", f"{len(self.key)} bytes", f"{KEY_BYTES}, not all zero")
         if not LOWEST_PORT <= self.port < 2**16:
@@ -112,9 +113,13 @@ class NetworkSettings:
 def pack_network(settings: NetworkSettings) -> bytes:
     """The record as it lies in flash."""
     data = _RECORD.pack(
-        RECORD_MAGIC, VERSION, settings.port, settings.key, settings.ssid.encode(),
+        RECORD_MAGIC,
+        VERSION,
+        settings.port,
+        settings.key,
+        settings.ssid.encode(),
         settings.passphrase.encode(),
-    )  # fmt: skip
+    )
     return data + struct.pack("<I", zlib.crc32(data))
 
 

@@ -176,7 +176,11 @@ def described() -> list[dict[str, Any]]:
 def changes(before: DeviceConfig, after: DeviceConfig) -> list[dict[str, Any]]:
     """Settings in which two configurations differ, as people read them."""
     return [
-        {"name": shown.name, "from": shown.text(before[raw], before["channels"]),
-         "to": shown.text(after[raw], after["channels"])}
-        for raw, shown in SHOWN.items() if raw not in OWN and before[raw] != after[raw]
-    ]  # fmt: skip
+        {
+            "name": shown.name,
+            "from": shown.text(before[raw], before["channels"]),
+            "to": shown.text(after[raw], after["channels"]),
+        }
+        for raw, shown in SHOWN.items()
+        if raw not in OWN and before[raw] != after[raw]
+    ]

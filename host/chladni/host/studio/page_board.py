@@ -72,18 +72,20 @@ class PageBoard:
     async def _hello(self, choice: BoardChoice) -> None:
         """Tell what there is to choose from, and what is chosen."""
         self._choice = choice
-        await self._sender.send({
-            "type": "hello",
-            "boards": self._catalogue.names,
-            "specs": self._catalogue.specs,
-            "ports": ports(self._known_ports),
-            "objectives": list(OBJECTIVES),
-            "methods": list(METHODS),
-            "board": choice.board.name,
-            "objective": choice.objective,
-            "method": choice.method,
-            "frequency_hz": choice.board.drive.frequency_hz,
-        })  # fmt: skip
+        await self._sender.send(
+            {
+                "type": "hello",
+                "boards": self._catalogue.names,
+                "specs": self._catalogue.specs,
+                "ports": ports(self._known_ports),
+                "objectives": list(OBJECTIVES),
+                "methods": list(METHODS),
+                "board": choice.board.name,
+                "objective": choice.objective,
+                "method": choice.method,
+                "frequency_hz": choice.board.drive.frequency_hz,
+            }
+        )
 
     async def _serve(self, choice: BoardChoice) -> None:
         try:

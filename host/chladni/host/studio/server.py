@@ -90,9 +90,14 @@ def listen(port: int, host: str = LOOPBACK) -> socket.socket:
 
 
 def make_server(
-    port: int, token: str, choice: BoardChoice, builder: BoardBuilder, *,
-    host: str = LOOPBACK, known_ports: Sequence[str] = (),
-) -> uvicorn.Server:  # fmt: skip
+    port: int,
+    token: str,
+    choice: BoardChoice,
+    builder: BoardBuilder,
+    *,
+    host: str = LOOPBACK,
+    known_ports: Sequence[str] = (),
+) -> uvicorn.Server:
     """A server of pages.
 
     Parameters
@@ -110,19 +115,32 @@ def make_server(
     """
     app = Guard(application(builder, choice, known_ports), token, port, host)
     config = uvicorn.Config(
-        app, http="h11", ws="websockets-sansio",
-        ws_max_size=LONGEST, ws_per_message_deflate=False, lifespan="off", log_config=None,
-        access_log=False, proxy_headers=False, server_header=False,
-        limit_concurrency=MOST_CONNECTIONS, timeout_graceful_shutdown=1,
-    )  # fmt: skip
+        app,
+        http="h11",
+        ws="websockets-sansio",
+        ws_max_size=LONGEST,
+        ws_per_message_deflate=False,
+        lifespan="off",
+        log_config=None,
+        access_log=False,
+        proxy_headers=False,
+        server_header=False,
+        limit_concurrency=MOST_CONNECTIONS,
+        timeout_graceful_shutdown=1,
+    )
     return uvicorn.Server(config)
 
 
 def serve(
-    listening: socket.socket, token: str, choice: BoardChoice, *,
-    known_ports: Sequence[str] = (), jobs: int | None = None, seconds: float | None = None,
+    listening: socket.socket,
+    token: str,
+    choice: BoardChoice,
+    *,
+    known_ports: Sequence[str] = (),
+    jobs: int | None = None,
+    seconds: float | None = None,
     begun: Callable[[], None] = lambda: None,
-) -> None:  # fmt: skip
+) -> None:
     """Serve pages until Ctrl-C, or for so long.
 
     Parameters

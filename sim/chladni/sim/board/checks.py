@@ -149,9 +149,10 @@ def _check_supports(board: BoardParts) -> None:
     for index, mass in enumerate(board.masses):
         if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
             raise InputError(
-                f"masses[{index}].radius_mm", 0.0,
+                f"masses[{index}].radius_mm",
+                0.0,
                 "a radius above 0 for a mass with a height or a stiffness: both need an area",
-            )  # fmt: skip
+            )
 
 
 def _check_actuators(board: BoardParts) -> None:
@@ -236,8 +237,9 @@ def closest(board: BoardParts) -> str:
     for k, (own, others) in enumerate(zip(apart, which, strict=True)):
         gaps += [
             (float(distance - radii[k] - radii[other]), discs[k][0], discs[other][0])
-            for distance, other in zip(own, others, strict=True) if other != k
-        ]  # fmt: skip
+            for distance, other in zip(own, others, strict=True)
+            if other != k
+        ]
     gap, one, other = min(gaps)
     hint = f", {ROOM / MM:g} mm would do" if gap < ROOM else ""
     return f"{one} and {other} are {gap / MM:.3g} mm apart{hint}"

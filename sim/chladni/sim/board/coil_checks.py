@@ -44,9 +44,12 @@ def winding_makes(
     else:
         check_ranges(magnet, "magnet")
         made["force_factor_n_per_a"] = force_per_ampere(
-            own, remanence=magnet.remanence, radius=magnet.radius, height=magnet.height,
+            own,
+            remanence=magnet.remanence,
+            radius=magnet.radius,
+            height=magnet.height,
             gap=winding.gap,
-        )  # fmt: skip
+        )
         if made["force_factor_n_per_a"] <= 0.0:
             expected = "a gap with the magnet's middle above the winding's, where it is pushed"
             raise InputError("winding.gap_mm", winding.gap / MM, expected)
@@ -65,10 +68,12 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
         raise InputError("magnet.height_mm", 0.0, "above 0", hint=hint)
     if magnet is not None and winding.gap <= 0.0 and winding.inner <= 2.0 * magnet.radius:
         raise InputError(
-            "winding.gap_mm", winding.gap / MM, "above 0",
+            "winding.gap_mm",
+            winding.gap / MM,
+            "above 0",
             hint=f"a magnet of {2.0 * magnet.radius / MM:g} mm does not dip into a bore of "
             f"{winding.inner / MM:g} mm",
-        )  # fmt: skip
+        )
 
 
 def check_coil(board: BoardParts) -> None:
@@ -78,24 +83,27 @@ def check_coil(board: BoardParts) -> None:
         raise InputError("coil.motion_acts_back", coil.motion_acts_back, "true or false")
     if coil is not None and abs(coil.resistance / ohm - 1.0) > SAME_WINDING:
         raise InputError(
-            "electronics.coil_ohm", ohm,
+            "electronics.coil_ohm",
+            ohm,
             f"about coil.resistance_ohm, {coil.resistance:g}: one gives current and heat, the "
             "other the force",
-        )  # fmt: skip
+        )
     if board.winding is None:
         return
     made = winding_makes(board.winding, board.magnet, force=False)
     given = {"electronics.coil_ohm": (ohm, made["resistance_ohm"])}
     if coil is not None:
         own = {
-            "resistance_ohm": coil.resistance, "inductance_mh": coil.inductance / 1e-3,
+            "resistance_ohm": coil.resistance,
+            "inductance_mh": coil.inductance / 1e-3,
             "force_factor_n_per_a": coil.force_factor,
-        }  # fmt: skip
+        }
         given |= {f"coil.{key}": (own[key], made[key]) for key in made}
     for field, (value, follows) in given.items():
         if abs(value / follows - 1.0) > SAME_WINDING:
             raise InputError(
-                field, float(f"{value:.6g}"),
+                field,
+                float(f"{value:.6g}"),
                 f"about {follows:g}, as [winding] and [magnet] make it",
                 hint="leave it out, or mend one of them",
-            )  # fmt: skip
+            )

@@ -172,9 +172,11 @@ def _document(text: str) -> dict[str, Any]:
     for number, line in enumerate(text.split("\n"), 1):
         if line.count(".") > MOST_DOTS:
             raise InputError(
-                f"line {number}", f"{line.count('.')} dots", f"at most {MOST_DOTS}",
+                f"line {number}",
+                f"{line.count('.')} dots",
+                f"at most {MOST_DOTS}",
                 hint="a key has three parts at most",
-            )  # fmt: skip
+            )
     try:
         document = tomllib.loads(text)
     except RecursionError:

@@ -61,14 +61,17 @@ def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:
     for index, cut in enumerate(own.cut_outs):
         check_ranges(cut, f"foundation.cut_outs[{index}]")
     _check_stiffness(board)
-    for sides, pair in ((own.strips.left + own.strips.right, ("left", "right")),
-                        (own.strips.bottom + own.strips.top, ("bottom", "top"))):  # fmt: skip
+    for sides, pair in (
+        (own.strips.left + own.strips.right, ("left", "right")),
+        (own.strips.bottom + own.strips.top, ("bottom", "top")),
+    ):
         side = board.plate.size[0 if pair[0] == "left" else 1]
         if sides > side:
             raise InputError(
-                f"foundation.strips.{pair[0]}_mm and {pair[1]}_mm", sides / MM,
+                f"foundation.strips.{pair[0]}_mm and {pair[1]}_mm",
+                sides / MM,
                 f"{side / MM:g} mm together at most, the plate's side",
-            )  # fmt: skip
+            )
     _check_cut_outs(board, discs)
     _check_holes(board)
 
@@ -83,9 +86,10 @@ def _check_holes(board: BoardParts) -> None:
             outside = np.hypot(x - np.clip(x, x0, x1), y - np.clip(y, y0, y1)) >= hole.radius
             if not inside and not outside:
                 raise InputError(
-                    f"holes[{index}].at_mm", in_mm(hole.at),
+                    f"holes[{index}].at_mm",
+                    in_mm(hole.at),
                     "a hole wholly on a strip of the foundation, or off it",
-                )  # fmt: skip
+                )
 
 
 def _check_stiffness(board: BoardParts) -> None:
@@ -109,9 +113,10 @@ def _check_stiffness(board: BoardParts) -> None:
     if own.total_stiffness > MOST_STIFFNESS:
         thin = "sealed_air_mm" if own.air_stiffness > own.sheet_stiffness else "thickness_mm"
         raise InputError(
-            f"foundation.{thin}", own.total_stiffness * MM**3,
+            f"foundation.{thin}",
+            own.total_stiffness * MM**3,
             f"a foundation of at most {MOST_STIFFNESS * MM**3:g} N/mm³",
-        )  # fmt: skip
+        )
     if not own.total_stiffness:
         raise MissingError(
             "foundation.stiffness_n_per_mm3",
@@ -130,9 +135,8 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
     for k, (name, cut) in enumerate(zip(names, own, strict=True)):
         if np.any(np.abs(cut.at) + cut.radius > half + 1e-9):
             raise InputError(
-                f"{name}", in_mm(cut.at),
-                "a cut-out that lies on the plate as a whole",
-            )  # fmt: skip
+                f"{name}", in_mm(cut.at), "a cut-out that lies on the plate as a whole"
+            )
         before = [(names[j], own[j].at, own[j].radius) for j in range(k)]
         for other, at, radius in (*before, *others):
             apart = float(np.hypot(*np.subtract(at, cut.at)))
@@ -140,8 +144,9 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
             if apart < cut.radius + radius and not is_middle:
                 value = in_mm(cut.at)
                 raise InputError(
-                    name, value if k < explicit else float(f"{cut.radius / MM:.9g}"),
+                    name,
+                    value if k < explicit else float(f"{cut.radius / MM:.9g}"),
                     f"a cut-out clear of {other}",
                     hint=f"they are {apart / MM:.3g} mm apart, "
                     f"{(cut.radius + radius) / MM:.3g} would do",
-                )  # fmt: skip
+                )

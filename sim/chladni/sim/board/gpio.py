@@ -74,9 +74,13 @@ class PinFault:
 
 
 def pin_fault(
-    gates: Sequence[int], *, sda: int | None = None, scl: int | None = None,
-    interrupt: int = NOT_WIRED, reset: int = NOT_WIRED,
-) -> PinFault | None:  # fmt: skip
+    gates: Sequence[int],
+    *,
+    sda: int | None = None,
+    scl: int | None = None,
+    interrupt: int = NOT_WIRED,
+    reset: int = NOT_WIRED,
+) -> PinFault | None:
     """The first pin that its role cannot have; None if there is none.
 
     Parameters

@@ -28,8 +28,11 @@ def static_fields(board: Board, model: PlateModel) -> FloatArray | None:
     loss, foundation = board.plate.loss_factor, board.foundation
     if foundation is not None and foundation.total_loss_factor != loss:
         # What is steady loses nothing; of two loss factors none can be divided out.
-        still = replace(board, plate=replace(board.plate, loss_factor=0.0),
-                        foundation=replace(foundation, loss_factor=0.0))  # fmt: skip
+        still = replace(
+            board,
+            plate=replace(board.plate, loss_factor=0.0),
+            foundation=replace(foundation, loss_factor=0.0),
+        )
         return static_fields(still, plate_model(still))
     fields: TransferFields = transfer_fields(
         board, frequency_hz=SLOW_HZ, model=model, allow_unmet=True

@@ -107,9 +107,10 @@ def transfer_fields(
     own_loss = board.foundation.total_loss_factor if board.foundation else board.plate.loss_factor
     if mode_loss_factors and own_loss != board.plate.loss_factor:
         raise InputError(
-            "mode_loss_factors", list(mode_loss_factors),
+            "mode_loss_factors",
+            list(mode_loss_factors),
             "none, where plate and foundation lose unlike shares: modes have one loss factor",
-        )  # fmt: skip
+        )
     response = _respond(board, loads, model, frequency_hz, tolerance, allow_unmet=allow_unmet)
     frequency = response.frequency_hz
     values = response.values
@@ -148,9 +149,13 @@ def target_field(
         The estimated error is above the tolerance; `allow_unmet` lets some pass.
     """
     return target_fields(
-        board, [target_mm], frequency_hz=frequency_hz, tolerance=tolerance, model=model,
+        board,
+        [target_mm],
+        frequency_hz=frequency_hz,
+        tolerance=tolerance,
+        model=model,
         allow_unmet=allow_unmet,
-    )  # fmt: skip
+    )
 
 
 def target_fields(
@@ -174,9 +179,14 @@ def target_fields(
     radius = board.magnet.radius if board.magnet else 0.0
     places = [off_screws(board, place, radius) for place in targets_mm]
     return disc_fields(
-        board, places, radius, frequency_hz=frequency_hz, tolerance=tolerance, model=model,
+        board,
+        places,
+        radius,
+        frequency_hz=frequency_hz,
+        tolerance=tolerance,
+        model=model,
         allow_unmet=allow_unmet,
-    )  # fmt: skip
+    )
 
 
 def disc_fields(
@@ -241,9 +251,14 @@ def off_screws(
 
 
 def _respond(
-    board: Board, loads: Sequence[Load], model: PlateModel, frequency_hz: float | None,
-    tolerance: float, *, allow_unmet: bool,
-) -> Response:  # fmt: skip
+    board: Board,
+    loads: Sequence[Load],
+    model: PlateModel,
+    frequency_hz: float | None,
+    tolerance: float,
+    *,
+    allow_unmet: bool,
+) -> Response:
     """Fields on the board's image points, at its own frequency unless another is given."""
     frequency = board.drive.frequency_hz if frequency_hz is None else frequency_hz
     response = model.respond(
@@ -257,9 +272,11 @@ def _check(board: Board, response: Response, *, allow_unmet: bool) -> None:
     """Refuse fields that are not exact enough, and name the features that are likely to blame."""
     if not response.tolerance_met:
         check_estimate(
-            response.error_estimate, response.tolerance, allow_unmet=allow_unmet,
+            response.error_estimate,
+            response.tolerance,
+            allow_unmet=allow_unmet,
             closest=closest(board),
-        )  # fmt: skip
+        )
 
 
 def _load(board: Board, x: float, y: float) -> Load:

@@ -149,8 +149,9 @@ class FingertipDiscs:
         """The mean over every disc of something on the image points, shape (nx, ny)."""
         from scipy.signal import fftconvolve  # noqa: PLC0415  (as above)
 
-        return np.asarray(np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0)
-                          / self._count)  # fmt: skip
+        return np.asarray(
+            np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0) / self._count
+        )
 
 
 def second_finger_db(w: ComplexArray, x: FloatArray, y: FloatArray, target: Place) -> float:

@@ -75,8 +75,9 @@ class SimplySupportedPlate(PlateModel):
         moved = energies[energies > self._still_energy(omega)]
         error = np.sqrt(tail / moved.min()) if moved.size else 0.0
         values = grid.unfold(self._shares(grid, orbits.distinct, weights), orbits)
-        return Response(values, int(inside.sum()), float(error), excitation.frequency_hz,
-                        excitation.tolerance)  # fmt: skip
+        return Response(
+            values, int(inside.sum()), float(error), excitation.frequency_hz, excitation.tolerance
+        )
 
     def _shares(
         self, grid: MirroredGrid, loads: Sequence[Load], weights: NDArray[Any]

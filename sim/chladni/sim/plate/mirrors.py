@@ -32,9 +32,10 @@ class Mirrors:
     def images(self) -> list[tuple[float, float]]:
         """Signs of (x, y) of every group element, the identity first."""
         return [
-            (sx, sy) for sx in ((1.0, -1.0) if self.x else (1.0,))
+            (sx, sy)
+            for sx in ((1.0, -1.0) if self.x else (1.0,))
             for sy in ((1.0, -1.0) if self.y else (1.0,))
-        ]  # fmt: skip
+        ]
 
     def shared_with(self, x: FloatArray, y: FloatArray) -> Mirrors:
         """Those of them that the grid x × y has as well."""

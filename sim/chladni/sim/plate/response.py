@@ -119,8 +119,14 @@ class PlateModel(ABC):
             Fields or plate would take more memory than is allowed.
         """
         count = len(loads) * x.size * y.size
-        begin(Cost(f"{len(loads)} fields of {x.size} × {y.size} points", FIELD_BYTES * count,
-                   FIELD_SECONDS * count, "image.points"))  # fmt: skip
+        begin(
+            Cost(
+                f"{len(loads)} fields of {x.size} × {y.size} points",
+                FIELD_BYTES * count,
+                FIELD_SECONDS * count,
+                "image.points",
+            )
+        )
         return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
 
     @abstractmethod

@@ -38,9 +38,14 @@ class Constraints:
     """
 
     def __init__(
-        self, supports: SupportConditions, subset: NDArray[np.intp], taken: NDArray[np.intp],
-        scale: FloatArray, *, polynomials: int,
-    ) -> None:  # fmt: skip
+        self,
+        supports: SupportConditions,
+        subset: NDArray[np.intp],
+        taken: NDArray[np.intp],
+        scale: FloatArray,
+        *,
+        polynomials: int,
+    ) -> None:
         self._taken = taken
         own = supports.moments[np.ix_(taken, subset)] * scale
         self._edges = int(np.count_nonzero(taken >= supports.moments.shape[0] - supports.edges))

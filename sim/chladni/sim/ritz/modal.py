@@ -59,10 +59,16 @@ class ClassModes:
     """
 
     def __init__(
-        self, stiffness: FloatArray, mass: FloatArray, supports: SupportConditions,
-        subset: NDArray[np.intp], taken: NDArray[np.intp],
-        *, polynomials: int, foundation: tuple[FloatArray, float] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        stiffness: FloatArray,
+        mass: FloatArray,
+        supports: SupportConditions,
+        subset: NDArray[np.intp],
+        taken: NDArray[np.intp],
+        *,
+        polynomials: int,
+        foundation: tuple[FloatArray, float] | None = None,
+    ) -> None:
         self._subset = subset
         self._solved = 0
         # Many loads come at one frequency: its factors are kept.

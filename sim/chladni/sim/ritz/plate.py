@@ -29,7 +29,7 @@ from chladni.sim.ritz.basis.resolution import (
     resolution_for,
     wave_number,
     wave_number_of_mode,
-)  # fmt: skip
+)
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.solver import Estimate, Image, Solver
 

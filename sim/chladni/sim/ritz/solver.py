@@ -201,9 +201,13 @@ class Solver:
         return max(c.modes.resonance(omega) for c in self.classes)
 
     def image(
-        self, case: LoadCase, solution: list[ComplexArray], loss_factor: float, x: FloatArray,
+        self,
+        case: LoadCase,
+        solution: list[ComplexArray],
+        loss_factor: float,
+        x: FloatArray,
         y: FloatArray,
-    ) -> Image:  # fmt: skip
+    ) -> Image:
         """The case's solution on the grid x × y."""
         table = self._grid(x, y)
         parts = (np.real, np.imag) if self.is_lossy(loss_factor) else (np.real,)
@@ -221,8 +225,11 @@ class Solver:
         self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray
     ) -> ModeShapes:
         """The lowest modes of all classes on the grid x × y, and unit loads' work on them."""
-        found = [(value, k, j) for k, c in enumerate(self.classes)
-                 for j, value in enumerate(c.modes.omega_squared[:count])]  # fmt: skip
+        found = [
+            (value, k, j)
+            for k, c in enumerate(self.classes)
+            for j, value in enumerate(c.modes.omega_squared[:count])
+        ]
         lowest = sorted(found)[:count]
         grid = self._grid(x, y)
         shapes, work = [], []
@@ -232,8 +239,12 @@ class Solver:
             field = grid.fields([cls.basis], [mode])
             grid.clear_cut_out(field)
             shapes.append(field[0])
-            work.append([float(self._work(load).in_class(cls.basis).force[:, 0] @ mode[:, 0])
-                         for load in loads])  # fmt: skip
+            work.append(
+                [
+                    float(self._work(load).in_class(cls.basis).force[:, 0] @ mode[:, 0])
+                    for load in loads
+                ]
+            )
         frequencies = np.sqrt(np.maximum([value for value, _, _ in lowest], 0.0)) / (2.0 * np.pi)
         participation = np.array(work).reshape(len(lowest), len(loads)).T
         return ModeShapes(np.asarray(frequencies), np.stack(shapes), participation)

@@ -54,9 +54,7 @@ class SymmetricFactors:
     def solve(self, right: AnyArray) -> AnyArray:
         """Solutions of right-hand sides of the matrix's own type, shape (size, sides)."""
         columns = np.asfortranarray(right[self._order])
-        columns = self._divide_by_lower(
-            1.0, self._lower, columns, lower=1, diag=1, overwrite_b=1
-        )  # fmt: skip
+        columns = self._divide_by_lower(1.0, self._lower, columns, lower=1, diag=1, overwrite_b=1)
         divided = self._own[:, None] * columns
         divided[:-1] += self._beside[:, None] * columns[1:]
         divided[1:] += self._beside[:, None] * columns[:-1]

@@ -243,8 +243,9 @@ def _resume(path: Path, key: dict[str, Any], shape: tuple[int, ...]) -> Chain | 
             hint=f"it is one of {_words(saved)}",
         )
     if chain.state.shape != shape:
-        raise ArgumentError("trace", f"a state of shape {chain.state.shape}", f"{shape}",
-                         file=str(path))  # fmt: skip
+        raise ArgumentError(
+            "trace", f"a state of shape {chain.state.shape}", f"{shape}", file=str(path)
+        )
     return chain
 
 

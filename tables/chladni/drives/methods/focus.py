@@ -192,9 +192,12 @@ def _zones(distance: FloatArray, asked: Focus) -> tuple[IndexArray, IndexArray]:
 
 
 def _within(
-    discs: SecondFingers, zones: tuple[IndexArray, IndexArray], mean: ComplexArray, asked: Focus,
+    discs: SecondFingers,
+    zones: tuple[IndexArray, IndexArray],
+    mean: ComplexArray,
+    asked: Focus,
     newtons: float | None,
-) -> Focused:  # fmt: skip
+) -> Focused:
     """The drive of coils that push so many newtons at most."""
     reach = float(np.abs(mean).sum())
     floor, limit = 0.0, NO_COIL_GAIN / reach
@@ -241,9 +244,14 @@ class _Search:
         self.rounds = self.turns = 0
 
     def least(
-        self, far: IndexArray, near: IndexArray, cap: float, *, start: ComplexArray | None = None,
+        self,
+        far: IndexArray,
+        near: IndexArray,
+        cap: float,
+        *,
+        start: ComplexArray | None = None,
         enough: float = 0.0,
-    ) -> Minimum:  # fmt: skip
+    ) -> Minimum:
         """The drive whose loudest far disc is least; its level and bound are of all discs.
 
         Parameters
@@ -263,9 +271,14 @@ class _Search:
             forms = [self._limit**2 * self._discs.forms[own] for own in chosen]
             # The first drive only shows where discs are lacking.
             found = minimax(
-                self._mean, forms[0], forms[1], cap, tolerance=INNER if number else FIRST_GAP,
-                start=start, enough=ENOUGH * enough,
-            )  # fmt: skip
+                self._mean,
+                forms[0],
+                forms[1],
+                cap,
+                tolerance=INNER if number else FIRST_GAP,
+                start=start,
+                enough=ENOUGH * enough,
+            )
             self.rounds, self.turns = self.rounds + 1, self.turns + found.turns
             squares = self._discs.mean_squares(found.drive * self._limit)
             level = float(squares[far].max())

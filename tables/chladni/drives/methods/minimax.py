@@ -108,9 +108,15 @@ class _Constraints:
 
 
 def minimax(
-    mean: ComplexArray, far: ComplexArray, near: ComplexArray, cap: float, *, tolerance: float,
-    start: ComplexArray | None = None, enough: float = 0.0,
-) -> Minimum:  # fmt: skip
+    mean: ComplexArray,
+    far: ComplexArray,
+    near: ComplexArray,
+    cap: float,
+    *,
+    tolerance: float,
+    start: ComplexArray | None = None,
+    enough: float = 0.0,
+) -> Minimum:
     """The least loudest far disc.
 
     Parameters
@@ -215,9 +221,13 @@ def _longest(values: FloatArray, step: FloatArray) -> float:
 
 
 def _as_it_stands(
-    own: _Constraints, mean: ComplexArray, x: FloatArray, values: FloatArray,
-    multipliers: FloatArray, turn: int,
-) -> Minimum:  # fmt: skip
+    own: _Constraints,
+    mean: ComplexArray,
+    x: FloatArray,
+    values: FloatArray,
+    multipliers: FloatArray,
+    turn: int,
+) -> Minimum:
     """The drive after some turns, and what the multipliers prove by then."""
     u = x[: own.count] + 1j * x[own.count : 2 * own.count]
     # Off Σ mₙuₙ = 1 by rounding.

@@ -36,5 +36,6 @@ def pressed_problem(problem: Problem) -> Problem:
     plate = problem.solved.plate
     fields = replace(plate.fields, values=with_finger(problem, problem.transfer))
     own = SolvedPlate(plate.model, fields, plate.mirrors, plate.static)
-    return Problem(SolvedBoard(problem.board, own), problem.target_mm, problem.wanted,
-                   problem.wanted_error)  # fmt: skip
+    return Problem(
+        SolvedBoard(problem.board, own), problem.target_mm, problem.wanted, problem.wanted_error
+    )

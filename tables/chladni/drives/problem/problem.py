@@ -117,9 +117,12 @@ class SolvedBoard:
         return SolvedBoard(board, replace(self.plate, fields=fields))
 
     def problems(
-        self, targets_mm: Sequence[tuple[float, float]], *, tolerance: float = TOLERANCE,
+        self,
+        targets_mm: Sequence[tuple[float, float]],
+        *,
+        tolerance: float = TOLERANCE,
         with_finger: bool = False,
-    ) -> Iterator[Problem]:  # fmt: skip
+    ) -> Iterator[Problem]:
         """Many targets; their fields are found some at a time, which costs a third of one by one.
 
         Parameters

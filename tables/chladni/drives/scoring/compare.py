@@ -198,9 +198,10 @@ def _is_result(result: Result, chosen: Sequence[tuple[str, str]]) -> bool:
 
 def _are_numbers(numbers: Any) -> bool:
     return (
-        isinstance(numbers, dict) and list(numbers) == list(NUMBERS)
+        isinstance(numbers, dict)
+        and list(numbers) == list(NUMBERS)
         and all(type(n) is float or n in ("nan", "inf", "-inf") for n in numbers.values())
-    )  # fmt: skip
+    )
 
 
 def _median(values: Sequence[float]) -> float | None:

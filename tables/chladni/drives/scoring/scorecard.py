@@ -64,15 +64,22 @@ class Scorecard:
 def score(solution: Solution, board: Board) -> Scorecard:
     """Score a solution on the full image, null models included."""
     return score_field(
-        solved_board(board), solution.field, solution.target_field, solution.target_mm,
+        solved_board(board),
+        solution.field,
+        solution.target_field,
+        solution.target_mm,
         drive=solution.drive,
-    )  # fmt: skip
+    )
 
 
 def score_field(
-    solved: SolvedBoard, field: ComplexArray, wanted: ComplexArray,
-    target_mm: tuple[float, float], *, drive: ComplexArray | None = None,
-) -> Scorecard:  # fmt: skip
+    solved: SolvedBoard,
+    field: ComplexArray,
+    wanted: ComplexArray,
+    target_mm: tuple[float, float],
+    *,
+    drive: ComplexArray | None = None,
+) -> Scorecard:
     """Score any field of a board against the field of a unit load at the target.
 
     Parameters

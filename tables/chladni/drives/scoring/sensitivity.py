@@ -211,12 +211,16 @@ def _support_changes(board: Board) -> Iterator[Change]:
     """Screws on soft stand-offs, and foam of another stiffness."""
     if any(screw.support != "sprung" for screw in board.screws):
         soft = tuple(
-            screw if screw.support == "sprung" else replace(
-                screw, support="sprung", stiffness=SOFT_SCREW,
+            screw
+            if screw.support == "sprung"
+            else replace(
+                screw,
+                support="sprung",
+                stiffness=SOFT_SCREW,
                 rotational_stiffness=SOFT_SCREW_TILT if screw.support == "clamped" else 0.0,
             )
             for screw in board.screws
-        )  # fmt: skip
+        )
         yield "screws", "rigid to nylon", lambda: replace(board, screws=soft)
     if board.foundation is None or not board.foundation.sheet_stiffness:
         return

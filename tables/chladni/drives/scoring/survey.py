@@ -164,9 +164,15 @@ def active_lattice(board: Board, pitch: float) -> Lattice:
 
 
 def score_drives(
-    solved: SolvedBoard, lattice: Lattice, drives: Sequence[ComplexArray], *,
-    samples: int, seed: int, tolerance: float = TOLERANCE, progress: Progress | None = None,
-) -> Score:  # fmt: skip
+    solved: SolvedBoard,
+    lattice: Lattice,
+    drives: Sequence[ComplexArray],
+    *,
+    samples: int,
+    seed: int,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+) -> Score:
     """Score drives of places, as drawn and on boards that come out otherwise.
 
     Parameters

@@ -50,8 +50,10 @@ def _drawn(board: Board, rng: np.random.Generator) -> Drawn:
     actuators = len(board.actuators)
     for _ in range(TRIES):
         thickness, modulus, foam = 1.0 + rng.uniform(-1.0, 1.0, 3) * (
-            SHEET_THICKNESS, SHEET_MODULUS, FOAM,
-        )  # fmt: skip
+            SHEET_THICKNESS,
+            SHEET_MODULUS,
+            FOAM,
+        )
         moves = COIL_PLACE * rng.uniform(-1.0, 1.0, (actuators, 2))
         forces = 1.0 + FORCE * rng.uniform(-1.0, 1.0, actuators)
         # Where magnets stand close, a draw in which they touch is drawn again.

@@ -82,8 +82,9 @@ def _check_mirrors(table: Table, owner: Board, file: str) -> None:
     """A mirror that a table uses is its board's."""
     mirrors = board_mirrors(owner)
     for name, own, found in (
-        ("mirror_x", table.symmetry.x, mirrors.x), ("mirror_y", table.symmetry.y, mirrors.y),
-    ):  # fmt: skip
+        ("mirror_x", table.symmetry.x, mirrors.x),
+        ("mirror_y", table.symmetry.y, mirrors.y),
+    ):
         if own is not None and own != found:
             raise InputError(name, own, f"{found}, the board's own", file=file)
 

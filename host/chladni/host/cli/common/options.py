@@ -65,9 +65,10 @@ def _allow_large(large: bool) -> bool:
 
 LargeOption = Annotated[
     bool,
-    typer.Option("--large", callback=_allow_large,
-                 help="Allow work that takes more than 2 GB of memory."),
-]  # fmt: skip
+    typer.Option(
+        "--large", callback=_allow_large, help="Allow work that takes more than 2 GB of memory."
+    ),
+]
 """Takes effect by itself; commands need not look at it."""
 FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]
 
@@ -111,9 +112,14 @@ def check_one_of(what: str = "", **given: bool) -> None:
 
 
 def with_focus(
-    board: Board, objective: str, *, quieter_from_mm: float | None, quieter_db: float | None,
-    silent_from_mm: float | None, floor_um: float | None,
-) -> Board:  # fmt: skip
+    board: Board,
+    objective: str,
+    *,
+    quieter_from_mm: float | None,
+    quieter_db: float | None,
+    silent_from_mm: float | None,
+    floor_um: float | None,
+) -> Board:
     """A board with the demands of its focus replaced by those of the options.
 
     Raises

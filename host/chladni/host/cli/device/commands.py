@@ -51,10 +51,7 @@ def register(app: typer.Typer) -> None:
 
 @device_app.command("info")
 @connecting
-def info(
-    connection: Connection,
-    as_json: JsonOption = False,
-) -> None:  # fmt: skip
+def info(connection: Connection, as_json: JsonOption = False) -> None:
     """Show state, table, heat and faults."""
     with connection.device() as device:
         version = device.version.fields
@@ -92,7 +89,7 @@ def touch(
     place: Annotated[str, typer.Argument(metavar="X,Y", help="Place in mm.")],
     seconds: Annotated[float, typer.Option(help="How long the finger stays.")] = 1.0,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Play a place for a while, as a finger would."""
     x, y = parse_place(place, "X,Y")
     if not 0.0 < seconds <= 60.0:
@@ -131,7 +128,7 @@ def frequency(
     connection: Connection,
     hertz: Annotated[float, typer.Argument(metavar="HZ", help="One of the table's, Hz.")],
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Play the table's drives of another frequency, until the next start."""
     if not 1.0 <= hertz <= 1000.0:
         raise InputError("HZ", hertz, "1 to 1000 Hz")
@@ -147,7 +144,7 @@ def waveform(
     connection: Connection,
     name: Annotated[str, typer.Argument(metavar="NAME", help=f"{', '.join(WAVEFORMS)}.")],
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Play touches with another wave, until the next start."""
     if name not in WAVEFORMS:
         raise InputError("NAME", name, f"one of: {', '.join(WAVEFORMS)}")
@@ -171,7 +168,7 @@ def new_key(
 def log(
     connection: Connection,
     seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
-) -> None:  # fmt: skip
+) -> None:
     """Print the device's own text: boot messages, panics, the console."""
     if not 0.0 < seconds <= 3600.0:
         raise InputError("--seconds", seconds, "more than 0, at most 3600")

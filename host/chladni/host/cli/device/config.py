@@ -38,7 +38,7 @@ def config(
         bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
     ] = False,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Show the configuration, explain it, or change it and restart the device."""
     names = settings or []
     if action not in ACTIONS or (action == "set" and not (names or source)):
@@ -82,8 +82,9 @@ def _show(connection: Connection, names: list[str], *, as_json: bool) -> None:
         count = found["channels"]
         values |= {
             name: own.text(found[own.raw_name], count)
-            for name, own in asked.items() if own.raw_name != "board_id"
-        }  # fmt: skip
+            for name, own in asked.items()
+            if own.raw_name != "board_id"
+        }
         answer(values, as_json=False, title="Configuration")
         return
     raw = {name: found[own.raw_name] for name, own in asked.items()}
@@ -91,9 +92,14 @@ def _show(connection: Connection, names: list[str], *, as_json: bool) -> None:
 
 
 def _set(
-    connection: Connection, names: list[str], source: str | None, *, yes: bool, rom: bool,
+    connection: Connection,
+    names: list[str],
+    source: str | None,
+    *,
+    yes: bool,
+    rom: bool,
     as_json: bool,
-) -> None:  # fmt: skip
+) -> None:
     wanted: dict[str, Any] = {} if source is None else _of_board(source)
     for name in names:
         wanted |= parse_setting(name)
@@ -155,5 +161,6 @@ def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: boo
     written = {name: found[name] for name in changes}
     answer(
         {name: list(v) if isinstance(v, tuple) else v for name, v in written.items()},
-        as_json=as_json, title="Written; the device starts with it",
-    )  # fmt: skip
+        as_json=as_json,
+        title="Written; the device starts with it",
+    )

@@ -58,8 +58,10 @@ class Connection:
         """
         check_one_of(
             "the way to the device",
-            port=self.port is not None, udp=self.udp is not None, emulator=self.emulator,
-        )  # fmt: skip
+            port=self.port is not None,
+            udp=self.udp is not None,
+            emulator=self.emulator,
+        )
         if self.port is not None:
             return SerialWire(self.port, baud=self.baud)
         if self.udp is not None:
@@ -87,11 +89,13 @@ def connecting(command: Callable[..., None]) -> Callable[..., None]:
 
     options = [
         inspect.Parameter(
-            field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default,
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=field.default,
             annotation=shared[field.name],
         )
         for field in fields(Connection)
-    ]  # fmt: skip
+    ]
     kept = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[p.name]) for p in own]
     run.__name__, run.__doc__ = command.__name__, command.__doc__
     run.__signature__ = inspect.Signature([*kept, *options])  # type: ignore[attr-defined]

@@ -23,14 +23,12 @@ def self_test(
     first_boot: Annotated[
         bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
     ] = False,
-    channel: Annotated[
-        int | None, typer.Option(help="Only this one, counted from 0.")
-    ] = None,
+    channel: Annotated[int | None, typer.Option(help="Only this one, counted from 0.")] = None,
     seconds: Annotated[
         float, typer.Option(help="How long each plays: long enough to find it by hand.")
     ] = SELF_TEST_S,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
     if not SELF_TEST_S <= seconds <= 10.0:
         raise InputError("--seconds", seconds, f"{SELF_TEST_S:g} to 10")
@@ -49,8 +47,9 @@ def self_test(
         faults = faults_since(device, before)
     answer(
         {"channels": rows, "supply_limit_ma": config["supply_ma"], "faults": faults},
-        as_json=as_json, title="Self-test",
-    )  # fmt: skip
+        as_json=as_json,
+        title="Self-test",
+    )
     failed = [str(row["channel"]) for row in rows if not row["ok"]]
     if failed:
         raise LinkError(

@@ -39,7 +39,7 @@ def stream(
     waveform: Annotated[str, typer.Option(help="sine, triangle, square or ramp.")] = "sine",
     seconds: Annotated[float, typer.Option(help="How long a drive or a script plays.")] = 1.0,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Play a drive from this computer, or raw duties, carrier/8 of them a second."""
     check_one_of(
         "what to play", DRIVE=drive is not None, csv=csv is not None, script=script is not None

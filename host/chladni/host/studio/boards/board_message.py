@@ -48,8 +48,10 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
     """
     board, fields = ready.board, ready.solved.fields
     points = board.image.points
-    axes = [np.interp(sent_axis(axis.size, points), np.arange(axis.size), axis / MM)
-            for axis in (fields.x, fields.y)]  # fmt: skip
+    axes = [
+        np.interp(sent_axis(axis.size, points), np.arange(axis.size), axis / MM)
+        for axis in (fields.x, fields.y)
+    ]
     return {
         "type": "board",
         "name": board.name,

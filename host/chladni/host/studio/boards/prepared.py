@@ -75,7 +75,6 @@ class ReadyBoard(Prepared):
         """
         solved = Prepared.of(choice).solved
         table, _ = build_table(
-            choice.board, objective=choice.objective, jobs=jobs, progress=progress,
-            allow_unmet=True,
-        )  # fmt: skip
+            choice.board, objective=choice.objective, jobs=jobs, progress=progress, allow_unmet=True
+        )
         return cls(choice, solved, table)

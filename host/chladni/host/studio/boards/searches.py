@@ -76,9 +76,12 @@ class Search:
         """Search to the end or until it is stopped; the state after that."""
         try:
             found = design(
-                self._spec, jobs=self._jobs, samples=SAMPLES,
-                progress=self._tell, on_board=self._keep,
-            )  # fmt: skip
+                self._spec,
+                jobs=self._jobs,
+                samples=SAMPLES,
+                progress=self._tell,
+                on_board=self._keep,
+            )
         except StoppedError:
             return "stopped"
         except ChladniError as error:

@@ -96,8 +96,13 @@ async def _refuse(receive: Receive, send: Send, status: int, *, is_socket: bool)
         await receive()
         await send({"type": "websocket.close", "code": 1008})  # answered with 403
         return
-    await send({"type": "http.response.start", "status": status,
-                "headers": [(b"content-type", b"text/plain")]})  # fmt: skip
+    await send(
+        {
+            "type": "http.response.start",
+            "status": status,
+            "headers": [(b"content-type", b"text/plain")],
+        }
+    )
     await send({"type": "http.response.body", "body": b"not for you\n"})
 
 

@@ -62,9 +62,10 @@ class DevicePort:
             "rows": [[name, str(value)] for name, value in info_rows(info).items()],
             "settings": [
                 [own.name, own.text(config[raw], config["channels"])]
-                for raw, own in SHOWN.items() if raw not in UNSHOWN
+                for raw, own in SHOWN.items()
+                if raw not in UNSHOWN
             ],
-        }  # fmt: skip
+        }
 
     def hold(self, place_mm: tuple[float, float]) -> None:
         """Put a finger at a place, or move it there."""
@@ -92,8 +93,9 @@ class DevicePort:
             rows.append(try_channel(self._device, channel, config, SELF_TEST_S))
         failed = [
             f"channel {row['channel']} draws {row['supply_ma']} mA, not {row['expected_ma']}"
-            for row in rows if not row["ok"]
-        ]  # fmt: skip
+            for row in rows
+            if not row["ok"]
+        ]
         return "; ".join(failed) or f"all {count} coils draw what they should"
 
     def set(self, text: str) -> str:

@@ -120,13 +120,18 @@ class Basis:
         self.inclusions = [
             # Nothing bends inside a hole, so there is nothing to resolve.
             Circle(
-                i.x, i.y, i.radius,
-                sets.of(k, resolution.inclusion_orders,
-                        -1 if i.is_hole else resolution.inclusion_bubbles),
+                i.x,
+                i.y,
+                i.radius,
+                sets.of(
+                    k,
+                    resolution.inclusion_orders,
+                    -1 if i.is_hole else resolution.inclusion_bubbles,
+                ),
                 held_edge(geometry, i.x, i.y, i.radius),
             )
             for k, i in enumerate(geometry.inclusions, start=len(geometry.rims))
-        ]  # fmt: skip
+        ]
         # Discs have a quadrature of their own, which takes up what is kinked on their rims.
         self.smoothed = [
             circle

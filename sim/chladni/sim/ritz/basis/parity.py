@@ -153,9 +153,10 @@ class ParityBasis:
     def _partner(self, circle: Circle, image: tuple[float, float]) -> int:
         distances = [
             np.hypot(image[0] * circle.x - other.x, image[1] * circle.y - other.y)
-            + abs(circle.radius - other.radius) + abs(circle.own.bubbles - other.own.bubbles)
+            + abs(circle.radius - other.radius)
+            + abs(circle.own.bubbles - other.own.bubbles)
             for other in self.basis.circles
-        ]  # fmt: skip
+        ]
         return int(np.argmin(distances))
 
     def polynomial_bending(self) -> FloatArray:

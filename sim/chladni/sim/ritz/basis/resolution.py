@@ -182,8 +182,10 @@ def cost_of(
     read = points / classes * on_circles
     read *= classes if read > MOST_VALUES else 1
     seconds = 1.5e-10 * matrices * size / classes + 5e-8 * sampled + 2e-8 * read
-    kinds = {"screws": len(geometry.rims), "magnets, glued masses and holes":
-             len(geometry.inclusions)}  # fmt: skip
+    kinds = {
+        "screws": len(geometry.rims),
+        "magnets, glued masses and holes": len(geometry.inclusions),
+    }
     if on_circles > resolution.nx * resolution.ny:
         most = max(kinds, key=lambda kind: kinds[kind])
         lower = f"the number of {most} ({kinds[most]}), or ask for a looser tolerance"

@@ -86,9 +86,12 @@ class Circle:
 
 
 def evaluate_circles(
-    circles: Sequence[Circle], x: FloatArray, y: FloatArray, derivative: Derivative,
+    circles: Sequence[Circle],
+    x: FloatArray,
+    y: FloatArray,
+    derivative: Derivative,
     smooth: Sequence[bool],
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """`Circle.evaluate` of several circles, one after the other; shape (points, functions).
 
     Circles of the same functions are taken together where points are few: there calls cost more

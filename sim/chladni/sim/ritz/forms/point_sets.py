@@ -112,10 +112,14 @@ def point_sets(basis: Basis, mirrors: Mirrors, area_points: tuple[int, int]) -> 
             edges.append(Edge(points, axis, side))
     corners = _fundamental(quadrature.corners(geometry.width, geometry.length), mirrors, images)
     offcuts = quadrature.join(
-        [quadrature.corner_offcuts(geometry.width, geometry.length, geometry.corner_radius,
-                                   OFFCUT_POINTS)]
-        if geometry.corner_radius > 0.0 else []
-    )  # fmt: skip
+        [
+            quadrature.corner_offcuts(
+                geometry.width, geometry.length, geometry.corner_radius, OFFCUT_POINTS
+            )
+        ]
+        if geometry.corner_radius > 0.0
+        else []
+    )
     point_index, features = _point_features(basis, mirrors)
     gauss_x = _half(gauss_points(geometry.width, area_points[0]), mirrors.x)
     gauss_y = _half(gauss_points(geometry.length, area_points[1]), mirrors.y)
