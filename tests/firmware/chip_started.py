@@ -17,6 +17,8 @@ from made_up import make_table
 
 TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
 NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
+UNTIL_NETWORK = 1100
+"""Turns of a millisecond: the network begins a second after the wire."""
 PINS = (4, 5, 12, 14, 18)
 CONFIG = DeviceConfig(
     pwm_pins=(*PINS, *(255,) * 11),
@@ -35,6 +37,8 @@ def started(
     options: tuple[str, ...] = (),
     network: bytes = NETWORK,
     tables: bytes = TABLE,
+    boots: bytes = b"",
+    turns: int = UNTIL_NETWORK,
 ) -> Iterator[Chip]:
     chip = Chip(
         program,
@@ -43,9 +47,10 @@ def started(
         tables=tables,
         config=pack_config(config),
         network=network,
+        boots=boots,
     )
     try:
-        chip.run(20)
+        chip.run(turns)
         yield chip
     finally:
         chip.close()

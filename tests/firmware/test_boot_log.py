@@ -1,4 +1,4 @@
-"""Power that comes and goes: a row of short starts leaves outputs off until a host plays."""
+"""Starts that do not last: a row leaves outputs off, and after a crash no network starts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.host.protocol.network import NetworkSettings
 from chladni.tables.table import Limits, Table
 from made_up import device_of, make_table
 
@@ -42,7 +43,7 @@ def test_a_row_of_short_starts_leaves_outputs_off_until_a_host_plays(emulator: E
         assert plays(emulator)
     emulator.core.restart("power on")
     assert not plays(emulator)
-    assert "power lost in a row" in causes(emulator)
+    assert "short starts in a row" in causes(emulator)
     with Device(EmulatorWire(emulator)) as device:
         device.touch(0.0, 0.0)
         assert emulator.run(60.0).duty_steps[-1].any()
@@ -63,10 +64,54 @@ def test_a_start_that_lasts_ends_the_row(emulator: Emulator) -> None:
     assert len(marks) == 1 + 3 * (IN_A_ROW - 1)
 
 
-def test_restarts_of_other_kinds_are_not_counted(emulator: Emulator) -> None:
-    for cause in ("software", "panic", "watchdog") * 3:
+def test_a_restart_that_was_asked_for_is_no_part_of_a_row(emulator: Emulator) -> None:
+    with Device(EmulatorWire(emulator)) as device:
+        for _ in range(2 * IN_A_ROW):
+            device.restart()
+            emulator.run(500.0)
+    assert "short starts in a row" not in causes(emulator)
+    assert plays(emulator)
+
+
+@pytest.mark.parametrize("cause", ["panic", "watchdog"])
+def test_crashes_count_as_starts_that_did_not_last(emulator: Emulator, cause: str) -> None:
+    for _ in range(IN_A_ROW - 1):
         emulator.core.restart(cause)
-    assert len(emulator.core.flash_bytes("boots").rstrip(b"\xff")) == 1
+        assert plays(emulator)
+    emulator.core.restart(cause)
+    assert not plays(emulator)
+    with Device(EmulatorWire(emulator)) as device:
+        assert "short starts in a row" in device.info()["standing"]
+
+
+@pytest.mark.parametrize(
+    ("cause", "is_on"),
+    [("power on", True), ("software", True), ("other", True),
+     ("panic", False), ("watchdog", False), ("brown-out", False)],
+)  # fmt: skip
+def test_after_a_crash_the_network_stays_off_and_the_wire_says_so(cause: str, is_on: bool) -> None:
+    table = make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]]))
+    settings = NetworkSettings("net", "12345678", bytes(range(32)), 5555)
+    emulator = Emulator(device_of(table), table, network=settings)
+    emulator.core.restart(cause)
+    with Device(EmulatorWire(emulator)) as device:
+        assert (emulator.core.network_port == 5555) is is_on
+        assert ("network held back" in device.info()["standing"]) is not is_on
+    # A start that someone asked for tries it again.
+    with Device(EmulatorWire(emulator)) as device:
+        device.restart()
+        emulator.run(500.0)
+        assert "network held back" not in device.info()["standing"]
+    assert emulator.core.network_port == 5555
+
+
+def test_a_row_of_power_losses_leaves_the_radio_off(emulator: Emulator) -> None:
+    table = make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]]))
+    settings = NetworkSettings("net", "12345678", bytes(range(32)), 5555)
+    emulator = Emulator(device_of(table), table, network=settings)
+    for _ in range(IN_A_ROW):
+        emulator.core.restart("power on")
+    assert emulator.core.network_port == 0
 
 
 def test_a_full_sector_is_begun_again(emulator: Emulator) -> None:
@@ -83,4 +128,4 @@ def test_a_torn_mark_counts_as_a_start_that_did_not_last(emulator: Emulator, tor
     emulator.core.program(0, bytes([0x0F, torn, 0x0F, torn]), "boots")
     emulator.core.restart("power on")
     assert not plays(emulator)
-    assert "power lost in a row" in causes(emulator)
+    assert "short starts in a row" in causes(emulator)

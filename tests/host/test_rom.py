@@ -14,6 +14,7 @@ from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.rom_loader import TABLE_OFFSET
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
+from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.tables.format import pack
 from conftest import CommandLine
@@ -22,7 +23,7 @@ from made_up import device_of, make_table, some_pins
 
 pytestmark = pytest.mark.slow
 
-APP_AT, TABLES_AT, CONFIG_AT = 0x20000, 0x1B0000, 0x1A0000
+APP_AT, TABLES_AT, CONFIG_AT, NETWORK_AT = 0x20000, 0x1B0000, 0x1A0000, 0x1A8000
 """Not where partitions.csv puts them: the device's own table is to be believed."""
 OLD, NEW = (pack(make_table(np.array([[gain, 1.0, 2.0, 3.0, 4.0]]))) for gain in (10.0, 5.0))
 
@@ -39,6 +40,7 @@ def chip_with_chladni() -> RomChip:
         row("factory", 0, 0, APP_AT, 0x100000)
         + row("tables", 0x40, 0, TABLES_AT, PARTITION_BYTES)
         + row("config", 0x40, 1, CONFIG_AT, 2 * SECTOR_BYTES)
+        + row("network", 0x40, 2, NETWORK_AT, SECTOR_BYTES)
     )
     chip.flash[TABLE_OFFSET : TABLE_OFFSET + len(table)] = table
     chip.flash[APP_AT : APP_AT + 64] = bytes(range(64))
@@ -186,3 +188,32 @@ def test_a_configuration_that_stopped_a_device_is_changed_without_it(
         assert config_in(chip)[0]["channels"] == 4
     conflict = chladni("device", "config", "get", "--rom", "--port", "nowhere")
     assert conflict.code == 2
+
+
+def test_a_network_whose_radio_stops_a_device_is_taken_away_without_it(
+    chladni: CommandLine,
+) -> None:
+    with chip_with_chladni().running() as chip:
+        record = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
+        chip.flash[NETWORK_AT : NETWORK_AT + len(record)] = record
+        done = chladni("device", "network", "off", "--rom", "--port", chip.port, "--json")
+        assert done.code == 0, done.err
+        assert done.json == {"state": "off"}
+        assert set(chip.flash[NETWORK_AT : NETWORK_AT + SECTOR_BYTES]) == {0xFF}
+        assert chip.written == sectors_of(NETWORK_AT, SECTOR_BYTES)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("show", "--rom", "--port", "nowhere"), "--rom does not go with show"),
+        (("off", "--rom", "--emulator"), "the loader is at a --port"),
+        (("off", "--rom"), "--port is required"),
+    ],
+)
+def test_a_network_is_only_taken_away_through_a_port(
+    chladni: CommandLine, arguments: tuple[str, ...], message: str
+) -> None:
+    done = chladni("device", "network", *arguments)
+    assert done.code == 2
+    assert message in done.err

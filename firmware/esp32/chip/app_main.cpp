@@ -150,10 +150,17 @@ esp_err_t arm_safety() {
   return status == ESP_OK ? esp_task_wdt_add(nullptr) : status;
 }
 
+// The wire is heard before the radio is tried: what ends a start there must not take both away.
+constexpr uint32_t kWireFirstMs = 1000;
+
 // Off, and the radio with it, unless a key was set over the wire.
 void start_network() {
   Network network;
   if (!load_network(device.hal(), network)) return;
+  if (!device.may_start_network()) {
+    chip::console_print("the network stays off after a crash");
+    return;
+  }
   const esp_err_t status = chip::network_start(network);
   if (status != ESP_OK) {
     complain("the network did not start:", status);
@@ -172,21 +179,29 @@ extern "C" void app_main() {
   chip::console_set_baud(device.config().link_baud);
   main_task = xTaskGetCurrentTaskHandle();
   const esp_err_t safety = arm_safety();
-  if (safety == ESP_OK) {
+  if (device.is_wire_only()) {
+    chip::console_print("crashed again and again: only the wire is started");
+  } else if (safety == ESP_OK) {
     start_synthesis();
   } else {
     complain("outputs did not start, for want of their last resort:", safety);
   }
-  const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
-  if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
-  start_network();
+  if (!device.is_wire_only()) {
+    const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
+    if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
+  }
   run_command(device, "info");
+  bool is_network_tried = false;
   for (;;) {
     esp_task_wdt_reset();
     chip::console_poll(host_link);
     chip::network_poll(datagrams);
     device.poll();
     watch_alignment();
+    if (!is_network_tried && device.now_ms() >= kWireFirstMs) {
+      is_network_tried = true;
+      start_network();
+    }
     // Until the panel calls, or for a tick, which is a millisecond (sdkconfig.defaults).
     ulTaskNotifyTake(pdTRUE, 1);
   }

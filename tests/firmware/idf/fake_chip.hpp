@@ -40,6 +40,7 @@ struct Pin {
 struct Chip {
   std::string failing;
   int failing_at = 0;
+  std::string crashing;  // a call that ends in an assert
   std::map<std::string, int> calls;
   uint64_t cycles = 1000;
   uint32_t pwm_steps = 0;  // of a carrier period; 0 while no timer runs

@@ -8,6 +8,7 @@ Chip chip;
 
 esp_err_t call(const char* name) {
   const int count = ++chip.calls[name];
+  if (name == chip.crashing) throw Aborted{};
   return name == chip.failing && count == chip.failing_at ? ESP_FAIL : ESP_OK;
 }
 

@@ -119,7 +119,8 @@ void on_turn(int turn) {
 // The linker's names for the section of RTC_NOINIT_ATTR.
 extern "C" uint8_t __start_rtc_noinit[];
 
-// Arguments: name:hex of a partition ("small" for tables that are too few), fail=CALL:K, reset=WHY,
+// Arguments: name:hex of a partition ("small" for tables that are too few), fail=CALL:K, crash=CALL
+// for one that asserts, reset=WHY,
 // retained=hex of what RTC memory still holds, read=cycles and write=cycles that a register takes,
 // mute for a panel that does not answer, stuck for one that holds its line.
 int main(int count, char** arguments) {
@@ -130,6 +131,10 @@ int main(int count, char** arguments) {
     if (text.rfind("fail=", 0) == 0) {
       chip.failing = text.substr(5, mark - 5);
       chip.failing_at = std::stoi(text.substr(mark + 1));
+      continue;
+    }
+    if (text.rfind("crash=", 0) == 0) {
+      chip.crashing = text.substr(6);
       continue;
     }
     if (text.rfind("retained=", 0) == 0) {

@@ -46,7 +46,8 @@ class FaultLog {
  private:
   static constexpr uint32_t bit(FaultCause cause) { return 1U << static_cast<uint32_t>(cause); }
   // They stand, and outputs play all the same.
-  static constexpr uint32_t kWarnings = 1U << static_cast<uint32_t>(FaultCause::kOlderTable);
+  static constexpr uint32_t kWarnings = 1U << static_cast<uint32_t>(FaultCause::kOlderTable) |
+                                        1U << static_cast<uint32_t>(FaultCause::kNetworkHeld);
 
   std::array<Fault, kKept> faults_{};
   uint32_t count_ = 0;

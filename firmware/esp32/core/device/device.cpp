@@ -118,7 +118,9 @@ void Device::poll() {
   post_touch();
   clear_faults();
   const bool must_restart = state_ == DeviceState::kRestarting;
-  if (must_restart && starts_.is_restart_due(now_ms(), is_quiet())) hal_.restart(hal_.context);
+  if (must_restart && starts_.is_restart_due(now_ms(), is_quiet())) {
+    starts_.restart(hal_, is_quiet());
+  }
   starts_.settle(hal_, now_ms(), is_quiet());
 }
 

@@ -74,6 +74,9 @@ class Device {
   uint32_t erases() const { return wear_.erases() + table_.store().erases(); }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
+  // What the last starts forbid this one (starts.hpp).
+  bool may_start_network() { return starts_.may_start_network(faults_); }
+  bool is_wire_only() const { return starts_.is_wire_only(); }
 
   // Its way out; bytes to the host; a line for people.
   const Hal& hal() const { return hal_; }

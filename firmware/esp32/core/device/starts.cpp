@@ -4,25 +4,32 @@ namespace chladni {
 
 namespace {
 
-// A start that lasts so long was no part of a row; more in a row than that are a supply's fault.
-constexpr uint32_t kSettledMs = 10000, kMostInARow = 4;
+// A start that lasts so long was no part of a row.
+constexpr uint32_t kSettledMs = 10000;
 // From a restart's request: an answer's time on a wire or a network; and the longest ramp.
 constexpr uint32_t kRestartMs = 50, kLatestRestartMs = 1500;
 
 }  // namespace
 
 void Starts::begin(const Hal& hal, FaultLog& faults) {
-  const ResetCause cause = hal.reset_cause(hal.context);
-  if (cause != ResetCause::kPowerOn)
-    faults.add(FaultCause::kReset, static_cast<uint32_t>(cause), 0);
-  if (cause == ResetCause::kBrownOut) faults.raise(FaultCause::kBrownOut, 0, 0);
-  const uint32_t row = cause == ResetCause::kPowerOn ? boots_.begin(hal) : 0U;
-  if (row >= kMostInARow) faults.raise(FaultCause::kPowerOns, row, 0);
+  cause_ = hal.reset_cause(hal.context);
+  has_crashed_ = cause_ == ResetCause::kPanic || cause_ == ResetCause::kWatchdog;
+  const auto detail = static_cast<uint32_t>(cause_);
+  if (cause_ != ResetCause::kPowerOn) faults.add(FaultCause::kReset, detail, 0);
+  if (cause_ == ResetCause::kBrownOut) faults.raise(FaultCause::kBrownOut, 0, 0);
+  row_ = boots_.begin(hal);
+  if (row_ >= kMostInARow) faults.raise(FaultCause::kShortStarts, row_, 0);
+}
+
+bool Starts::may_start_network(FaultLog& faults) const {
+  const bool is_held = has_crashed_ || cause_ == ResetCause::kBrownOut || row_ >= kMostInARow;
+  if (is_held) faults.raise(FaultCause::kNetworkHeld, static_cast<uint32_t>(cause_), 0);
+  return !is_held;
 }
 
 void Starts::trust_host(FaultLog& faults) {
   faults.clear(FaultCause::kBrownOut);
-  faults.clear(FaultCause::kPowerOns);
+  faults.clear(FaultCause::kShortStarts);
 }
 
 void Starts::settle(const Hal& hal, uint32_t now_ms, bool is_quiet) {
@@ -32,6 +39,11 @@ void Starts::settle(const Hal& hal, uint32_t now_ms, bool is_quiet) {
 bool Starts::is_restart_due(uint32_t now_ms, bool is_quiet) const {
   const uint32_t passed_ms = now_ms - asked_ms_;
   return passed_ms >= kRestartMs && (is_quiet || passed_ms >= kLatestRestartMs);
+}
+
+void Starts::restart(const Hal& hal, bool is_quiet) {
+  if (is_quiet) boots_.settle(hal);
+  hal.restart(hal.context);
 }
 
 }  // namespace chladni

@@ -152,9 +152,10 @@ enum class FaultCause : uint8_t {
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
   kBrownOut,  // the supply gave way; outputs stay off until a host plays
-  kPowerOns,  // outputs stay off; detail: starts that did not last 10 s
+  kShortStarts,  // outputs stay off; detail: starts that did not last 10 s
   kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
   kOlderTable,  // the newest table is damaged; the older one plays
+  kNetworkHeld,  // the last start crashed, or several did not last; detail: ResetCause
 };
 
 constexpr const char* to_text(FaultCause value) {
@@ -175,9 +176,10 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kSupplyCurrent: return "supply current";
     case FaultCause::kInterruptStopped: return "interrupt stopped";
     case FaultCause::kBrownOut: return "brown-out";
-    case FaultCause::kPowerOns: return "power lost in a row";
+    case FaultCause::kShortStarts: return "short starts in a row";
     case FaultCause::kNotConfigured: return "never configured";
     case FaultCause::kOlderTable: return "older table";
+    case FaultCause::kNetworkHeld: return "network held back";
   }
   return "unknown";
 }

@@ -38,7 +38,7 @@ bool ReplayWindow::take(uint32_t counter, bool may_be_late) {
 void Datagrams::start() {
   state_ = {};
   Network network;
-  if (!load_network(hal_, network)) return;
+  if (!load_network(hal_, network) || !device_.may_start_network()) return;
   key_ = network.key;
   Mac mac{};
   state_.is_on = hal_.hmac_sha256(hal_.context, key_.data(), mac.data(), 1, mac.data());

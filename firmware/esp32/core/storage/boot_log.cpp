@@ -26,7 +26,7 @@ uint32_t BootLog::begin(const Hal& hal) {
     }
   }
   if (used == kSectorBytes) {
-    // Once in four thousand power-ons; a cut meanwhile forgets the row.
+    // Once in four thousand starts; a cut meanwhile forgets the row.
     if (!hal.erase_sector(hal.context, FlashArea::kBoots, 0)) return row;
     used = 0;
   }

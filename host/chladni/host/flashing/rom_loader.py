@@ -135,6 +135,19 @@ def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceCon
     return wanted
 
 
+def forget_network(port: str, baud: int) -> None:
+    """Erase name, passphrase and key of a network, so that no radio starts.
+
+    Raises
+    ------
+    RomError, InputError
+        See there.
+    """
+    with loader(port, baud) as esp:
+        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "network")
+        _write(esp, partition.offset, b"\xff" * SECTOR_BYTES)
+
+
 Record = tuple[DeviceConfig, int]
 
 

@@ -107,11 +107,13 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kInterruptStopped", "interrupt stopped",
          "outputs are cut until the next start; detail: ms without a sample"),
     Code("kBrownOut", "brown-out", "the supply gave way; outputs stay off until a host plays"),
-    Code("kPowerOns", "power lost in a row",
+    Code("kShortStarts", "short starts in a row",
          "outputs stay off; detail: starts that did not last 10 s"),
     Code("kNotConfigured", "never configured",
          "outputs stay off until `chladni device config set --from BOARD`"),
     Code("kOlderTable", "older table", "the newest table is damaged; the older one plays"),
+    Code("kNetworkHeld", "network held back",
+         "the last start crashed, or several did not last; detail: ResetCause"),
 ))  # fmt: skip
 WAVEFORM = Codes(
     "Waveform",

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli.common.options import JsonOption, required
+from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
@@ -154,9 +154,7 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
-    if connection.udp is not None or connection.emulator:
-        raise ConflictError("--rom", "--udp and --emulator", hint="the loader is at a --port")
-    port = required("--port", connection.port, "where the chip's loader is")
+    port = connection.loader_port()
     found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes)
     written = {name: found[name] for name in changes}
     answer(

@@ -17,6 +17,7 @@ from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
+from chladni.sim.errors import ConflictError
 from chladni.tables.format import pack, read_table
 
 
@@ -70,6 +71,18 @@ class Connection:
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
         board = load_board(self.board)
         return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))
+
+    def loader_port(self) -> str:
+        """The serial port with the ROM's loader, which no device need run for.
+
+        Raises
+        ------
+        InputError
+            --udp or --emulator, or no port.
+        """
+        if self.udp is not None or self.emulator:
+            raise ConflictError("--rom", "--udp and --emulator", hint="the loader is at a --port")
+        return required("--port", self.port, "where the chip's loader is")
 
     def device(self) -> Device:
         """The device behind that wire."""

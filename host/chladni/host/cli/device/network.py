@@ -13,6 +13,7 @@ import typer
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.flashing import rom_loader
 from chladni.host.protocol.network import (
     DEFAULT_PORT,
     NetworkSettings,
@@ -36,6 +37,9 @@ def network(
         Path | None, typer.Option(help="Its passphrase; asked for by default.")
     ] = None,
     udp_port: Annotated[int, typer.Option(help="Where the device listens.")] = DEFAULT_PORT,
+    rom: Annotated[
+        bool, typer.Option("--rom", help="Off through the ROM's loader: the device need not run.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Show the network's state, or set name, passphrase and key over the wire; off forgets them.
@@ -44,6 +48,12 @@ def network(
     """
     if action not in ("show", "set", "off"):
         raise InputError("show|set|off", action, "one of the three")
+    if rom:
+        if action != "off":
+            raise ConflictError("--rom", action, hint="the loader can only take a network away")
+        rom_loader.forget_network(connection.loader_port(), connection.baud)
+        answer({"state": "off"}, as_json=as_json, title="Network")
+        return
     settings = None
     if action != "show" and connection.udp is not None:
         hint = "keys are set over --port only"
