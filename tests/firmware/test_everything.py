@@ -230,6 +230,8 @@ class World:
             info = Device(EmulatorWire(self.emulator)).info()
             assert info["table_status"] == "ok", info
         assert info["config_status"] == "ok", info
+        # A start that lasts, so that not every finger comes after a row of short ones.
+        self.run(10_200.0)
 
 
 ACTIONS = [

@@ -190,6 +190,8 @@ extern "C" void app_main() {
     const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
     if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
   }
+  // After a turn, so that what keeps outputs off is among it.
+  device.poll();
   run_command(device, "info");
   bool is_network_tried = false;
   for (;;) {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from serial.tools import list_ports
@@ -21,6 +21,7 @@ from chladni.host.cli.device.stream import stream
 from chladni.host.device.device import Device
 from chladni.host.device.info_rows import info_rows
 from chladni.host.device.link import LinkError
+from chladni.host.device.readiness import check_ready
 from chladni.host.device.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
@@ -60,28 +61,6 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
     answer(result if as_json else info_rows(result), as_json=as_json, title="Device")
 
 
-def check_playing(info: dict[str, Any], *, is_emulated: bool) -> None:
-    """Refuse a touch that the device would not play.
-
-    Raises
-    ------
-    LinkError
-        What keeps the device from playing, and what to do.
-    """
-    standing = info["standing"]
-    if not standing or info["state"] != "fault":
-        return
-    hint = "`chladni device info` shows its faults"
-    if "never configured" in standing:
-        then = ", then chladni flash T.chl" if "no table" in standing else ""
-        hint = f"chladni device config set --from BOARD{then}"
-    elif "no table" in standing:
-        hint = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
-    elif standing == ["coil hot"]:
-        hint = "wait until the coils have cooled, some seconds after power came on"
-    raise LinkError(f"the device plays nothing: {', '.join(standing)}", hint=hint)
-
-
 @device_app.command("touch", context_settings={"ignore_unknown_options": True})
 @connecting
 def touch(
@@ -97,7 +76,7 @@ def touch(
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     with connection.device() as device:
-        check_playing(device.info(), is_emulated=connection.emulator)
+        check_ready(device.info(), is_emulated=connection.emulator)
         place_mm = device.touch(x, y)
         try:
             device.link.wait(seconds)

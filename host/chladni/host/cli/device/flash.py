@@ -12,6 +12,8 @@ import typer
 from chladni.host.cli.common.options import JsonOption, check_one_of, required
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.device import Device
+from chladni.host.device.readiness import obstacle
 from chladni.host.flashing import rom_loader
 from chladni.sim.errors import ConflictError, InputError
 from chladni.tables.format import pack, read_table
@@ -49,7 +51,7 @@ def flash(
         if loaded is None:
             slot = device.previous()
             result: dict[str, Any] = {"slot": slot, "board": device.info()["board"]}
-            answer(result, as_json=as_json, title="The previous table plays")
+            answer(result, as_json=as_json, title=_what_plays("The previous table", device))
             return
         try:
             with progress_bar("flash", keeps=True) as progress:
@@ -57,7 +59,14 @@ def flash(
         except InputError as error:
             raise error.in_file(str(table)) from None
         done.check_verified()
-    answer(asdict(done), as_json=as_json, title=f"{table} plays")
+        title = _what_plays(str(table), device)
+    answer(asdict(done), as_json=as_json, title=title)
+
+
+def _what_plays(name: str, device: Device) -> str:
+    """Whether a table that was written plays, or what stands in its way."""
+    found = obstacle(device.info())
+    return f"{name} plays" if found is None else f"{name} is written; {found.text}; {found.hint}"
 
 
 def _flash_by_rom(

@@ -12,6 +12,7 @@ from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
 from chladni.host.device.link import LinkError
+from chladni.host.device.readiness import check_ready
 from chladni.host.device.self_test import SELF_TEST_S, faults_since, try_channel
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
@@ -41,6 +42,7 @@ def self_test(
         channels, config = device.info()["channels"], device.config()
         if channel is not None and not 0 <= channel < channels:
             raise InputError("--channel", channel, f"0 to {channels - 1}")
+        check_ready(device.info(), by_host=True)
         before = device.info()["faults"]
         tested = range(channels) if channel is None else [channel]
         rows = [try_channel(device, own, config, seconds) for own in _said(tested, config)]
