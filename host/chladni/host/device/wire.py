@@ -137,8 +137,8 @@ def _wire_error(port: str | None, error: Exception) -> WireError:
     for code, word, why, hint in (
         (2, "No such file", "no such port", "chladni device list shows the ports there are"),
         (13, "Permission denied", "no permission", "on Linux join the group that owns the port"),
-        (16, "busy", "another program has it", "close that program"),
-        (11, "exclusively lock", "another program has it", "close that program"),
+        (16, "busy", "busy: another program has it", "close that program"),
+        (11, "exclusively lock", "busy: another program has it", "close that program"),
     ):
         if number == code or word in text:
             return WireError(f"{port}: {why}", hint=hint)
