@@ -58,7 +58,7 @@ def _steps(channels: int) -> Iterator[Step]:
     yield Step(
         "Gates at rest",
         "Is every gate at 0 V, also while EN is held and while GPIO 0 is held low at reset?",
-        "fit a pull-down of 10 kΩ on the gate that is not",
+        "fit a pull-down of 3.3 kΩ on the gate that is not",
     )
     yield Step(
         "The link",
