@@ -107,7 +107,7 @@ def check_contents(wheel: Path) -> None:
 def try_rom_extra(folder: Path, python: Path, wheel: Path) -> None:
     """Flashing through the ROM's loader asks for its extra, and with it for a port."""
     flash = (python, "-m", "chladni.host.cli.app", "flash", "t.chl", "--rom", "--port", "nowhere")
-    for begin in ("chladni: ROM flashing needs esptool: pip install 'chladni[rom]'", "nowhere: "):
+    for begin in ("chladni: ROM flashing needs esptool; pip install 'chladni[rom]'", "nowhere: "):
         done = subprocess.run(flash, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 1 or begin not in done.stderr:
             sys.exit(f"{begin!r} expected: {done.returncode}\n{done.stdout}{done.stderr}")
