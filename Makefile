@@ -40,6 +40,8 @@ demo: venv  ## run the whole chain on prototype and strip5; writes out/demo.png
 PART = f() { printf '\n== %s\n' "$$1"; shift; begun=$$(date +%s); "$$@" || exit 1; \
 	printf '== done in %s s\n' $$(($$(date +%s) - begun)); }; f
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+# One more than cores: some tests wait for a page or for an emulated device.
+WORKERS ?= $(shell expr $(JOBS) + 1)
 
 # Side by side, each with its output in one piece; mypy takes longest and comes first.
 BESIDE = $(MAKE) --no-print-directory --silent --jobs $(JOBS) --output-sync=target
@@ -47,7 +49,7 @@ LINTERS := lint-types lint-style lint-cppcheck lint-generated $(TIDY)
 
 test: venv  ## lint, type-check and run every test
 	@$(PART) "1 of 2: style, types, imports, C++ analysers, the device suite" $(BESIDE) $(LINTERS) device-suite
-	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
+	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	@$(BESIDE) --keep-going $(LINTERS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import signal
@@ -138,7 +139,15 @@ def cross_compilers() -> None:
 
 @pytest.fixture(scope="session")
 def chip_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The chip's layer on a fake of ESP-IDF, compiled."""
+    """The chip's layer on a fake of ESP-IDF, compiled once for all workers of a run."""
     from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
 
-    return build(tmp_path_factory.mktemp("chip"))
+    is_worker = "PYTEST_XDIST_WORKER" in os.environ
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if is_worker else base) / "chip"
+    with (folder.with_suffix(".lock")).open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "chip").exists():
+            folder.mkdir(exist_ok=True)
+            build(folder)
+    return folder / "chip"

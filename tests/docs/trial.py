@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import contextlib
 import re
+import shlex
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+import typer
 from sybil import Document, Example, Lexeme, Region
 from sybil.example import SybilFailure
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 
+from chladni.host.cli.command_line import app
 from docs import marks, transcript
 from docs.desk import Desk, new_desk
 from docs.page_text import RUN, SHOWN, Block, comments_before, read_page
@@ -141,9 +145,33 @@ def _after(evaluator: Evaluator, mark: marks.Mark, desk: Desk) -> Evaluator:
 def _console(example: Example, desk: Desk) -> str | None:
     mark = marks.read_marks(comments_before(example.document.text, example.start))
     for step in transcript.steps(example.parsed):
-        if not mark.leaves_out(step.command) and (problem := desk.run(step.command, step.expected)):
+        is_left_out = mark.leaves_out(step.command)
+        problem = (
+            unknown_words(step.command) if is_left_out else desk.run(step.command, step.expected)
+        )
+        if problem:
             return f"$ {step.command}: {problem}"
     return None
+
+
+def unknown_words(command: str) -> str:
+    """What a command that does not run has that chladni does not know: a word, an option."""
+    words = shlex.split(command, comments=True)
+    if words[0] != "chladni":
+        return ""
+    known: Any = typer.main.get_command(app)
+    context = None
+    try:
+        while hasattr(known, "resolve_command"):
+            context = known.make_context(known.name, words[1:], parent=context)
+            name, known, rest = known.resolve_command(context, words[1:])
+            words = [name, *rest]
+        known.make_context(known.name, words[1:], parent=context)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer brings a click of its own
+            raise
+        return str(error.format_message())
+    return ""
 
 
 def _toml(example: Example, desk: Desk) -> str | None:

@@ -18,7 +18,7 @@ class Missing:
             raise ModuleNotFoundError("No module named 'esptool'", name="esptool")
 sys.meta_path.insert(0, Missing())
 """
-MESSAGE = "chladni: ROM flashing needs esptool: pip install 'chladni[rom]'\n"
+MESSAGE = "chladni: ROM flashing needs esptool; pip install 'chladni[rom]'\n"
 NEEDS_IT = (
     ("flash", "t.chl", "--rom", "--port", "/dev/null"),
     ("flash", "--firmware", "f.bin", "--port", "/dev/null"),

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from chladni.host.cli.common.options import JsonOption, check_one_of, required
-from chladni.host.cli.common.output import answer, progress_bar
+from chladni.host.cli.common.output import answer, progress_bar, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.device import Device
 from chladni.host.device.readiness import obstacle
@@ -64,9 +64,12 @@ def flash(
 
 
 def _what_plays(name: str, device: Device) -> str:
-    """Whether a table that was written plays, or what stands in its way."""
+    """A title: whether a table that was written plays. What stands in its way goes to stderr."""
     found = obstacle(device.info())
-    return f"{name} plays" if found is None else f"{name} is written; {found.text}; {found.hint}"
+    if found is None:
+        return f"{name} plays"
+    say(f"{found.text}; {found.hint}")
+    return f"{name} is written"
 
 
 def _flash_by_rom(
