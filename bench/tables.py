@@ -38,7 +38,7 @@ from chladni.tables.felt import Fingers, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
-from chladni.tables.losses import LIMITS
+from chladni.tables.quantisation_loss import LIMITS
 from chladni.tables.report import TableReport, report
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table

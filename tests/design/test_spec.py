@@ -11,7 +11,7 @@ import tomlkit
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.spec import spec_of
 from chladni.design.variables import Choice, Range
-from chladni.sim.board.materials import SHEETS
+from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.errors import InputError
 from conftest import CommandLine
 from made_specs import small

@@ -93,7 +93,7 @@ def test_a_name_cannot_get_out_of_the_data(
 
 def test_modules_of_a_file_keep_scopes_of_their_own() -> None:
     """Every module is there once, after those that it imports, and nothing is left to load."""
-    script = bundle("exported")
+    script = bundle("offline")
     files = [file.relative_to(PAGE).with_suffix("") for file in PAGE.rglob("*.js")]
     names = [str(file) for file in files if file.name not in ("app", "connection")]
     assert len(names) > 10

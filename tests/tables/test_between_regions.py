@@ -14,7 +14,10 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.sim.fields.transfer import target_fields
 from chladni.sim.image import metrics
-from chladni.tables.between_regions import (
+from chladni.tables.build import build_table
+from chladni.tables.firmware_reader import FirmwareReader
+from chladni.tables.format import pack
+from chladni.tables.halfway_points import (
     MOST_POINTS,
     HalfwayFields,
     drawn,
@@ -22,12 +25,9 @@ from chladni.tables.between_regions import (
     own_places,
     target_of,
 )
-from chladni.tables.build import build_table
-from chladni.tables.firmware_reader import FirmwareReader
-from chladni.tables.format import pack
 from chladni.tables.lookup import mixing
-from chladni.tables.losses import LIMITS, Point, losses
 from chladni.tables.one_frequency import HALFWAY_STEP, OneFrequency
+from chladni.tables.quantisation_loss import LIMITS, Point, losses
 from chladni.tables.report import TableReport
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table

@@ -18,8 +18,8 @@ from chladni.sim.image import metrics
 from chladni.tables.build import build_table, default_objective
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
-from chladni.tables.losses import LIMITS
 from chladni.tables.mirror_symmetry import JOINED
+from chladni.tables.quantisation_loss import LIMITS
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 

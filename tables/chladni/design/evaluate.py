@@ -1,4 +1,4 @@
-"""One board of a design: made of its numbers, checked against limits, scored on drawn boards."""
+"""One board of a design: made of its numbers, checked against limits, and scored."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Evaluation:
     Attributes
     ----------
     score, robust_score
-        By the weights: on the board as drawn, and on boards that are off by their tolerances, which
+        By the weights: on the nominal board, and on boards that are off by their tolerances, which
         is what a search goes by. Where a limit is broken, far below all others.
     broken
         Which limit, and by how much; None for a board that may be.
@@ -105,7 +105,7 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
 def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
     """A board's score by the weights of a SPEC."""
     assert score.perturbed is not None
-    drawn, robust = (terms_of(board, one) for one in (score, score.perturbed))
+    nominal, robust = (terms_of(board, one) for one in (score, score.perturbed))
     floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 
@@ -114,7 +114,7 @@ def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
         found = sum(weight * terms[name] for name, weight in spec.weights.items())
         return found - TOO_WEAK * lacking
 
-    return Evaluation(total(drawn), total(robust), None, robust)
+    return Evaluation(total(nominal), total(robust), None, robust)
 
 
 def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.sim.board.foundation import MATERIALS
-from chladni.sim.board.materials import SHEETS
+from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.errors import InputError
 
 Document = dict[str, Any]

@@ -21,7 +21,7 @@ BITS = (8, 12, 16)
 FULL_SCALE = 32767
 """The integer of 16 bits that stands for the largest gain. A narrower one is its upper bits."""
 MAX_ACTUATORS = 16
-"""LEDC channels of an ESP32; the firmware drives the eight high-speed ones."""
+"""LEDC channels of an ESP32: eight high-speed ones and eight low-speed ones."""
 MAX_SECTIONS = 16
 MAX_LABELS = 255
 MAX_SPAN_UM = 500_000
@@ -36,7 +36,7 @@ MIN_ON_US, MAX_ON_US = 100_000, 60_000_000
 CRC_BYTES = 4
 BOARD_NAME_BYTES = 16
 LARGEST_FILE = 63 * 4096
-"""A device's slot of 256 KiB, less the sector of its trailer (host/flash_layout.py)."""
+"""A device's slot of 256 KiB, less the sector of its trailer (host/protocol/table_store.py)."""
 
 Refuse = Callable[[str, object, str], InputError]
 

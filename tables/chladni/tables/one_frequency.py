@@ -22,7 +22,8 @@ from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.solve import tie_break
 from chladni.drives.workers import Workers
 from chladni.sim.image.metrics import image_of
-from chladni.tables.between_regions import (
+from chladni.tables.firmware_reader import FirmwareReader
+from chladni.tables.halfway_points import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
@@ -31,10 +32,9 @@ from chladni.tables.between_regions import (
     own_places,
     target_of,
 )
-from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.lookup import mixing
-from chladni.tables.losses import Losses, Point, losses
 from chladni.tables.phase_synchronisation import Synchronised, in_phase_at_targets, synchronise
+from chladni.tables.quantisation_loss import Losses, Point, losses
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Section, quantise
 

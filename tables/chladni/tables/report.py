@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.felt import Fingers
-from chladni.tables.losses import LIMITS, Losses
+from chladni.tables.halfway_points import OWN_TOLERANCE
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.phase_synchronisation import Steps
+from chladni.tables.quantisation_loss import LIMITS, Losses
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]

@@ -1,11 +1,10 @@
-// Up to sixteen PWM waves of one frequency, 20 to 1000 Hz, from one 32-bit phase, a sample per
-// call; or a host's stream of duties instead (duty_ring.hpp).
+// The main loop's half of the synthesis: a drive becomes a command in duties, within the limits.
+// The sample interrupt's half plays it (sample_player.hpp): up to sixteen PWM waves of one
+// frequency, 20 to 1000 Hz, from one 32-bit phase, or a host's stream of duties instead
+// (duty_ring.hpp).
 //
 // The outputs switch current one way only, so a bias rides under every wave, as large as its
 // amplitude needs and ramped with it.
-//
-// This is the main loop's half. It works out what a drive is in duties, within the limits, and
-// hands it over. The sample interrupt's half plays it (sample_player.hpp).
 #pragma once
 
 #include <array>

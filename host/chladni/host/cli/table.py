@@ -47,9 +47,9 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
-from chladni.tables.between_regions import OWN_TOLERANCE
 from chladni.tables.build import build_table
 from chladni.tables.format import pack, read_table, read_table_bytes, unpack
+from chladni.tables.halfway_points import OWN_TOLERANCE
 from chladni.tables.inspection.difference import difference
 from chladni.tables.inspection.drives_csv import drives_as_csv
 from chladni.tables.inspection.owner import board_for

@@ -24,7 +24,7 @@ from chladni.tables.format import pack
 from chladni.tables.table import dequantise
 
 PAGE = Path(__file__).parent / "page"
-ENTRY = "exported"
+ENTRY = "offline"
 SPACING_MM = 1.0
 """Between places, where that is no more of them than `MOST_PLACES`."""
 MOST_PLACES = 20_000

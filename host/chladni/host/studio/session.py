@@ -31,7 +31,7 @@ from chladni.host.studio.page_board import PageBoard
 from chladni.host.studio.playing.player import Player
 from chladni.host.studio.playing.queue import Queue
 from chladni.host.studio.playing.real_device import RealDevice
-from chladni.host.studio.playing.scorer import Scorer
+from chladni.host.studio.playing.score_queue import Scorer
 from chladni.host.studio.saving import file_message
 from chladni.sim.errors import ChladniError
 

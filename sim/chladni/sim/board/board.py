@@ -1,4 +1,4 @@
-"""A haptic board as data, checked: what every other room is given."""
+"""A haptic board as data, checked: its plate, supports, coils, electronics and panel."""
 
 from __future__ import annotations
 

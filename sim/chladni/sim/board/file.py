@@ -16,7 +16,6 @@ from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import CutOut, Foundation, Strips
-from chladni.sim.board.materials import with_material
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -32,6 +31,7 @@ from chladni.sim.board.parts import (
     Screw,
     Spring,
 )
+from chladni.sim.board.plate_materials import with_material
 from chladni.sim.board.quantity import quantities
 from chladni.sim.errors import ArgumentError, InputError, MissingError
 from chladni.sim.files import read_text

@@ -1,4 +1,4 @@
-"""Boards that did not come out as drawn: what of a board may be off, and boards drawn so."""
+"""Tolerances of a board's parts, and boards drawn at random within them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TRIES = 100
 
 @dataclass(frozen=True)
 class Drawn:
-    """A board as it may come out, and its coils' forces over the drawn ones, shape (actuators,)."""
+    """A board as it may come out, and its coils' forces over the nominal, shape (actuators,)."""
 
     board: Board
     forces: FloatArray

@@ -1,4 +1,4 @@
-"""What every command shares: parsing places, answering people or programs, writing whole files."""
+"""What every command shares: answers for people or programs, progress, figures, output paths."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from chladni.host.studio.playing.emulated_device import EmulatedDevice
 from chladni.host.studio.playing.played import Played, played_message
 from chladni.host.studio.playing.queue import Queue
 from chladni.host.studio.playing.real_device import RealDevice
-from chladni.host.studio.playing.scorer import Scorer
+from chladni.host.studio.playing.score_queue import Scorer
 from chladni.sim.errors import ChladniError
 
 Result = TypeVar("Result")

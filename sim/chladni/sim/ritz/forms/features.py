@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.discs import bending_rows, signed_product
-from chladni.sim.ritz.forms.foundation import is_left_out
+from chladni.sim.ritz.forms.foundation_points import is_left_out
 from chladni.sim.ritz.forms.rims import add_springs
 from chladni.sim.ritz.forms.samples import Samples, Tables
 

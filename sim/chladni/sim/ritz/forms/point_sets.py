@@ -15,7 +15,7 @@ from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.basis.quadrature import Points, gauss_points
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.functions import Circle
-from chladni.sim.ritz.forms.foundation import signed_points
+from chladni.sim.ritz.forms.foundation_points import signed_points
 
 FloatArray = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Places between regions at which losses are measured, and what is wanted there.
+"""Test points half-way between regions, where losses are measured, and their target fields.
 
 Half-way from centre to centre the device mixes drives that differ most. A load's field changes
 little from one region to the next, so that of a point between them is interpolated from the

@@ -10,7 +10,7 @@ from time import monotonic
 from chladni.host.studio.boards.prepared import Prepared
 from chladni.host.studio.messages.sender import Sender
 from chladni.host.studio.playing.played import Played
-from chladni.host.studio.playing.scored import numbers_of
+from chladni.host.studio.playing.press_score import numbers_of
 from chladni.sim.errors import ChladniError
 
 QUIET_S, LATEST_S = 0.1, 0.5

@@ -1,4 +1,4 @@
-"""What integers lose against the drives they stand for: of what they are best at, and of the field.
+"""Loss of SSIM (or of second finger) and of field when drives are rounded to integers.
 
 Drives of the objective `focus` are compared by their second finger, all others by SSIM.
 """

@@ -1,4 +1,4 @@
-"""Sheets that plates are cut from, by name: what a board file need not look up."""
+"""Materials of plates by name, each with its source; those of foams are in foundation.py."""
 
 from __future__ import annotations
 
