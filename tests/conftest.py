@@ -137,17 +137,23 @@ def cross_compilers() -> None:
     pytest.skip(f"not installed: {', '.join(missing())}")
 
 
-@pytest.fixture(scope="session")
-def chip_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The chip's layer on a fake of ESP-IDF, compiled once for all workers of a run."""
-    from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
-
-    is_worker = "PYTEST_XDIST_WORKER" in os.environ
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if is_worker else base) / "chip"
-    with (folder.with_suffix(".lock")).open("w") as lock:
+def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], object]) -> Path:
+    """A folder that one worker of a run builds something in, for all of them."""
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    done = folder / "done"
+    with folder.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "chip").exists():
+        if not done.exists():
             folder.mkdir(exist_ok=True)
             build(folder)
-    return folder / "chip"
+            done.touch()
+    return folder
+
+
+@pytest.fixture(scope="session")
+def chip_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The chip's layer on a fake of ESP-IDF, compiled."""
+    from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
+
+    return built_once(tmp_path_factory, "chip", build) / "chip"

@@ -82,8 +82,10 @@ def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
         assert drawn is not None
         assert own is not None
         assert drawn.median - 1.5 < own.median < drawn.median + 0.5
-    again = score_board(load_board("strip5"), samples=4).perturbed
-    assert again == perturbed
+    first, again = (
+        score_board(load_board("strip5"), pitch=12e-3, samples=2).perturbed for _ in range(2)
+    )
+    assert first == again
     assert score_board(load_board("strip5"), samples=4, seed=1).perturbed != perturbed
 
 

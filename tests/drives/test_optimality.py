@@ -14,7 +14,7 @@ from chladni.sim.board.quantity import MM
 from random_starts import best_of_random_starts
 from soaking import IS_SOAKING, seed, tries
 
-TARGETS = tries(12, 16)
+TARGETS = tries(8, 16)
 SAME = 1e-4
 """Of SSIM: a hundredth of what a quantiser costs."""
 MOST, OFTEN = (1e-2, 0.2) if IS_SOAKING else (2e-3, 0.1)

@@ -7,9 +7,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from instruction_counts import PROCESSORS, Processor, compile_core
+from instruction_counts import PROCESSORS, Processor
 
 from conftest import ROOT
+from firmware.compiled import compiled_core
 
 pytestmark = pytest.mark.usefixtures("cross_compilers")
 
@@ -32,9 +33,11 @@ def symbols(processor: Processor, path: Path) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
 def test_what_the_interrupt_reaches_is_closed_and_lies_in_ram(
-    processor: Processor, tmp_path: Path
+    processor: Processor, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    objects = {path.stem: symbols(processor, path) for path in compile_core(processor, tmp_path)}
+    objects = {
+        path.stem: symbols(processor, path) for path in compiled_core(processor, tmp_path_factory)
+    }
     ours = mapped()
     assert ours == {"duty_ring", "sample_player"}
     defined = {

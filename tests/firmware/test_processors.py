@@ -6,12 +6,13 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from instruction_counts import PROCESSORS, Processor, compile_core, count
+from instruction_counts import PROCESSORS, Processor, count
 from stack_depth import depths
 
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS
 from chladni.tables.mirror_symmetry import MirrorSymmetry
+from firmware.compiled import compiled_core
 from made_up import random_table, reversal
 
 pytestmark = pytest.mark.usefixtures("cross_compilers")
@@ -31,7 +32,7 @@ def built(
     request: pytest.FixtureRequest, cross_compilers: None, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Processor, list[Path]]:
     """A processor, and the core compiled for it."""
-    return request.param, compile_core(request.param, tmp_path_factory.mktemp("core"))
+    return request.param, compiled_core(request.param, tmp_path_factory)
 
 
 def test_a_built_table_is_read_and_looked_up_alike_and_in_time(

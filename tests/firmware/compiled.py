@@ -1,0 +1,18 @@
+"""The core compiled for another processor, once in a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from instruction_counts import Processor, compile_core
+
+from conftest import built_once
+
+
+def compiled_core(processor: Processor, factory: pytest.TempPathFactory) -> list[Path]:
+    """The core's objects for a processor."""
+    folder = built_once(
+        factory, f"core-{processor.prefix}", lambda folder: compile_core(processor, folder)
+    )
+    return sorted(folder.glob("*.o"))
