@@ -44,7 +44,10 @@ def interrupted(process: subprocess.Popen[str], after_ms: int) -> str:
     return process.stderr.read()
 
 
-@pytest.mark.parametrize("after_ms", [20, 100, 300, 600, 1000, 2000])
+@pytest.mark.parametrize(
+    "after_ms",
+    [20, 300, 1000, *(pytest.param(ms, marks=pytest.mark.soak) for ms in (100, 600, 2000))],
+)
 def test_ctrl_c_at_any_time_shows_no_traceback_and_leaves_nothing(
     tmp_path: Path, after_ms: int
 ) -> None:

@@ -148,6 +148,7 @@ def test_the_estimate_knows_a_resonance(prototype: Board, mode: int) -> None:
     assert respond(RitzPlate(geometry, 0.02), TOLERANCE).tolerance_met
 
 
+@pytest.mark.soak
 def test_a_tighter_tolerance_is_never_worse() -> None:
     """Not even where none can be met: the best solution seen counts."""
     geometry = NEAR["a screw 0.01 mm from a magnet"]

@@ -133,7 +133,10 @@ def test_the_narrowest_width_that_keeps_to_the_limits_is_taken(
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize(("name", "objective"), [("prototype", "ssim"), ("paper", "contrast")])
+@pytest.mark.parametrize(
+    ("name", "objective"),
+    [("prototype", "ssim"), pytest.param("paper", "contrast", marks=pytest.mark.soak)],
+)
 def test_at_places_drawn_at_random_the_limits_are_kept_too(name: str, objective: str) -> None:
     """Against the unrounded drives interpolated alike, by skimage, on all image points.
 
