@@ -7,9 +7,16 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
-from chladni.host.device.readiness import check_ready, obstacle
+from chladni.host.device.readiness import (
+    HOST_CLEARS,
+    OF_THE_TABLE,
+    WARNINGS,
+    check_ready,
+    obstacle,
+)
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.codes import FAULT_CAUSE
 from conftest import CommandLine
 from made_up import device_of, make_table
 
@@ -46,6 +53,11 @@ def test_an_obstacle_is_named_with_what_to_do(
 )
 def test_what_a_host_may_play_through_is_no_obstacle(standing: list[str], by_host: bool) -> None:
     assert obstacle({"standing": standing}, by_host=by_host) is None
+
+
+def test_what_is_forgiven_are_faults_that_a_device_declares() -> None:
+    declared = {code.text for code in FAULT_CAUSE.members}
+    assert declared >= HOST_CLEARS | OF_THE_TABLE | WARNINGS
 
 
 @pytest.mark.parametrize("cause", ["brown-out", "power on"])

@@ -100,7 +100,7 @@ def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
         See there.
     """
     with loader(port, baud) as esp:
-        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "tables")
+        partition = _partition(esp, TABLES, "tables")
         if partition.size < PARTITION_BYTES:
             raise InputError("tables", partition.size, f"{PARTITION_BYTES} bytes at least")
         image = _read(esp, partition.offset, PARTITION_BYTES)
@@ -122,7 +122,7 @@ def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceCon
         See there; pins that the chip cannot use so are refused.
     """
     with loader(port, baud) as esp:
-        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "config")
+        partition = _partition(esp, TABLES, "config")
         image = _read(esp, partition.offset, CONFIG_SECTORS * SECTOR_BYTES)
         found = [_record(image[k * SECTOR_BYTES :][:SECTOR_BYTES]) for k in range(CONFIG_SECTORS)]
         newest = newest_record(found)
@@ -144,7 +144,7 @@ def forget_network(port: str, baud: int) -> None:
         See there.
     """
     with loader(port, baud) as esp:
-        partition = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), TABLES, "network")
+        partition = _partition(esp, TABLES, "network")
         _write(esp, partition.offset, b"\xff" * SECTOR_BYTES)
 
 
@@ -179,7 +179,7 @@ def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
     if not image or image[0] != IMAGE_MAGIC:
         raise ArgumentError("firmware", str(file), "an ESP32 application image (firmware.bin)")
     with loader(port, baud) as esp:
-        app = partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), APP, "factory")
+        app = _partition(esp, APP, "factory")
         if len(image) > app.size:
             raise ArgumentError("firmware", f"{len(image)} bytes", f"at most {app.size}")
         _write(esp, app.offset, image)
@@ -236,6 +236,11 @@ def _loaded(port: str, baud: int) -> Iterator[Any]:
         raise RomError(f"{port}: {error}", hint=SLOWER) from None
     finally:
         esp._port.close()
+
+
+def _partition(esp: Any, kind: int, name: str) -> Partition:
+    """A partition by the device's own table."""
+    return partition_of(_read(esp, TABLE_OFFSET, TABLE_BYTES), kind, name)
 
 
 def _read(esp: Any, address: int, size: int) -> bytes:
