@@ -151,9 +151,12 @@ def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path
     return folder
 
 
-@pytest.fixture(scope="session")
-def chip_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The chip's layer on a fake of ESP-IDF, compiled."""
+@pytest.fixture(scope="session", params=["esp32"])
+def chip_program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The chip's layer on a fake of ESP-IDF, compiled; named as its chip."""
     from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
 
-    return built_once(tmp_path_factory, "chip", build) / "chip"
+    def built(folder: Path) -> Path:
+        return build(folder, request.param)
+
+    return built_once(tmp_path_factory, f"chip-{request.param}", built) / str(request.param)

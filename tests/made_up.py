@@ -22,7 +22,7 @@ from chladni.host.emulation.emulator import (
 from chladni.host.emulation.emulator import emulate as emulate_board
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.board.electronics import NOT_WIRED
-from chladni.sim.board.gpio import GATES
+from chladni.sim.board.gpio import CHIPS
 from chladni.tables import layout
 from chladni.tables.format import pack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
@@ -139,7 +139,7 @@ def forge(table: Table, **fields: Any) -> bytes:
 
 def some_pins(count: int = 5) -> tuple[int, ...]:
     """Gates for so many channels, and none for the rest: any will do."""
-    return (*GATES[:count], *(NOT_WIRED,) * (layout.MAX_ACTUATORS - count))
+    return (*CHIPS["esp32"].gates[:count], *(NOT_WIRED,) * (layout.MAX_ACTUATORS - count))
 
 
 def device_of(table: Table | None = None, *, channels: int = 5, **settings: Any) -> DeviceConfig:

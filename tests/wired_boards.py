@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.gpio import GATES
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import Actuator
 
 
@@ -18,5 +18,7 @@ def board_with(
         Actuator(name.format(k), ((k % 4 - 1.5) * 14e-3, (k // 4 - 1.5) * 13e-3))
         for k in range(count)
     )
-    wired = replace(board.electronics, pwm_pins=GATES[:count] if pins else (), **electronics)
+    wired = replace(
+        board.electronics, pwm_pins=CHIPS["esp32"].gates[:count] if pins else (), **electronics
+    )
     return replace(board, actuators=actuators, electronics=wired, screws=(), coil=None)

@@ -11,25 +11,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import cpp_text
 import numpy as np
+from gpio_header import bootloader_header, gpio_header
 from link_header import link_header, link_page, messages_header, network_header
 
 from chladni.drives.problem import region_grid as regions
 from chladni.host.protocol import codes as device_codes
 from chladni.host.protocol import config as device_config
 from chladni.host.protocol import table_store as flash_layout
-from chladni.sim.board import gpio
-from chladni.sim.board.electronics import NOT_WIRED
-from chladni.sim.board.file import load_board
 from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
-BOOTLOADER_BOARD = "prototype"
-"""What the bootloader knows of a device: the board whose gates are low before it is configured."""
 SINE_QUARTER_POINTS = 256
 """Intervals in a quarter wave. Linear interpolation between them errs by (π/512)²/8 = 4.7e-6 of
 full scale, under the half step of Q15 (1.5e-5)."""
@@ -88,51 +84,6 @@ def table_header() -> str:
             "// Byte offsets of a section header's fields.",
             *cpp_text.field_offsets("kSectionAt", layout.SECTION_FIELDS),
         ],
-    )
-
-
-def gpio_header() -> str:
-    """`gpio.hpp`: which pins can be what, as masks of 64 bits."""
-
-    def mask(pins: Sequence[int]) -> str:
-        return f"0x{sum(1 << pin for pin in pins):010X}ULL"
-
-    return cpp_text.header(
-        "What each GPIO of an ESP32 (WROOM-32) can be used for (chladni.sim.board.gpio).",
-        "chladni::gpio",
-        [
-            "// A bit per GPIO.",
-            f"constexpr uint64_t kGates = {mask(gpio.GATES)};",
-            f"constexpr uint64_t kBus = {mask(gpio.BUS)};",
-            f"constexpr uint64_t kOutputs = {mask(gpio.OUTPUTS)};",
-            f"constexpr uint64_t kInputs = {mask(gpio.INPUTS)};",
-            f"constexpr uint32_t kNotWired = {NOT_WIRED}U;",
-        ],
-    )
-
-
-def bootloader_header() -> str:
-    """`gates.h` of the bootloader: the gates that it holds low, in C."""
-    board = load_board(BOOTLOADER_BOARD)
-    pins = board.electronics.pwm_pins
-    bits = " | ".join(f"BIT({pin})" for pin in pins)
-    return "\n".join(
-        [
-            cpp_text.BANNER,
-            f"// The gates of boards/{BOOTLOADER_BOARD}.toml.",
-            "#pragma once",
-            "",
-            '#include "soc/io_mux_reg.h"',
-            '#include "soc/soc.h"',
-            "",
-            f"#define GATES ({bits})",
-            "",
-            "// A pin's register has its name from the pin, so that no loop reaches it.",
-            "static inline void select_gpio_for_gates(void) {",
-            *(f"  PIN_FUNC_SELECT(IO_MUX_GPIO{pin}_REG, PIN_FUNC_GPIO);" for pin in pins),
-            "}",
-            "",
-        ]
     )
 
 

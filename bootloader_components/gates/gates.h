@@ -4,8 +4,13 @@
 // The gates of boards/prototype.toml.
 #pragma once
 
+#include "sdkconfig.h"
 #include "soc/io_mux_reg.h"
 #include "soc/soc.h"
+
+#if !CONFIG_IDF_TARGET_ESP32
+#error "The pins of prototype are an ESP32's."
+#endif
 
 #define GATES (BIT(2) | BIT(4) | BIT(15) | BIT(16) | BIT(17))
 

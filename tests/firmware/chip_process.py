@@ -10,36 +10,49 @@ import subprocess
 import zlib
 from pathlib import Path
 
+from chladni.sim.board.electronics import ChipName
+from chladni.sim.board.gpio import CHIPS
 from conftest import ROOT
 
 HERE = Path(__file__).parent
 FIRMWARE = ROOT / "firmware" / "esp32"
 HEADERS = (
     "driver/gpio.h", "driver/gptimer.h", "driver/i2c_master.h", "driver/ledc.h", "driver/uart.h",
-    "esp_attr.h", "esp_brownout.h", "esp_cpu.h", "esp_err.h", "esp_event.h", "esp_netif.h",
+    "driver/usb_serial_jtag.h",
+    "esp_attr.h", "esp_brownout.h", "esp_cpu.h", "esp_err.h", "esp_event.h", "esp_intr_alloc.h",
+    "esp_netif.h",
     "esp_partition.h", "esp_private/panic_internal.h", "esp_random.h", "esp_system.h",
     "esp_task_wdt.h", "esp_timer.h", "esp_wifi.h", "freertos/FreeRTOS.h", "freertos/task.h",
-    "lwip/sockets.h", "mbedtls/md.h", "sdkconfig.h", "soc/gpio_reg.h",
-    "soc/gpio_sig_map.h", "soc/ledc_reg.h", "soc/ledc_struct.h", "soc/soc.h",
+    "hal/timer_ll.h", "lwip/sockets.h", "mbedtls/md.h", "sdkconfig.h", "soc/gpio_reg.h",
+    "soc/gpio_sig_map.h", "soc/ledc_reg.h", "soc/ledc_struct.h", "soc/soc.h", "soc/timer_periph.h",
 )  # fmt: skip
 """Of ESP-IDF, that chip/ includes: each becomes the fake's one header."""
 
 
-def includes(folder: Path) -> list[str]:
-    """Where a compiler finds the fake as ESP-IDF's headers, made in a folder, and our own."""
+def includes(folder: Path, chip: ChipName = "esp32") -> list[str]:
+    """Options: the chip, and where the fake is found as ESP-IDF's headers, made in a folder."""
     for name in HEADERS:
         path = folder / "include" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text('#pragma once\n#include "idf.hpp"\n', encoding="utf-8")
-    return [f"-I{path}" for path in (folder / "include", HERE / "idf", FIRMWARE, FIRMWARE / "chip")]
+    own = FIRMWARE / "chip"
+    folders = (folder / "include", HERE / "idf", FIRMWARE, own, own / chip)
+    return [f"-DFAKE_{chip.upper()}=1", *(f"-I{path}" for path in folders)]
 
 
-def build(folder: Path) -> Path:
+def chip_sources(chip: ChipName = "esp32") -> list[Path]:
+    """Of chip/, without those of another chip."""
+    own = FIRMWARE / "chip"
+    others = [own / name for name in CHIPS if name != chip]
+    return [path for path in sorted(own.rglob("*.cpp")) if path.parent not in others]
+
+
+def build(folder: Path, chip_name: ChipName = "esp32") -> Path:
     """Compile chip/ and the core on the fake, with counts of lines and branches."""
-    chip = sorted((FIRMWARE / "chip").rglob("*.cpp"))
+    chip = chip_sources(chip_name)
     core = sorted((FIRMWARE / "core").rglob("*.cpp"))
     own = sorted((HERE / "idf").glob("*.cpp"))
-    include = includes(folder)
+    include = includes(folder, chip_name)
     objects = []
     running = []
     for k, source in enumerate((*chip, *core, *own)):
@@ -54,7 +67,7 @@ def build(folder: Path) -> Path:
             assert not [one for one in running if one.poll() is not None]
     for one in running:
         assert one.wait() == 0
-    program = folder / "chip"
+    program = folder / chip_name
     subprocess.run(["g++", "--coverage", "-o", str(program), *objects], check=True)
     return program
 

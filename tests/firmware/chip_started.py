@@ -7,10 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.sim.board.gpio import CHIPS
 from chladni.tables.format import pack
 from firmware.chip_process import RESET_PIN, Chip
 from made_up import make_table
@@ -19,13 +21,17 @@ TABLE = pack(make_table(np.array([[10.0, -5.0j, 1.0 + 1.0j, 4.0, 2.0]])))
 NETWORK = pack_network(NetworkSettings("net", "12345678", bytes(range(32)), 5555))
 UNTIL_NETWORK = 1100
 """Turns of a millisecond: the network begins a second after the wire."""
-PINS = (4, 5, 12, 14, 18)
+PINS = (4, 5, 12, 14, 16)
 CONFIG = DeviceConfig(
     pwm_pins=(*PINS, *(255,) * 11),
     panel=PANELS.index("ft6x36"),
-    interrupt_pin=34,
+    sda_pin=15,
+    scl_pin=17,
+    interrupt_pin=2,
     reset_pin=RESET_PIN,
 )
+"""That each chip can have."""
+on_each_chip = pytest.mark.parametrize("chip_program", CHIPS, indirect=True)
 
 
 @contextmanager

@@ -3,9 +3,13 @@
 #
 #   cmake -DCOMPONENT_FILE=… -P component_model.cmake
 #
-# What it leaves out: the build properties that companions would read come back empty.
-macro(idf_build_get_property variable)
+# What it leaves out: the build properties that companions would read come back empty, but for the
+# target (-DIDF_TARGET=…).
+macro(idf_build_get_property variable property)
   set(${variable} "")
+  if("${property}" STREQUAL "IDF_TARGET")
+    set(${variable} "${IDF_TARGET}")
+  endif()
 endmacro()
 macro(idf_component_get_property variable)
   set(${variable} "")

@@ -17,6 +17,7 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
     )
     for way in ("panic", "brownout"):
         layer.test_every_way_down_leaves_the_gates_low(chip_program, way)
+    layer.test_an_interrupt_that_would_answer_another_timer_is_not_started(chip_program)
     layer.test_a_restart_cuts_the_outputs_first(chip_program)
     layer.test_without_a_wire_it_starts_again_with_outputs_off(chip_program)
     layer.test_missing_partitions_are_said(chip_program)

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from chladni.host.device.device import Device
-from firmware.chip_started import UNTIL_NETWORK, started
+from firmware.chip_started import UNTIL_NETWORK, on_each_chip, started
+
+pytestmark = on_each_chip
 
 PANIC, WATCHDOG = 4, 6
 """ESP_RST_PANIC, ESP_RST_TASK_WDT."""

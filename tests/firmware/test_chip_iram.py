@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware.chip_process import FIRMWARE, includes
+from chladni.sim.board.electronics import ChipName
+from chladni.sim.board.gpio import CHIPS
+from firmware.chip_process import chip_sources, includes
 
-SOURCES = sorted((FIRMWARE / "chip").rglob("*.cpp"))
 MARKED = re.compile(r"IRAM_ATTR (\w+)\(")
 """A function that its source puts into IRAM."""
 REACHED = {
@@ -28,12 +29,13 @@ REACHED = {
 """What the interrupt and the last resort run, and what two timers start together by."""
 
 
-@pytest.fixture(scope="module")
-def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+@pytest.fixture(scope="module", params=CHIPS)
+def objects(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """chip/ as the chip's compiler would inline it: optimised."""
     folder = tmp_path_factory.mktemp("iram")
-    include = includes(folder)
-    for source in SOURCES:
+    chip: ChipName = request.param
+    include = includes(folder, chip)
+    for source in chip_sources(chip):
         made = folder / f"{source.stem}.o"
         subprocess.run(["g++", "-std=c++17", "-O2", "-c", source, "-o", made, *include], check=True)
     return sorted(folder.glob("*.o"))
@@ -54,7 +56,7 @@ def functions(path: Path) -> dict[str, str]:
 
 def test_functions_marked_for_iram_are_functions_of_it(objects: list[Path]) -> None:
     """None was inlined into a caller that lies in flash, as one with a single caller would be."""
-    marked = {name for path in SOURCES for name in MARKED.findall(path.read_text("utf-8"))}
+    marked = {name for path in chip_sources() for name in MARKED.findall(path.read_text("utf-8"))}
     assert marked >= REACHED
     found = {name: place for path in objects for name, place in functions(path).items()}
     assert {name: found.get(name) for name in marked} == dict.fromkeys(marked, ".iram1")

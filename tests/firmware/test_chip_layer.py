@@ -11,8 +11,11 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.sim.board.electronics import ChipName
 from firmware.chip_process import FIRMWARE, Chip, gates_of, includes
-from firmware.chip_started import CONFIG, PINS, playing, started
+from firmware.chip_started import CONFIG, PINS, on_each_chip, playing, started
+
+pytestmark = on_each_chip
 
 
 def test_it_starts_and_plays_over_the_link(chip_program: Path) -> None:
@@ -47,6 +50,14 @@ def test_a_restart_cuts_the_outputs_first(chip_program: Path) -> None:
         assert not gates_of(chip.ended.split()[1])
 
 
+def test_an_interrupt_that_would_answer_another_timer_is_not_started(chip_program: Path) -> None:
+    """The driver does not say which timer it gave: what it was told must show in ours."""
+    with started(chip_program, options=("another-timer",)) as chip, Device(chip) as device:
+        assert "did not start" in device.log
+        assert "interrupt stopped" in [fault["cause"] for fault in device.faults()]
+        assert not chip.on
+
+
 def test_a_dead_interrupt_is_cut_off_by_the_main_loop(chip_program: Path) -> None:
     with started(chip_program) as chip:
         device = Device(chip)
@@ -69,9 +80,17 @@ def calls_made(chip_program: Path) -> list[str]:
         return [f"{name}:{k}" for name, count in chip.calls.items() for k in range(1, count + 1)]
 
 
+WIRES = {
+    "esp32": ("uart_driver_install", "uart_param_config"),
+    "esp32s3": ("usb_serial_jtag_driver_install",),
+}
 OF_NETWORK = (
     "esp_netif", "esp_event", "esp_wifi", "socket", "bind", "mbedtls_md_info", "mbedtls_md_setup",
 )  # fmt: skip
+
+
+# The first two are of the start.
+MOVES = tuple(f"gptimer_set_raw_count:{k}" for k in range(3, 99))
 
 
 def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answers(
@@ -81,7 +100,7 @@ def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answe
     tried = 0
     for call in calls_made(chip_program):
         name = call.split(":")[0]
-        if name in ("uart_driver_install", "uart_param_config"):
+        if name in WIRES[chip_program.name]:
             continue  # Without a wire there is none to answer on: a restart, tested below.
         with started(chip_program, fail=call) as chip:
             assert chip.ended == "", call
@@ -90,9 +109,9 @@ def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answe
             info = device.info()
             said = device.log + str(device.faults()) + str(info)
             tried += 1
-            if name in ("gptimer_get_raw_count", "gptimer_set_raw_count"):
+            if name == "gptimer_get_raw_count" or call in MOVES:
                 assert "near the carrier" in said, call
-            elif name.startswith(("ledc", "gptimer", "xTask")) or name in (
+            elif name.startswith(("ledc", "gptimer", "xTask", "esp_intr")) or name in (
                 "esp_register_shutdown_handler",
                 "esp_brownout_register_callback",
                 "esp_task_wdt_add",
@@ -108,8 +127,8 @@ def test_every_failing_call_leaves_outputs_off_or_harmless_and_a_link_that_answe
 
 
 def test_without_a_wire_it_starts_again_with_outputs_off(chip_program: Path) -> None:
-    for call in ("uart_driver_install:1", "uart_param_config:1"):
-        with started(chip_program, fail=call) as chip:
+    for call in WIRES[chip_program.name]:
+        with started(chip_program, fail=f"{call}:1") as chip:
             assert chip.ended.startswith("aborted")
             assert not gates_of(chip.ended.split()[1])
 
@@ -138,11 +157,12 @@ def test_why_it_started_is_kept(chip_program: Path, reason: int, told: str | Non
 
 
 def test_gates_above_31_play_and_are_cut(chip_program: Path) -> None:
-    config = DeviceConfig(pwm_pins=(25, 26, 27, 32, 33, *(255,) * 11))
+    pins = {"esp32": (25, 26, 27, 32, 33), "esp32s3": (1, 2, 6, 7, 38)}[chip_program.name]
+    config = DeviceConfig(pwm_pins=(*pins, *(255,) * 11))
     with started(chip_program, config=config) as chip, Device(chip) as device:
         device.touch(0.0, 0.0)
         chip.run(30)
-        assert chip.on == {25, 26, 27, 32, 33}
+        assert chip.on == set(pins)
         assert chip.down("panic") == set()
 
 
@@ -216,7 +236,8 @@ def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
 def test_the_device_takes_no_room_in_the_image(tmp_path: Path, chip_program: Path) -> None:
     """Its 20 KB lie in .bss, optimised or not: what is initialised would be copied from flash."""
     made = tmp_path / "app_main.o"
-    include = includes(chip_program.parent)
+    chip: ChipName = "esp32" if chip_program.name == "esp32" else "esp32s3"
+    include = includes(chip_program.parent, chip)
     for level in ("-O0", "-O2"):
         source = str(FIRMWARE / "chip" / "app_main.cpp")
         subprocess.run(

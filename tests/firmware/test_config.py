@@ -29,7 +29,7 @@ from chladni.host.protocol.config import (
 )
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.file import load_board
-from chladni.sim.board.gpio import GATES
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.layout import offsets
@@ -78,7 +78,7 @@ any_configs = st.fixed_dictionaries({s.field.name: values_of(s) for s in SETTING
 @st.composite
 def startable(draw: st.DrawFn) -> DeviceConfig:
     """The same with pins of which each can be what it is for."""
-    pins = draw(st.permutations(GATES))
+    pins = draw(st.permutations(CHIPS["esp32"].gates))
     return draw(any_configs).with_values(
         pwm_pins=tuple(pins[:16]), sda_pin=21, scl_pin=22, interrupt_pin=34, reset_pin=255
     )

@@ -1,4 +1,4 @@
-// Chladni on an ESP32: synthesis alone on core 1, everything else on core 0.
+// Chladni on its chip: synthesis alone on core 1, everything else on core 0.
 #include <array>
 #include <cstdio>
 #include <new>
@@ -19,6 +19,7 @@
 #include "outputs/pwm.hpp"
 #include "outputs/sample_timer.hpp"
 #include "storage/flash.hpp"
+#include "target.hpp"
 #include "touch/panel_bus.hpp"
 
 namespace {
@@ -56,6 +57,7 @@ ResetCause reset_cause(void*) {
 
 Hal make_hal() {
   Hal hal{};
+  hal.chip = chip::kChip;
   hal.now_us = [](void*) { return static_cast<uint32_t>(esp_timer_get_time()); };
   hal.set_duties = set_duties;
   hal.cut_outputs = [](void*) { chip::cut_outputs(); };

@@ -7,8 +7,8 @@
 #include "core/generated/config_format.hpp"
 #include "sdkconfig.h"
 
-#if !CONFIG_IDF_TARGET_ESP32
-#error "Chladni runs on the ESP32: the S3, C3 and others have no high-speed LEDC channels."
+#if !CONFIG_IDF_TARGET_ESP32 && !CONFIG_IDF_TARGET_ESP32S3
+#error "Chladni runs on the ESP32 and the ESP32-S3."
 #endif
 
 namespace chladni::chip {

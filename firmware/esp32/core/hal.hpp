@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "core/generated/device_codes.hpp"
+#include "core/generated/gpio.hpp"
 
 namespace chladni {
 
@@ -35,6 +36,7 @@ constexpr uint32_t kRetainedBytes = 84;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
+  gpio::Chip chip;
 
   // Free-running microseconds; wraps around after 71 minutes.
   uint32_t (*now_us)(void* context);

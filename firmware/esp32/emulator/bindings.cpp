@@ -59,12 +59,12 @@ Duties take_duties(Emulator& self) {
   return Duties(record->data(), {record->size() / channels, channels}, owner);
 }
 
-// The settings of a record, by the firmware's own reader.
+// The settings of a record, by the firmware's own reader; its pins are the device's to judge.
 Config parsed(const std::string& record) {
   Config config{};
   const chladni::ConfigStatus status =
-      chladni::parse_record(reinterpret_cast<const uint8_t*>(record.data()),
-                            static_cast<uint32_t>(record.size()), config);
+      chladni::parse_settings(reinterpret_cast<const uint8_t*>(record.data()),
+                              static_cast<uint32_t>(record.size()), config);
   if (status != chladni::ConfigStatus::kOk) throw nb::value_error(to_text(status));
   return config;
 }
@@ -275,11 +275,12 @@ void bind_flash(nb::class_<Emulator>& emulator) {
           nb::arg("record"), "Let the firmware keep a configuration; returns its status.")
       .def(
           "parse_config",
-          [](Emulator&, nb::bytes record) {
+          [](Emulator& self, nb::bytes record) {
             Config found{};
             const std::string bytes(record.c_str(), record.size());
-            return std::string(to_text(parse_record(reinterpret_cast<const uint8_t*>(bytes.data()),
-                                                    static_cast<uint32_t>(bytes.size()), found)));
+            return std::string(
+                to_text(parse_record(reinterpret_cast<const uint8_t*>(bytes.data()),
+                                     static_cast<uint32_t>(bytes.size()), self.chip(), found)));
           },
           nb::arg("record"), "What the firmware says of a record.");
 }

@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -12,6 +13,12 @@ namespace chladni::emulator {
 
 inline void raise_if(const std::string& fault) {
   if (!fault.empty()) throw std::runtime_error(fault);
+}
+
+// By its number, as everywhere outside C++.
+inline gpio::Chip chip_of(uint32_t number) {
+  if (number >= std::size(gpio::kAbilities)) throw nanobind::value_error("chip: 0 or 1");
+  return static_cast<gpio::Chip>(number);
 }
 
 // What the emulated board is like, how its panel fails, and its outputs by themselves.

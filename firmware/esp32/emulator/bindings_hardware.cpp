@@ -23,6 +23,9 @@ void bind_board(nb::module_& m) {
   nb::class_<Hardware>(m, "Hardware")
       .def(nb::init<>())
       .def_prop_rw(
+          "chip", [](const Hardware& self) { return static_cast<uint32_t>(self.chip); },
+          [](Hardware& self, uint32_t chip) { self.chip = chip_of(chip); })
+      .def_prop_rw(
           "panel", [](const Hardware& self) { return static_cast<int>(self.panel); },
           [](Hardware& self, const std::string& name) { self.panel = panel_model(name); })
       .def_rw("table_sectors", &Hardware::table_sectors)

@@ -30,6 +30,7 @@ struct FingerEvent {
 };
 
 struct Hardware {
+  gpio::Chip chip = gpio::Chip::kEsp32;
   uint32_t table_sectors = 32;
   PanelModel panel = PanelModel::kGt911;
   bool has_second_address = false;
@@ -80,6 +81,7 @@ class Emulator {
   // The next sample interrupt fires twice.
   void repeat_next_sample() { must_repeat_ = true; }
   void command(const std::string& line);
+  gpio::Chip chip() const { return hardware_.chip; }
   // Bits per second of the link's wire, both ends of it.
   double baud() const { return hardware_.baud > 0.0 ? hardware_.baud : device_.config().link_baud; }
   // The wire of the link: bytes on their way to the device, one after another; and what has come

@@ -13,6 +13,7 @@ constexpr double kBitsPerByte = 9.0, kFrameBits = 2.0;
 Hal Emulator::hal() {
   Hal hal{};
   hal.context = this;
+  hal.chip = from(this).hardware_.chip;
   hal.now_us = [](void* context) { return static_cast<uint32_t>(from(context).now_us()); };
   hal.set_duties = [](void* context, const uint32_t* duties) {
     Emulator& self = from(context);

@@ -17,12 +17,10 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.gpio import GATES, RESET_PULL_UPS
+from chladni.sim.board.gpio import CHIPS, Chip
 from chladni.sim.board.quantity import MM, quantity
 from chladni.sim.errors import ArgumentError, InputError, MissingError
 
-CHANNELS = 16
-"""PWM channels of one ESP32."""
 COILS = 64
 """That a board without electronics may have."""
 MOST_EVALUATIONS = 1_000_000
@@ -203,7 +201,9 @@ def _with_derived(board: Document) -> Document:
     own = dict(board)
     electronics = own.get("electronics")
     if isinstance(electronics, dict) and electronics.get("pwm_pins", "free") == "free":
-        own["electronics"] = electronics | {"pwm_pins": _gates(own.get("panel"))}
+        own["electronics"] = electronics | {
+            "pwm_pins": _gates(_chip(electronics), own.get("panel"))
+        }
     if "image" not in own:
         own["image"] = {"points": None}
     return own
@@ -219,11 +219,16 @@ def _spacing_mm(board: Document) -> float:
     return max(known, default=SPACING / MM)
 
 
-def _gates(panel: object) -> list[int]:
+def _chip(electronics: Mapping[str, Any]) -> Chip:
+    """The chip that is named, or the default; a board file's own check refuses what is none."""
+    return CHIPS.get(electronics.get("chip", "esp32"), CHIPS["esp32"])
+
+
+def _gates(chip: Chip, panel: object) -> list[int]:
     """GPIOs for gates, those first that nothing pulls up at reset."""
     taken = set(panel.values()) if isinstance(panel, dict) else set()
-    free = [pin for pin in GATES if pin not in taken]
-    return sorted(free, key=lambda pin: pin in RESET_PULL_UPS)[:CHANNELS]
+    free = [pin for pin in chip.gates if pin not in taken]
+    return sorted(free, key=lambda pin: pin in chip.pulled_up)[: chip.channels]
 
 
 def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
@@ -243,11 +248,12 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
     else:
         found = [coils]
     electronics = board.get("electronics")
-    pins = electronics.get("pwm_pins", []) if isinstance(electronics, dict) else []
-    most = min(CHANNELS, len(pins)) if isinstance(pins, list) and pins else COILS
+    own = electronics if isinstance(electronics, dict) else {}
+    pins, channels = own.get("pwm_pins", []), _chip(own).channels
+    most = min(channels, len(pins)) if isinstance(pins, list) and pins else COILS
     for count in found:
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
-            why = ", one for each PWM channel with a pin" if most <= CHANNELS else ""
+            why = ", one for each PWM channel with a pin" if most <= channels else ""
             raise InputError("design.coils", count, f"1 to {most} coils{why}")
     if not found:
         raise InputError("design.coils", coils, "one number of coils or more")

@@ -17,8 +17,17 @@
 using esp_err_t = int;
 constexpr esp_err_t ESP_OK = 0, ESP_FAIL = -1, ESP_ERR_NO_MEM = 0x101;
 constexpr esp_err_t ESP_ERR_INVALID_ARG = 0x102, ESP_ERR_INVALID_STATE = 0x103;
+constexpr esp_err_t ESP_ERR_NOT_FOUND = 0x105;
 
 namespace fake {
+
+#if FAKE_ESP32S3
+constexpr int kPins = 49, kGroups = 1;
+constexpr uint32_t kFirstInput = 49;  // of pins that are inputs only
+#else
+constexpr int kPins = 40, kGroups = 2;
+constexpr uint32_t kFirstInput = 34;
+#endif
 
 struct Stopped {};                    // the scenario is over
 struct Restarted {};                  // esp_restart
@@ -44,7 +53,7 @@ struct Chip {
   std::map<std::string, int> calls;
   uint64_t cycles = 1000;
   uint32_t pwm_steps = 0;  // of a carrier period; 0 while no timer runs
-  std::array<Pin, 40> pins{};
+  std::array<Pin, kPins> pins{};
   std::deque<uint8_t> received;
   std::string sent;
   std::map<std::string, std::vector<uint8_t>> flash;
@@ -70,6 +79,7 @@ struct Chip {
   }
   bool has_watchdog = false;
   bool is_interrupt_dead = false, must_repeat = false;
+  bool is_timer_another = false;  // the driver hands out one whose registers are not looked at
   int32_t apart = 0;  // steps by which the second group stands elsewhere than a start together says
 
   std::array<uint64_t, 2> started{};  // cycles, of each group's timer
@@ -105,6 +115,7 @@ struct Register {
 class Channel {
  public:
   int group = 0;
+  bool is_slow = false;  // of a low-speed group
   // As the driver leaves them: the output's enable, and how a duty moves.
   static constexpr uint32_t kConf0 = 1U << 2, kConf1 = 1U << 30 | 1U << 20 | 1U << 10;
   static constexpr uint32_t kUpdate = 1U << 4, kStart = 1U << 31;
@@ -123,14 +134,14 @@ class Channel {
   uint32_t read_conf1() const { return kConf1 | (is_pending() ? kStart : 0U); }
   uint32_t read_duty() const { return waiting_ << 4; }
   void write_conf0(uint32_t value) {
-    if (group == 0) throw Misuse("an update of a high-speed channel");
+    if (!is_slow) throw Misuse("an update of a high-speed channel");
     if (value != (kConf0 | kUpdate)) throw Misuse("a channel's setting changed");
     is_updated_ = true;
   }
   void write_conf1(uint32_t value) {
     if (value != (kConf1 | kStart)) throw Misuse("how a duty moves changed");
     is_started_ = true;
-    is_updated_ = group == 0;
+    is_updated_ = !is_slow;
     since_ = chip.period(group);
   }
   void write_duty(uint32_t value) {

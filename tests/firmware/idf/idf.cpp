@@ -22,28 +22,40 @@ ledc_dev_t LEDC;
 const char* esp_err_to_name(esp_err_t status) { return status == ESP_FAIL ? "ESP_FAIL" : "other"; }
 
 // One timer, as the firmware has.
+constexpr uint64_t kCyclesPerTick = 6;
 struct gptimer_t {
-  gptimer_event_callbacks_t callbacks{};
-  void* data = nullptr;
-  uint64_t alarm = 0, offset = 0;  // ticks
+  uint64_t alarm = 0, offset = 0, held = 0;  // ticks
   bool is_enabled = false, is_running = false;
+  uint64_t ticks() const { return chip.cycles / kCyclesPerTick - offset; }
+  uint64_t shown() const { return is_running ? ticks() % alarm : held; }
 };
 static gptimer_t timer;
-constexpr uint64_t kCyclesPerTick = 6;
-static uint64_t ticks() { return chip.cycles / kCyclesPerTick - timer.offset; }
+timg_dev_t TIMERG0;
+static intr_handler_t handler = nullptr;
+static void* handler_argument = nullptr;
+
+// One that is not cleared would come again at once, for ever.
+static void interrupt() {
+  TIMERG0.is_armed = false;
+  TIMERG0.is_raised = true;
+  handler(handler_argument);
+  if (TIMERG0.is_raised) throw fake::Misuse("an interrupt that is never cleared");
+}
 
 namespace fake {
 
 void Chip::advance(uint64_t count) {
   const uint64_t end = cycles + count;
-  while (timer.is_running && !is_interrupt_dead) {
-    const uint64_t at = (timer.offset + (ticks() / timer.alarm + 1) * timer.alarm) * kCyclesPerTick;
+  const bool is_served = TIMERG0.is_heard && handler != nullptr && !is_interrupt_dead;
+  while (timer.is_running && TIMERG0.is_armed && is_served) {
+    const uint64_t at =
+        (timer.offset + (timer.ticks() / timer.alarm + 1) * timer.alarm) * kCyclesPerTick;
     if (at >= end) break;
     cycles = at + latency;
     latency = 480;  // 2 µs
     first_period = UINT64_MAX;
-    timer.callbacks.on_alarm(&timer, nullptr, timer.data);
-    if (must_repeat) timer.callbacks.on_alarm(&timer, nullptr, timer.data);
+    interrupt();
+    if (must_repeat) interrupt();
     must_repeat = false;
   }
   if (cycles < end) cycles = end;
@@ -113,13 +125,15 @@ esp_err_t esp_task_wdt_reset() { return ESP_OK; }
 uint32_t esp_cpu_get_cycle_count() { return static_cast<uint32_t>(chip.cycles); }
 uint32_t esp_random() { return 4; }
 
-// GPIO & RTC GPIO: GPIO 6 to 11 are the SPI flash's, 34 to 39 inputs only; gpio_set_level may come
-// before the direction. GPIO matrix: a pin follows the peripheral it was last routed to.
+// GPIO & RTC GPIO: GPIO 6 to 11 are the SPI flash's, 34 to 39 inputs only (an S3: 26 to 31, none);
+// gpio_set_level may come before the direction. GPIO matrix: a pin follows the peripheral it was
+// last routed to.
 esp_err_t gpio_config(const gpio_config_t* setting) {
-  for (uint32_t pin = 0; pin < 40; ++pin) {
+  for (uint32_t pin = 0; pin < static_cast<uint32_t>(fake::kPins); ++pin) {
     if (((setting->pin_bit_mask >> pin) & 1U) == 0) continue;
-    if (setting->mode == GPIO_MODE_OUTPUT && pin >= 34) return ESP_ERR_INVALID_ARG;
-    if (pin >= 6 && pin <= 11) throw fake::Misuse("the flash's pins");
+    if (setting->mode == GPIO_MODE_OUTPUT && pin >= fake::kFirstInput) return ESP_ERR_INVALID_ARG;
+    const uint32_t first_of_flash = fake::kGroups == 1 ? 26 : 6;
+    if (pin >= first_of_flash && pin < first_of_flash + 6) throw fake::Misuse("the flash's pins");
     if (setting->mode == GPIO_MODE_OUTPUT) {
       chip.pins[pin].is_output = true;
       chip.pins[pin].channel = -1;
@@ -174,7 +188,8 @@ esp_err_t ledc_timer_config(const ledc_timer_config_t* setting) {
 }
 esp_err_t ledc_channel_config(const ledc_channel_config_t* setting) {
   const int pin = setting->gpio_num;
-  if (pin < 0 || pin >= 34 || setting->channel > 7) return ESP_ERR_INVALID_ARG;
+  if (pin < 0 || pin >= static_cast<int>(fake::kFirstInput) || setting->channel > 7)
+    return ESP_ERR_INVALID_ARG;
   const esp_err_t status = call("ledc_channel_config");
   if (status == ESP_OK) {
     chip.pins[static_cast<size_t>(pin)].channel = setting->speed_mode * 8 + setting->channel;
@@ -190,15 +205,9 @@ esp_err_t gptimer_new_timer(const gptimer_config_t* setting, gptimer_handle_t* m
   *made = &timer;
   return call("gptimer_new_timer");
 }
-esp_err_t gptimer_register_event_callbacks(gptimer_handle_t own,
-                                           const gptimer_event_callbacks_t* callbacks, void* data) {
-  if (own->is_enabled) throw fake::Misuse("callbacks after enabling");
-  own->callbacks = *callbacks;
-  own->data = data;
-  return call("gptimer_register_event_callbacks");
-}
 esp_err_t gptimer_set_alarm_action(gptimer_handle_t own, const gptimer_alarm_config_t* alarm) {
   own->alarm = alarm->alarm_count;
+  TIMERG0.is_armed = true;
   return call("gptimer_set_alarm_action");
 }
 esp_err_t gptimer_enable(gptimer_handle_t own) {
@@ -216,14 +225,34 @@ esp_err_t gptimer_start(gptimer_handle_t own) {
   return status;
 }
 esp_err_t gptimer_get_raw_count(gptimer_handle_t own, uint64_t* count) {
-  *count = ticks() % own->alarm;
+  *count = own->shown();
   chip.cycles += 120;  // half a microsecond for the call
   return call("gptimer_get_raw_count");
 }
 esp_err_t gptimer_set_raw_count(gptimer_handle_t own, uint64_t count) {
-  if (count >= own->alarm) throw fake::Misuse("a count beyond the alarm: it would not come");
+  if (own->is_running && count >= own->alarm) {
+    throw fake::Misuse("a count beyond the alarm: it would not come");
+  }
   own->offset = chip.cycles / kCyclesPerTick - count;
+  own->held = count;
   return call("gptimer_set_raw_count");
+}
+// The low-level functions: a capture shows the count in the registers.
+void timer_ll_trigger_soft_capture(timg_dev_t* own, uint32_t) {
+  own->captured = timer.shown() + (chip.is_timer_another ? 1U : 0U);
+}
+
+// Interrupt Allocation: a handler that runs with the cache off must say so.
+esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t code, void* argument,
+                         intr_handle_data_t**) {
+  if (source != timer_group_periph_signals.groups[0].timer_irq_id[0]) throw fake::Misuse("source");
+  if ((flags & ESP_INTR_FLAG_IRAM) == 0) throw fake::Misuse("an interrupt that flash holds up");
+  const esp_err_t status = call("esp_intr_alloc");
+  if (status == ESP_OK) {
+    handler = code;
+    handler_argument = argument;
+  }
+  return status;
 }
 
 // UART: with a transmit buffer uart_write_bytes copies and returns; uart_read_bytes with no wait
@@ -245,6 +274,20 @@ int uart_read_bytes(uart_port_t, void* bytes, uint32_t count, TickType_t) {
 int uart_write_bytes(uart_port_t, const void* bytes, size_t count) {
   chip.sent.append(static_cast<const char*>(bytes), count);
   return static_cast<int>(count);
+}
+
+// USB Serial/JTAG: reads and writes with no wait take and give what there is.
+esp_err_t usb_serial_jtag_driver_install(usb_serial_jtag_driver_config_t* setting) {
+  if (setting->tx_buffer_size == 0) throw fake::Misuse("a write that waits for the host");
+  return call("usb_serial_jtag_driver_install");
+}
+int usb_serial_jtag_read_bytes(void* bytes, uint32_t count, TickType_t wait) {
+  if (wait != 0) throw fake::Misuse("the main loop waits for the wire");
+  return uart_read_bytes(UART_NUM_0, bytes, count, 0);
+}
+int usb_serial_jtag_write_bytes(const void* bytes, size_t count, TickType_t wait) {
+  if (wait != 0) throw fake::Misuse("the main loop waits for the wire");
+  return uart_write_bytes(UART_NUM_0, bytes, count);
 }
 
 // I2C: a transfer that is not acknowledged, or not done in its time, is an error; the bus can be

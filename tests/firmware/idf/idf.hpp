@@ -62,7 +62,7 @@ struct panic_info_t {};
 
 // GPIO
 using gpio_num_t = int;
-constexpr gpio_num_t GPIO_NUM_NC = -1, GPIO_NUM_MAX = 40;
+constexpr gpio_num_t GPIO_NUM_NC = -1, GPIO_NUM_MAX = fake::kPins;
 enum { GPIO_MODE_INPUT = 1, GPIO_MODE_OUTPUT = 2 };
 enum { GPIO_PULLUP_DISABLE, GPIO_PULLUP_ENABLE };
 enum { GPIO_PULLDOWN_DISABLE, GPIO_PULLDOWN_ENABLE };
@@ -87,7 +87,13 @@ using ledc_mode_t = int;
 using ledc_timer_t = int;
 using ledc_channel_t = int;
 using ledc_timer_bit_t = int;
+#if FAKE_ESP32S3
+constexpr ledc_mode_t LEDC_LOW_SPEED_MODE = 0;
+#else
 constexpr ledc_mode_t LEDC_HIGH_SPEED_MODE = 0, LEDC_LOW_SPEED_MODE = 1;
+constexpr uint32_t LEDC_DUTY_START_HSCH0 = fake::Channel::kStart;
+constexpr uint32_t LEDC_HSTIMER0_RST = fake::Counter::kReset;
+#endif
 constexpr ledc_timer_t LEDC_TIMER_0 = 0;
 enum { LEDC_USE_APB_CLK = 1 };
 struct ledc_timer_config_t {
@@ -108,19 +114,22 @@ struct ledc_channel_config_t {
 esp_err_t ledc_timer_config(const ledc_timer_config_t* setting);
 esp_err_t ledc_channel_config(const ledc_channel_config_t* setting);
 
-constexpr uint32_t LEDC_DUTY_START_HSCH0 = fake::Channel::kStart;
+constexpr uint32_t LEDC_DUTY_START_LSCH0 = fake::Channel::kStart;
 constexpr uint32_t LEDC_PARA_UP_LSCH0 = fake::Channel::kUpdate;
-constexpr uint32_t LEDC_HSTIMER0_RST = fake::Counter::kReset, LEDC_LSTIMER0_RST = LEDC_HSTIMER0_RST;
+constexpr uint32_t LEDC_LSTIMER0_RST = fake::Counter::kReset;
 struct ledc_dev_t {
   struct {
     std::array<fake::Channel, 8> channel;
-  } channel_group[2];
+  } channel_group[fake::kGroups];
   struct {
     std::array<fake::Counter, 4> timer;
-  } timer_group[2];
+  } timer_group[fake::kGroups];
   ledc_dev_t() {
-    for (auto& one : channel_group[LEDC_LOW_SPEED_MODE].channel) one.group = 1;
-    for (auto& one : timer_group[LEDC_LOW_SPEED_MODE].timer) one.group = 1;
+    for (auto& one : channel_group[LEDC_LOW_SPEED_MODE].channel) {
+      one.group = LEDC_LOW_SPEED_MODE;
+      one.is_slow = true;
+    }
+    for (auto& one : timer_group[LEDC_LOW_SPEED_MODE].timer) one.group = LEDC_LOW_SPEED_MODE;
   }
 };
 extern ledc_dev_t LEDC;
@@ -132,11 +141,6 @@ enum { GPTIMER_CLK_SRC_APB = 4, GPTIMER_COUNT_UP = 1 };
 struct gptimer_config_t {
   int clk_src, direction;
   uint32_t resolution_hz;
-  int intr_priority;
-};
-struct gptimer_alarm_event_data_t {};
-struct gptimer_event_callbacks_t {
-  bool (*on_alarm)(gptimer_handle_t, const gptimer_alarm_event_data_t*, void*);
 };
 struct gptimer_alarm_config_t {
   uint64_t alarm_count, reload_count;
@@ -145,13 +149,38 @@ struct gptimer_alarm_config_t {
   } flags;
 };
 esp_err_t gptimer_new_timer(const gptimer_config_t* setting, gptimer_handle_t* timer);
-esp_err_t gptimer_register_event_callbacks(gptimer_handle_t timer,
-                                           const gptimer_event_callbacks_t* callbacks, void* data);
 esp_err_t gptimer_set_alarm_action(gptimer_handle_t timer, const gptimer_alarm_config_t* alarm);
 esp_err_t gptimer_enable(gptimer_handle_t timer);
 esp_err_t gptimer_start(gptimer_handle_t timer);
 esp_err_t gptimer_get_raw_count(gptimer_handle_t timer, uint64_t* count);
 esp_err_t gptimer_set_raw_count(gptimer_handle_t timer, uint64_t count);
+
+// Its registers: an alarm takes itself back, and its interrupt comes again until it is cleared.
+struct timg_dev_t {
+  bool is_armed, is_raised, is_heard;
+  uint64_t captured;
+};
+extern timg_dev_t TIMERG0;
+#define TIMER_LL_GET_HW(group) (&TIMERG0)
+#define TIMER_LL_EVENT_ALARM(timer) (1U << (timer))
+inline void timer_ll_enable_alarm(timg_dev_t* own, uint32_t, bool on) { own->is_armed = on; }
+inline void timer_ll_enable_intr(timg_dev_t* own, uint32_t, bool on) { own->is_heard = on; }
+inline void timer_ll_clear_intr_status(timg_dev_t* own, uint32_t) { own->is_raised = false; }
+void timer_ll_trigger_soft_capture(timg_dev_t* own, uint32_t timer);
+inline uint64_t timer_ll_get_counter_value(timg_dev_t* own, uint32_t) { return own->captured; }
+struct timer_group_signal_conn_t {
+  struct {
+    int timer_irq_id[2];
+  } groups[2];
+};
+constexpr timer_group_signal_conn_t timer_group_periph_signals{{{{14, 15}}, {{18, 19}}}};
+
+// Interrupts
+enum { ESP_INTR_FLAG_LEVEL3 = 1 << 3, ESP_INTR_FLAG_IRAM = 1 << 10 };
+using intr_handler_t = void (*)(void*);
+struct intr_handle_data_t;
+esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t handler, void* argument,
+                         intr_handle_data_t** handle);
 
 // UART
 using uart_port_t = int;
@@ -172,6 +201,14 @@ esp_err_t uart_wait_tx_done(uart_port_t port, TickType_t ticks);
 esp_err_t uart_set_baudrate(uart_port_t port, uint32_t baud);
 int uart_read_bytes(uart_port_t port, void* bytes, uint32_t count, TickType_t ticks);
 int uart_write_bytes(uart_port_t port, const void* bytes, size_t count);
+
+// USB Serial/JTAG
+struct usb_serial_jtag_driver_config_t {
+  uint32_t tx_buffer_size, rx_buffer_size;
+};
+esp_err_t usb_serial_jtag_driver_install(usb_serial_jtag_driver_config_t* setting);
+int usb_serial_jtag_read_bytes(void* bytes, uint32_t count, TickType_t ticks);
+int usb_serial_jtag_write_bytes(const void* bytes, size_t count, TickType_t ticks);
 
 // I2C
 using i2c_master_bus_handle_t = void*;
@@ -285,5 +322,9 @@ int mbedtls_md_hmac_update(mbedtls_md_context_t* context, const uint8_t* bytes, 
 int mbedtls_md_hmac_finish(mbedtls_md_context_t* context, uint8_t* mac);
 
 // sdkconfig.h
+#if FAKE_ESP32S3
+#define CONFIG_IDF_TARGET_ESP32S3 1
+#else
 #define CONFIG_IDF_TARGET_ESP32 1
+#endif
 #define CONFIG_ESP_DEFAULT_CPU_FREQ_MHZ 240

@@ -38,7 +38,7 @@ std::vector<uint8_t> bytes_of(const std::string& hex) {
 
 std::string pins_on() {
   std::string text;
-  for (uint32_t pin = 0; pin < 40; ++pin) {
+  for (uint32_t pin = 0; pin < static_cast<uint32_t>(fake::kPins); ++pin) {
     if (chip.is_on(pin)) text += std::to_string(pin) + ",";
   }
   return text.empty() ? "-" : text;
@@ -106,7 +106,7 @@ bool obey() {
 }
 
 void on_turn(int turn) {
-  for (uint32_t pin = 0; pin < 40; ++pin) {
+  for (uint32_t pin = 0; pin < static_cast<uint32_t>(fake::kPins); ++pin) {
     if (chip.is_on(pin)) seen_on.insert(pin);
   }
   if (turn < chip.last_turn) return;
@@ -122,7 +122,8 @@ extern "C" uint8_t __start_rtc_noinit[];
 // Arguments: name:hex of a partition ("small" for tables that are too few), fail=CALL:K, crash=CALL
 // for one that asserts, reset=WHY,
 // retained=hex of what RTC memory still holds, read=cycles and write=cycles that a register takes,
-// mute for a panel that does not answer, stuck for one that holds its line.
+// another-timer for a driver that hands out one that is not ours, mute for a panel that does not
+// answer, stuck for one that holds its line.
 int main(int count, char** arguments) {
   bool is_panel_mute = false;
   for (int k = 1; k < count; ++k) {
@@ -156,6 +157,10 @@ int main(int count, char** arguments) {
     }
     if (text.rfind("write=", 0) == 0) {
       chip.write_cycles = std::stoul(text.substr(6));
+      continue;
+    }
+    if (text == "another-timer") {
+      chip.is_timer_another = true;
       continue;
     }
     if (text == "mute" || text == "stuck") {

@@ -19,7 +19,7 @@ from chladni.host.figures.fields import save
 from chladni.host.manufacture.wiring import channels, wiring_figure
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
-from chladni.sim.board.gpio import GATES
+from chladni.sim.board.gpio import CHIPS
 from conftest import ROOT, CommandLine
 from wired_boards import board_with
 
@@ -41,7 +41,7 @@ def test_every_gpio_and_actuator_stands_on_the_drawing_once(
         assert texts.count(str(own.channel)) == 1
     gpios = {text for text in texts if text.startswith("GPIO")}
     others = {"GPIO 1 (TXD0)", "GPIO 3 (RXD0)", "GPIO 21", "GPIO 22", "GPIO 34"}
-    assert gpios == {f"GPIO {pin}" for pin in GATES[:count]} | others
+    assert gpios == {f"GPIO {pin}" for pin in CHIPS["esp32"].gates[:count]} | others
 
 
 def test_a_row_joins_the_gpio_of_a_channel_to_its_actuator(prototype: Board) -> None:

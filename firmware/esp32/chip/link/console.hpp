@@ -1,4 +1,4 @@
-// The link and the console over UART0, which also carries the ROM's and a panic's text.
+// The link and the console over the chip's wire.
 #pragma once
 
 #include "core/link/link.hpp"

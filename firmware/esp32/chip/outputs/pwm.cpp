@@ -15,18 +15,18 @@
 #include "soc/ledc_reg.h"
 #include "soc/ledc_struct.h"
 #include "soc/soc.h"
+#include "target.hpp"
 
 namespace chladni::chip {
 
 namespace {
 
-// Channels of a group share one timer, so that their phases hold. The eight high-speed channels
-// come first, then the eight low-speed ones, whose timer runs from the same clock. Both take a duty
-// over at the end of a carrier period, low-speed ones after a further command.
+// Channels of a group share one timer, so that their phases hold; the groups' timers run from the
+// same clock. All take a duty over at the end of a carrier period, low-speed ones after a further
+// command.
 constexpr ledc_timer_t kTimer = LEDC_TIMER_0;
 constexpr uint32_t kClockHz = 80000000;
 constexpr uint32_t kPerGroup = 8;
-static_assert(LEDC_HIGH_SPEED_MODE == 0 && LEDC_LOW_SPEED_MODE == 1, "groups in this order");
 // A duty's register has sixteenths of a step.
 constexpr uint32_t kDutyFractionBits = 4;
 // Steps of 12.5 ns by which the groups may be apart: a 64th of a carrier period of 10 bits.
@@ -34,7 +34,7 @@ constexpr int32_t kMostLag = 16;
 
 // Read by the interrupt, and by what runs when everything else is lost.
 DRAM_ATTR uint32_t channels = 0;
-DRAM_ATTR uint32_t fast_channels = 0;
+DRAM_ATTR uint32_t first_channels = 0;
 DRAM_ATTR uint64_t gates = 0;
 // What a channel is told so that it takes its duty over, and a low-speed one so that it hears of
 // it: the register's other bits stay as the driver set them. Made once, so that the interrupt
@@ -69,12 +69,12 @@ esp_err_t start_timer(ledc_mode_t mode, uint32_t pwm_bits) {
 // Never inlined: in flash a cache miss would stand between the writes, and reading a register takes
 // longer than the bound allows. So both words of both timers are there before.
 [[gnu::noinline]] void IRAM_ATTR start_together() {
-  auto& fast = LEDC.timer_group[LEDC_HIGH_SPEED_MODE].timer[kTimer];
-  auto& slow = LEDC.timer_group[LEDC_LOW_SPEED_MODE].timer[kTimer];
-  const uint32_t fast_runs = fast.conf.val & ~LEDC_HSTIMER0_RST;
+  auto& fast = LEDC.timer_group[kLedcGroups.front()].timer[kTimer];
+  auto& slow = LEDC.timer_group[kLedcGroups.back()].timer[kTimer];
+  const uint32_t fast_runs = fast.conf.val & ~LEDC_LSTIMER0_RST;
   const uint32_t slow_runs = slow.conf.val & ~LEDC_LSTIMER0_RST;
   portENTER_CRITICAL(&start_lock);
-  fast.conf.val = fast_runs | LEDC_HSTIMER0_RST;
+  fast.conf.val = fast_runs | LEDC_LSTIMER0_RST;
   slow.conf.val = slow_runs | LEDC_LSTIMER0_RST;
   fast.conf.val = fast_runs;
   slow.conf.val = slow_runs;
@@ -108,9 +108,9 @@ void gates_low(const Config& config) {
 esp_err_t pwm_start(const Config& config) {
   // Before it is configured a device has no pins at all, and plays nothing.
   const uint32_t wired = config.pwm_pins[0] == gpio::kNotWired ? 0U : config.channels;
-  const bool has_both = wired > kPerGroup;
-  esp_err_t status = start_timer(LEDC_HIGH_SPEED_MODE, config.pwm_bits);
-  if (status == ESP_OK && has_both) status = start_timer(LEDC_LOW_SPEED_MODE, config.pwm_bits);
+  const bool has_both = wired > kPerGroup;  // never where there is one group: gpio::kAbilities
+  esp_err_t status = start_timer(kLedcGroups.front(), config.pwm_bits);
+  if (status == ESP_OK && has_both) status = start_timer(kLedcGroups.back(), config.pwm_bits);
   if (status == ESP_OK && has_both) {
     start_together();
     const bool is_near = group_lag <= kMostLag && group_lag >= -kMostLag;
@@ -119,7 +119,7 @@ esp_err_t pwm_start(const Config& config) {
   for (uint32_t k = 0; k < wired && status == ESP_OK; ++k) {
     ledc_channel_config_t channel{};
     channel.gpio_num = config.pwm_pins[k];
-    channel.speed_mode = k < kPerGroup ? LEDC_HIGH_SPEED_MODE : LEDC_LOW_SPEED_MODE;
+    channel.speed_mode = kLedcGroups[k / kPerGroup];
     channel.channel = static_cast<ledc_channel_t>(k % kPerGroup);
     channel.timer_sel = kTimer;
     channel.duty = 0;
@@ -129,11 +129,11 @@ esp_err_t pwm_start(const Config& config) {
   if (status == ESP_OK) {
     for (uint32_t k = 0; k < wired; ++k) {
       auto& own = LEDC.channel_group[k / kPerGroup].channel[k % kPerGroup];
-      start_words[k] = own.conf1.val | LEDC_DUTY_START_HSCH0;
+      start_words[k] = own.conf1.val | LEDC_DUTY_START_LSCH0;
       update_words[k] = own.conf0.val | LEDC_PARA_UP_LSCH0;
     }
     channels = wired;
-    fast_channels = has_both ? kPerGroup : channels;
+    first_channels = has_both ? kPerGroup : channels;
   }
   return status;
 }
@@ -147,7 +147,7 @@ template <ledc_mode_t kMode>
                                                uint32_t end) {
   auto* own = &LEDC.channel_group[kMode].channel[0];
   for (uint32_t k = begin; k < end; ++k, ++own) {
-    if ((own->conf1.val & LEDC_DUTY_START_HSCH0) != 0) {
+    if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
       dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
       continue;
     }
@@ -160,8 +160,8 @@ template <ledc_mode_t kMode>
 }  // namespace
 
 void IRAM_ATTR pwm_set_duties(const uint32_t* duties) {
-  write_group<LEDC_HIGH_SPEED_MODE>(duties, 0, fast_channels);
-  write_group<LEDC_LOW_SPEED_MODE>(duties, kPerGroup, channels);
+  write_group<kLedcGroups.front()>(duties, 0, first_channels);
+  if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   written_at.store(pwm_position(), std::memory_order_relaxed);
 }
 
@@ -172,7 +172,7 @@ int32_t pwm_group_lag() { return group_lag; }
 uint32_t pwm_dropped() { return dropped.load(std::memory_order_relaxed); }
 
 uint32_t IRAM_ATTR pwm_position() {
-  return LEDC.timer_group[LEDC_HIGH_SPEED_MODE].timer[kTimer].value.timer_cnt;
+  return LEDC.timer_group[kLedcGroups.front()].timer[kTimer].value.timer_cnt;
 }
 
 void IRAM_ATTR cut_outputs() {

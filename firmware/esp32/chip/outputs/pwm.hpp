@@ -1,4 +1,4 @@
-// LEDC outputs, up to sixteen on two timers that start together, written from the sample interrupt.
+// LEDC outputs, eight to a timer, timers that start together, written from the sample interrupt.
 #pragma once
 
 #include <cstdint>

@@ -5,7 +5,10 @@
 #include "driver/gptimer.h"
 #include "esp_attr.h"
 #include "esp_cpu.h"
+#include "esp_intr_alloc.h"
+#include "hal/timer_ll.h"
 #include "outputs/pwm.hpp"
+#include "soc/timer_periph.h"
 
 namespace chladni::chip {
 
@@ -15,16 +18,37 @@ constexpr uint32_t kCyclesPerTick = kCpuHz / kTimerHz;
 // How often in a row the timer is moved until it stands where it should.
 constexpr int kTries = 8;
 
+// The driver sets the timer up and moves it. Its own interrupt reads the count and takes a lock at
+// each alarm, which nobody here needs: so the interrupt is ours. The first who asks the driver gets
+// this timer, and nobody else asks.
+constexpr int kGroup = 0;
+constexpr uint32_t kNumber = 0;
+constexpr uint32_t kAlarm = TIMER_LL_EVENT_ALARM(kNumber);
+constexpr int kInterruptFlags = ESP_INTR_FLAG_LEVEL3 | ESP_INTR_FLAG_IRAM;
+
 // Of the interrupt alone.
 DRAM_ATTR SampleClock sample_clock;
 
-bool IRAM_ATTR on_alarm(gptimer_handle_t, const gptimer_alarm_event_data_t*, void* context) {
+void IRAM_ATTR on_alarm(void* context) {
+  timg_dev_t* const hardware = TIMER_LL_GET_HW(kGroup);
+  timer_ll_clear_intr_status(hardware, kAlarm);
+  // An alarm takes itself back.
+  timer_ll_enable_alarm(hardware, kNumber, true);
   // Alarms that came while this one was held up are lost; the cycle counter still knows them.
   uint32_t missed = 0;
   if (sample_clock.tick(esp_cpu_get_cycle_count(), missed)) {
     static_cast<Device*>(context)->sample(missed);
   }
-  return false;  // no task was woken
+}
+
+// Whether the driver's timer is the one that the interrupt answers: it shows the count it was
+// given.
+bool is_ours(gptimer_handle_t handle) {
+  constexpr uint64_t kMark = 12345;
+  if (gptimer_set_raw_count(handle, kMark) != ESP_OK) return false;
+  timer_ll_trigger_soft_capture(TIMER_LL_GET_HW(kGroup), kNumber);
+  const bool is_shown = timer_ll_get_counter_value(TIMER_LL_GET_HW(kGroup), kNumber) == kMark;
+  return is_shown && gptimer_set_raw_count(handle, 0) == ESP_OK;
 }
 
 gptimer_handle_t timer = nullptr;
@@ -39,14 +63,13 @@ esp_err_t sample_timer_start(Device& device) {
   config.clk_src = GPTIMER_CLK_SRC_APB;
   config.direction = GPTIMER_COUNT_UP;
   config.resolution_hz = kTimerHz;
-  config.intr_priority = 3;
   esp_err_t status = gptimer_new_timer(&config, &timer);
   if (status != ESP_OK) return status;
-
-  gptimer_event_callbacks_t callbacks{};
-  callbacks.on_alarm = on_alarm;
-  status = gptimer_register_event_callbacks(timer, &callbacks, &device);
+  if (!is_ours(timer)) return ESP_ERR_NOT_FOUND;
+  status = esp_intr_alloc(timer_group_periph_signals.groups[kGroup].timer_irq_id[kNumber],
+                          kInterruptFlags, on_alarm, &device, nullptr);
   if (status != ESP_OK) return status;
+  timer_ll_enable_intr(TIMER_LL_GET_HW(kGroup), kAlarm, true);
 
   carrier_steps = 1U << device.config().pwm_bits;
   gptimer_alarm_config_t alarm{};

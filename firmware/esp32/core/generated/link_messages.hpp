@@ -43,7 +43,7 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
 namespace info {
 constexpr uint32_t kCode = 2U;
 struct Answer {
-  static constexpr uint32_t kBytes = 100U;
+  static constexpr uint32_t kBytes = 101U;
   struct State { uint8_t value; } state;  // As in docs/device.md, from 0.
   struct TableStatus { uint8_t value; } table_status;  // 0 is ok.
   struct ConfigStatus { uint8_t value; } config_status;  // 0 is ok.
@@ -63,6 +63,7 @@ struct Answer {
   struct StackFree { uint32_t value; } stack_free;  // Of the main task's stack, bytes never used; 0 unknown.
   struct Standing { uint32_t value; } standing;  // Faults that stand: bit k for the k-th cause.
   struct Erases { uint32_t value; } erases;  // Sectors of flash, since power came on.
+  struct Chip { uint8_t value; } chip;  // 0 esp32, 1 esp32s3.
 };
 template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 0, from.state.value);
@@ -84,6 +85,7 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 88, from.stack_free.value);
   put(to + 92, from.standing.value);
   put(to + 96, from.erases.value);
+  put(to + 100, from.chip.value);
 }
 }  // namespace info
 

@@ -207,6 +207,7 @@ Status Requests::put_info() {
       A::StackFree{device_.stack_free()},
       A::Standing{device_.faults().standing()},
       A::Erases{device_.erases()},
+      A::Chip{static_cast<uint8_t>(device_.hal().chip)},
   });
   return Status::kOk;
 }

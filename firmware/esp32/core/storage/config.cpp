@@ -134,14 +134,17 @@ class PinCheck {
 
 }  // namespace
 
-uint32_t bad_pin(const Config& config) {
+uint32_t bad_pin(const Config& config, gpio::Chip chip) {
+  const gpio::Abilities& able = gpio::kAbilities[static_cast<uint32_t>(chip)];
+  // A channel that the chip does not have can be nowhere.
+  if (config.channels > able.channels) return config.pwm_pins[able.channels];
   PinCheck check;
-  for (uint32_t k = 0; k < config.channels; ++k) check.take(config.pwm_pins[k], gpio::kGates);
+  for (uint32_t k = 0; k < config.channels; ++k) check.take(config.pwm_pins[k], able.gates);
   if (config.panel != 0) {
-    check.take(config.sda_pin, gpio::kBus);
-    check.take(config.scl_pin, gpio::kBus);
-    check.take_if_wired(config.interrupt_pin, gpio::kInputs);
-    check.take_if_wired(config.reset_pin, gpio::kOutputs);
+    check.take(config.sda_pin, able.bus);
+    check.take(config.scl_pin, able.bus);
+    check.take_if_wired(config.interrupt_pin, able.inputs);
+    check.take_if_wired(config.reset_pin, able.outputs);
   }
   return check.bad();
 }
@@ -151,7 +154,7 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
   const uint32_t sector = newest(first, second);
   if (sector < kSectors) {
     config = sector == 0 ? first.config : second.config;
-    if (bad_pin(config) != kNoBadPin) return ConfigStatus::kBadPins;
+    if (bad_pin(config, hal.chip) != kNoBadPin) return ConfigStatus::kBadPins;
     if (is_replaced(hal, sector)) return ConfigStatus::kOlder;
     // A cut may have come before the older one was marked.
     const ConfigStatus other = sector == 0 ? second.status : first.status;
@@ -165,15 +168,20 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
   return first.status == ConfigStatus::kNone ? second.status : first.status;
 }
 
-ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config) {
+ConfigStatus parse_settings(const uint8_t* record, uint32_t bytes, Config& config) {
   if (bytes < f::kRecordBytes) return ConfigStatus::kDamaged;
   const uint32_t total = total_of(record, bytes);
   if (total == 0) return ConfigStatus::kDamaged;
   const uint32_t covered = total - f::kCrcBytes;
   const uint32_t crc = crc32(record, covered);
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
-  if (!f::take_fields(record, config, TakeWithin{})) return ConfigStatus::kDamaged;
-  return bad_pin(config) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
+  return f::take_fields(record, config, TakeWithin{}) ? ConfigStatus::kOk : ConfigStatus::kDamaged;
+}
+
+ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, gpio::Chip chip, Config& config) {
+  const ConfigStatus status = parse_settings(record, bytes, config);
+  if (status != ConfigStatus::kOk) return status;
+  return bad_pin(config, chip) == kNoBadPin ? ConfigStatus::kOk : ConfigStatus::kBadPins;
 }
 
 void write_record(const Config& config, uint32_t sequence, uint8_t* record) {

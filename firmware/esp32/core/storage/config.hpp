@@ -15,14 +15,16 @@ namespace chladni {
 // replaced, which cannot be read any more.
 ConfigStatus load_config(const Hal& hal, Config& config);
 
-// The first GPIO that its role cannot have on this chip, or that has two; kNotWired + 1 for none.
+// The first GPIO that its role cannot have on a chip, or that has two; kNotWired + 1 for none.
 // Without a panel the panel's pins do not count. The same rules as chladni.sim.board.gpio.
-uint32_t bad_pin(const Config& config);
+uint32_t bad_pin(const Config& config, gpio::Chip chip);
 constexpr uint32_t kNoBadPin = gpio::kNotWired + 1U;
 
+// The settings of a record that is whole and has each in its range, whatever the chip.
+ConfigStatus parse_settings(const uint8_t* record, uint32_t bytes, Config& config);
 // The settings of a record, if it is whole, every one lies in its range and every pin can be what
-// it is to be; else `config` is of no use.
-ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, Config& config);
+// it is to be on the chip; else `config` is of no use.
+ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, gpio::Chip chip, Config& config);
 // config_format::kRecordBytes of a record.
 void write_record(const Config& config, uint32_t sequence, uint8_t* record);
 

@@ -20,7 +20,7 @@ bool StoredConfig::check(const Hal& hal) {
 ConfigStatus StoredConfig::set(const Hal& hal, FlashWear& wear, const uint8_t* record,
                                uint32_t bytes, bool is_by_wire) const {
   Config wanted{};
-  const ConfigStatus status = parse_record(record, bytes, wanted);
+  const ConfigStatus status = parse_record(record, bytes, hal.chip, wanted);
   if (status != ConfigStatus::kOk) return status;
   if (is_by_wire) {
     config_format::take_ceilings(wanted);

@@ -45,8 +45,9 @@ def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, An
     """
     before = device.config()
     after = before.with_values(**wanted)
-    after.check_pins()
+    info = device.info()
+    after.check_pins(info["chip"])
     after = after.by_wire()
-    if before != after or device.info()["config_status"] != "ok":
+    if before != after or info["config_status"] != "ok":
         restart_with(device, after)
     return changes(before, after)

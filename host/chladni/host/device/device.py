@@ -28,6 +28,7 @@ from chladni.host.protocol.link import (
     VERSION_MINOR,
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack, unpack
@@ -98,6 +99,7 @@ class Device:
             "table_status": TABLE_STATUS.text(found["table_status"]),
             "panel_health": PANEL_HEALTH.text(found["panel_health"]),
             "config_status": CONFIG_STATUS.text(found["config_status"]),
+            "chip": tuple(CHIPS)[found["chip"]],
             "channels": channels,
             "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
             "fingerprint": f"{found['fingerprint']:#018x}",

@@ -21,6 +21,7 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         "table": table,
         "configuration": info["config_status"],
         "panel": info["panel_health"],
+        "chip": info["chip"],
         "channels": info["channels"],
         "supply": f"{info['supply_ma']} mA",
         "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",

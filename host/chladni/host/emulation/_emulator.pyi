@@ -19,6 +19,7 @@ class Pwm:
 
 class Hardware:
     def __init__(self) -> None: ...
+    chip: int
     panel: str
     table_sectors: int
     has_second_address: bool

@@ -18,8 +18,8 @@ from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, config_
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import NOT_WIRED
-from chladni.sim.board.gpio import GATES
+from chladni.sim.board.electronics import NOT_WIRED, ChipName
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack
 from chladni.tables.layout import MAX_ACTUATORS
@@ -47,6 +47,8 @@ class Hardware:
 
     Attributes
     ----------
+    chip
+        What the firmware takes itself to run on.
     panel
         Controller on the bus.
     interrupt_us, jitter_us
@@ -67,6 +69,7 @@ class Hardware:
         Of the jitter.
     """
 
+    chip: ChipName = "esp32"
     panel: Literal["none", "ft6x36", "gt911"] = "gt911"
     has_second_address: bool = False
     table_sectors: int = PARTITION_BYTES // 4096
@@ -126,6 +129,8 @@ class Recording:
 def fitting_hardware(board: Board | None, **others: Any) -> Hardware:
     """What a board's file says of its panel, or a GT911; a board without a panel gets one too."""
     panel = board.panel.controller if board is not None and board.panel is not None else "find"
+    if board is not None:
+        others = {"chip": board.electronics.chip} | others
     return Hardware(panel="gt911" if panel == "find" else panel, **others)
 
 
@@ -133,17 +138,23 @@ def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
     """A board's configuration, with a panel that covers it if the board has none."""
     if not board.electronics.pwm_pins:
         # Of a study without electronics: any gates will do.
-        settings = {"pwm_pins": (*GATES, *(NOT_WIRED,) * MAX_ACTUATORS)[:MAX_ACTUATORS]} | settings
+        gates = CHIPS[board.electronics.chip].gates
+        settings = {"pwm_pins": (*gates, *(NOT_WIRED,) * MAX_ACTUATORS)[:MAX_ACTUATORS]} | settings
     if board.panel is None:
-        settings = covering_panel(*(1e3 * size for size in board.plate.size)) | settings
+        width, length = board.plate.size
+        made_up = covering_panel(1e3 * width, 1e3 * length, board.electronics.chip)
+        settings = made_up | settings
     return config_of(board, **settings)
 
 
-def covering_panel(width_mm: float, length_mm: float) -> dict[str, int]:
+def covering_panel(width_mm: float, length_mm: float, chip: ChipName = "esp32") -> dict[str, int]:
     """Settings of a panel with an interrupt line over a whole board."""
+    sda, scl, interrupt = CHIPS[chip].panel
     return {
         "panel": PANELS.index("find"),
-        "interrupt_pin": 34,
+        "sda_pin": sda,
+        "scl_pin": scl,
+        "interrupt_pin": interrupt,
         "panel_columns": min(max(round(width_mm * PIXELS_PER_MM), 16), 4096),
         "panel_rows": min(max(round(length_mm * PIXELS_PER_MM), 16), 4096),
         "panel_width_um": round(width_mm * 1e3),
@@ -209,6 +220,8 @@ class Emulator:
             hardware = fitting_hardware(board if isinstance(board, Board) else None)
         for field in dataclasses.fields(hardware):
             value = getattr(hardware, field.name)
+            if field.name == "chip":
+                value = tuple(CHIPS).index(value)
             setattr(made, field.name, 0.0 if value is None else value)
         self.core = Core(made)
         self.core.set_hmac(_hmac_sha256)

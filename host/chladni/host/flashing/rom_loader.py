@@ -19,8 +19,10 @@ from typing import Any
 
 from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
-from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
+from chladni.host.protocol.config import DeviceConfig, check_chip, pack_config, unpack_config
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import ChipName
 from chladni.sim.errors import ArgumentError, ChladniError, InputError
 from chladni.sim.files import read_whole
 
@@ -37,6 +39,8 @@ IMAGE_MAGIC = 0xE9
 """First byte of an application image."""
 
 
+OURS: Mapping[str, ChipName] = {"ESP32": "esp32", "ESP32-S3": "esp32s3"}
+"""Chips that there is firmware for, by esptool's names."""
 HOLD_BOOT = "hold the button BOOT while the chip starts"
 SLOWER = "try again with --baud 115200 and a shorter cable"
 
@@ -111,9 +115,12 @@ def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
     return {"bytes": len(table), "slot": slot, "verified": True}
 
 
-def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceConfig:
+def change_config(
+    port: str, baud: int, changes: Mapping[str, Any], board: Board | None = None
+) -> DeviceConfig:
     """Change settings of the newest whole record, or of the defaults where there is none.
 
+    `board` is the file that they come from, if any: one of another chip is refused.
     The new record goes to the sector that does not hold the newest, so that a cut costs nothing.
 
     Raises
@@ -127,8 +134,10 @@ def change_config(port: str, baud: int, changes: Mapping[str, Any]) -> DeviceCon
         found = [_record(image[k * SECTOR_BYTES :][:SECTOR_BYTES]) for k in range(CONFIG_SECTORS)]
         newest = newest_record(found)
         base, sequence = found[newest] or (DeviceConfig(), 0)
+        own = OURS[esp.CHIP_NAME]
+        check_chip(own, board)
         wanted = base.with_values(**changes).by_wire()
-        wanted.check_pins()
+        wanted.check_pins(own)
         sector = 1 - newest if found[newest] else 0
         record = pack_config(wanted, (sequence + 1) & 0xFFFFFFFF)
         _write(esp, partition.offset + sector * SECTOR_BYTES, record)
@@ -223,9 +232,9 @@ def _loaded(port: str, baud: int) -> Iterator[Any]:
     except (OSError, esptool.FatalError) as error:
         raise WireError(f"{port}: {str(error).splitlines()[0]}", hint=HOLD_BOOT) from None
     try:
-        if esp.CHIP_NAME != "ESP32":
-            hint = "this firmware is for the ESP32 alone"
-            raise RomError(f"{port}: {esp.CHIP_NAME}, not an ESP32", hint=hint)
+        if esp.CHIP_NAME not in OURS:
+            hint = f"there is firmware for: {', '.join(OURS)}"
+            raise RomError(f"{port}: a chip of the kind {esp.CHIP_NAME}", hint=hint)
         esp = cmds.run_stub(esp)
         if baud != 115_200:
             esp.change_baud(baud)

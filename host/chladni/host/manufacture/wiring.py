@@ -11,6 +11,7 @@ from chladni.host.manufacture.wiring_symbols import PLAIN, THICK, Sheet
 from chladni.host.manufacture.wiring_values import Values, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, Panel
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
 
 UNIT_IN = 0.3
@@ -69,7 +70,7 @@ def wiring_figure(board: Board) -> Figure:
     _draw_chip(sheet, board, lowest)
     _draw_full_channel(sheet, board, values)
     _draw_rows(sheet, board)
-    _draw_link(sheet)
+    _draw_link(sheet, board)
     if board.panel:
         _draw_panel(sheet, board.panel, parts)
     sheet.lines(-0.4, lowest - 1.6, _notes(board))
@@ -129,7 +130,7 @@ def _draw_chip(sheet: Sheet, board: Board, lowest: float) -> None:
     middle = CHIP_X + CHIP_WIDTH / 2.0
     sheet.box(CHIP_X, lowest, CHIP_WIDTH, CHIP_TOP - lowest, fill=CHIP)
     sheet.text(middle, CHIP_TOP - 0.4, "3V3", middle=True)
-    sheet.text(middle, CHIP_TOP - 1.1, "ESP32-WROOM-32", middle=True, bold=True)
+    sheet.text(middle, CHIP_TOP - 1.1, CHIPS[board.electronics.chip].module, middle=True, bold=True)
     sheet.text(middle, lowest + 0.4, "GND", middle=True)
     sheet.wire((middle, lowest), (middle, lowest - 0.4))
     sheet.ground(middle, lowest - 0.4)
@@ -216,15 +217,19 @@ def _say_actuator(sheet: Sheet, own: Channel, y: float) -> None:
     sheet.text(NAME_X, y, own.actuator, size=PLAIN)
 
 
-def _draw_link(sheet: Sheet) -> None:
-    """USB and serial: UART0, which has its pins for ever."""
+def _draw_link(sheet: Sheet, board: Board) -> None:
+    """USB, by a bridge to UART0 or by the chip itself: either has its pins for ever."""
+    pins = CHIPS[board.electronics.chip].link
+    has_bridge = board.electronics.chip == "esp32"
+    lines = ("RXD", "TXD") if has_bridge else ("D+", "D−")
+    words = ("USB–serial", "bridge") if has_bridge else ("USB", "socket")
     end, low = BLOCK_X + BLOCK_WIDTH, SERIAL_Y - PIN_PITCH - 0.7
     sheet.text(BLOCK_X, SERIAL_Y + 1.1, "link, 3.3 V levels", bold=True)
     sheet.box(BLOCK_X, low, BLOCK_WIDTH, SERIAL_Y + 0.7 - low, fill=SENSE)
-    sheet.lines(BLOCK_X + 0.3, SERIAL_Y - 0.1, ("USB–serial", "bridge"))
+    sheet.lines(BLOCK_X + 0.3, SERIAL_Y - 0.1, words)
     sheet.wire((BLOCK_X - 0.6, low + 0.4), (BLOCK_X, low + 0.4), width=2.4)
     sheet.text(BLOCK_X + 0.3, low + 0.4, "USB")
-    for k, (name, pin) in enumerate((("RXD", "GPIO 1 (TXD0)"), ("TXD", "GPIO 3 (RXD0)"))):
+    for k, (name, pin) in enumerate(zip(lines, pins, strict=True)):
         _draw_line(sheet, SERIAL_Y - PIN_PITCH * k, name, pin)
     sheet.wire((end - 0.6, low), (end - 0.6, low - 0.3))
     sheet.ground(end - 0.6, low - 0.3)

@@ -13,7 +13,7 @@ from chladni.host.manufacture.wiring_values import (
     wiring_values,
 )
 from chladni.sim.board.board import Board
-from chladni.sim.board.gpio import NOT_BESIDE_PSRAM
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
 
 
@@ -37,6 +37,13 @@ def engineering(value: float, unit: str) -> str:
     return f"{float(f'{value / 1000.0**power:.3g}'):g} {'pnµm kM'[power + 4].strip()}{unit}"
 
 
+LINK_PARTS = {
+    "esp32": Part("USB–serial bridge", 1, "3.3 V levels", "the link; development boards carry one"),
+    "esp32s3": Part("USB socket", 1, "USB 2.0", "the link: the chip's own USB"),
+}
+"""What brings the link to a host, by chip."""
+
+
 def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
     """What has to be bought for a board, magnets, plate and screws aside.
 
@@ -52,7 +59,8 @@ def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
 def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings = board.electronics
     volts, from_coils = f"{settings.supply_v:g} V", engineering(own.logic_a, "A")
-    taken = sorted(set(settings.pwm_pins) & set(NOT_BESIDE_PSRAM))
+    chip = CHIPS[settings.chip]
+    taken = sorted(set(settings.pwm_pins) & set(chip.not_beside_psram))
     free = (
         f"GPIO {' and '.join(map(str, taken))} must be free: no PSRAM" if taken else "any will do"
     )
@@ -75,8 +83,8 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
              f"1 % of {volts} for pulses at {engineering(80e6 / 2**settings.pwm_bits, 'Hz')}, 5 % "
              "for a jump of the drive until the supply follows, 50 µs"),
         Part("3.3 V regulator", 1, regulator, why),
-        Part("ESP32 module", 1, "WROOM-32 (ESP32)", free),
-        Part("USB–serial bridge", 1, "3.3 V levels", "the link; development boards carry one"),
+        Part("ESP32 module", 1, chip.module, free),
+        LINK_PARTS[settings.chip],
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.gpio import RESET_PULL_UPS
+from chladni.sim.board.gpio import CHIPS
 
 LOGIC_V = 3.3
 PIN_A = 0.04
@@ -154,7 +154,8 @@ def _rated(least: float, ratings: Sequence[float]) -> float:
 
 def pulled_up_gates(board: Board) -> tuple[int, ...]:
     """GPIOs of a board's gates that are pulled up through reset, in the channels' order."""
-    return tuple(pin for pin in board.electronics.pwm_pins if pin in RESET_PULL_UPS)
+    pulled_up = CHIPS[board.electronics.chip].pulled_up
+    return tuple(pin for pin in board.electronics.pwm_pins if pin in pulled_up)
 
 
 def pull_down_ohm(board: Board) -> float:

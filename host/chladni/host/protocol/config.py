@@ -16,7 +16,7 @@ from typing import Any
 
 from chladni.host.protocol.codes import numbered
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.electronics import NOT_WIRED, ChipName
 from chladni.sim.board.gpio import PinFault, pin_fault
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
@@ -28,7 +28,7 @@ PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
 
 TIMER_HZ = 80_000_000
-"""Clock of the ESP32's LEDC timers."""
+"""Clock of the LEDC's timers, on either chip."""
 ID_BYTES = 8 + BOARD_NAME_BYTES
 CARRIER_PERIODS_PER_FRAME = 8
 """Of a stream: two samples a frame, four periods a sample."""
@@ -170,18 +170,17 @@ class DeviceConfig:
         """Frames a second that it plays of a stream: the carrier by eight."""
         return TIMER_HZ / float(1 << self["pwm_bits"]) / CARRIER_PERIODS_PER_FRAME
 
-    @property
-    def pin_fault(self) -> PinFault | None:
-        """The first pin that the chip cannot use so: a device would not start with it."""
+    def pin_fault(self, chip: ChipName = "esp32") -> PinFault | None:
+        """The first pin that a chip cannot use so: a device would not start with it."""
         bus = {}
         if self["panel"] != PANELS.index("none"):
             bus = {"sda": self["sda_pin"], "scl": self["scl_pin"],
                    "interrupt": self["interrupt_pin"], "reset": self["reset_pin"]}  # fmt: skip
-        return pin_fault(self["pwm_pins"][: self["channels"]], **bus)
+        return pin_fault(self["pwm_pins"][: self["channels"]], chip=chip, **bus)
 
-    def check_pins(self) -> None:
+    def check_pins(self, chip: ChipName = "esp32") -> None:
         """Raise `InputError` if there is one."""
-        fault = self.pin_fault
+        fault = self.pin_fault(chip)
         if fault is not None:
             raise InputError("pins", fault.pin, fault.expected, hint=fault.hint)
 
@@ -279,6 +278,14 @@ def board_settings(board: Board) -> dict[str, Any]:
             "panel_y_um": round(panel.offset[1] * 1e6),
         }
     return values
+
+
+def check_chip(own: ChipName, board: Board | None) -> None:
+    """Raise `InputError` where a board's file is of another chip than a device's own."""
+    if board is not None and board.electronics.chip != own:
+        name, expected = board.electronics.chip, f"{own!r}, which the device is"
+        hint = "its pins are other ones: use a board file of that chip"
+        raise InputError("electronics.chip", name, expected, hint=hint)
 
 
 def pack_config(config: DeviceConfig, sequence: int = 1) -> bytes:

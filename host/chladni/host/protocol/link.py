@@ -15,10 +15,11 @@ from enum import IntEnum
 from struct import Struct
 
 from chladni.host.protocol.codes import numbered
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 0
+VERSION_MAJOR, VERSION_MINOR = 2, 1
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -116,7 +117,8 @@ MESSAGES = (
              Field("rise_dk", f"u16x{MAX_ACTUATORS}", "Every coil's, 0.1 K."),
              Field("stack_free", "u32", "Of the main task's stack, bytes never used; 0 unknown."),
              Field("standing", "u32", "Faults that stand: bit k for the k-th cause."),
-             Field("erases", "u32", "Sectors of flash, since power came on.")),
+             Field("erases", "u32", "Sectors of flash, since power came on."),
+             Field("chip", "u8", f"{numbered(CHIPS)}.")),
             "",
             "State, table, heat."),
     Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from chladni.sim.board.coil_checks import check_coil
-from chladni.sim.board.electronics import PANEL_KINDS
+from chladni.sim.board.electronics import CHIP_NAMES, PANEL_KINDS
 from chladni.sim.board.foundation_checks import check_foundation
-from chladni.sim.board.gpio import pin_fault
+from chladni.sim.board.gpio import CHIPS, pin_fault
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.errors import InputError
@@ -95,12 +95,22 @@ def _check_focus(board: BoardParts) -> None:
 
 def _check_pins(board: BoardParts) -> None:
     """Every pin can be on the chip what the board file makes it, and is one thing only."""
-    panel, gates = board.panel, board.electronics.pwm_pins
+    panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
+    if chip not in CHIPS:
+        expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))
+        raise InputError("electronics.chip", chip, expected)
+    if gates and len(gates) > CHIPS[chip].channels:
+        expected = f"a chip with {len(gates)} PWM channels"
+        able = [name for name, own in CHIPS.items() if own.channels >= len(gates)]
+        others = f", {' and '.join(able)} has them" if able else ""
+        raise InputError(
+            "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
+        )
     bus = {} if panel is None else {
         "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
         "reset": panel.reset_pin,
     }  # fmt: skip
-    fault = pin_fault(gates, **bus)
+    fault = pin_fault(gates, chip=chip, **bus)
     if fault is not None:
         keys = {"panel's data line": "panel.sda_pin", "panel's clock": "panel.scl_pin",
                 "panel's interrupt line": "panel.interrupt_pin",

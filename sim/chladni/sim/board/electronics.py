@@ -11,6 +11,8 @@ from chladni.sim.magnetics.windings import RoundWinding
 NOT_WIRED = 255
 """In place of a GPIO number: the line is not connected."""
 PanelKind = Literal["find", "ft6x36", "gt911"]
+ChipName = Literal["esp32", "esp32s3"]
+CHIP_NAMES: tuple[ChipName, ...] = ("esp32", "esp32s3")
 PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 
 
@@ -18,12 +20,12 @@ PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 class Electronics:
     """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
 
-    `pwm_pins` is empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits
-    (ESP32 LEDC). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not
-    switch the transistor; every wave stays above it. `supply_limit_ma` holds for the sum of the
-    channels' mean currents. A coil's rise above the air is that of one thermal resistance and one
-    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise
-    that class A enamel (105 °C) leaves at 45 °C.
+    `chip` is what makes the PWM. `pwm_pins` is empty on a board that is only computed. The carrier
+    is 80 MHz / 2^pwm_bits (LEDC of either chip). `max_duty` is the ceiling of every duty. A pulse
+    shorter than `min_on_ns` does not switch the transistor; every wave stays above it.
+    `supply_limit_ma` holds for the sum of the channels' mean currents. A coil's rise above the air
+    is that of one thermal resistance and one time constant: 60 K/W and 30 s are estimates for a
+    coil of 15 mm in still air, 60 K the rise that class A enamel (105 °C) leaves at 45 °C.
     """
 
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
@@ -39,6 +41,7 @@ class Electronics:
     coil_k_per_w: float = quantity("coil_k_per_w", 1.0, 0.1, 1000.0, default=60.0)
     coil_heating_s: float = quantity("coil_heating_s", 1.0, 0.1, 3600.0, default=30.0)
     coil_limit_k: float = quantity("coil_limit_k", 1.0, 1.0, 300.0, default=60.0)
+    chip: ChipName = "esp32"
 
 
 @dataclass(frozen=True)

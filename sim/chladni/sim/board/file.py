@@ -16,6 +16,7 @@ from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.foundation import CutOut, Foundation, Strips
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -215,6 +216,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
     known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
     _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
     document = _with_winding(document | {"plate": with_material(document["plate"])})
+    document = _with_panel_lines(document)
     parts: dict[str, Any] = {
         key: part_from(cls, document[key], key) for key, cls in SECTIONS.items()
     }
@@ -247,6 +249,18 @@ def _with_winding(document: dict[str, Any]) -> dict[str, Any]:
     if isinstance(electronics, dict):
         filled["electronics"] = {"coil_ohm": made["resistance_ohm"]} | electronics
     return filled
+
+
+def _with_panel_lines(document: dict[str, Any]) -> dict[str, Any]:
+    """The document with the lines of its panel's bus filled in: where its chip has them."""
+    panel, electronics = document.get("panel"), document["electronics"]
+    if not (isinstance(panel, dict) and isinstance(electronics, dict)):
+        return document
+    chip = electronics.get("chip")
+    if not (isinstance(chip, str) and chip in CHIPS):
+        return document
+    sda, scl, _ = CHIPS[chip].panel
+    return document | {"panel": {"sda_pin": sda, "scl_pin": scl} | panel}
 
 
 def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:

@@ -12,8 +12,9 @@ from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
-from chladni.host.protocol.config import DeviceConfig, board_settings
+from chladni.host.protocol.config import DeviceConfig, board_settings, check_chip
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -100,16 +101,19 @@ def _set(
     rom: bool,
     as_json: bool,
 ) -> None:
-    wanted: dict[str, Any] = {} if source is None else _of_board(source)
+    board = None if source is None else _board(source)
+    wanted: dict[str, Any] = {} if board is None else board_settings(board)
     for name in names:
         wanted |= parse_setting(name)
     if rom:
-        _set_by_rom(connection, wanted, as_json=as_json)
+        _set_by_rom(connection, wanted, board, as_json=as_json)
         return
     with connection.device() as device:
+        chip = device.info()["chip"]
+        check_chip(chip, board)
         before = device.config()
         after = before.with_values(**wanted)
-        after.check_pins()
+        after.check_pins(chip)
         if connection.udp is None:
             after = after.by_wire()
         changed = changes(before, after)
@@ -129,11 +133,11 @@ def _set(
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
 
 
-def _of_board(name: str) -> dict[str, Any]:
+def _board(name: str) -> Board:
     board = load_board(name)
     if not board.electronics.pwm_pins:
         raise MissingError("electronics.pwm_pins", f"board {board.name!r} says no pins to drive")
-    return board_settings(board)
+    return board
 
 
 def _ask_back(changed: list[dict[str, Any]]) -> None:
@@ -153,9 +157,11 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
     return known | rows | {"playing prevented by": standing}
 
 
-def _set_by_rom(connection: Connection, changes: dict[str, Any], *, as_json: bool) -> None:
+def _set_by_rom(
+    connection: Connection, changes: dict[str, Any], board: Board | None, *, as_json: bool
+) -> None:
     port = connection.loader_port()
-    found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes)
+    found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes, board)
     written = {name: found[name] for name in changes}
     answer(
         {name: list(v) if isinstance(v, tuple) else v for name, v in written.items()},

@@ -1,0 +1,16 @@
+// What is an ESP32-S3's own: one group of LEDC channels, of the low-speed kind.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/gpio.hpp"
+#include "driver/ledc.h"
+
+namespace chladni::chip {
+
+constexpr gpio::Chip kChip = gpio::Chip::kEsp32s3;
+constexpr std::array<ledc_mode_t, 1> kLedcGroups{LEDC_LOW_SPEED_MODE};
+static_assert(LEDC_LOW_SPEED_MODE == 0, "its registers come first");
+
+}  // namespace chladni::chip
