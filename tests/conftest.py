@@ -56,6 +56,13 @@ class Answer:
 CommandLine = Callable[..., Answer]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Of the device suite; declared here, where pytest looks whatever it is asked to run."""
+    parser.addoption(
+        "--slowness", type=float, default=1.0, help="how many times slower than a chip it runs"
+    )
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Tests of a device need pytest-embedded, which slows every other test: `make test` asks."""
     is_device = collection_path.name == "device"

@@ -1,0 +1,112 @@
+"""What a linked image is asked: on small images that are linked here, for want of the chip's own.
+
+The compiler is another Xtensa's, without windows and floating-point unit; the layout is an ESP32's.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from check_image import MEMORIES, complaints, functions
+
+from conftest import ROOT
+
+PREFIX = "xtensa-lx106-elf-"
+SOURCE = """
+#define IRAM __attribute__((noinline, section(".iram0.text")))
+#define FLASH __attribute__((noinline, section(".flash.text")))
+#define DRAM __attribute__((section(".dram0.data")))
+#define RODATA __attribute__((section(".flash.rodata")))
+volatile unsigned sink DRAM = 1;
+extern unsigned kSineQuarter[2];
+unsigned kSineQuarter[2] {table} = {{1, 2}};
+{helper} void helper() {{ sink = sink + kSineQuarter[sink & 1U]; }}
+IRAM void on_alarm() {{ helper(); sink = 5; }}
+static IRAM __attribute__((used)) void set_duties() {{ sink = 6; }}
+namespace chladni::chip {{
+IRAM void pwm_set_duties() {{ set_duties(); sink = 7; }}
+IRAM void cut_outputs() {{ sink = 8; }}
+}}
+IRAM void start_together() {{ sink = 9; }}
+unsigned bulk[{bulk}] __attribute__((section(".dram0.bulk")));
+extern "C" FLASH void start() {{
+  on_alarm(); chladni::chip::pwm_set_duties(); chladni::chip::cut_outputs(); start_together();
+  sink = bulk[sink];
+}}
+"""
+GOOD = {"table": "DRAM", "helper": "IRAM", "bulk": "16"}
+
+
+def image(folder: Path, **changes: str) -> Path:
+    """Linked where an ESP32 has its memories."""
+    source, made = folder / "a.cpp", folder / "a.elf"
+    source.write_text(SOURCE.format(**(GOOD | changes)), "utf-8")
+    starts = {".iram0.text": 0x40080400, ".flash.text": 0x400D0020, ".dram0.data": 0x3FFB0000,
+              ".flash.rodata": 0x3F400020, ".dram0.bulk": 0x3FFB4000}  # fmt: skip
+    subprocess.run(
+        [f"{PREFIX}g++", "-std=c++17", "-O1", "-nostdlib", "-mlongcalls", "-mtext-section-literals",
+         "-Wl,--entry=start", *(f"-Wl,--section-start={name}={at:#x}"
+                                for name, at in starts.items()), source, "-o", made],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    return made
+
+
+def checked(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, str(ROOT / "tools" / "check_image.py"), str(path), *arguments],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.usefixtures("cross_compilers")
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({}, "nothing wrong"),
+        ({"helper": "FLASH"}, "helper: at 0x400d"),
+        ({"table": "RODATA"}, "kSineQuarter: at 0x3f400020, which is not DRAM"),
+        ({"bulk": "50000"}, "DRAM: 200,"),
+    ],
+)
+def test_an_image_is_told_what_lies_where_it_must_not(
+    tmp_path: Path, changes: dict[str, str], told: str
+) -> None:
+    run = checked(image(tmp_path, **changes), "--tools", PREFIX)
+    assert told in run.stdout, run.stdout + run.stderr
+    assert run.returncode == (1 if changes else 0)
+
+
+@pytest.mark.usefixtures("cross_compilers")
+def test_an_image_of_something_else_lacks_the_interrupt(tmp_path: Path) -> None:
+    made = image(tmp_path)
+    subprocess.run([f"{PREFIX}objcopy", "--redefine-sym", "_Z8on_alarmv=_Z5alarmv", made],
+                   check=True)  # fmt: skip
+    assert "on_alarm: not in the image" in checked(made, "--tools", PREFIX).stdout
+
+
+def test_floating_point_on_the_path_is_seen() -> None:
+    """By its instructions, as the chip's own disassembler writes them."""
+    text = "\n".join(
+        f"40080{k}00 <{name}>:\n40080{k}03:\t0a\tadd.s\tf0, f1, f2\n40080{k}06:\t0d\tretw.n"
+        for k, name in enumerate(("on_alarm", "other"))
+    )
+    said = complaints(functions(text), {}, MEMORIES["esp32"])
+    assert "on_alarm: add.s, of the floating-point unit" in said
+    assert not any(line.startswith("other") for line in said)
+
+
+def test_what_cannot_be_looked_into_is_named(tmp_path: Path) -> None:
+    missing = checked(tmp_path / "no.elf", "--tools", "no-such-")
+    assert (missing.returncode, missing.stderr) == (
+        2, "check_image: no-such-objdump: not on the PATH\n"
+    )  # fmt: skip
+    path = tmp_path / "a.elf"
+    path.write_bytes(b"text")
+    broken = checked(path, "--tools", "")
+    assert broken.returncode == 2
+    assert "a.elf" in broken.stderr
+    assert "Traceback" not in broken.stderr

@@ -1,0 +1,174 @@
+"""Look into a linked image: where the sample interrupt lies, and how much room is taken.
+
+    python tools/check_image.py build/chladni.elf
+    python tools/check_image.py .pio/build/esp32s3/firmware.elf --chip esp32s3
+
+Everything that the interrupt and the last resort reach by direct calls must lie in IRAM with its
+literals, its tables in DRAM, and none of it may use the floating-point unit, whose registers an
+interrupt does not save. What is called by a pointer is not followed: such functions are named here.
+Needs the vendor's nm, objdump and size on the PATH (--tools for another prefix).
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Where a chip has internal memory, and what the application may take of it, bytes."""
+
+    iram: range
+    dram: range
+    iram_bytes: int
+    dram_bytes: int
+    tools: str
+
+
+# ESP-IDF 5.5.3's linker scripts (components/esp_system/ld); the budgets leave Wi-Fi what it takes.
+MEMORIES = {
+    "esp32": Memory(range(0x40080000, 0x400A0000), range(0x3FFAE000, 0x40000000), 128 * 1024,
+                    180_736, "xtensa-esp32-elf-"),
+    "esp32s3": Memory(range(0x40370000, 0x403E0000), range(0x3FC88000, 0x3FD00000), 352 * 1024,
+                      341_760, "xtensa-esp32s3-elf-"),
+}  # fmt: skip
+ROOTS = (
+    "on_alarm", "set_duties", "chladni::chip::pwm_set_duties", "chladni::chip::cut_outputs",
+    "start_together",
+)  # fmt: skip
+"""Where the interrupt, the last resort and the start of both timers begin."""
+TABLES = ("kSineQuarter",)
+"""Constants that the interrupt reads."""
+HEAD = re.compile(r"^([0-9a-f]+) <(.+)>:$")
+CALL = re.compile(r"\s(?:call0|call4|call8|call12|j)\s+[0-9a-f]+ <(.+?)(?:\+0x[0-9a-f]+)?>")
+LITERAL = re.compile(r"\sl32r\s+\w+, ([0-9a-f]+)")
+FLOATING = re.compile(r"\s(\w+\.s|lsi|ssi|lsx|ssx|wfr|rfr|lsiu|ssiu)\s")
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the image as it is disassembled."""
+
+    address: int
+    calls: tuple[str, ...]
+    literals: tuple[int, ...]
+    floating: tuple[str, ...]
+
+
+def bare(name: str) -> str:
+    """A name without its arguments and its unnamed namespace."""
+    return name.replace("(anonymous namespace)::", "").partition("(")[0]
+
+
+def functions(disassembly: str) -> dict[str, Function]:
+    """Every function by its bare name."""
+    found: dict[str, Function] = {}
+    name, address, lines = "", 0, []
+    for line in (*disassembly.splitlines(), "0 <>:"):
+        head = HEAD.match(line)
+        if head is None:
+            lines.append(line)
+            continue
+        text = "\n".join(lines)
+        found[name] = Function(
+            address,
+            tuple(bare(own) for own in CALL.findall(text)),
+            tuple(int(own, 16) for own in LITERAL.findall(text)),
+            tuple(FLOATING.findall(text)),
+        )
+        name, address, lines = bare(head.group(2)), int(head.group(1), 16), []
+    return found
+
+
+def reached(found: dict[str, Function]) -> list[str]:
+    """What the roots call, and those in turn, themselves included."""
+    waiting = [name for name in found if any(name.endswith(root) for root in ROOTS)]
+    seen: list[str] = []
+    while waiting:
+        name = waiting.pop()
+        if name in seen or name not in found:
+            continue
+        seen.append(name)
+        waiting += found[name].calls
+    return seen
+
+
+def complaints(found: dict[str, Function], symbols: dict[str, int], memory: Memory) -> list[str]:
+    """What lies or does what it must not."""
+    path = reached(found)
+    wrong = [f"{root}: not in the image" for root in ROOTS
+             if not any(name.endswith(root) for name in path)]  # fmt: skip
+    for name in path:
+        own = found[name]
+        if own.address not in memory.iram:
+            wrong.append(f"{name}: at {own.address:#x}, which is not IRAM")
+        wrong += [f"{name}: a literal at {at:#x}, which is not IRAM"
+                  for at in own.literals if at not in memory.iram]  # fmt: skip
+        wrong += [f"{name}: {what}, of the floating-point unit" for what in own.floating]
+    for table in TABLES:
+        places = [at for name, at in symbols.items() if table in name]
+        wrong += [f"{table}: at {at:#x}, which is not DRAM" for at in places
+                  if at not in memory.dram]  # fmt: skip
+    return wrong
+
+
+def sizes(text: str, memory: Memory) -> tuple[int, int]:
+    """Bytes of IRAM and of DRAM in `size -A`."""
+    taken = [0, 0]
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) == 3 and words[1].isdigit() and words[2].isdigit():
+            at = int(words[2])
+            taken[0] += int(words[1]) if at in memory.iram else 0
+            taken[1] += int(words[1]) if at in memory.dram else 0
+    return taken[0], taken[1]
+
+
+def check(image: Path, memory: Memory, prefix: str) -> list[str]:
+    """What is wrong with an image, budgets among it; prints what it takes."""
+
+    def said(tool: str, *arguments: str) -> str:
+        command = [prefix + tool, *arguments, str(image)]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    iram, dram = sizes(said("size", "-A"), memory)
+    print(f"IRAM {iram:,} of {memory.iram_bytes:,} bytes, DRAM {dram:,} of {memory.dram_bytes:,}")
+    rows = (line.split(maxsplit=2) for line in said("nm", "-C").splitlines())
+    symbols = {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
+    found = functions(said("objdump", "-dC"))
+    print(f"{len(reached(found))} functions on the interrupt's path and the last resort's")
+    wrong = complaints(found, symbols, memory)
+    budgets = (("IRAM", iram, memory.iram_bytes), ("DRAM", dram, memory.dram_bytes))
+    return wrong + [f"{name}: {own:,} bytes of {most:,}" for name, own, most in budgets
+                    if own > most]  # fmt: skip
+
+
+def main() -> int:
+    """Print what is wrong; 1 if anything is, 2 if the image cannot be looked into."""
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("image", type=Path)
+    parser.add_argument("--chip", choices=sorted(MEMORIES), default="esp32")
+    parser.add_argument("--tools", help="prefix of nm, objdump and size")
+    asked = parser.parse_args()
+    memory = MEMORIES[asked.chip]
+    prefix = memory.tools if asked.tools is None else asked.tools
+    if shutil.which(prefix + "objdump") is None:
+        print(f"check_image: {prefix}objdump: not on the PATH", file=sys.stderr)
+        return 2
+    try:
+        wrong = check(asked.image, memory, prefix)
+    except subprocess.CalledProcessError as error:
+        print(f"check_image: {asked.image}: {error.stderr.strip()}", file=sys.stderr)
+        return 2
+    print("\n".join(wrong) or "nothing wrong")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
