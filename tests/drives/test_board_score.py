@@ -36,6 +36,20 @@ KNOWN = {
 }
 
 
+def test_the_nearest_coil_alone_stands_beside_the_drives() -> None:
+    """At each place the coil that is nearest, found and measured another way."""
+    board = load_board("strip5")
+    score = score_board(board, samples=0, pitch=12e-3)
+    fields, found = solved_board(board).fields.values, []
+    for x, y in active_lattice(board, 12e-3).places:
+        nearest = min(range(5), key=lambda k: np.hypot(board.actuators[k].at[0] - x,
+                                                       board.actuators[k].at[1] - y))  # fmt: skip
+        discs = metrics.FingertipDiscs(board.x, board.y)
+        found.append(discs.second_finger_db(fields[nearest], (x, y), [20e-3])[0])
+    assert score.nearest_coil_20mm_db is not None
+    assert score.nearest_coil_20mm_db.median == pytest.approx(float(np.median(found)), abs=1e-6)
+
+
 @pytest.mark.parametrize("name", KNOWN)
 def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
     """No tolerance: places, drives and fields are the same each time, and all beat what was known.
@@ -49,6 +63,9 @@ def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
         assert own is not None
         assert own.median >= median
         assert own.p10 >= tail
+    assert score.nearest_coil_20mm_db is not None
+    assert found[2] is not None
+    assert found[2].p10 > score.nearest_coil_20mm_db.p10 + 6.0
     assert score.focal_error_mm.median <= focal_error
     assert score.above_second_finger == above
     assert score.finger_um is not None

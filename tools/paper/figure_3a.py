@@ -44,7 +44,7 @@ def numbers() -> Numbers:
         first = solved.model.modes(1, [], board.x, board.y).frequencies_hz[0]
         pattern = np.abs(solved.fields.values[boards.MIDDLE])
         found |= {
-            f"{name}_wave_mm": fixed(1e3 * board.plate.wavelength(frequency)),
+            f"{name}_wave_mm": fixed(1e3 * board.wavelength(frequency)),
             f"{name}_mode_hz": fixed(first),
             f"{name}_um_per_n": fixed(MICRO * pattern.max(), 1),
         }

@@ -139,7 +139,7 @@ def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:
 
 def mass_g(board: Board) -> float:
     """Of the plate and its magnets."""
-    plate = board.plate.areal_mass * float(np.prod(board.plate.size))
+    plate = board.section.areal_mass * float(np.prod(board.plate.size))
     one = board.magnet.areal_mass * np.pi * board.magnet.radius**2 if board.magnet else 0.0
     return 1e3 * float(plate + len(board.actuators) * one)
 

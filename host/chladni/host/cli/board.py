@@ -57,6 +57,9 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
+STIFFER = 2.0
+"""From where on a layer is warned of: a point's answer on foam is 1/√D, so 3 dB of level."""
+
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
 )
@@ -78,12 +81,15 @@ def board_show(
             for a in loaded.actuators
         ],
         "modes_hz": [round(float(mode), 4) for mode in modes],
-        "wavelength_mm": loaded.plate.wavelength(loaded.drive.frequency_hz) / MM,
+        "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
         "fingerprint": f"{loaded.fingerprint():#018x}",
     }
     if loaded.foundation:
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)
+    if loaded.panel is not None:
+        result["panel"] = panel_report(loaded)
+        say_panel(loaded)
     if loaded.winding:
         result["winding"] = winding_report(loaded)
     pushes = neighbours(loaded, model)
@@ -212,20 +218,44 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
 
 
+def panel_report(board: Board) -> dict[str, Any]:
+    """What a touch panel makes of the plate that carries it."""
+    panel, section = board.panel, board.section
+    assert panel is not None
+    return {
+        "place": panel.place or ("on" if panel.layer_thickness else "not said"),
+        "layer_mm": panel.layer_thickness / MM,
+        "stiffness_ratio": section.bending_stiffness / board.plate.bending_stiffness,
+        "mass_ratio": section.areal_mass / board.plate.areal_mass,
+    }
+
+
+def say_panel(board: Board) -> None:
+    """Where a panel takes the focus, or nobody said what it is."""
+    found = panel_report(board)
+    if found["stiffness_ratio"] >= STIFFER:
+        say(
+            f"the panel's layer makes the plate {found['stiffness_ratio']:.1f} times as stiff: a "
+            "focus needs a soft sheet; use a thinner film, or electrodes in the sheet or beside it"
+        )
+    elif found["place"] == "not said":
+        say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
+
+
 def foundation_report(board: Board) -> dict[str, Any]:
     """What a board lies on: stiffness, and what that does to a plate without edges.
 
     `decay_mm` is λ = (D/k)^¼ of the Kelvin function that a point force makes, `cut_off_hz` is
     √(k/ρh)/2π, below which no wave travels.
     """
-    foundation, plate = board.foundation, board.plate
+    foundation, section = board.foundation, board.section
     assert foundation is not None
     stiffness = foundation.total_stiffness
     return {
         "stiffness_n_per_mm3": stiffness * MM**3,
         "loss_factor": foundation.total_loss_factor,
-        "decay_mm": (plate.bending_stiffness / stiffness) ** 0.25 / MM,
-        "cut_off_hz": float(np.sqrt(stiffness / plate.areal_mass) / (2.0 * np.pi)),
+        "decay_mm": (section.bending_stiffness / stiffness) ** 0.25 / MM,
+        "cut_off_hz": float(np.sqrt(stiffness / section.areal_mass) / (2.0 * np.pi)),
     }
 
 

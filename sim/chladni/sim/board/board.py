@@ -6,14 +6,17 @@ import dataclasses
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
+from chladni.sim.board.panel_layer import plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import quantities
+from chladni.sim.board.section import Section
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +44,16 @@ class Board(BoardParts):
         """Image points along y, m."""
         return _axis(self.plate.size[1], self.image.points[1])
 
+    @cached_property
+    def section(self) -> Section:
+        """The plate as it bends and moves: with the layer of a touch panel, if that is glued on."""
+        return plate_section(self)
+
+    def wavelength(self, frequency_hz: float) -> float:
+        """Bending wavelength λ = 2π (D/mω²)^(1/4) of an endless plate like this, m."""
+        own, omega = self.section, 2.0 * np.pi * frequency_hz
+        return float(2.0 * np.pi * (own.bending_stiffness / own.areal_mass / omega**2) ** 0.25)
+
     def fingerprint(self) -> int:
         """64 bits of the SHA-256 of what drives depend on.
 
@@ -52,6 +65,8 @@ class Board(BoardParts):
             for key, value in to_document(self).items()
             if key not in ("name", "electronics", "image", "coil", "winding", "panel", "active")
         }
+        if self.panel is not None and self.panel.layer_thickness:
+            physical["section"] = dataclasses.astuple(self.section)
         for part, key in (("plate", "material"), ("magnet", "remanence_t")):
             physical.get(part, {}).pop(key, None)
         if self.coil is not None and self.coil.motion_acts_back:

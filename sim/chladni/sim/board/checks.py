@@ -12,6 +12,7 @@ from chladni.sim.board.coil_checks import check_coil
 from chladni.sim.board.electronics import CHIP_NAMES, PANEL_KINDS
 from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.gpio import CHIPS, pin_fault
+from chladni.sim.board.panel_layer import check_layer
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.errors import InputError
@@ -79,6 +80,7 @@ def _check_panel(board: BoardParts) -> None:
         raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
     if not isinstance(panel.mirrored, bool):
         raise InputError("panel.mirrored", panel.mirrored, "true or false")
+    check_layer(board)
 
 
 def _check_focus(board: BoardParts) -> None:

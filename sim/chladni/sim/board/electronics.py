@@ -13,6 +13,9 @@ NOT_WIRED = 255
 PanelKind = Literal["find", "ft6x36", "gt911"]
 ChipName = Literal["esp32", "esp32s3"]
 CHIP_NAMES: tuple[ChipName, ...] = ("esp32", "esp32s3")
+PanelPlace = Literal["", "on", "in", "beside"]
+PANEL_PLACES: tuple[PanelPlace, ...] = ("", "on", "in", "beside")
+PANEL_SIDES = ("top", "under")
 PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 
 
@@ -51,6 +54,12 @@ class Panel:
     Seen in the panel's own directions its active area measures `size` and has `pixels`. It is
     mirrored (along its own x) first, then turned by `rotation_deg` (90° takes its +x to the
     board's +y), and its centre put at `offset` from the board's centre.
+
+    `place` says where its electrodes are: "on" the plate, on a layer that bends with it (`film` or
+    `glass`, glued over all of it), "in" it, as copper of the sheet itself, or "beside" it, where
+    they move nothing; "" where nobody said. The layer's numbers are those of `material` ("pet" or
+    "glass" unless named) where they are None. `glue` is a layer without stiffness that does not
+    slip.
     """
 
     pixels: tuple[int, int] = quantity("pixels", 1.0, 16, 4096, count=2, integer=True)
@@ -66,6 +75,21 @@ class Panel:
     scl_pin: int = quantity("scl_pin", 1.0, 0, 48, integer=True, default=22)
     interrupt_pin: int = quantity("interrupt_pin", 1.0, 0, 255, integer=True, default=255)
     reset_pin: int = quantity("reset_pin", 1.0, 0, 255, integer=True, default=255)
+    place: PanelPlace = ""
+    side: str = "top"
+    film: float = quantity("film_mm", MM, 0.0, 10.0, default=0.0)
+    glass: float = quantity("glass_mm", MM, 0.0, 10.0, default=0.0)
+    glue: float = quantity("glue_mm", MM, 0.0, 5.0, default=0.0)
+    material: str = ""
+    youngs_modulus: float | None = quantity("youngs_modulus_gpa", 1e9, 1e-4, 1500.0, default=None)
+    poissons_ratio: float | None = quantity("poissons_ratio", 1.0, -0.9, 0.49, default=None)
+    density: float | None = quantity("density_kg_m3", 1.0, 1.0, 30000.0, default=None)
+    loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
+
+    @property
+    def layer_thickness(self) -> float:
+        """Of what is glued to the plate, glue aside, m; 0 for nothing."""
+        return self.film or self.glass
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import Finger
 from chladni.sim.board.focus import Active, Focus
@@ -71,11 +69,6 @@ class Plate:
     def areal_mass(self) -> float:
         """ρh, kg/m²."""
         return self.density * self.thickness
-
-    def wavelength(self, frequency_hz: float) -> float:
-        """Bending wavelength λ = 2π (D/ρhω²)^(1/4) of the endless plate, m."""
-        omega = 2.0 * np.pi * frequency_hz
-        return float(2.0 * np.pi * (self.bending_stiffness / self.areal_mass / omega**2) ** 0.25)
 
 
 @dataclass(frozen=True)

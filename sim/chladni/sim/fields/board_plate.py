@@ -21,16 +21,16 @@ from chladni.sim.ritz.plate import RitzPlate
 
 def plate_model(board: Board) -> PlateModel:
     """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
-    plate = board.plate
+    plate, section = board.plate, board.section
     features = (
         board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet,
         board.foundation,
     )  # fmt: skip
     if plate.edges.are_all("simply supported") and not any(features):
         return SimplySupportedPlate(
-            *plate.size, plate.bending_stiffness, plate.areal_mass, plate.loss_factor
+            *plate.size, section.bending_stiffness, section.areal_mass, section.loss_factor
         )
-    return RitzPlate(plate_geometry(board), plate.loss_factor)
+    return RitzPlate(plate_geometry(board), section.loss_factor)
 
 
 def _foundation(board: Board) -> FoundationLayer | None:
@@ -48,22 +48,22 @@ def _foundation(board: Board) -> FoundationLayer | None:
 
 def plate_geometry(board: Board) -> PlateGeometry:
     """A board's plate with everything that holds it and sits on it."""
-    plate, magnet = board.plate, board.magnet
+    plate, section, magnet = board.plate, board.section, board.magnet
     discs = [
         Inclusion(*actuator.at, magnet.radius, magnet.areal_mass, magnet.stiffness_ratio)
         for actuator in (board.actuators if magnet else ())
         if magnet
     ]
     discs += [_glued_disc(mass) for mass in board.masses if mass.radius > 0.0]
-    discs += [Inclusion(*hole.at, hole.radius, -plate.areal_mass, 0.0) for hole in board.holes]
+    discs += [Inclusion(*hole.at, hole.radius, -section.areal_mass, 0.0) for hole in board.holes]
     points = [PointFeature(*pin.at, is_pinned=True) for pin in board.pins]
     points += [PointFeature(*spring.at, stiffness=spring.stiffness) for spring in board.springs]
     points += [PointFeature(*m.at, mass=m.mass) for m in board.masses if m.radius == 0.0]
     return PlateGeometry(
         *plate.size,
-        plate.bending_stiffness,
-        plate.poissons_ratio,
-        plate.areal_mass,
+        section.bending_stiffness,
+        section.poissons_ratio,
+        section.areal_mass,
         rims=tuple(_rim(screw) for screw in board.screws),
         inclusions=tuple(discs),
         points=tuple(points),

@@ -25,12 +25,13 @@ def static_fields(board: Board, model: PlateModel) -> FloatArray | None:
     """
     if not is_held(board):
         return None
-    loss, foundation = board.plate.loss_factor, board.foundation
+    loss, foundation = board.section.loss_factor, board.foundation
     if foundation is not None and foundation.total_loss_factor != loss:
         # What is steady loses nothing; of two loss factors none can be divided out.
         still = replace(
             board,
             plate=replace(board.plate, loss_factor=0.0),
+            panel=board.panel and replace(board.panel, loss_factor=0.0),
             foundation=replace(foundation, loss_factor=0.0),
         )
         return static_fields(still, plate_model(still))

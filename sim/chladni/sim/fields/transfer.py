@@ -104,8 +104,8 @@ def transfer_fields(
     """
     model = model or plate_model(board)
     loads = actuator_loads(board)
-    own_loss = board.foundation.total_loss_factor if board.foundation else board.plate.loss_factor
-    if mode_loss_factors and own_loss != board.plate.loss_factor:
+    own_loss = board.foundation.total_loss_factor if board.foundation else board.section.loss_factor
+    if mode_loss_factors and own_loss != board.section.loss_factor:
         raise InputError(
             "mode_loss_factors",
             list(mode_loss_factors),
@@ -117,7 +117,7 @@ def transfer_fields(
     if len(mode_loss_factors):
         losses = np.asarray(mode_loss_factors, dtype=np.float64)
         shapes = model.modes(losses.size, loads, board.x, board.y)
-        plate = np.full(losses.size, board.plate.loss_factor)
+        plate = np.full(losses.size, board.section.loss_factor)
         values = values + shapes.steady(frequency, losses) - shapes.steady(frequency, plate)
     return TransferFields(
         board.x,

@@ -165,15 +165,15 @@ def foam_length_mm(board: Board) -> float | None:
     if board.foundation is None:
         return None
     stiffness = board.foundation.total_stiffness
-    return float((4.0 * board.plate.bending_stiffness / stiffness) ** 0.25) / MM
+    return float((4.0 * board.section.bending_stiffness / stiffness) ** 0.25) / MM
 
 
 def _half_wavelength_mm(board: Board) -> float | None:
     stiffness = board.foundation.total_stiffness if board.foundation else 0.0
     omega = 2.0 * np.pi * board.drive.frequency_hz
-    if stiffness >= board.plate.areal_mass * omega**2:
+    if stiffness >= board.section.areal_mass * omega**2:
         return None
-    return board.plate.wavelength(board.drive.frequency_hz) / 2.0 / MM
+    return board.wavelength(board.drive.frequency_hz) / 2.0 / MM
 
 
 def _coil_spacing_mm(board: Board) -> float | None:

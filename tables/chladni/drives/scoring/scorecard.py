@@ -42,8 +42,9 @@ class NullModels:
 class Scorecard:
     """How good one field is for one target. Lengths in mm, ratios in dB.
 
-    `movable` is whether any drive of these actuators moves the target at all, `remark` where SSIM
-    and focus disagree, `felt` what a finger would feel if it is known what drives the field.
+    `nearest_second_finger_db` is what the nearest coil alone leaves, `movable` whether any drive of
+    these actuators moves the target at all, `remark` where SSIM and focus disagree, `felt` what a
+    finger would feel if it is known what drives the field.
     """
 
     ssim: float
@@ -52,6 +53,7 @@ class Scorecard:
     contrast_db: float
     contrast_limit_db: float
     second_finger_db: float
+    nearest_second_finger_db: float
     louder_fraction: float
     spot_mm2: float
     diffraction_spot_mm: float
@@ -102,7 +104,7 @@ def null_models(problem: Problem, *, misplaced: ComplexArray | None = None) -> N
         Field of a unit load at `misplaced_target`, shape (nx, ny), if it was found already.
     """
     solved, wanted = problem.solved, np.abs(problem.wanted)
-    alone = np.tensordot(nearest(problem, Options()).drive, problem.transfer, axes=1)
+    alone = _nearest_alone(problem)
     if misplaced is None:
         place = misplaced_target(problem.board, problem.target_mm)
         (misplaced,) = target_field(
@@ -115,6 +117,12 @@ def null_models(problem: Problem, *, misplaced: ComplexArray | None = None) -> N
     )
 
 
+def _nearest_alone(problem: Problem) -> ComplexArray:
+    """The field of the nearest coil alone."""
+    drive = nearest(problem, Options()).drive
+    return np.asarray(np.tensordot(drive, problem.transfer, axes=1))
+
+
 def score_on(
     problem: Problem, field: ComplexArray, nulls: NullModels, *, drive: ComplexArray | None = None
 ) -> Scorecard:
@@ -122,7 +130,7 @@ def score_on(
     board, place, disc = problem.board, problem.place, problem.disc
     x, y = board.x, board.y
     reach = np.abs(problem.at_target).max()
-    wavelength = board.plate.wavelength(problem.solved.fields.frequency_hz)
+    wavelength = board.wavelength(problem.solved.fields.frequency_hz)
     ssim = metrics.ssim(np.abs(field), np.abs(problem.wanted))
     focal_error_mm = metrics.focal_error(field, x, y, place) / MM
     second_finger_db = metrics.second_finger_db(field, x, y, place)
@@ -133,6 +141,7 @@ def score_on(
         contrast_db=metrics.contrast_db(field, disc),
         contrast_limit_db=problem.contrast[0],
         second_finger_db=second_finger_db,
+        nearest_second_finger_db=metrics.second_finger_db(_nearest_alone(problem), x, y, place),
         louder_fraction=metrics.louder_fraction(field, disc),
         spot_mm2=metrics.spot_area(field, x, y) / MM**2,
         diffraction_spot_mm=DIFFRACTION_SPOT * wavelength / MM,

@@ -99,11 +99,15 @@ class Score(FocusStatistics):
     ----------
     places
         How many were surveyed.
+    nearest_coil_20mm_db
+        What comes for nothing: the second finger from 20 mm on where each place is played by its
+        nearest coil alone.
     perturbed
         The same on boards that are off; None if that was not asked for.
     """
 
     places: int
+    nearest_coil_20mm_db: Spread | None
     perturbed: Perturbed | None
     maps: Maps
 
@@ -189,6 +193,8 @@ def score_drives(
     board = solved.board
     survey = _Survey(board, lattice.places, drives)
     measured = survey.measure(solved.fields.values)
+    alone = _Survey(board, lattice.places, _nearest_coils(board, lattice.places))
+    nearest = _statistics(alone.measure(solved.fields.values))
     if progress:
         progress(1, 1 + samples)
     perturbed = None
@@ -206,9 +212,17 @@ def score_drives(
     return Score(
         **vars(_statistics(measured)),
         places=len(drives),
+        nearest_coil_20mm_db=nearest.second_finger_20mm_db,
         perturbed=perturbed,
         maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),
     )
+
+
+def _nearest_coils(board: Board, places: Sequence[Place]) -> list[ComplexArray]:
+    """For each place the drive of its nearest coil alone."""
+    coils = np.array([actuator.at for actuator in board.actuators])
+    each = np.eye(len(coils), dtype=np.complex128)
+    return [each[int(np.argmin(np.linalg.norm(coils - place, axis=1)))] for place in places]
 
 
 class _Survey:
