@@ -122,6 +122,7 @@ def board_score(
             pitch=pitch * MM,
             objective=objective,
             samples=samples if perturbed else 0,
+            border=True,
             seed=seed,
             progress=progress,
         )

@@ -231,6 +231,7 @@ def score(
             pitch=pitch * MM,
             frequency_hz=frequency,
             samples=samples if perturbed else 0,
+            border=True,
             seed=seed,
             progress=progress,
         )

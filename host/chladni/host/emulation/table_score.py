@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.survey import SAMPLES, Place, Score, active_lattice, score_drives
+from chladni.drives.scoring.survey import (
+    SAMPLES,
+    Place,
+    Score,
+    active_lattice,
+    border_places,
+    score_drives,
+)
 from chladni.host.emulation.demodulate import Play, made_drive
 from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
 from chladni.host.emulation.settling import LEAST_WAVES, settled_ms
@@ -58,6 +65,7 @@ def score_table(
     pitch: float = PITCH,
     frequency_hz: float | None = None,
     samples: int = SAMPLES,
+    border: bool = False,
     seed: int = SEED,
     progress: Progress | None = None,
 ) -> TableScore:
@@ -73,6 +81,8 @@ def score_table(
         Of the drives; those of the table's first section by default.
     samples
         Boards drawn within the tolerances; 0 leaves them out.
+    border
+        Whether places on the border of the active area are scored too.
     progress
         Called with (done, all) of the boards.
     """
@@ -81,7 +91,18 @@ def score_table(
     lattice = active_lattice(board, pitch).with_halfway()
     solved = solved_board(board).at_frequency(section.frequency_hz)
     drives = played_drives(table, board, lattice.places, frequency_hz=frequency_hz)
-    score = score_drives(solved, lattice, drives, samples=samples, seed=seed, progress=progress)
+    rim = border_places(board, pitch) if border else []
+    score = score_drives(
+        solved,
+        lattice,
+        drives,
+        samples=samples,
+        seed=seed,
+        border=(rim, played_drives(table, board, rim, frequency_hz=frequency_hz))
+        if border
+        else None,
+        progress=progress,
+    )
     return TableScore(
         **vars(score),
         objective=section.objective,

@@ -21,7 +21,13 @@ from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.spread import Spread
-from chladni.drives.scoring.survey import SAMPLES, Score, active_lattice, score_drives
+from chladni.drives.scoring.survey import (
+    SAMPLES,
+    Score,
+    active_lattice,
+    border_places,
+    score_drives,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import TOLERANCE
@@ -68,6 +74,7 @@ def score_board(
     pitch: float = PITCH,
     objective: str = "focus",
     samples: int = SAMPLES,
+    border: bool = False,
     seed: int = SEED,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
@@ -82,6 +89,8 @@ def score_board(
         What the drives are best at.
     samples
         Boards drawn within the tolerances; 0 leaves them out.
+    border
+        Whether places on the border of the active area are scored too.
     tolerance
         Relative L² error of the drawn boards' fields.
     progress
@@ -91,8 +100,16 @@ def score_board(
     lattice = active_lattice(board, pitch)
     solved = solved_board(board)
     drives = _drives(solved, lattice.places, objective, seed)
+    rim = border_places(board, pitch) if border else []
     score = score_drives(
-        solved, lattice, drives, samples=samples, seed=seed, tolerance=tolerance, progress=progress
+        solved,
+        lattice,
+        drives,
+        samples=samples,
+        seed=seed,
+        border=(rim, _drives(solved, rim, objective, seed)) if border else None,
+        tolerance=tolerance,
+        progress=progress,
     )
     return BoardScore(
         **vars(score),

@@ -102,11 +102,15 @@ class Score(FocusStatistics):
     nearest_coil_20mm_db
         What comes for nothing: the second finger from 20 mm on where each place is played by its
         nearest coil alone.
+    border
+        Places on the border of the active area, which none of the others is; None if that was not
+        asked for.
     perturbed
         The same on boards that are off; None if that was not asked for.
     """
 
     places: int
+    border: FocusStatistics | None
     nearest_coil_20mm_db: Spread | None
     perturbed: Perturbed | None
     maps: Maps
@@ -167,6 +171,21 @@ def active_lattice(board: Board, pitch: float) -> Lattice:
     return Lattice(axes[0], axes[1], (cell[0], cell[1]))
 
 
+def border_places(board: Board, pitch: float) -> list[Place]:
+    """Places on the border of the active area, about a pitch (m) apart, its corners among them.
+
+    A lattice of cells' centres ends half a cell before the border, where a focus is worst.
+    """
+    margin = (board.active or Active()).margin
+    half_x, half_y = (side / 2.0 - margin for side in board.plate.size)
+    x, y = (
+        np.linspace(-half, half, max(1, round(2.0 * half / pitch)) + 1).tolist()
+        for half in (half_x, half_y)
+    )
+    ends = [(along, end) for along in x for end in (-half_y, half_y)]
+    return ends + [(end, along) for along in y[1:-1] for end in (-half_x, half_x)]
+
+
 def score_drives(
     solved: SolvedBoard,
     lattice: Lattice,
@@ -174,6 +193,7 @@ def score_drives(
     *,
     samples: int,
     seed: int,
+    border: tuple[Sequence[Place], Sequence[ComplexArray]] | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> Score:
@@ -183,6 +203,8 @@ def score_drives(
     ----------
     drives
         One a place, complex128, shape (actuators,), any scale.
+    border
+        Places on the border of the active area and their drives.
     samples
         Boards drawn within the tolerances; 0 leaves them out.
     tolerance
@@ -194,6 +216,7 @@ def score_drives(
     survey = _Survey(board, lattice.places, drives)
     measured = survey.measure(solved.fields.values)
     alone = _Survey(board, lattice.places, _nearest_coils(board, lattice.places))
+    rim = None if border is None else _Survey(board, *border).measure(solved.fields.values)
     nearest = _statistics(alone.measure(solved.fields.values))
     if progress:
         progress(1, 1 + samples)
@@ -212,6 +235,7 @@ def score_drives(
     return Score(
         **vars(_statistics(measured)),
         places=len(drives),
+        border=None if rim is None else _statistics(rim),
         nearest_coil_20mm_db=nearest.second_finger_20mm_db,
         perturbed=perturbed,
         maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),

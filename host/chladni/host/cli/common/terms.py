@@ -67,6 +67,7 @@ WORDS = {
     "ssim_pressed": "SSIM while a finger presses",
     "looks_better_than_it_is": "places with a good SSIM and no focus",
     "compensated": "drives make up for the finger",
+    "border": "on the border of the active area",
     "perturbed": "boards within tolerances",
     "bits": "bits of a stored integer",
     "labels": "labels (drives are interpolated within one)",
