@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.file import load_board
+from chladni.sim.board.panel_layer import Layer, section_of
 from chladni.sim.board.parts import Plate
-from chladni.sim.board.section import Layer, section_of
 from chladni.sim.fields.board_plate import plate_model
 from conftest import ROOT, CommandLine
 

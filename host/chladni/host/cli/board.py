@@ -49,9 +49,11 @@ from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
+from chladni.sim.coil.flyback import circuit_of, floor_ns, least_duty
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
 from chladni.sim.fields.transfer import TOLERANCE
+from chladni.sim.image import metrics
 from chladni.sim.magnetics.windings import force_per_ampere
 
 STROKE = 1e-4
@@ -90,6 +92,8 @@ def board_show(
     if loaded.panel is not None:
         result["panel"] = panel_report(loaded)
         say_panel(loaded)
+    if loaded.coil:
+        result["coil_current"] = current_report(loaded)
     if loaded.winding:
         result["winding"] = winding_report(loaded)
     pushes = neighbours(loaded, model)
@@ -217,6 +221,24 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         ]
     result = {"name": loaded.name, "moving_mass_g": moving_mass_g(loaded), "parts": parts}
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
+
+
+def current_report(board: Board) -> dict[str, Any]:
+    """Where a coil's current stops in every carrier period, and what that does to a soft sine.
+
+    A tenth is of the largest amplitude that the duty allows, the bias as the firmware adds it.
+    """
+    circuit = circuit_of(board)
+    assert circuit is not None
+    edge, rest = circuit.continuous_from(), least_duty(board)
+    gain, second = circuit.wave(0.05, rest)
+    return {
+        "continuous_from_duty": edge,
+        "least_duty": rest,
+        "min_on_ns_for_it": floor_ns(board, edge),
+        "level_db_at_tenth": metrics.decibel(gain**2),
+        "second_harmonic_at_tenth": second,
+    }
 
 
 def panel_report(board: Board) -> dict[str, Any]:

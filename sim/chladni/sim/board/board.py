@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
-from chladni.sim.board.panel_layer import plate_section
+from chladni.sim.board.panel_layer import Section, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import quantities
-from chladni.sim.board.section import Section
 
 FloatArray = NDArray[np.float64]
 

@@ -97,6 +97,10 @@ def _check_focus(board: BoardParts) -> None:
 
 def _check_pins(board: BoardParts) -> None:
     """Every pin can be on the chip what the board file makes it, and is one thing only."""
+    own = board.electronics
+    if own.diode_v >= own.supply_v:
+        expected = f"less than supply_v, {own.supply_v:g}"
+        raise InputError("electronics.diode_v", own.diode_v, expected)
     panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
     if chip not in CHIPS:
         expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))

@@ -23,12 +23,13 @@ PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 class Electronics:
     """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
 
-    `chip` is what makes the PWM. `pwm_pins` is empty on a board that is only computed. The carrier
-    is 80 MHz / 2^pwm_bits (LEDC of either chip). `max_duty` is the ceiling of every duty. A pulse
-    shorter than `min_on_ns` does not switch the transistor; every wave stays above it.
-    `supply_limit_ma` holds for the sum of the channels' mean currents. A coil's rise above the air
-    is that of one thermal resistance and one time constant: 60 K/W and 30 s are estimates for a
-    coil of 15 mm in still air, 60 K the rise that class A enamel (105 °C) leaves at 45 °C.
+    `chip` is what makes the PWM. `diode_v` is the drop of a coil's flyback diode. `pwm_pins` is
+    empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits (LEDC of either
+    chip). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not switch
+    the transistor; every wave stays above it. `supply_limit_ma` holds for the sum of the channels'
+    mean currents. A coil's rise above the air is that of one thermal resistance and one time
+    constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise that
+    class A enamel (105 °C) leaves at 45 °C.
     """
 
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
@@ -44,6 +45,7 @@ class Electronics:
     coil_k_per_w: float = quantity("coil_k_per_w", 1.0, 0.1, 1000.0, default=60.0)
     coil_heating_s: float = quantity("coil_heating_s", 1.0, 0.1, 3600.0, default=30.0)
     coil_limit_k: float = quantity("coil_limit_k", 1.0, 1.0, 300.0, default=60.0)
+    diode_v: float = quantity("diode_v", 1.0, 0.0, 5.0, default=0.25)
     chip: ChipName = "esp32"
 
 
