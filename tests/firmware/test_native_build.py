@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import zlib
@@ -13,22 +14,26 @@ import pytest
 from chladni.host.emulation.emulator import TouchEvent, emulate
 from chladni.host.protocol.config import pack_config
 from chladni.tables.format import pack
-from conftest import ROOT
+from conftest import ROOT, built_once
 from made_up import device_of, make_table
+
+
+def build(folder: Path) -> None:
+    script = ROOT / "tools" / "platformio_offline.py"
+    subprocess.run(
+        [sys.executable, str(script), str(folder / "pio-core"), "--", "run", "-e", "native"],
+        cwd=ROOT,
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    # Nobody else links this one again while a test runs it.
+    shutil.copy2(ROOT / ".pio" / "build" / "native" / "program", folder)
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The program `pio run -e native` builds, without PlatformIO's registry."""
-    core_dir = tmp_path_factory.mktemp("pio-core")
-    script = ROOT / "tools" / "platformio_offline.py"
-    subprocess.run(
-        [sys.executable, str(script), str(core_dir), "--", "run", "-e", "native"],
-        cwd=ROOT,
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
-    return ROOT / ".pio" / "build" / "native" / "program"
+    return built_once(tmp_path_factory, "native", build) / "program"
 
 
 @pytest.mark.slow

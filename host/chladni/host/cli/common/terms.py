@@ -69,7 +69,7 @@ WORDS = {
     "compensated": "drives make up for the finger",
     "continuous_from_duty": "duty from which a coil's current never stops",
     "least_duty": "lowest duty of a wave",
-    "min_on_ns_for_it": "min_on_ns that keeps it flowing",
+    "min_on_ns_for_it": "shortest pulse that keeps it flowing, ns",
     "level_db_at_tenth": "a tenth of full amplitude plays, dB of what it should",
     "second_harmonic_at_tenth": "its second harmonic (share)",
     "border": "on the border of the active area",
