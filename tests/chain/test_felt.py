@@ -177,7 +177,7 @@ def test_a_finger_meets_coils_that_act_back(prototype: Board) -> None:
     coil = dataclasses.replace(prototype.coil, force_factor=6.0)
     board = dataclasses.replace(thin(prototype, 0.4e-3), coil=coil)
     solved = solved_board(board)
-    assert solved.fields.acts_back
+    assert solved.fields.reaction is not None
     problem = solved.problem((10.0, 25.0))
     drive = np.array([1.0, 0.3j, -0.5, 0.2, 0.1])
     found = with_finger(problem, np.tensordot(drive, problem.transfer, axes=1))

@@ -11,7 +11,8 @@ from chladni.drives.methods.focus import focus_at
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation_checks import cut_outs
-from chladni.sim.fields.driven import coil_coupling
+from chladni.sim.fields.beside import beside, couple_fields, couple_loads
+from chladni.sim.fields.driven import answered
 from chladni.sim.image import metrics
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Inclusion, Material
@@ -23,6 +24,8 @@ Place = tuple[float, float]
 
 def element_fields(board: Board, size: float, segments: int) -> tuple[ComplexArray, int]:
     """Displacement per newton of every coil on the image points, and the number of unknowns.
+
+    After the coils' come the fields of `couple_loads`.
 
     Every circle of the board is in the mesh: the foundation ends where it should.
 
@@ -49,7 +52,9 @@ def element_fields(board: Board, size: float, segments: int) -> tuple[ComplexArr
         segments=segments,
     )
     adds = [Inclusion(0.0)] * len(rings)
-    adds += [Inclusion(magnet.areal_mass, magnet.stiffness_ratio)] * len(magnets)
+    # m h²/3 about the glued face, beside the m r²/4 that the disc has by itself.
+    turning = magnet.areal_mass * magnet.height**2 / 3.0 if magnet.remanence else 0.0
+    adds += [Inclusion(magnet.areal_mass, magnet.stiffness_ratio, turning)] * len(magnets)
     bare = [k for k, disc in enumerate(discs) if _is_bare(disc, cuts)]
     elements = ArgyrisPlate(
         mesh,
@@ -65,6 +70,7 @@ def element_fields(board: Board, size: float, segments: int) -> tuple[ComplexArr
     )
     points = np.stack(np.meshgrid(board.x, board.y, indexing="ij"), axis=-1).reshape(-1, 2)
     loads = [(actuator.at, magnet.radius) for actuator in board.actuators]
+    loads += [((load.x, load.y), load.radius) for load in couple_loads(board)]
     values = elements.responses(loads, board.drive.frequency_hz, points)
     shape = (len(loads), board.x.size, board.y.size)
     return values.reshape(shape), elements.stiffness.shape[0]
@@ -92,8 +98,9 @@ def compared_second_fingers(
     """The drives of `focus` at places, looked at on the model's fields and on the elements'."""
     solved = solved_board(board)
     values, unknowns = element_fields(board, size, segments)
-    coupling = coil_coupling(board, replace(solved.fields, values=values))
-    driven = np.tensordot(np.linalg.inv(np.eye(len(values)) + coupling).T, values, axes=1)
+    count = len(board.actuators)
+    bare = replace(solved.fields, values=values[:count])
+    driven = answered(board, bare, beside(board), couple_fields(board, values[count:])).values
     discs = metrics.FingertipDiscs(board.x, board.y)
     rows = []
     for place in places_mm:

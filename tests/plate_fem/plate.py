@@ -60,6 +60,7 @@ class Inclusion:
 
     added_mass: float
     stiffness_ratio: float = 1.0
+    rotary: float = 0.0
 
 
 class ArgyrisPlate:
@@ -103,6 +104,11 @@ class ArgyrisPlate:
         moments = np.array([[1.0, 0.0, nu], [0.0, 2.0 - 2.0 * nu, 0.0], [nu, 0.0, 1.0]])
         self.stiffness = self._space.assembled(HESSIAN, moments, bending, 4)
         self.mass = self._space.assembled([(0, 0)], np.eye(1), areal, 6)
+        turning = np.zeros(len(mesh.triangles))
+        for number, inclusion in enumerate(inclusions):
+            turning[mesh.regions == number] = inclusion.rotary
+        if turning.any():
+            self.mass = self.mass + self._space.assembled([(1, 0), (0, 1)], np.eye(2), turning, 6)
         lies = np.where(np.isin(mesh.regions, foundation[1]), 0.0, 1.0)
         self.foundation = foundation[0] * self._space.assembled([(0, 0)], np.eye(1), lies, 6)
 

@@ -53,11 +53,24 @@ class Board(BoardParts):
         own, omega = self.section, 2.0 * np.pi * frequency_hz
         return float(2.0 * np.pi * (own.bending_stiffness / own.areal_mass / omega**2) ** 0.25)
 
+    @property
+    def pulls_beside(self) -> bool:
+        """Whether it is known what coils and magnets do to those beside them."""
+        return bool(
+            len(self.actuators) > 1
+            and self.winding
+            and self.magnet
+            and self.magnet.remanence
+            and self.coil
+            and self.coil.motion_acts_back
+        )
+
     def fingerprint(self) -> int:
         """64 bits of the SHA-256 of what drives depend on.
 
         Plate and what it lies on, actuators, frequency, regions, the finger, what a focus keeps to,
-        and of coils that move what their motion does to their current.
+        of coils that move what their motion does to their current, and of windings and magnets what
+        they do to those beside them.
         """
         physical = {
             key: value
@@ -66,6 +79,10 @@ class Board(BoardParts):
         }
         if self.panel is not None and self.panel.layer_thickness:
             physical["section"] = dataclasses.astuple(self.section)
+        if self.pulls_beside:
+            physical["beside"] = [
+                dataclasses.astuple(part) for part in (self.winding, self.magnet) if part
+            ]
         for part, key in (("plate", "material"), ("magnet", "remanence_t")):
             physical.get(part, {}).pop(key, None)
         if self.coil is not None and self.coil.motion_acts_back:

@@ -107,7 +107,7 @@ class Spring:
 class Mass:
     """Something that rides on the plate: a point (radius 0), or a glued disc. SI units.
 
-    A disc's rotary inertia about its own middle is that of a cylinder of the given height;
+    A disc's rotary inertia is that of a cylinder of the given height about its glued face;
     `stiffness_ratio` is the bending stiffness under it over the plate's own.
     """
 

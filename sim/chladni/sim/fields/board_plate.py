@@ -47,10 +47,20 @@ def _foundation(board: Board) -> FoundationLayer | None:
 
 
 def plate_geometry(board: Board) -> PlateGeometry:
-    """A board's plate with everything that holds it and sits on it."""
+    """A board's plate with everything that holds it and sits on it.
+
+    A magnet of a known remanence is the cylinder that it is. One without is the paper's: a disc of
+    mass on the plate, for which the finite elements that others published stand.
+    """
     plate, section, magnet = board.plate, board.section, board.magnet
     discs = [
-        Inclusion(*actuator.at, magnet.radius, magnet.areal_mass, magnet.stiffness_ratio)
+        Inclusion(
+            *actuator.at,
+            magnet.radius,
+            magnet.areal_mass,
+            magnet.stiffness_ratio,
+            _tilting(magnet.areal_mass, magnet.height) if magnet.remanence else 0.0,
+        )
         for actuator in (board.actuators if magnet else ())
         if magnet
     ]
@@ -85,7 +95,14 @@ def _rim(screw: Screw) -> RimSupport:
 
 
 def _glued_disc(mass: Mass) -> Inclusion:
-    """A cylinder on the plate: its extent across gives m r²/4 by itself, its height m h²/12."""
     areal = mass.mass / (np.pi * mass.radius**2)
-    rotary = areal * mass.height**2 / 12.0
+    rotary = _tilting(areal, mass.height)
     return Inclusion(*mass.at, mass.radius, areal, mass.stiffness_ratio, rotary)
+
+
+def _tilting(areal_mass: float, height: float) -> float:
+    """Rotary inertia per area of a cylinder that stands on the plate, kg.
+
+    About its end face it is m (r²/4 + h²/3), and its extent across gives m r²/4 by itself.
+    """
+    return areal_mass * height**2 / 3.0

@@ -1,10 +1,11 @@
-"""Fields of a board's coils as they are driven: a coil's own motion acts back on its current.
+"""Fields of a board's coils as they are driven: coils and magnets answer to one another.
 
-    V = (R + iωL) I + BL v,   F = BL I,   v = iω H F
+    V = (R + iωL) I + BL v,   Fᵇ = BL V/(R + iωL),   F = M Fᵇ − Z w,   w = H F + w_c
 
-With H, what unit forces at the coils do to the coils (m/N), and Fᵇ = BL V/(R + iωL), the force on a
-coil held still, F = (1 + iω BL²/(R + iωL) H)⁻¹ Fᵇ. The span of the fields stays, so the best image
-does too, but it takes other voltages.
+Fᵇ is the force of a coil on its own magnet if that were held still, and goes with the duty. M are
+the forces of every coil on every magnet, Z = iω BL²/(R + iωL) + K brakes a coil that moves, K < 0
+being the magnets' push out of their plane, H is what unit forces at the magnets do to them, and w_c
+what the couples do that coils exert beside them. So F = (1 + Z H)⁻¹ (M Fᵇ − Z w_c).
 """
 
 from __future__ import annotations
@@ -16,7 +17,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from chladni.sim.board.board import Board
-from chladni.sim.fields.transfer import TOLERANCE, TransferFields, transfer_fields
+from chladni.sim.fields.beside import Beside, beside, couple_fields, couple_loads
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import (
+    TOLERANCE,
+    TransferFields,
+    fields_of_loads,
+    transfer_fields,
+)
 from chladni.sim.plate.response import PlateModel
 
 FloatArray = NDArray[np.float64]
@@ -30,36 +38,69 @@ def driven_fields(
     model: PlateModel | None = None,
     allow_unmet: bool = False,
 ) -> TransferFields:
-    """Displacement per newton that each coil would make if it were held still.
+    """Displacement per newton that each coil would make if its magnet were held still.
 
-    That force goes with the voltage, and so with the duty. Where coils move so little that they
-    change no field by more than `tolerance`, these are the transfer fields.
+    That force goes with the voltage, and so with the duty. Where nothing of it changes a field by
+    more than `tolerance`, these are the transfer fields.
 
     Parameters
     ----------
     board, tolerance, model, allow_unmet
         As of `transfer_fields`.
     """
-    fields = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
-    coupling = coil_coupling(board, fields)
-    if np.linalg.norm(coupling, 2) <= tolerance:
-        return fields
-    forces = np.linalg.inv(np.eye(len(coupling)) + coupling)
-    values = np.tensordot(forces.T, fields.values, axes=1)
-    return replace(fields, values=values, acts_back=True)
+    model = model or plate_model(board)
+    bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
+    around, coupling = beside(board), coil_coupling(board, bare)
+    is_still = np.linalg.norm(coupling, 2) <= tolerance
+    if is_still and (around is None or around.largest(board) <= tolerance):
+        return bare
+    if around is None:
+        return answered(board, bare, None, None)
+    pairs = fields_of_loads(
+        board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=allow_unmet
+    )
+    return answered(board, bare, around, couple_fields(board, pairs.values))
+
+
+def answered(
+    board: Board, bare: TransferFields, around: Beside | None, couples: ComplexArray | None
+) -> TransferFields:
+    """Fields as coils and magnets answer to one another.
+
+    Parameters
+    ----------
+    bare
+        Fields of a unit force on each magnet.
+    around, couples
+        What they do to those beside them, and fields of unit couples, (magnets, 2, nx, ny).
+    """
+    count = len(board.actuators)
+    own: ComplexArray = np.asarray(bare.values)
+    motion, pulls = _compliance(board, own), np.eye(count, dtype=np.complex128)
+    turned = np.zeros_like(own)
+    resists = _per_velocity(board, bare.frequency_hz) * np.eye(count)
+    if around is not None and couples is not None:
+        turned = np.einsum("mca,ma...->c...", around.couples, couples)
+        pulls = around.forces.astype(np.complex128)
+        resists = resists + around.stiffness
+    answers = np.linalg.inv(np.eye(count) + resists @ motion)
+    forces = answers @ (pulls - resists @ _compliance(board, turned))
+    return replace(
+        bare,
+        values=np.asarray(np.tensordot(forces.T, own, axes=1) + turned),
+        reaction=np.asarray(np.tensordot((answers @ resists).T, own, axes=1)),
+    )
 
 
 def with_coils(board: Board, driven: TransferFields, fields: ComplexArray) -> ComplexArray:
-    """Fields (…, nx, ny) of other forces on the same board, as its coils answer them.
+    """Fields (…, nx, ny) of other forces on the same board, as its coils and magnets answer them.
 
-    A coil that is moved drives a current through its supply, which brakes it: with g at the coils,
-    g′ = g − iω BL²/(R + iωL) Σ Gⱼ gⱼ, G being the fields as they are driven.
+    With g at the magnets, g′ = g − Σ Rⱼ gⱼ, R = W (1 + Z H)⁻¹ Z.
     """
-    if not driven.acts_back:
+    if driven.reaction is None:
         return fields
     moved = np.stack([at_coils(board, own) for own in fields])
-    answer = np.tensordot(moved, driven.values, axes=1)
-    return np.asarray(fields - _per_velocity(board, driven.frequency_hz) * answer)
+    return np.asarray(fields - np.tensordot(moved, driven.reaction, axes=1))
 
 
 def _per_velocity(board: Board, frequency_hz: float) -> complex:
@@ -76,8 +117,13 @@ def coil_coupling(board: Board, fields: TransferFields) -> ComplexArray:
     coil, count = board.coil, len(board.actuators)
     if coil is None or not coil.motion_acts_back:
         return np.zeros((count, count), dtype=np.complex128)
-    columns = [at_coils(board, values) for values in fields.values]
-    return np.asarray(_per_velocity(board, fields.frequency_hz) * np.stack(columns, axis=1))
+    braked = _per_velocity(board, fields.frequency_hz)
+    return np.asarray(braked * _compliance(board, np.asarray(fields.values)))
+
+
+def _compliance(board: Board, values: ComplexArray) -> ComplexArray:
+    """Displacement at every magnet (rows) by each of several fields (columns)."""
+    return np.stack([at_coils(board, own) for own in values], axis=1)
 
 
 def at_coils(board: Board, values: ComplexArray | FloatArray) -> ComplexArray:

@@ -43,8 +43,9 @@ class TransferFields:
         Drive frequency.
     modes_used, error_estimate, tolerance, tolerance_met
         As in `Response`.
-    acts_back
-        Whether the coils' own motion is in them (driven.py).
+    reaction
+        What coils and magnets do as they are moved by other forces, by its displacement at each:
+        W′ = W − Σ wᵢ Rᵢ (driven.py), shape as `values`; None where that is nothing.
     """
 
     x: FloatArray
@@ -54,7 +55,7 @@ class TransferFields:
     modes_used: int
     error_estimate: float
     tolerance: float
-    acts_back: bool = False
+    reaction: ComplexArray | None = None
 
     @property
     def tolerance_met(self) -> bool:
@@ -207,9 +208,21 @@ def disc_fields(
         A place is not on the board.
     """
     loads = [Load(*check_target(board, place), radius) for place in places_mm]
-    return _respond(
-        board, loads, model or plate_model(board), frequency_hz, tolerance, allow_unmet=allow_unmet
-    )
+    model = model or plate_model(board)
+    return _respond(board, loads, model, frequency_hz, tolerance, allow_unmet=allow_unmet)
+
+
+def fields_of_loads(
+    board: Board,
+    loads: Sequence[Load],
+    *,
+    tolerance: float = TOLERANCE,
+    model: PlateModel | None = None,
+    allow_unmet: bool = False,
+) -> Response:
+    """Fields of any unit loads at the board's own frequency, shape (loads, nx, ny)."""
+    model = model or plate_model(board)
+    return _respond(board, loads, model, None, tolerance, allow_unmet=allow_unmet)
 
 
 def actuator_loads(board: Board) -> list[Load]:

@@ -1,0 +1,100 @@
+"""What coils and magnets do to those beside them, and what a moving coil does to itself.
+
+A coil pulls its neighbours' magnets as well as its own, and turns them. Magnets of one polarity
+push one another out of their plane, which softens what holds them. A coil that moves brakes itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.board.board import Board
+from chladni.sim.magnetics.beside import pull_beside
+from chladni.sim.magnetics.neighbours import Magnets
+from chladni.sim.magnetics.windings import force_per_ampere
+from chladni.sim.plate.loads import Load
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+SAME_PLACE = 1e-7
+"""m; distances that differ by less are one, so that a grid of coils has few."""
+ARM = 0.5
+"""Of a magnet's radius: a couple is a pair of forces so far from the middle of its rigid disc."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Forces on all magnets by each coil's unit force on its own, shapes (magnets, coils, …).
+
+    Attributes
+    ----------
+    forces
+        Along the axes; 1 on the diagonal.
+    couples
+        Against slopes along x and y, m, shape (magnets, coils, 2).
+    stiffness
+        Of the magnets' places along their axes, N/m, shape (magnets, magnets).
+    """
+
+    forces: FloatArray
+    couples: FloatArray
+    stiffness: FloatArray
+
+    def largest(self, board: Board) -> float:
+        """What a neighbour gets of a coil's force at most, as a share."""
+        assert board.magnet is not None
+        off = self.forces - np.eye(len(self.forces))
+        return float(max(abs(off).max(), abs(self.couples).max() / board.magnet.radius))
+
+
+def beside(board: Board) -> Beside | None:
+    """What a board's coils and magnets do to their neighbours.
+
+    None where windings or remanence are not known, or coils are to be plain forces.
+    """
+    magnet, winding = board.magnet, board.winding
+    if not board.pulls_beside or magnet is None or winding is None:
+        return None
+    size = {"remanence": magnet.remanence, "radius": magnet.radius, "height": magnet.height}
+    own = force_per_ampere(winding.round, gap=winding.gap, **size)
+    places = np.array([actuator.at for actuator in board.actuators])
+    away = places[:, None] - places
+    apart = np.hypot(away[..., 0], away[..., 1])
+    count = len(places)
+    forces, couples = np.eye(count), np.zeros((count, count, 2))
+    keys = np.rint(apart / SAME_PLACE)
+    for key in np.unique(keys[keys > 0.0]):
+        distance = float(key * SAME_PLACE)
+        pulls = pull_beside(winding.round, gap=winding.gap, apart=distance, **size)
+        pairs = keys == key
+        forces[pairs] = pulls[0] / own
+        couples[pairs] = pulls[1] / own * away[pairs] / distance
+    stiffness = Magnets(places, **size).axial_stiffness()
+    return Beside(forces, couples, stiffness)
+
+
+def couple_loads(board: Board) -> list[Load]:
+    """Two discs at either side of every magnet's middle, along x and then along y."""
+    magnet = board.magnet
+    assert magnet is not None
+    arm = ARM * magnet.radius
+    # A little smaller than would touch the magnet's rim.
+    radius = 0.98 * (magnet.radius - arm)
+    return [
+        Load(actuator.at[0] + sign * dx, actuator.at[1] + sign * dy, radius)
+        for actuator in board.actuators
+        for dx, dy in ((arm, 0.0), (0.0, arm))
+        for sign in (1.0, -1.0)
+    ]
+
+
+def couple_fields(board: Board, pairs: ComplexArray) -> ComplexArray:
+    """Fields of unit couples, (magnets, 2, nx, ny), from those of `couple_loads`."""
+    magnet = board.magnet
+    assert magnet is not None
+    sides = pairs.reshape(len(board.actuators), 2, 2, *pairs.shape[1:])
+    return np.asarray((sides[:, :, 0] - sides[:, :, 1]) / (2.0 * ARM * magnet.radius))
