@@ -47,12 +47,15 @@ class Section:
         kg/m².
     loss_factor
         η in D(1 + iη).
+    stretching_stiffness
+        The sum of E h/(1 − ν²), N/m.
     """
 
     bending_stiffness: float
     poissons_ratio: float
     areal_mass: float
     loss_factor: float
+    stretching_stiffness: float
 
 
 def section_of(layers: Sequence[Layer]) -> Section:
@@ -76,6 +79,7 @@ def section_of(layers: Sequence[Layer]) -> Section:
         d12.real / d11.real,
         sum(layer.density * layer.thickness for layer in layers),
         d11.imag / d11.real,
+        sum(_stretching(layer) for layer in layers),
     )
 
 
@@ -100,11 +104,19 @@ def plate_section(board: BoardParts) -> Section:
     plate, panel = board.plate, board.panel
     if panel is None or not panel.layer_thickness:
         return Section(
-            plate.bending_stiffness, plate.poissons_ratio, plate.areal_mass, plate.loss_factor
+            plate.bending_stiffness,
+            plate.poissons_ratio,
+            plate.areal_mass,
+            plate.loss_factor,
+            _stretching(_sheet(plate)),
         )
     layers = [_sheet(plate), Layer(panel.glue, 0.0, 0.0, GLUE_DENSITY, 0.0), layer_of(panel)]
     # A section is the same seen from either side.
     return section_of([layer for layer in layers if layer.thickness > 0.0])
+
+
+def _stretching(layer: Layer) -> float:
+    return layer.youngs_modulus * layer.thickness / (1.0 - layer.poissons_ratio**2)
 
 
 def _sheet(plate: Plate) -> Layer:

@@ -1,0 +1,1 @@
+"""A thin sheet on foam under a pressing finger: large deflection, and the vibration about it."""
