@@ -17,6 +17,7 @@ from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.device import commands as device_commands
 from chladni.host.cli.emulate import emulate
+from chladni.host.cli.refit import board_refit
 from chladni.host.cli.solve import solve_command
 from chladni.host.cli.studio import studio
 from chladni.host.protocol import link as link_protocol
@@ -31,6 +32,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 table_app = typer.Typer(cls=CommandGroup, help="Build and read drive tables.", no_args_is_help=True)
+board_commands.board_app.command("refit")(board_refit)
 app.add_typer(board_commands.board_app, name="board")
 app.add_typer(table_app, name="table")
 

@@ -8,6 +8,8 @@ from typing import Literal
 from chladni.sim.board.quantity import MM, quantity
 from chladni.sim.magnetics.windings import RoundWinding
 
+CLOCK_HZ = 80e6
+"""Of the ESP32's LEDC; 2^bits of it are a carrier period."""
 NOT_WIRED = 255
 """In place of a GPIO number: the line is not connected."""
 PanelKind = Literal["find", "ft6x36", "gt911"]
@@ -26,7 +28,8 @@ class Electronics:
     `chip` is what makes the PWM. `diode_v` is the drop of a coil's flyback diode. `pwm_pins` is
     empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits (LEDC of either
     chip). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not switch
-    the transistor; every wave stays above it. `supply_limit_ma` holds for the sum of the channels'
+    the transistor; every wave stays above it, and above `least_duty`, which keeps a coil's current
+    flowing through its diode. `supply_limit_ma` holds for the sum of the channels'
     mean currents. A coil's rise above the air is that of one thermal resistance and one time
     constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise that
     class A enamel (105 °C) leaves at 45 °C.
@@ -46,7 +49,13 @@ class Electronics:
     coil_heating_s: float = quantity("coil_heating_s", 1.0, 0.1, 3600.0, default=30.0)
     coil_limit_k: float = quantity("coil_limit_k", 1.0, 1.0, 300.0, default=60.0)
     diode_v: float = quantity("diode_v", 1.0, 0.0, 5.0, default=0.25)
+    least_duty: float = quantity("least_duty", 1.0, 0.0, 0.5, default=0.0)
     chip: ChipName = "esp32"
+
+    @property
+    def shortest_on_ns(self) -> float:
+        """What no pulse of a wave is shorter than, by the switch and by the diode."""
+        return max(self.min_on_ns, self.least_duty * (1 << self.pwm_bits) / CLOCK_HZ * 1e9)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,9 @@ class Focus:
     side are 16 to 20 mm apart. 3 dB is just above the JND of 2.3 dB. 5 µm is 23 dB above what is
     just felt at 160 Hz (`sim.image.finger.THRESHOLDS`).
 
+    Drives are made for foam `foam_ratio` times as stiff as the board file says, which has it from
+    slow compression: at 160 Hz it may be 1 to 4 times as stiff, and drives for twice suit all that.
+
     A drive whose margin is the largest there is cannot be silent further off. Where less than
     `reserve_db` is left between the margin asked for and the largest, the margin gives way.
     """
@@ -28,6 +31,7 @@ class Focus:
     silent_from: float = quantity("silent_from_mm", MM, 1.0, 500.0, default=20e-3)
     floor_um: float = quantity("floor_um", 1.0, 0.0, 1000.0, default=5.0)
     reserve_db: float = quantity("reserve_db", 1.0, 0.0, 60.0, default=0.0)
+    foam_ratio: float = quantity("foam_ratio", 1.0, 0.1, 10.0, default=1.0)
 
 
 @dataclass(frozen=True)

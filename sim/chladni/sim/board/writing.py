@@ -17,6 +17,25 @@ def board_file(board: Board, about: Sequence[str] = ()) -> bytes:
     return (head + "\n" * bool(about) + text).encode()
 
 
+def refitted(text: str, foam: float) -> bytes:
+    """A board's file on foam that was measured, all else and its comments as they were.
+
+    Drives are then for that foam and no stiffer one.
+
+    Parameters
+    ----------
+    text
+        The file.
+    foam
+        Its stiffness over that of its data sheet.
+    """
+    document = tomlkit.parse(text)
+    document["foundation"]["stiffness_ratio"] = foam
+    if "foam_ratio" in document.get("focus", {}):
+        document["focus"]["foam_ratio"] = 1.0
+    return tomlkit.dumps(document).encode()
+
+
 def _without_empty(document: dict[str, Any]) -> dict[str, Any]:
     """What blocks and lists have nothing in them need not be written; no pins is a choice."""
     blocks = {k: _without_empty(v) if isinstance(v, dict) else v for k, v in document.items()}

@@ -135,7 +135,10 @@ def shortfall(asked: Focus, details: dict[str, float]) -> str | None:
 def focus(problem: Problem, options: Options) -> Found:
     """The drive, and its certificate in `details`."""
     del options
-    found = focus_at(problem.solved, problem.place, problem.transfer[:, problem.disc].mean(axis=1))
+    solved, fields = problem.solved.for_focus, problem.transfer
+    if solved is not problem.solved:
+        fields = solved.fields.values
+    found = focus_at(solved, problem.place, fields[:, problem.disc].mean(axis=1))
     if found is None:
         # Nothing moves the finger, so no drive is better than another.
         return Found(np.ones(len(problem.transfer), dtype=np.complex128))

@@ -33,9 +33,12 @@ def pressed_problem(problem: Problem) -> Problem:
 
     What is wanted stays the field of a unit load on the board without a finger.
     """
-    plate = problem.solved.plate
+    plate, stiffer = problem.solved.plate, problem.solved.for_focus
     fields = replace(plate.fields, values=with_finger(problem, problem.transfer))
     own = SolvedPlate(plate.model, fields, plate.mirrors, plate.static)
+    if stiffer is not problem.solved:
+        there = Problem(stiffer, problem.target_mm, problem.wanted, problem.wanted_error)
+        own.for_focus.append(pressed_problem(there).solved)
     return Problem(
         SolvedBoard(problem.board, own), problem.target_mm, problem.wanted, problem.wanted_error
     )

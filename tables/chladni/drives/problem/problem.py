@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import RLock
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -33,17 +34,22 @@ TOGETHER = 16
 """Target fields found in one go: 17 MB of them on the shipped boards."""
 
 
+_SOLVING = RLock()
+
+
 @dataclass(frozen=True)
 class SolvedPlate:
     """A board's plate and its actuators' fields, without the board: kept as long as that is.
 
-    `static` holds what steady forces do, once that was asked for.
+    `static` holds what steady forces do, and `for_focus` the board on the foam that its drives are
+    made for, once they were asked for.
     """
 
     model: PlateModel
     fields: TransferFields
     mirrors: BoardMirrors
     static: list[FloatArray | None] = field(default_factory=list)
+    for_focus: list[SolvedBoard] = field(default_factory=list)
 
     @cached_property
     def space(self) -> FieldSpace:
@@ -93,6 +99,20 @@ class SolvedBoard:
                 self.plate.static.append(static_fields(self.board, self.model))
         return self.plate.static[0]
 
+    @property
+    def for_focus(self) -> SolvedBoard:
+        """The board on the foam that drives of `focus` are made for; often the board itself."""
+        board = self.board
+        ratio = board.focus.foam_ratio if board.focus else 1.0
+        if ratio == 1.0 or board.focus is None or board.foundation is None:
+            return self
+        with _SOLVING:
+            if not self.plate.for_focus:
+                focus = replace(board.focus, foam_ratio=1.0)
+                stiffer = replace(board, foundation=board.foundation.stiffer(ratio), focus=focus)
+                self.plate.for_focus.append(SolvedBoard.of(stiffer))
+        return self.plate.for_focus[0]
+
     @classmethod
     def of(cls, board: Board) -> SolvedBoard:
         """Solve a board's plate."""
@@ -114,7 +134,7 @@ class SolvedBoard:
         board = replace(self.board, drive=drive)
         with one_blas_thread():
             fields = driven_fields(board, model=self.model, allow_unmet=True)
-        return SolvedBoard(board, replace(self.plate, fields=fields))
+        return SolvedBoard(board, replace(self.plate, fields=fields, for_focus=[]))
 
     def problems(
         self,

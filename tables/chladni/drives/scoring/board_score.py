@@ -14,12 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from chladni.drives.batch import over_targets
-from chladni.drives.methods import SEED, Options, Progress
-from chladni.drives.methods.focus import focus_at
-from chladni.drives.objectives import OBJECTIVES
+from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.problem.threads import in_threads, one_blas_thread
+from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -34,7 +31,6 @@ from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
 
 ComplexArray = NDArray[np.complex128]
-IndexArray = NDArray[np.intp]
 Place = tuple[float, float]
 
 PITCH = 6e-3
@@ -99,7 +95,7 @@ def score_board(
     started = time.perf_counter()
     lattice = active_lattice(board, pitch)
     solved = solved_board(board)
-    drives = _drives(solved, lattice.places, objective, seed)
+    drives = best_drives(solved, lattice.places, objective, seed)
     rim = border_places(board, pitch) if border else []
     score = score_drives(
         solved,
@@ -107,7 +103,7 @@ def score_board(
         drives,
         samples=samples,
         seed=seed,
-        border=(rim, _drives(solved, rim, objective, seed)) if border else None,
+        border=(rim, best_drives(solved, rim, objective, seed)) if border else None,
         tolerance=tolerance,
         progress=progress,
     )
@@ -121,43 +117,6 @@ def score_board(
         error_estimate=solved.fields.error_estimate,
         seconds=time.perf_counter() - started,
     )
-
-
-def _drives(
-    solved: SolvedBoard, places: Sequence[Place], objective: str, seed: int
-) -> list[ComplexArray]:
-    """The best drive of every place, of any scale."""
-    if objective != "focus":
-        targets = [(x / MM, y / MM) for x, y in places]
-        solver, options = OBJECTIVES[objective], Options(objective, seed)
-        work = over_targets(solved, targets, lambda one: {"drive": solver(one, options).drive})
-        return [one["drive"] for one in work]
-    board, values = solved.board, solved.fields.values
-    _ = solved.second_fingers  # found once, before there are threads
-
-    def one(place: Place) -> ComplexArray:
-        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
-        focused = focus_at(solved, place, values[:, disc].mean(axis=1))
-        return np.ones(len(values), np.complex128) if focused is None else focused.drive
-
-    mirrored = [_mirrored(solved, place) for place in places]
-    stored = list(dict.fromkeys(own for own, _ in mirrored))
-    with one_blas_thread():
-        found = dict(zip(stored, in_threads(one, stored), strict=True))
-    return [found[own][order] for own, order in mirrored]
-
-
-def _mirrored(solved: SolvedBoard, place: Place) -> tuple[Place, IndexArray]:
-    """The place's image in the board's mirrors at large x and y, and the order of coils there.
-
-    A drive of the image is that of the place once its coils are put in this order.
-    """
-    order = np.arange(len(solved.board.actuators))
-    own = [round(along, 9) for along in place]
-    for axis, mirror in enumerate(solved.mirrors):
-        if mirror is not None and own[axis] < 0.0:
-            own[axis], order = -own[axis], order[list(mirror)]
-    return (own[0], own[1]), order
 
 
 def _contrast_limit(solved: SolvedBoard, places: Sequence[Place]) -> Spread:

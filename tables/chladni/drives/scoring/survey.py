@@ -213,11 +213,11 @@ def score_drives(
         Called with (done, all) of the boards.
     """
     board = solved.board
-    survey = _Survey(board, lattice.places, drives)
+    survey = Survey(board, lattice.places, drives)
     measured = survey.measure(solved.fields.values)
-    alone = _Survey(board, lattice.places, _nearest_coils(board, lattice.places))
-    rim = None if border is None else _Survey(board, *border).measure(solved.fields.values)
-    nearest = _statistics(alone.measure(solved.fields.values))
+    alone = Survey(board, lattice.places, nearest_coils(board, lattice.places))
+    rim = None if border is None else Survey(board, *border).measure(solved.fields.values)
+    nearest = statistics(alone.measure(solved.fields.values))
     if progress:
         progress(1, 1 + samples)
     perturbed = None
@@ -229,27 +229,27 @@ def score_drives(
             rows.append(survey.measure(drawn.forces[:, None, None] * values))
             if progress:
                 progress(number, 1 + samples)
-        perturbed = Perturbed(**vars(_statistics(np.concatenate(rows))), samples=samples, seed=seed)
+        perturbed = Perturbed(**vars(statistics(np.concatenate(rows))), samples=samples, seed=seed)
     x, y = lattice.x, lattice.y
     maps = (measured[:, k].reshape(x.size, y.size) for k in (3, 0, 5))
     return Score(
-        **vars(_statistics(measured)),
+        **vars(statistics(measured)),
         places=len(drives),
-        border=None if rim is None else _statistics(rim),
+        border=None if rim is None else statistics(rim),
         nearest_coil_20mm_db=nearest.second_finger_20mm_db,
         perturbed=perturbed,
         maps=Maps(x / MM, y / MM, lattice.cell_mm, *maps),
     )
 
 
-def _nearest_coils(board: Board, places: Sequence[Place]) -> list[ComplexArray]:
+def nearest_coils(board: Board, places: Sequence[Place]) -> list[ComplexArray]:
     """For each place the drive of its nearest coil alone."""
     coils = np.array([actuator.at for actuator in board.actuators])
     each = np.eye(len(coils), dtype=np.complex128)
     return [each[int(np.argmin(np.linalg.norm(coils - place, axis=1)))] for place in places]
 
 
-class _Survey:
+class Survey:
     """Drives of places, measured on fields of the board or of one that came out otherwise."""
 
     def __init__(
@@ -268,12 +268,13 @@ class _Survey:
     def measure(self, values: ComplexArray) -> FloatArray:
         """Focal error (mm), second finger at each distance (dB) and µm; shape (places, 6)."""
         with one_blas_thread():
-            rows = in_threads(lambda case: self._one(values, *case), self._cases)
+            rows = in_threads(lambda k: self.one(values, k), range(len(self._cases)))
             return np.array(list(rows))
 
-    def _one(
-        self, values: ComplexArray, place: Place, drive: ComplexArray, newtons: float
-    ) -> list[float]:
+    def one(self, values: ComplexArray, k: int, forces: FloatArray | None = None) -> list[float]:
+        """The row of one place, with its coils' forces over those that they should have."""
+        place, drive, newtons = self._cases[k]
+        drive = drive if forces is None else forces * drive
         field = np.tensordot(drive, values, axes=1)
         disc = metrics.disc_mask(self._x, self._y, place, metrics.FINGERTIP_RADIUS)
         return [
@@ -283,8 +284,8 @@ class _Survey:
         ]
 
 
-def _statistics(measured: FloatArray) -> FocusStatistics:
-    """Of rows as `_Survey.measure` has them."""
+def statistics(measured: FloatArray) -> FocusStatistics:
+    """Of rows as `Survey.measure` has them."""
     # 300 dB means that there is no disc so far away.
     known = [column[column < -metrics.FLOOR_DB] for column in measured[:, 1:5].T]
     seconds = [Spread.of(column.tolist()) if column.size else None for column in known]

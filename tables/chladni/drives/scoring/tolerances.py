@@ -73,11 +73,7 @@ def with_foam(board: Board, factor: float) -> Board:
     foundation = board.foundation
     if foundation is None or not foundation.sheet_stiffness:
         return board
-    if foundation.material:
-        own = replace(foundation, thickness=foundation.thickness / factor)
-    else:
-        own = replace(foundation, stiffness=factor * foundation.stiffness)
-    return replace(board, foundation=own)
+    return replace(board, foundation=foundation.stiffer(factor))
 
 
 def with_moved_coils(board: Board, moves: FloatArray) -> Board:

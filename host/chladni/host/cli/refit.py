@@ -1,0 +1,59 @@
+"""A board's file, and its table, for foam that was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chladni.host.cli.common.options import BoardArgument, JsonOption, LargeOption
+from chladni.host.cli.common.output import answer, check_output, progress_bar
+from chladni.sim.board.file import MOST_BYTES, file_of, load_board, parse_board, shipped_boards
+from chladni.sim.board.quantity import MM
+from chladni.sim.board.writing import refitted
+from chladni.sim.errors import InputError
+from chladni.sim.files import read_text, write_whole
+from chladni.tables.build import build_table
+from chladni.tables.format import pack
+
+LEAST, MOST = 0.1, 20.0
+
+
+def board_refit(
+    board: BoardArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
+    foam: Annotated[
+        float, typer.Option(help="Measured stiffness of the foam over that of the board file.")
+    ],
+    table: Annotated[Path | None, typer.Option(help="Also build its table (.chl).")] = None,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a board, and its table, for foam whose stiffness was measured."""
+    check_output(output, "-o", (".toml",))
+    if table is not None:
+        check_output(table, "--table")
+    if not LEAST <= foam <= MOST:
+        raise InputError("--foam", foam, f"{LEAST:g} to {MOST:g} times as stiff")
+    loaded = load_board(board)
+    if loaded.foundation is None or not loaded.foundation.sheet_stiffness:
+        raise InputError("foundation", None, "a sheet under the board, which can be stiffer")
+    path = file_of(board, shipped_boards(), "board", "a board file")
+    text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
+    ratio = foam * loaded.foundation.stiffness_ratio
+    written = refitted(text, ratio)
+    own = parse_board(written.decode(), file=str(output))
+    assert own.foundation is not None
+    result = {
+        "path": str(output),
+        "stiffness_ratio": ratio,
+        "stiffness_n_per_mm3": own.foundation.total_stiffness * MM**3,
+    }
+    if table is not None:
+        with progress_bar("solving") as progress:
+            found, report = build_table(own, progress=progress, allow_unmet=True)
+        write_whole(table, pack(found))
+        result |= {"table": str(table), "bytes": report.bytes}
+    write_whole(output, written)
+    answer(result, as_json=as_json, title=f"{own.name}: on the foam that was measured")

@@ -1,0 +1,274 @@
+"""What a board keeps of its focus as it is built and touched.
+
+Each row changes one thing and keeps the drives of the board as drawn: a film that the sheet gets
+besides, a finger that presses, coils at their heat limit, foam that is stiffer than its data sheet.
+The last row has all of them at once, on boards within their tolerances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.methods import SEED, Progress
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.threads import in_threads, one_blas_thread
+from chladni.drives.scoring.best_drives import best_drives, mirrored
+from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.survey import (
+    SAMPLES,
+    Place,
+    Survey,
+    active_lattice,
+    border_places,
+    nearest_coils,
+    statistics,
+)
+from chladni.drives.scoring.tolerances import drawn_boards, with_foam
+from chladni.drives.scoring.warm import Warm, warm
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Panel
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import ArgumentError
+from chladni.sim.fields.driven import driven_fields
+from chladni.sim.fields.pressed import PressedSheet, PressingFinger, is_thin
+from chladni.sim.image import metrics
+from chladni.sim.image.finger import pressed, pressing_stiffness
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+
+PITCH = 6e-3
+FILM = 0.125e-3
+"""m of PET, a touch film of one layer."""
+PRESSES = (0.3, 1.0, 3.0)
+"""N: a light touch, a usual one, a firm one."""
+LEAST_PRESS, MOST_PRESS = 0.05, 10.0
+STIFFER = 2.0
+"""Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
+STIFFEST = 3.0
+"""Of the boards with everything at once, drawn evenly in the logarithm from 1."""
+PLACES_A_BOARD = 3
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is left over all places, the border of the active area among them.
+
+    Attributes
+    ----------
+    second_finger_20mm_db
+        RMS under the finger over the loudest disc from 20 mm on; None on a smaller board.
+    finger_um
+        Peak under the finger at the coils' limit; None without a coil.
+    """
+
+    second_finger_20mm_db: Spread | None
+    finger_um: Spread | None
+
+
+@dataclass(frozen=True)
+class AsBuilt:
+    """A board's focus as built; every `Kept` by the drives of the board as drawn but for `film`.
+
+    Attributes
+    ----------
+    film
+        Under a PET film of 0.125 mm, with drives that know it; None where a layer is there already.
+    pressed
+        By newtons.
+    pressed_mm
+        How far the sheet goes down under `newtons`; None where that is nothing to its thickness.
+    warm, foam_twice
+        Coils at their limit; foam of twice its static stiffness.
+    together
+        Tolerances, foam of 1 to 3 times, pressed by `newtons`, warm.
+    board_w
+        What all coils of a drive heat.
+    """
+
+    places: int
+    samples: int
+    seed: int
+    newtons: float
+    nominal: Kept
+    nearest_coil: Kept
+    film: Kept | None
+    pressed: dict[str, Kept]
+    pressed_mm: Spread | None
+    warm: Kept
+    foam_twice: Kept
+    together: Kept
+    board_w: Spread | None
+
+
+def score_as_built(
+    board: Board,
+    *,
+    pitch: float = PITCH,
+    objective: str = "focus",
+    newtons: float = 1.0,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+    progress: Progress | None = None,
+) -> AsBuilt:
+    """Score a board as it is built and touched.
+
+    Parameters
+    ----------
+    pitch
+        Distance of places, m.
+    newtons
+        How hard a finger presses in the row of everything at once.
+    samples
+        Boards drawn, at least 1.
+    progress
+        Called with (done, all) of the steps.
+
+    Raises
+    ------
+    ArgumentError
+        No finger presses so hard, or so little.
+    """
+    check_press(newtons)
+    places = active_lattice(board, pitch).places + border_places(board, pitch)
+    solved = solved_board(board)
+    drives = best_drives(solved, places, objective, seed)
+    survey = Survey(board, places, drives)
+    alone = Survey(board, places, nearest_coils(board, places))
+    values = solved.fields.values
+    heat = [warm(board, drive) for drive in drives]
+    forces = [np.ones(len(board.actuators)) if own is None else own.forces for own in heat]
+    touched = _Touched(solved, places)
+    counted = _Counted(progress, 4 + len(PRESSES) * len(touched.own) + samples)
+    nominal = _kept(survey.measure(values))
+    nearest = _kept(alone.measure(values))
+    counted.step()
+    film = _filmed(board, places, objective, seed)
+    counted.step()
+    hot = np.array([survey.one(values, k, own) for k, own in enumerate(forces)])
+    counted.step()
+    stiffer = driven_fields(with_foam(board, STIFFER), allow_unmet=True).values
+    foam = _kept(survey.measure(stiffer))
+    counted.step()
+    presses = {f"{press:g}": _kept(touched.measure(survey, press, counted)) for press in PRESSES}
+    everything = []
+    rng = np.random.default_rng(seed)
+    for own in drawn_boards(board, samples, seed):
+        factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
+        with one_blas_thread():
+            found = driven_fields(with_foam(own.board, factor), allow_unmet=True).values
+        for k in rng.choice(touched.own, min(PLACES_A_BOARD, len(touched.own)), replace=False):
+            under = found + touched.change(k, newtons, factor)
+            everything.append(survey.one(under, k, own.forces * forces[k]))
+        counted.step()
+    return AsBuilt(
+        places=len(places),
+        samples=samples,
+        seed=seed,
+        newtons=newtons,
+        nominal=nominal,
+        nearest_coil=nearest,
+        film=film,
+        pressed=presses,
+        pressed_mm=touched.deflections_mm(newtons),
+        warm=_kept(hot),
+        foam_twice=foam,
+        together=_kept(np.array(everything)),
+        board_w=_watts(heat),
+    )
+
+
+def check_press(newtons: float) -> None:
+    """Refuse what no finger does.
+
+    Raises
+    ------
+    ArgumentError
+        A finger presses less, or more.
+    """
+    if not LEAST_PRESS <= newtons <= MOST_PRESS:
+        raise ArgumentError("press", newtons, f"{LEAST_PRESS:g} to {MOST_PRESS:g} N")
+
+
+def _kept(measured: FloatArray) -> Kept:
+    found = statistics(measured)
+    return Kept(found.second_finger_20mm_db, found.finger_um)
+
+
+def _watts(heat: Sequence[Warm | None]) -> Spread | None:
+    known = [own.watts for own in heat if own is not None]
+    return Spread.of(known) if known else None
+
+
+def _filmed(board: Board, places: Sequence[Place], objective: str, seed: int) -> Kept | None:
+    """With a film on the sheet, and drives that know it."""
+    if board.panel is not None and board.panel.layer_thickness:
+        return None
+    own = board.panel or Panel((16, 16), board.plate.size)
+    filmed = replace(board, panel=replace(own, place="on", film=FILM))
+    solved = solved_board(filmed)
+    survey = Survey(filmed, places, best_drives(solved, places, objective, seed))
+    return _kept(survey.measure(solved.fields.values))
+
+
+class _Touched:
+    """A finger that presses at each place, by whatever way its board needs."""
+
+    def __init__(self, solved: SolvedBoard, places: Sequence[Place]) -> None:
+        self._solved, self._places = solved, places
+        board = solved.board
+        images = [mirrored(solved, place)[0] for place in places]
+        self.own = [images.index(own) for own in dict.fromkeys(images)]
+        """Places that are no others' images in the mirrors."""
+        self._sheet = PressedSheet(board) if is_thin(board, MOST_PRESS) else None
+
+    def change(self, k: int, newtons: float, foam_factor: float = 1.0) -> ComplexArray:
+        """By what fields change under a finger at a place, (actuators, nx, ny), m/N."""
+        solved, place = self._solved, self._places[k]
+        board = solved.board
+        stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
+        if self._sheet is not None and is_thin(board, newtons):
+            finger = PressingFinger(place, newtons, stiffness)
+            return self._sheet.change(finger, foam_factor=foam_factor)
+        values = solved.fields.values
+        disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
+        answer = solved.under_finger([(place[0] / MM, place[1] / MM)])[0]
+        under = values[:, disc].mean(axis=1)
+        own = complex(answer[disc].mean())
+        return np.asarray(pressed(values, under, answer, own, stiffness) - values)
+
+    def measure(self, survey: Survey, newtons: float, counted: _Counted) -> FloatArray:
+        """Rows of a press at all places that are their own."""
+
+        def one(k: int) -> list[float]:
+            row = survey.one(self._solved.fields.values + self.change(k, newtons), k)
+            counted.step()
+            return row
+
+        with one_blas_thread():
+            return np.array(list(in_threads(one, self.own)))
+
+    def deflections_mm(self, newtons: float) -> Spread | None:
+        """How far the sheet goes down."""
+        board = self._solved.board
+        if self._sheet is None or not is_thin(board, newtons):
+            return None
+        stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
+        fingers = [PressingFinger(self._places[k], newtons, stiffness) for k in self.own]
+        return Spread.of([self._sheet.deflection(finger) / MM for finger in fingers])
+
+
+class _Counted:
+    """Steps done, told to whoever wants to know."""
+
+    def __init__(self, progress: Progress | None, steps: int) -> None:
+        self._progress, self._steps, self._done = progress, steps, 0
+
+    def step(self) -> None:
+        self._done += 1
+        if self._progress:
+            self._progress(self._done, self._steps)

@@ -1,0 +1,59 @@
+"""Coils and magnets at the temperatures that a drive without end brings them to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.board.board import Board
+from chladni.sim.coil.full_drive import full_drive
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+COPPER = 3.93e-3
+"""Of its resistance at 20 °C, per kelvin."""
+REMANENCE = -1.2e-3
+"""Of NdFeB's, per kelvin (makers' data sheets, 20 to 80 °C)."""
+MAGNET_SHARE = 0.5
+"""Of its coil's rise that a magnet has beyond the gap; estimated, like all of a board's heating."""
+
+
+@dataclass(frozen=True)
+class Warm:
+    """What a drive at the coils' limit comes to once they are warm.
+
+    Attributes
+    ----------
+    rise_k
+        Of every coil, K, shape (actuators,).
+    forces
+        Over those of cold coils at the same duties, shape (actuators,).
+    watts
+        Of all coils.
+    """
+
+    rise_k: FloatArray
+    forces: FloatArray
+    watts: float
+
+
+def warm(board: Board, drive: ComplexArray) -> Warm | None:
+    """A drive at its limit, warm; None without a coil.
+
+    A duty's mean square heats by V²/R, and R rises with it: T (1 + αT) = r P₀, where P₀ is what the
+    cold coil would take. So coils end below the limit that the device keeps, which counts P₀.
+    """
+    full = full_drive(board, drive, board.drive.frequency_hz)
+    if full is None:
+        return None
+    own = board.electronics
+    sizes = np.abs(drive)
+    amplitude = full.duty * sizes / sizes.max()
+    cold = (full.bias**2 + amplitude**2 / 2.0) * own.supply_v**2 / own.coil_ohm
+    rise = (np.sqrt(1.0 + 4.0 * COPPER * own.coil_k_per_w * cold) - 1.0) / (2.0 * COPPER)
+    current = 1.0 / (1.0 + COPPER * rise)
+    magnet = 1.0 + REMANENCE * MAGNET_SHARE * rise
+    return Warm(rise, current * magnet, float((cold * current).sum()))
