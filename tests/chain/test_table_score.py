@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -126,3 +127,19 @@ def test_table_score_answers_and_draws(chladni: CommandLine, tmp_path: Path, mad
         refused = chladni("table", "score", path, *arguments)
         assert refused.code == 2
         assert named in refused.err
+
+
+def test_a_diode_without_a_floor_bends_what_the_pins_say() -> None:
+    """The chain goes through the coils' currents: twice the frequency is there, or it is not."""
+    board = load_board("quiet5")
+    table = build_table(board)[0]
+    bare = replace(board, electronics=replace(board.electronics, least_duty=0.0))
+    straight, bent = (
+        score_table(table, own, size=0, samples=0, pitch=12e-3) for own in (board, bare)
+    )
+    assert straight.second_harmonic.other_20mm_db.p90 < -80.0
+    assert bent.second_harmonic.other_20mm_db.median > -45.0
+    assert bent.second_harmonic.own_db.median > -25.0
+    assert bent.second_finger_20mm_db is not None
+    assert straight.second_finger_20mm_db is not None
+    assert bent.second_finger_20mm_db.median < straight.second_finger_20mm_db.median - 1.0

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.host.protocol.config import config_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.coil.flyback import FlybackCircuit, circuit_of, floor_ns, least_duty
+from chladni.sim.coil.flyback import FlybackCircuit, circuit_of, least_duty
 from conftest import ROOT, CommandLine
 
 MEASURED = FlybackCircuit(10.08, 0.295e-3, 5.0, 0.25, 78_125.0)
@@ -115,16 +116,19 @@ def test_a_board_says_from_where_on_its_coils_play_in_proportion(
     assert own is not None
     assert shown["continuous_from_duty"] == pytest.approx(own.continuous_from())
     assert shown["least_duty"] == pytest.approx(least_duty(board))
-    assert least_duty(board) < own.continuous_from()
+    assert least_duty(board) >= own.continuous_from()
+    assert shown["second_harmonic_at_tenth"] < 1e-9
+    assert abs(shown["level_db_at_tenth"]) < 1.0
     text = (ROOT / "boards" / "quiet16.toml").read_text("utf-8")
     path = tmp_path / "b.toml"
-    floor = f"[electronics]\nmin_on_ns = {shown['min_on_ns_for_it']}"
-    kept = [line for line in text.splitlines() if not line.startswith("min_on_ns")]
-    path.write_text("\n".join(kept).replace("[electronics]", floor, 1), "utf-8")
-    mended = chladni("board", "show", path, "--json").json["coil_current"]
-    assert mended["least_duty"] >= mended["continuous_from_duty"]
-    assert mended["second_harmonic_at_tenth"] < 1e-9
-    assert abs(mended["level_db_at_tenth"]) < 1.0
+    kept = [line for line in text.splitlines() if not line.startswith("least_duty")]
+    path.write_text("\n".join(kept), "utf-8")
+    answer = chladni("board", "show", path, "--json")
+    bent = answer.json["coil_current"]
+    assert bent["least_duty"] < bent["continuous_from_duty"]
+    assert bent["second_harmonic_at_tenth"] > 0.2
+    assert bent["level_db_at_tenth"] < -3.0
+    assert "set electronics.least_duty to 0.06" in answer.err
 
 
 def test_a_diode_that_drops_more_than_the_supply_is_named(
@@ -140,6 +144,7 @@ def test_a_diode_that_drops_more_than_the_supply_is_named(
 
 
 def test_a_floor_is_a_whole_number_of_steps(prototype: Board) -> None:
-    wanted = floor_ns(prototype, 0.085)
-    board = replace(prototype, electronics=replace(prototype.electronics, min_on_ns=wanted))
-    assert 0.085 <= least_duty(board) < 0.085 + 2.0 / 1024.0
+    board = replace(prototype, electronics=replace(prototype.electronics, least_duty=0.085))
+    assert 0.085 <= least_duty(board) < 0.085 + 3.0 / 1024.0
+    # The device gets it as its shortest pulse.
+    assert config_of(board).values["min_on_ns"] == round(0.085 * 1024 / 80e6 * 1e9)

@@ -14,6 +14,7 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
+from chladni.drives.scoring.as_built import check_press, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES
@@ -49,7 +50,7 @@ from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.flyback import circuit_of, floor_ns, least_duty
+from chladni.sim.coil.flyback import circuit_of, least_duty
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
 from chladni.sim.fields.transfer import TOLERANCE
@@ -94,6 +95,7 @@ def board_show(
         say_panel(loaded)
     if loaded.coil:
         result["coil_current"] = current_report(loaded)
+        say_current(loaded)
     if loaded.winding:
         result["winding"] = winding_report(loaded)
     pushes = neighbours(loaded, model)
@@ -110,6 +112,10 @@ def board_score(
     objective: ObjectiveOption = "focus",
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
+    built: Annotated[
+        bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
+    ] = False,
+    press: Annotated[float, typer.Option(help="How hard a finger presses, N.")] = 1.0,
     figure: FigureOption = None,
     seed: SeedOption = SEED,
     large: LargeOption = False,
@@ -117,6 +123,7 @@ def board_score(
 ) -> None:
     """Score how well a board focuses at all places, as drawn and within its tolerances."""
     check_figure(figure)
+    check_press(press)
     check_request("phasor", objective, seed, None, None)
     check_samples(samples)
     loaded = load_board(board)
@@ -135,6 +142,18 @@ def board_score(
         write_figure(score_figure(loaded, score), figure)
     result = {"name": loaded.name} | asdict(score)
     del result["maps"]
+    if built:
+        with progress_bar("steps") as progress:
+            found = score_as_built(
+                loaded,
+                pitch=pitch * MM,
+                objective=objective,
+                newtons=press,
+                samples=max(samples, 1),
+                seed=seed,
+                progress=progress,
+            )
+        result["built"] = asdict(found)
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
 
 
@@ -235,10 +254,20 @@ def current_report(board: Board) -> dict[str, Any]:
     return {
         "continuous_from_duty": edge,
         "least_duty": rest,
-        "min_on_ns_for_it": floor_ns(board, edge),
         "level_db_at_tenth": metrics.decibel(gain**2),
         "second_harmonic_at_tenth": second,
     }
+
+
+def say_current(board: Board) -> None:
+    """Where a flyback diode bends soft waves."""
+    found = current_report(board)
+    if found["least_duty"] < found["continuous_from_duty"]:
+        say(
+            f"below {found['continuous_from_duty']:.3f} of duty a flyback diode stops the coils' "
+            f"current and bends their sine: set electronics.least_duty to "
+            f"{np.ceil(100.0 * found['continuous_from_duty']) / 100.0:g}"
+        )
 
 
 def panel_report(board: Board) -> dict[str, Any]:

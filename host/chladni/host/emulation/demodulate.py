@@ -15,6 +15,7 @@ from chladni.host.emulation._emulator import half_span_steps
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.config import coil_gains
 from chladni.sim.board.board import Board
+from chladni.sim.coil.flyback import FlybackCircuit, circuit_of
 from chladni.tables.table import Section
 
 FloatArray = NDArray[np.float64]
@@ -41,8 +42,16 @@ class Play:
     stop: int
 
 
-def phasors(recording: Recording, play: Play, frequency_hz: float) -> ComplexArray:
+def phasors(
+    recording: Recording,
+    play: Play,
+    frequency_hz: float,
+    circuit: FlybackCircuit | None = None,
+) -> ComplexArray:
     """Complex amplitude of every channel's sine, duty as a share of 1, shape (channels,).
+
+    With a circuit it is that of the current in place of the duty, by what a duty more drives while
+    the current flows; the pins then say what a flyback diode leaves of their sine.
 
     Phase 0 is a cosine at the first sample of the recording. The least squares of
     c + a cos ωt + b sin ωt, weighted by a Blackman–Harris window: any stretch will do, of no whole
@@ -57,6 +66,8 @@ def phasors(recording: Recording, play: Play, frequency_hz: float) -> ComplexArr
     turns = 2.0 * np.pi * frequency_hz * index / recording.carrier_hz
     terms = np.stack([np.ones_like(turns), np.cos(turns), np.sin(turns)], axis=1)
     duty = recording.duty_steps[play.start : play.stop] / float(1 << recording.pwm_bits)
+    if circuit is not None:
+        duty = circuit.mean_current(duty) / circuit.current_per_duty
     _, cosine, sine = np.linalg.lstsq(weight * terms, weight * duty, rcond=None)[0]
     return np.asarray((cosine - 1j * sine) / hold(frequency_hz, recording.carrier_hz))
 
@@ -83,11 +94,31 @@ def made_drive(
 ) -> ComplexArray:
     """The drive that the pins made of a table's section, as the coils have it, (actuators,).
 
-    In units of gain as the table's own drives; its common phase means nothing.
+    In units of gain as the table's own drives; its common phase means nothing. It is made of the
+    coils' currents, which at small duties a flyback diode keeps from following the pins.
     """
-    phasors_of_pins = drive_phasors(recording, play, section.frequency_hz, level=level)
+    return _made(recording, play, section.frequency_hz, section, board, level)
+
+
+def made_harmonic(
+    recording: Recording, play: Play, section: Section, board: Board, *, level: float
+) -> ComplexArray:
+    """The second harmonic of `made_drive`, (actuators,), in the same units."""
+    return _made(recording, play, 2.0 * section.frequency_hz, section, board, level)
+
+
+def _made(
+    recording: Recording,
+    play: Play,
+    frequency_hz: float,
+    section: Section,
+    board: Board,
+    level: float,
+) -> ComplexArray:
+    span = half_span_steps(recording.pwm_bits) / float(1 << recording.pwm_bits)
+    found = phasors(recording, play, frequency_hz, circuit_of(board)) / (span * level)
     # The device makes up for polarity and trim, which the coils themselves then undo.
-    return np.asarray(section.full_scale_gain * phasors_of_pins / np.array(coil_gains(board)))
+    return np.asarray(section.full_scale_gain * found / np.array(coil_gains(board)))
 
 
 def sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:

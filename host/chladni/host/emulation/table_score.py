@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
-from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
     Place,
@@ -19,11 +20,12 @@ from chladni.drives.scoring.survey import (
     border_places,
     score_drives,
 )
-from chladni.host.emulation.demodulate import Play, made_drive
+from chladni.host.emulation.demodulate import Play, made_drive, made_harmonic
 from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
 from chladni.host.emulation.settling import LEAST_WAVES, settled_ms
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.image import metrics
 from chladni.tables.table import Table
 
 ComplexArray = NDArray[np.complex128]
@@ -32,6 +34,20 @@ PITCH = 4e-3
 """m; places half-way between are looked at too."""
 TOUCHED_MS = 1.0
 """When the finger comes."""
+
+
+@dataclass(frozen=True)
+class SecondHarmonic:
+    """RMS in fingers' discs at twice the frequency, over that of the drive under its own finger.
+
+    Attributes
+    ----------
+    own_db, other_20mm_db
+        Under that finger, and the loudest from 20 mm on. Both dB, below 0 where it is softer.
+    """
+
+    own_db: Spread
+    other_20mm_db: Spread
 
 
 @dataclass(frozen=True)
@@ -44,6 +60,8 @@ class TableScore(Score):
         What the drives are best at.
     bytes, bits, pitch_mm
         Of the table: its size, the width of its integers, and from one region to the next.
+    second_harmonic
+        What a flyback diode's bend leaves at twice the frequency, which no drive focuses.
     error_estimate
         Of the fields.
     """
@@ -53,6 +71,7 @@ class TableScore(Score):
     bytes: int
     bits: int
     pitch_mm: Place
+    second_harmonic: SecondHarmonic
     error_estimate: float
     seconds: float
 
@@ -90,7 +109,8 @@ def score_table(
     section = table.section(frequency_hz)
     lattice = active_lattice(board, pitch).with_halfway()
     solved = solved_board(board).at_frequency(section.frequency_hz)
-    drives = played_drives(table, board, lattice.places, frequency_hz=frequency_hz)
+    played = _played(table, board, lattice.places, frequency_hz)
+    drives = [drive for drive, _ in played]
     rim = border_places(board, pitch) if border else []
     score = score_drives(
         solved,
@@ -110,6 +130,7 @@ def score_table(
         bytes=size,
         bits=table.bits,
         pitch_mm=table.grid.pitch_mm,
+        second_harmonic=_second_harmonic(solved, lattice.places, played),
         error_estimate=solved.fields.error_estimate,
         seconds=time.perf_counter() - started,
     )
@@ -123,6 +144,13 @@ def played_drives(
     In units of gain, each with a common phase of its own. Every place is touched on a
     device that was just powered on, whose coils are cold.
     """
+    return [drive for drive, _ in _played(table, board, places, frequency_hz)]
+
+
+def _played(
+    table: Table, board: Board, places: Sequence[Place], frequency_hz: float | None
+) -> list[tuple[ComplexArray, ComplexArray]]:
+    """Those drives, and their second harmonics."""
     section = table.section(frequency_hz)
     needed_ms = LEAST_WAVES / section.frequency_hz * 1e3
     found = []
@@ -131,5 +159,30 @@ def played_drives(
         begin_ms = settled_ms(table, touch)
         recording = emulate(board, table, [touch], begin_ms + needed_ms, frequency_hz=frequency_hz)
         play = Play(int(begin_ms * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
-        found.append(made_drive(recording, play, section, board, level=LEVEL))
+        found.append(
+            (
+                made_drive(recording, play, section, board, level=LEVEL),
+                made_harmonic(recording, play, section, board, level=LEVEL),
+            )
+        )
     return found
+
+
+def _second_harmonic(
+    solved: SolvedBoard,
+    places: Sequence[Place],
+    played: Sequence[tuple[ComplexArray, ComplexArray]],
+) -> SecondHarmonic:
+    board, fields = solved.board, solved.fields
+    higher = solved.at_frequency(2.0 * fields.frequency_hz).fields
+    discs = metrics.FingertipDiscs(board.x, board.y)
+    rows = []
+    for place, (drive, harmonic) in zip(places, played, strict=True):
+        under = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
+        own = np.abs(np.tensordot(drive, fields.values, axes=1)[under])
+        field = np.tensordot(harmonic, higher.values, axes=1)
+        share = metrics.decibel(float(np.mean(np.abs(field[under]) ** 2)) / float(np.mean(own**2)))
+        apart = discs.second_finger_db(field, place, [20e-3])[0]
+        rows.append((share, share - apart))
+    own_db, second_db = zip(*rows, strict=True)
+    return SecondHarmonic(Spread.of(own_db), Spread.of(second_db))

@@ -247,7 +247,7 @@ def board_settings(board: Board) -> dict[str, Any]:
         "pwm_bits": electronics.pwm_bits,
         "pwm_pins": (*pins, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
         "max_duty_q15": round(electronics.max_duty * 32768.0),
-        "min_on_ns": round(electronics.min_on_ns),
+        "min_on_ns": round(electronics.shortest_on_ns),
         "supply_ma": round(electronics.supply_limit_ma),
         "full_current_ma": _each(round(full_a * 1e3), count),
         "full_rise_dk": _each(min(round(rise_k * 10.0), 65535), count),

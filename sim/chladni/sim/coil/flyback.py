@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.coil.full_drive import CLOCK_HZ, ROUNDING_STEPS
+from chladni.sim.board.electronics import CLOCK_HZ
+from chladni.sim.coil.full_drive import ROUNDING_STEPS
 
 FloatArray = NDArray[np.float64]
 
@@ -36,6 +37,11 @@ class FlybackCircuit:
     def _period(self) -> float:
         """Of the carrier, in time constants L/R of the coil."""
         return self.ohm / self.henry / self.carrier_hz if self.henry > 0.0 else np.inf
+
+    @property
+    def current_per_duty(self) -> float:
+        """By how much a duty more raises the mean current while that flows, A."""
+        return (self.supply_v + self.diode_v) / self.ohm
 
     def continuous_from(self) -> float:
         """The duty from which on the current never stops, 0 to 1.
@@ -93,10 +99,4 @@ def circuit_of(board: Board) -> FlybackCircuit | None:
 def least_duty(board: Board) -> float:
     """The lowest duty of a wave as the firmware plays it."""
     own = board.electronics
-    return float((ROUNDING_STEPS + np.ceil(own.min_on_ns * 1e-9 * CLOCK_HZ)) / 2**own.pwm_bits)
-
-
-def floor_ns(board: Board, duty: float) -> float:
-    """The `min_on_ns` whose waves come no lower than a duty."""
-    steps = np.ceil(duty * 2**board.electronics.pwm_bits) - ROUNDING_STEPS
-    return float(max(steps, 0.0) / CLOCK_HZ * 1e9)
+    return float((ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / 2**own.pwm_bits)

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import CLOCK_HZ
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-CLOCK_HZ = 80e6
-"""Of the ESP32's LEDC; 2^bits of it are a carrier period."""
 ROUNDING_STEPS = 2
 """Duty steps below a wave, and as many above, by which error feedback may round. The firmware
 counts an amplitude a step larger than it is."""
@@ -70,7 +69,7 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         return None
     shares = sizes / sizes.max()
     steps = 2**own.pwm_bits
-    rest = (ROUNDING_STEPS + np.ceil(own.min_on_ns * 1e-9 * CLOCK_HZ)) / steps
+    rest = (ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / steps
     plays = shares > 0.0
     full_current = own.supply_v / own.coil_ohm
     limits = {
