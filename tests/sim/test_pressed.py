@@ -89,8 +89,8 @@ def test_a_light_press_is_that_of_kelvin_functions() -> None:
     load = own.mean(0.0, 0.0, 0.4e-3)
     at = press(own, load, 1e-4, flat(own))
     expected = 1e-4 / (8.0 * np.sqrt(STIFFNESS * BENDING))
-    # The disc's own size takes (a/λ)² of it, 1 %.
-    assert load @ at.deflection == pytest.approx(expected, rel=0.02)
+    # The disc's own size takes (a/λ)² of it, 1 %, and cubic splines round the point off.
+    assert load @ at.deflection == pytest.approx(expected, rel=0.03)
 
 
 def test_vibration_about_a_press_is_the_press_of_a_little_more() -> None:

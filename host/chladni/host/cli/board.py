@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 import typer
 
 from chladni.drives.methods import SEED
@@ -19,6 +17,16 @@ from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
+from chladni.host.cli.common.board_reports import (
+    current_report,
+    foundation_report,
+    panel_report,
+    say_current,
+    say_neighbours,
+    say_panel,
+    say_vent,
+    winding_report,
+)
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import (
     BoardArgument,
@@ -36,7 +44,6 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     progress_bar,
-    say,
     say_unmet,
     write_figure,
 )
@@ -47,21 +54,11 @@ from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.wiring import channels, wiring_figure
 from chladni.host.manufacture.wiring_parts import parts_list
-from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.flyback import circuit_of, least_duty
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.neighbours import MATTERS, Neighbours, neighbours
+from chladni.sim.fields.neighbours import neighbours
 from chladni.sim.fields.transfer import TOLERANCE
-from chladni.sim.image import metrics
-from chladni.sim.magnetics.windings import force_per_ampere
-
-STROKE = 1e-4
-"""m, either way: far more than a board vibrates, less than a finger presses."""
-
-STIFFER = 2.0
-"""From where on a layer is warned of: a point's answer on foam is 1/√D, so 3 dB of level."""
 
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
@@ -240,121 +237,3 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         ]
     result = {"name": loaded.name, "moving_mass_g": moving_mass_g(loaded), "parts": parts}
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
-
-
-def current_report(board: Board) -> dict[str, Any]:
-    """Where a coil's current stops in every carrier period, and what that does to a soft sine.
-
-    A tenth is of the largest amplitude that the duty allows, the bias as the firmware adds it.
-    """
-    circuit = circuit_of(board)
-    assert circuit is not None
-    edge, rest = circuit.continuous_from(), least_duty(board)
-    gain, second = circuit.wave(0.05, rest)
-    return {
-        "continuous_from_duty": edge,
-        "least_duty": rest,
-        "level_db_at_tenth": metrics.decibel(gain**2),
-        "second_harmonic_at_tenth": second,
-    }
-
-
-def say_current(board: Board) -> None:
-    """Where a flyback diode bends soft waves."""
-    found = current_report(board)
-    if found["least_duty"] < found["continuous_from_duty"]:
-        say(
-            f"below {found['continuous_from_duty']:.3f} of duty a flyback diode stops the coils' "
-            f"current and bends their sine: set electronics.least_duty to "
-            f"{np.ceil(100.0 * found['continuous_from_duty']) / 100.0:g}"
-        )
-
-
-def panel_report(board: Board) -> dict[str, Any]:
-    """What a touch panel makes of the plate that carries it."""
-    panel, section = board.panel, board.section
-    assert panel is not None
-    return {
-        "place": panel.place or ("on" if panel.layer_thickness else "not said"),
-        "layer_mm": panel.layer_thickness / MM,
-        "stiffness_ratio": section.bending_stiffness / board.plate.bending_stiffness,
-        "mass_ratio": section.areal_mass / board.plate.areal_mass,
-    }
-
-
-def say_panel(board: Board) -> None:
-    """Where a panel takes the focus, or nobody said what it is."""
-    found = panel_report(board)
-    if found["stiffness_ratio"] >= STIFFER:
-        say(
-            f"the panel's layer makes the plate {found['stiffness_ratio']:.1f} times as stiff: a "
-            "focus needs a soft sheet; use a thinner film, or electrodes in the sheet or beside it"
-        )
-    elif found["place"] == "not said":
-        say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
-
-
-def foundation_report(board: Board) -> dict[str, Any]:
-    """What a board lies on: stiffness, and what that does to a plate without edges.
-
-    `decay_mm` is λ = (D/k)^¼ of the Kelvin function that a point force makes, `cut_off_hz` is
-    √(k/ρh)/2π, below which no wave travels.
-    """
-    foundation, section = board.foundation, board.section
-    assert foundation is not None
-    stiffness = foundation.total_stiffness
-    return {
-        "stiffness_n_per_mm3": stiffness * MM**3,
-        "loss_factor": foundation.total_loss_factor,
-        "decay_mm": (section.bending_stiffness / stiffness) ** 0.25 / MM,
-        "cut_off_hz": float(np.sqrt(stiffness / section.areal_mass) / (2.0 * np.pi)),
-    }
-
-
-def winding_report(board: Board) -> dict[str, Any]:
-    """What a board's winding makes, and what a stroke changes."""
-    winding, magnet = board.winding, board.magnet
-    assert winding is not None
-    own = winding.round
-    result = {
-        "resistance_ohm": own.resistance,
-        "inductance_mh": own.inductance / 1e-3,
-        "wire_m": own.length,
-        "fill": own.fill,
-    }
-    if magnet and magnet.remanence:
-        forces = [
-            force_per_ampere(
-                own,
-                remanence=magnet.remanence,
-                radius=magnet.radius,
-                height=magnet.height,
-                gap=winding.gap + off,
-            )
-            for off in (-STROKE, 0.0, STROKE)
-        ]
-        result |= {
-            "force_factor_n_per_a": forces[1],
-            "nearer_by_0_1_mm": forces[0] / forces[1] - 1.0,
-            "farther_by_0_1_mm": forces[2] / forces[1] - 1.0,
-        }
-    return result
-
-
-def say_neighbours(pushes: Neighbours) -> None:
-    """Warn where magnets take away much of what holds them."""
-    if pushes.softened is not None and pushes.softened > MATTERS:
-        say(
-            f"the magnets push each other out of their plane and take {pushes.softened:.0%} of "
-            "what holds them: put them farther apart, or turn every other one over"
-        )
-
-
-def say_vent(board: Board) -> None:
-    """Warn of shut-in air that is stiffer than what the plate lies on."""
-    foundation = board.foundation
-    if foundation and foundation.air_stiffness > foundation.sheet_stiffness:
-        sys.stderr.write(
-            f"chladni: shut-in air ({foundation.air_stiffness * MM**3:.3g} N/mm³) is stiffer than "
-            f"the sheet ({foundation.sheet_stiffness * MM**3:.3g}): vent it\n"
-        )

@@ -27,6 +27,8 @@ FINGERTIP = 6e-3
 """Radius of the contact, m."""
 ELEMENT = 2.0 / 3.0
 """Of a magnet's radius. Half of it moves what a press of 1 N changes by a fiftieth (`quiet16`)."""
+ACROSS = 12
+"""Elements across a sheet's shorter side at least, for narrow strips."""
 THIN = 0.3
 """Deflection over thickness from which on a press stretches the sheet: below, tension adds less
 than a tenth to its stiffness."""
@@ -68,7 +70,7 @@ class PressedSheet:
             plate_geometry(board),
             board.section.stretching_stiffness,
             foam_of(board),
-            ELEMENT * board.magnet.radius,
+            min(ELEMENT * board.magnet.radius, min(board.plate.size) / ACROSS),
         )
         self._image = self._sheet.at(board.x, board.y)
         self._loads = np.stack(
