@@ -4,8 +4,9 @@
     python tools/check_image.py .pio/build/esp32s3/firmware.elf --chip esp32s3
 
 Everything that the interrupt and the last resort reach by direct calls must lie in IRAM with its
-literals, its tables in DRAM, and none of it may use the floating-point unit, whose registers an
-interrupt does not save. What is called by a pointer is not followed: such functions are named here.
+literals, the tables that it reads in DRAM, and none of it may use the floating-point unit, whose
+registers an interrupt does not save. What is called by a pointer is not followed: such functions
+are named here.
 Needs the vendor's nm, objdump and size on the PATH (--tools for another prefix).
 """
 
@@ -16,8 +17,11 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+Again = Callable[[int, int], str]
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,10 @@ ROOTS = (
 """Where the interrupt, the last resort and the start of both timers begin."""
 TABLES = ("kSineQuarter",)
 """Constants that the interrupt reads."""
-HEAD = re.compile(r"^([0-9a-f]+) <(.+)>:$")
+HEAD = re.compile(r"^([0-9a-f]+) <(.+)>:$", re.MULTILINE)
+LINE = re.compile(r"^([0-9a-f]+):\t([0-9a-f]+) .*$", re.MULTILINE)
+GOAL = re.compile(r"\s(?:j|b\w+(?:\.n)?|loop\w*)\s(?:\w+, )*([0-9a-f]+) <")
+WORDS = re.compile(r"^ ([0-9a-f]+) ((?:[0-9a-f]{2,8} ){1,4})", re.MULTILINE)
 CALL = re.compile(r"\s(?:call0|call4|call8|call12|j)\s+[0-9a-f]+ <(.+?)(?:\+0x[0-9a-f]+)?>")
 LITERAL = re.compile(r"\sl32r\s+\w+, ([0-9a-f]+)")
 FLOATING = re.compile(r"\s(\w+\.s|lsi|ssi|lsx|ssx|wfr|rfr|lsiu|ssiu)\s")
@@ -66,24 +73,45 @@ def bare(name: str) -> str:
     return name.replace("(anonymous namespace)::", "").partition("(")[0]
 
 
-def functions(disassembly: str) -> dict[str, Function]:
-    """Every function by its bare name."""
+def functions(disassembly: str, again: Again | None = None) -> dict[str, Function]:
+    """Every function by its bare name.
+
+    Parameters
+    ----------
+    again
+        Disassembles from an address to another. A sweep takes padding behind a jump for the
+        beginning of an instruction, and what follows is lost. So it starts anew from where a jump
+        of the function itself goes to.
+    """
+    heads = [(m.start(), int(m.group(1), 16), bare(m.group(2)))
+             for m in HEAD.finditer(disassembly)]  # fmt: skip
     found: dict[str, Function] = {}
-    name, address, lines = "", 0, []
-    for line in (*disassembly.splitlines(), "0 <>:"):
-        head = HEAD.match(line)
-        if head is None:
-            lines.append(line)
-            continue
-        text = "\n".join(lines)
+    ends = [(at, address) for at, address, _ in heads[1:]] + [(len(disassembly), 1 << 32)]
+    for (at, address, name), (to, end) in zip(heads, ends, strict=True):
+        lines = instructions(disassembly[at:to])
+        while again is not None and (lost := out_of_step(lines, address, end)) is not None:
+            before = {k: v for k, v in lines.items() if k + v[0] <= lost}
+            lines = before | instructions(again(lost, end))
+        text = "\n".join(line for _, line in lines.values())
         found[name] = Function(
             address,
             tuple(bare(own) for own in CALL.findall(text)),
             tuple(int(own, 16) for own in LITERAL.findall(text)),
             tuple(FLOATING.findall(text)),
         )
-        name, address, lines = bare(head.group(2)), int(head.group(1), 16), []
     return found
+
+
+def instructions(text: str) -> dict[int, tuple[int, str]]:
+    """Length and line of every instruction by its address."""
+    return {int(m.group(1), 16): (len(m.group(2)) // 2, m.group(0)) for m in LINE.finditer(text)}
+
+
+def out_of_step(lines: dict[int, tuple[int, str]], start: int, end: int) -> int | None:
+    """The first address that the function jumps to and that no line begins at."""
+    goals = {int(own, 16) for _, line in lines.values() for own in GOAL.findall(line)}
+    lost = [goal for goal in goals if start <= goal < end and goal not in lines]
+    return min(lost, default=None)
 
 
 def reached(found: dict[str, Function]) -> list[str]:
@@ -99,8 +127,32 @@ def reached(found: dict[str, Function]) -> list[str]:
     return seen
 
 
-def complaints(found: dict[str, Function], symbols: dict[str, int], memory: Memory) -> list[str]:
-    """What lies or does what it must not."""
+def words(contents: str) -> dict[int, int]:
+    """Every aligned word of an image by its address, from `objdump -s`."""
+    found: dict[int, int] = {}
+    for row in WORDS.finditer(contents):
+        at, data = int(row.group(1), 16), bytes.fromhex(row.group(2).replace(" ", ""))
+        skipped = -at % 4
+        found |= {at + k: int.from_bytes(data[k : k + 4], "little")
+                  for k in range(skipped, len(data) - 3, 4)}  # fmt: skip
+    return found
+
+
+def complaints(
+    found: dict[str, Function],
+    tables: Sequence[range],
+    memory: Memory,
+    contents: Mapping[int, int],
+) -> list[str]:
+    """What lies or does what it must not.
+
+    Parameters
+    ----------
+    tables
+        Where copies of TABLES lie. A copy that the path has no address of is another's.
+    contents
+        Words by their address, for the values of literals.
+    """
     path = reached(found)
     wrong = [f"{root}: not in the image" for root in ROOTS
              if not any(name.endswith(root) for name in path)]  # fmt: skip
@@ -111,10 +163,12 @@ def complaints(found: dict[str, Function], symbols: dict[str, int], memory: Memo
         wrong += [f"{name}: a literal at {at:#x}, which is not IRAM"
                   for at in own.literals if at not in memory.iram]  # fmt: skip
         wrong += [f"{name}: {what}, of the floating-point unit" for what in own.floating]
-    for table in TABLES:
-        places = [at for name, at in symbols.items() if table in name]
-        wrong += [f"{table}: at {at:#x}, which is not DRAM" for at in places
-                  if at not in memory.dram]  # fmt: skip
+    read = {contents.get(at, 0) for name in path for at in found[name].literals}
+    used = [own for own in tables if any(at in own for at in read)]
+    wrong += [f"a table at {own.start:#x}, which is not DRAM" for own in used
+              if own.start not in memory.dram]  # fmt: skip
+    if not used:
+        wrong.append(f"{', '.join(TABLES)}: the interrupt has no address of it")
     return wrong
 
 
@@ -139,11 +193,16 @@ def check(image: Path, memory: Memory, prefix: str) -> list[str]:
 
     iram, dram = sizes(said("size", "-A"), memory)
     print(f"IRAM {iram:,} of {memory.iram_bytes:,} bytes, DRAM {dram:,} of {memory.dram_bytes:,}")
-    rows = (line.split(maxsplit=2) for line in said("nm", "-C").splitlines())
-    symbols = {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
-    found = functions(said("objdump", "-dC"))
+    rows = [line.split(maxsplit=3) for line in said("nm", "-SC").splitlines()]
+    tables = [range(int(row[0], 16), int(row[0], 16) + int(row[1], 16)) for row in rows
+              if len(row) == 4 and any(own in row[3] for own in TABLES)]  # fmt: skip
+
+    def again(start: int, end: int) -> str:
+        return said("objdump", "-dC", f"--start-address={start:#x}", f"--stop-address={end:#x}")
+
+    found = functions(said("objdump", "-dC"), again)
     print(f"{len(reached(found))} functions on the interrupt's path and the last resort's")
-    wrong = complaints(found, symbols, memory)
+    wrong = complaints(found, tables, memory, words(said("objdump", "-s")))
     budgets = (("IRAM", iram, memory.iram_bytes), ("DRAM", dram, memory.dram_bytes))
     return wrong + [f"{name}: {own:,} bytes of {most:,}" for name, own, most in budgets
                     if own > most]  # fmt: skip

@@ -21,9 +21,13 @@ SOURCE = """
 #define DRAM __attribute__((section(".dram0.data")))
 #define RODATA __attribute__((section(".flash.rodata")))
 volatile unsigned sink DRAM = 1;
+namespace another {{
+extern unsigned kSineQuarter[2];
+unsigned kSineQuarter[2] RODATA = {{3, 4}};
+}}
 extern unsigned kSineQuarter[2];
 unsigned kSineQuarter[2] {table} = {{1, 2}};
-{helper} void helper() {{ sink = sink + kSineQuarter[sink & 1U]; }}
+{helper} void helper() {{ sink = sink + kSineQuarter[sink & 1U] * {used}; }}
 IRAM void on_alarm() {{ helper(); sink = 5; }}
 static IRAM __attribute__((used)) void set_duties() {{ sink = 6; }}
 namespace chladni::chip {{
@@ -34,10 +38,10 @@ IRAM void start_together() {{ sink = 9; }}
 unsigned bulk[{bulk}] __attribute__((section(".dram0.bulk")));
 extern "C" FLASH void start() {{
   on_alarm(); chladni::chip::pwm_set_duties(); chladni::chip::cut_outputs(); start_together();
-  sink = bulk[sink];
+  sink = bulk[sink] + another::kSineQuarter[sink & 1U];
 }}
 """
-GOOD = {"table": "DRAM", "helper": "IRAM", "bulk": "16"}
+GOOD = {"used": "1", "table": "DRAM", "helper": "IRAM", "bulk": "16"}
 
 
 def image(folder: Path, **changes: str) -> Path:
@@ -68,8 +72,9 @@ def checked(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     [
         ({}, "nothing wrong"),
         ({"helper": "FLASH"}, "helper: at 0x400d"),
-        ({"table": "RODATA"}, "kSineQuarter: at 0x3f400020, which is not DRAM"),
+        ({"table": "RODATA"}, "a table at 0x3f400020, which is not DRAM"),
         ({"bulk": "50000"}, "DRAM: 200,"),
+        ({"used": "0"}, "kSineQuarter: the interrupt has no address of it"),
     ],
 )
 def test_an_image_is_told_what_lies_where_it_must_not(
@@ -88,13 +93,38 @@ def test_an_image_of_something_else_lacks_the_interrupt(tmp_path: Path) -> None:
     assert "on_alarm: not in the image" in checked(made, "--tools", PREFIX).stdout
 
 
+LOST = """
+.section .iram0.text, "ax"
+.global on_alarm
+on_alarm: j 1f
+.byte 0
+1: call0 helper
+ret
+.section .flash.text, "ax"
+helper: ret
+"""
+
+
+@pytest.mark.usefixtures("cross_compilers")
+def test_calls_behind_padding_are_seen(tmp_path: Path) -> None:
+    """A linker that drops sections drops what tells padding from code."""
+    source, made = tmp_path / "a.S", tmp_path / "a.elf"
+    source.write_text(LOST, "utf-8")
+    subprocess.run(
+        [f"{PREFIX}gcc", "-nostdlib", "-mtext-section-literals", "-Wl,--entry=on_alarm",
+         "-Wl,--section-start=.iram0.text=0x40080400", "-Wl,--section-start=.flash.text=0x400d0020",
+         source, "-o", made], check=True, capture_output=True)  # fmt: skip
+    subprocess.run([f"{PREFIX}objcopy", "--remove-section=.xt.*", made], check=True)
+    assert "helper: at 0x400d0020, which is not IRAM" in checked(made, "--tools", PREFIX).stdout
+
+
 def test_floating_point_on_the_path_is_seen() -> None:
     """By its instructions, as the chip's own disassembler writes them."""
     text = "\n".join(
-        f"40080{k}00 <{name}>:\n40080{k}03:\t0a\tadd.s\tf0, f1, f2\n40080{k}06:\t0d\tretw.n"
+        f"40080{k}00 <{name}>:\n40080{k}03:\t0a1234 \tadd.s\tf0, f1, f2\n40080{k}06:\t1df0 \tretw.n"
         for k, name in enumerate(("on_alarm", "other"))
     )
-    said = complaints(functions(text), {}, MEMORIES["esp32"])
+    said = complaints(functions(text), [], MEMORIES["esp32"], {})
     assert "on_alarm: add.s, of the floating-point unit" in said
     assert not any(line.startswith("other") for line in said)
 
