@@ -130,17 +130,7 @@ class Sheet:
             rigid[held] = disc.stiffness_ratio
             mass[inside] += disc.areal_mass * true
             rotary[inside] += disc.rotary * true
-        layer = geometry.foundation
-        lies = np.full(self.weights.size, 1.0 if layer else 0.0)
-        for x, y, radius in layer.cut_outs if layer else ():
-            lies[self.disc(x, y, radius)] = 0.0
-        if layer and layer.strips:
-            covered = [
-                (self.x >= a) & (self.x <= b) & (self.y >= c) & (self.y <= d)
-                for a, b, c, d in layer.strips
-            ]
-            lies *= np.any(covered, axis=0)
-        self.rigid, self.lies = rigid, lies
+        self.rigid, self.lies = rigid, self._lies()
         nu = geometry.poisson
         self.elastic = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
         self.membrane = membrane * rigid
@@ -154,9 +144,23 @@ class Sheet:
             sparse.hstack([zero, gy], format="csr"),
             sparse.hstack([gy, gx], format="csr"),
         )
-        sideways = self.gram(self.value, SHEAR_OF_FOAM * foam.stiffness * lies)
+        sideways = self.gram(self.value, SHEAR_OF_FOAM * foam.stiffness * self.lies)
         self.sideways = sparse.block_diag([sideways, sideways], format="csr")
         self.stretch = self.form(self.strain, self.membrane, self.elastic)
+
+    def _lies(self) -> FloatArray:
+        """1 at points that lie on foam, 0 at the others."""
+        layer = self.geometry.foundation
+        lies = np.full(self.weights.size, 1.0 if layer else 0.0)
+        for x, y, radius in layer.cut_outs if layer else ():
+            lies[self.disc(x, y, radius)] = 0.0
+        if layer and layer.strips:
+            covered = [
+                (self.x >= a) & (self.x <= b) & (self.y >= c) & (self.y <= d)
+                for a, b, c, d in layer.strips
+            ]
+            lies *= np.any(covered, axis=0)
+        return lies
 
     def at(self, x: FloatArray, y: FloatArray, order: tuple[int, int] = (0, 0)) -> Matrix:
         """The splines' derivative on the grid x × y, (points, splines)."""
