@@ -54,9 +54,12 @@ def test_the_nearest_coil_alone_stands_beside_the_drives() -> None:
 def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
     """No tolerance: places, drives and fields are the same each time, and all beat what was known.
 
-    Fields are known to 0.1 %, which is 0.01 dB, and drives to 0.05 dB.
+    Fields are known to 0.1 %, which is 0.01 dB, and drives to 0.05 dB. What was known was by drives
+    for the foam of the data sheet, so these are too.
     """
-    score = score_board(load_board(name), samples=0)
+    board = load_board(name)
+    assert board.focus is not None
+    score = score_board(replace(board, focus=replace(board.focus, foam_ratio=1.0)), samples=0)
     *levels, focal_error, above = KNOWN[name]
     found = (score.second_finger_db, score.second_finger_16mm_db, score.second_finger_20mm_db)
     for own, (median, tail) in zip(found, levels, strict=True):
