@@ -43,6 +43,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
     "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
     "board sensitivity": ("paper",),
+    "board refit": ("strip5", "--foam", "1.9", "-o", "refitted.toml"),
     "design": ("small", "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "board drawing": ("strip5", "-o", "strip5.dxf"),
