@@ -44,7 +44,7 @@ SUSPICIOUS = 0.1
 """Share of the gain at `RESONANCE_BAND` from which modes are worked out to be sure."""
 TWO_LEVELS = 8.0
 """Times its share of the tolerance from which a part of the error takes two levels more."""
-WORTHWHILE = 0.7
+WORTHWHILE = 0.85
 """A larger basis that leaves more of the estimated error than this is the last that is tried."""
 Levels = tuple[int, int]
 """Of polynomials, and of functions on circles."""
@@ -72,15 +72,26 @@ class _Found:
     solution: list[ComplexArray]
     estimate: Estimate
 
-    def grown(self, tolerance: float) -> Levels:
-        """The levels with more of what leaves more than its share of the tolerance."""
+    def grown(self, tolerance: float) -> list[Levels]:
+        """Larger levels, the most promising first and the cheapest last.
+
+        More of what leaves more than its share of the tolerance, a level of it, or a level of what
+        leaves most.
+        """
         share = tolerance / 3.0
         parts = (self.estimate.polynomials, self.estimate.orders)
-        level, orders = (
-            min(own + int(part > share) + int(part > TWO_LEVELS * share), LEVELS - 1)
-            for own, part in zip(self.levels, parts, strict=True)
-        )
-        return level, orders
+        steps = [int(part > share) + int(part > TWO_LEVELS * share) for part in parts]
+        most = int(parts[1] > parts[0])
+        single = [min(step, 1) for step in steps]
+        only = [single[k] if k == most else 0 for k in range(2)]
+        result: dict[Levels, None] = {}
+        for more in (steps, single, only):
+            level, orders = (
+                min(own + step, LEVELS - 1) for own, step in zip(self.levels, more, strict=True)
+            )
+            result[level, orders] = None
+        result.pop(self.levels, None)
+        return list(result)
 
 
 class RitzPlate(PlateModel):
@@ -142,27 +153,32 @@ class RitzPlate(PlateModel):
         """The size of the basis that suffices, the image and its error.
 
         Polynomials and functions on circles grow apart, each while its share of the error is too
-        large. The best solution counts, should the largest be no better.
+        large. The best solution counts, should larger ones be no better.
         """
         waves = wave_number(self.geometry, asked.omega)
         key = (waves, asked.tolerance)
         first = first_level(self.geometry, asked.tolerance)
-        best = found = self._find(asked, waves, self._sufficed.get(key, (first, first)))
+        best = self._find(asked, waves, self._sufficed.get(key, (first, first)))
         while best.estimate.error > asked.tolerance and not self._resolution:
-            levels = found.grown(asked.tolerance)
-            if levels == found.levels or not self._may_grow(waves, levels, asked.image_points):
-                break
-            found = self._find(asked, waves, levels)
-            is_worthwhile = found.estimate.error < WORTHWHILE * best.estimate.error
-            worse = max(best, found, key=lambda either: either.estimate.error)
-            best = min(best, found, key=lambda either: either.estimate.error)
-            self._solvers.pop(worse.solver.basis.resolution)
-            if not is_worthwhile:
+            before, best = best, self._grown(asked, waves, best)
+            if best.estimate.error >= WORTHWHILE * before.estimate.error:
                 break
         # The actuators' fields come first: other loads begin at their level.
         self._sufficed.setdefault(key, best.levels)
         image = best.solver.image(best.case, best.solution, self.loss_factor, asked.x, asked.y)
         return best.solver.basis.size, image, best.estimate.error
+
+    def _grown(self, asked: Excitation, waves: float, first: _Found) -> _Found:
+        """The first solution in a larger basis that is any better; the same one if none is."""
+        for levels in first.grown(asked.tolerance):
+            if self._may_grow(waves, levels, asked.image_points):
+                found = self._find(asked, waves, levels)
+                is_better = found.estimate.error < first.estimate.error
+                worse = first if is_better else found
+                self._solvers.pop(worse.solver.basis.resolution)
+                if is_better:
+                    return found
+        return first
 
     def _may_grow(self, waves: float, levels: Levels, points: int) -> bool:
         """Whether a larger basis may be tried without having been asked for."""

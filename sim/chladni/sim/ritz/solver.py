@@ -19,6 +19,7 @@ from chladni.sim.ritz.basis.quadrature import gauss_points
 from chladni.sim.ritz.basis.resolution import (
     MOST_VALUES,
     Resolution,
+    area_points,
     crowding,
     left_beside,
     stretch,
@@ -108,8 +109,7 @@ class Solver:
         self.geometry = geometry
         self.mirrors = mirrors
         self.basis = Basis(geometry, resolution)
-        area_points = tuple(2 * (3 * n // 2 + 15) for n in (resolution.nx, resolution.ny))
-        self.assembly = Assembly(self.basis, mirrors, (area_points[0], area_points[1]))
+        self.assembly = Assembly(self.basis, mirrors, area_points(geometry, resolution))
         self._steps = self._fewer()
         self.classes = self._classes()
         sides = (geometry.width, geometry.length)
