@@ -19,9 +19,12 @@ THRESHOLDS = {
 The curve of R. Verrillo (J. Acoust. Soc. Am. 35, 1963, 1962-1966) and Bolanowski and others (the
 same, 84, 1988, 1680-1694) for 2.9 cm² of the thenar eminence within a surround, to ±3 dB from 63 to
 400 Hz and ±5 dB beyond. From 63 Hz on 4.1 dB are added for the smaller contact, by Verrillo's 3 dB
-per halved area. A finger that presses a plate may feel 10 to 30 dB less than this (Papetti and
-others, IEEE Trans. Haptics 10, 2017, 113-122), so what lies above it is felt.
+per halved area. It is for a finger that rests. One that presses feels weaker vibrations: thresholds
+in active touch lie considerably lower and fall with the force (S. Papetti and others, IEEE Trans.
+Haptics 10, 2017, 113-122). `PRESSING_DB` is how much lower.
 """
+PRESSING_DB = 30.0
+"""dB by which a pressing finger's threshold may lie below that of a resting one; 10 at least."""
 
 
 def threshold_um(frequency_hz: float) -> float | None:

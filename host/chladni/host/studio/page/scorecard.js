@@ -7,7 +7,7 @@ const ROWS = [
   ["second_finger_db", "Second finger", (n) => decibels(n.second_finger_db), () => "above 0: felt here more than elsewhere"],
   ["louder_fraction", "Moves more than the finger", (n) => `${(100 * n.louder_fraction).toFixed(0)} % of the board`, () => "none, were it a focus"],
   ["finger_um", "Under the finger", (n) => micrometres(n.finger_um), (n) => (!n.full_volts ? "" : `${n.full_volts.toFixed(2)} V peak, limited by ${n.limited_by}`)],
-  ["sensation_db", "Above the threshold", (n) => decibels(n.sensation_db), () => "of feeling; pressing costs 10 to 30 dB"],
+  ["sensation_db", "Above the threshold", (n) => decibels(n.sensation_db), () => "of a resting finger; one that presses feels 10 to 30 dB more"],
   ["finger_load", "Pressing changes", (n) => decibels(n.finger_load.level_db), (n) => `SSIM by ${signed(n.finger_load.ssim, 3)}`],
 ];
 

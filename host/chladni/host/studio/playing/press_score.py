@@ -15,10 +15,10 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import compose
+from chladni.sim.image.finger import PRESSING_DB
 
-SURE_DB, SOME_DB = 30.0, 10.0
-"""A finger that presses a plate feels 10 to 30 dB less than the curve of thresholds says
-(`sim.image.finger`): beyond that it surely feels something, below that perhaps nothing."""
+SURE_DB = 10.0
+"""Above the threshold of a resting finger: twice its uncertainty of 5 dB."""
 AUDIBLE_DB = 1.0
 """Levels closer than this are called alike."""
 
@@ -69,15 +69,14 @@ def _here(card: Scorecard, frequency_hz: float) -> str:
     moves = f"The board moves {_micrometres(own.finger_um)} under the finger at {frequency_hz:g} Hz"
     if own.sensation_db is None:
         return f"{moves}, where no threshold of feeling is known."
+    below = f"{moves}, {-own.sensation_db:.0f} dB below the threshold of a resting finger"
+    if own.sensation_db < -PRESSING_DB:
+        return f"{below}: no finger feels it."
     if own.sensation_db < 0.0:
-        return (
-            f"{moves}, {-own.sensation_db:.0f} dB below what can be felt: the finger feels nothing."
-        )
-    above = f"{moves}, {own.sensation_db:.0f} dB above the threshold"
-    if own.sensation_db < SOME_DB:
-        return f"{above}: a finger that presses feels little of it, or nothing."
+        return f"{below}: a finger that presses may feel it."
+    above = f"{moves}, {own.sensation_db:.0f} dB above the threshold of a resting finger"
     if own.sensation_db < SURE_DB:
-        return f"{above}: most fingers feel it."
+        return f"{above}: a finger that presses feels it, one that rests hardly does."
     return f"{above}: every finger feels it."
 
 
