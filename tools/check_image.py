@@ -80,7 +80,7 @@ def functions(disassembly: str, again: Again | None = None) -> dict[str, Functio
     ----------
     again
         Disassembles from an address to another. A sweep takes padding behind a jump for the
-        beginning of an instruction, and what follows is lost. So it starts anew from where a jump
+        beginning of an instruction, and what follows is lost. So it starts again from where a jump
         of the function itself goes to.
     """
     heads = [(m.start(), int(m.group(1), 16), bare(m.group(2)))

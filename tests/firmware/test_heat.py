@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
+from chladni.host.emulation.emulator import Emulator, Hardware, Recording, TouchEvent
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables.table import Limits, Table
 from made_up import LIMITS, device_of, make_table
@@ -140,3 +140,35 @@ def test_a_board_that_a_hung_main_loop_would_burn_plays_nothing(loud: Table) -> 
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     assert not emulator.run(300.0).duty_steps.any()
     assert emulator.core.state == "fault"
+
+
+def amplitude(recording: Recording, channel: int) -> float:
+    """Of the sine at 160 Hz over the last 16 periods, as a duty."""
+    count = round(0.1 * recording.carrier_hz)
+    turns = 160.0 / recording.carrier_hz * np.arange(count)
+    return float(abs(2.0 * np.mean(recording.duty[-count:, channel] * np.exp(-2j * np.pi * turns))))
+
+
+def test_a_warm_coil_and_a_cool_one_make_forces_in_proportion(loud: Table) -> None:
+    """A warm coil's current falls with its resistance, so cooler ones are given less."""
+    config = hot_board(140.0, 2.0)
+    emulator = Emulator(config, loud, level=1.0)
+    coils = Coils(config)
+    emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
+    coils.take(cold := emulator.run(200.0))
+    coils.take(emulator.run(6_000.0))
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, None))
+    coils.take(emulator.run(50.0))
+    counted = coils.rise_k.copy()
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, (0.0, 0.0)))
+    warm = emulator.run(200.0)
+    # T (1 + αT) is what the power of a cold coil comes to; 0.393 % per kelvin is copper's α.
+    rise = (np.sqrt(1.0 + 4.0 * 3.93e-3 * counted) - 1.0) / (2.0 * 3.93e-3)
+    resistance = 1.0 + 3.93e-3 * rise
+    assert resistance[0] / resistance[3] > 1.05
+    for channel in (2, 3):
+        shares = [amplitude(own, channel) / amplitude(own, 0) for own in (cold, warm)]
+        # The estimate is rounded to 0.1 K and errs up by a twentieth of 19 K: 0.4 %.
+        expected = shares[0] * resistance[channel] / resistance[0]
+        assert shares[1] == pytest.approx(expected, rel=0.01)
+    assert amplitude(warm, 0) == pytest.approx(amplitude(cold, 0), rel=1e-3)

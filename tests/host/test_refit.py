@@ -41,7 +41,10 @@ def test_the_file_is_kept_and_its_foam_is_stiffer(chladni: CommandLine, tmp_path
     ("arguments", "named"),
     [
         (("strip5", "--foam", "100", "-o", "OUT"), "--foam: expected 0.1 to 20 times as stiff"),
-        (("prototype", "--foam", "2", "-o", "OUT"), "foundation: expected a sheet under the board"),
+        (
+            ("prototype", "--foam", "2", "-o", "OUT"),
+            "foundation is required: a sheet of foam",
+        ),
         (("strip5", "--foam", "2", "-o", "OUT.txt"), "-o"),
     ],
 )

@@ -13,7 +13,8 @@ import pytest
 from chladni.host.protocol.config import config_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.coil.flyback import FlybackCircuit, circuit_of, least_duty
+from chladni.sim.coil.flyback import FlybackCircuit, circuit_of
+from chladni.sim.coil.full_drive import least_duty
 from conftest import ROOT, CommandLine
 
 MEASURED = FlybackCircuit(10.08, 0.295e-3, 5.0, 0.25, 78_125.0)

@@ -12,7 +12,7 @@ namespace {
 constexpr uint64_t kTurnUs = 1000;
 constexpr uint32_t kConfigSectors = 2, kNetworkSectors = 1, kBootSectors = 1;
 constexpr uint32_t kLoopback = 0x0100007F;  // 127.0.0.1
-constexpr size_t kReceiveBytes = 4096;      // as chip/console.cpp
+constexpr size_t kReceiveBytes = 4096;      // as chip/link/console.cpp
 constexpr uint64_t kRunSlackUs = 100;       // more than a carrier period
 constexpr uint32_t kCyclesPerStep = 3;      // 240 MHz by 80
 
@@ -124,7 +124,7 @@ void Emulator::advance(double microseconds) {
   for (uint64_t k = 0; k < periods && fault_.empty(); ++k) advance_period();
 }
 
-// As chip/sample_timer.cpp, whose cycle counter runs three times as fast as the LEDC.
+// As chip/outputs/sample_timer.cpp, whose cycle counter runs three times as fast as the LEDC.
 void Emulator::interrupt() {
   const auto now = static_cast<uint32_t>((period_ << pwm_.bits()) * kCyclesPerStep);
   uint32_t missed = 0;

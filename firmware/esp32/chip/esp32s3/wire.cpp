@@ -10,7 +10,7 @@ namespace chladni::chip {
 esp_err_t wire_start() {
   usb_serial_jtag_driver_config_t config{};
   config.rx_buffer_size = kReceiveBytes;
-  // Nobody may be reading, and the main loop waits for nobody: what finds no room is dropped.
+  // A host may not be reading, and the main loop does not wait: what finds no room is dropped.
   config.tx_buffer_size = 4 * kSendBytes;
   return usb_serial_jtag_driver_install(&config);
 }

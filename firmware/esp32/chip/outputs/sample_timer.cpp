@@ -19,8 +19,8 @@ constexpr uint32_t kCyclesPerTick = kCpuHz / kTimerHz;
 constexpr int kTries = 8;
 
 // The driver sets the timer up and moves it. Its own interrupt reads the count and takes a lock at
-// each alarm, which nobody here needs: so the interrupt is ours. The first who asks the driver gets
-// this timer, and nobody else asks.
+// each alarm, which is not needed here: so the interrupt is ours. The first timer that the driver
+// gives is this one, and no other is asked for.
 constexpr int kGroup = 0;
 constexpr uint32_t kNumber = 0;
 constexpr uint32_t kAlarm = TIMER_LL_EVENT_ALARM(kNumber);

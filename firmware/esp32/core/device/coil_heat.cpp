@@ -8,6 +8,16 @@ namespace {
 constexpr uint32_t kMostUk = 2000000000;
 constexpr int32_t kUkPerDk = 100000;
 
+// Resistance of a coil over that of a cold one, 15 bits. Copper gains a = 0.393 % per kelvin. What
+// is counted is the rise T0 by a cold coil's power; a warm one takes less, T (1 + aT) = T0, so that
+// 1 + aT = (1 + sqrt(1 + 4 a T0)) / 2.
+uint32_t resistance_q15(uint32_t rise_dk) {
+  constexpr uint32_t kPerDk = 1687919;  // 4 a / 10 in 30 bits
+  constexpr uint32_t kMostDk = 1900;    // the sum fits 32 bits
+  const uint32_t counted = rise_dk < kMostDk ? rise_dk : kMostDk;
+  return ((1U << 15) + square_root((1U << 30) + counted * kPerDk)) / 2U;
+}
+
 }  // namespace
 
 void CoilHeat::start(const Config& config, const uint32_t* known, bool were_on) {
@@ -83,6 +93,22 @@ uint32_t CoilHeat::hot_channel() const {
     if (rise_uk_[k] > hot_uk_[k]) return k;
   }
   return kMaxChannels;
+}
+
+void CoilHeat::even_out(Drive& drive) const {
+  std::array<uint32_t, kMaxChannels> resistance{};
+  uint32_t largest = 0;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    if (drive[k].in_phase_q15 == 0 && drive[k].quadrature_q15 == 0) continue;
+    resistance[k] = resistance_q15(rise_dk(k));
+    if (resistance[k] > largest) largest = resistance[k];
+  }
+  for (uint32_t k = 0; k < channels_; ++k) {
+    if (resistance[k] == largest) continue;
+    const auto gain = static_cast<int32_t>((resistance[k] << 15) / largest);
+    drive[k] = {static_cast<int16_t>((drive[k].in_phase_q15 * gain) >> 15),
+                static_cast<int16_t>((drive[k].quadrature_q15 * gain) >> 15)};
+  }
 }
 
 bool CoilHeat::has_cooled() const {

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "core/generated/config_format.hpp"
+#include "core/synthesis/drive.hpp"
 #include "core/synthesis/synthesis.hpp"
 
 namespace chladni {
@@ -34,6 +35,9 @@ class CoilHeat {
   uint32_t hot_channel() const;
   // Whether all have cooled to seven eighths of what makes them hot.
   bool has_cooled() const;
+  // Lowers the gains of cooler coils by as much as the warmest loses to its resistance, so that the
+  // forces keep the proportions of the drive. No gain grows.
+  void even_out(Drive& drive) const;
   // Sum of all channels' mean currents over the last window.
   uint32_t supply_ma() const { return supply_ma_; }
 

@@ -266,7 +266,7 @@ void Device::advance_touch() {
 
 void Device::post_touch() {
   if (touch_.is_starting()) keep_retained(true);
-  if (touch_.post(synthesis_, table(), config())) output_watch_.expect_play();
+  if (touch_.post(synthesis_, table(), config(), heat_)) output_watch_.expect_play();
 }
 
 // The drives of another frequency, from the next touch on.

@@ -29,7 +29,8 @@ void TouchPlayback::advance(uint32_t now_us) {
   change();
 }
 
-bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config) {
+bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,
+                         const CoilHeat& heat) {
   if (next_ == Next::kNothing) return false;
   if (next_ == Next::kFade) {
     if (synthesis.release(envelope_.release_us())) next_ = Next::kNothing;
@@ -38,6 +39,7 @@ bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config&
   Drive drive{};
   table.drive_at(place_, drive);
   apply_coil_gains(config, drive);
+  heat.even_out(drive);
   const bool is_start = is_starting();
   if (!synthesis.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return false;
   next_ = Next::kNothing;

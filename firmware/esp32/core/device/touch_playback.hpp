@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "core/device/coil_heat.hpp"
 #include "core/generated/config_format.hpp"
 #include "core/hal.hpp"
 #include "core/synthesis/envelope.hpp"
@@ -41,7 +42,7 @@ class TouchPlayback {
   bool is_fading() const { return next_ == Next::kFade; }
 
   // Tells it what is next, if it has room. True once that has started a touch.
-  bool post(Synthesis& synthesis, const Table& table, const Config& config);
+  bool post(Synthesis& synthesis, const Table& table, const Config& config, const CoilHeat& heat);
 
  private:
   enum class Next : uint8_t {

@@ -12,7 +12,7 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar
 from chladni.sim.board.file import MOST_BYTES, file_of, load_board, parse_board, shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import refitted
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError
 from chladni.sim.files import read_text, write_whole
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
@@ -38,7 +38,7 @@ def board_refit(
         raise InputError("--foam", foam, f"{LEAST:g} to {MOST:g} times as stiff")
     loaded = load_board(board)
     if loaded.foundation is None or not loaded.foundation.sheet_stiffness:
-        raise InputError("foundation", None, "a sheet under the board, which can be stiffer")
+        raise MissingError("foundation", "a sheet of foam, whose stiffness was measured")
     path = file_of(board, shipped_boards(), "board", "a board file")
     text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
     ratio = foam * loaded.foundation.stiffness_ratio

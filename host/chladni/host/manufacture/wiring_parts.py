@@ -13,6 +13,7 @@ from chladni.host.manufacture.wiring_values import (
     wiring_values,
 )
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import CLOCK_HZ
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
 
@@ -64,6 +65,7 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
     free = (
         f"GPIO {' and '.join(map(str, taken))} must be free: no PSRAM" if taken else "any will do"
     )
+    carrier_hz = CLOCK_HZ / 2**settings.pwm_bits
     made = {
         "linear": f"at least 500 mA, linear: ({volts} − 3.3 V) · 0.5 A is below 1 W",
         "buck": f"at least 500 mA, a buck converter: a linear one would lose "
@@ -80,7 +82,7 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
         Part("bulk capacitor", 1,
              f"{engineering(own.bulk_f, 'F')}, {own.bulk_v:g} V, "
              f"{engineering(own.bulk_ripple_a, 'A')} of ripple",
-             f"1 % of {volts} for pulses at {engineering(80e6 / 2**settings.pwm_bits, 'Hz')}, 5 % "
+             f"1 % of {volts} for pulses at {engineering(carrier_hz, 'Hz')}, 5 % "
              "for a jump of the drive until the supply follows, 50 µs"),
         Part("3.3 V regulator", 1, regulator, why),
         Part("ESP32 module", 1, chip.module, free),

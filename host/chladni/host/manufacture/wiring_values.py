@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import CLOCK_HZ
 from chladni.sim.board.gpio import CHIPS
 
 LOGIC_V = 3.3
@@ -242,7 +243,7 @@ def _bulk_f(board: Board, *, full_a: float, crest_a: float) -> float:
     ramp waves) takes its crest until the supply follows: C = I t/(5 % of V).
     """
     own = board.electronics
-    period_s = 2.0**own.pwm_bits / 80e6
+    period_s = 2.0**own.pwm_bits / CLOCK_HZ
     carrier_f = full_a * period_s / 4.0 / (RIPPLE_SHARE * own.supply_v)
     jump_f = crest_a * SUPPLY_RESPONSE_S / (SAG_SHARE * own.supply_v)
     return preferred(max(carrier_f, jump_f), E3)

@@ -16,7 +16,7 @@ from typing import Any
 
 from chladni.host.protocol.codes import numbered
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import NOT_WIRED, ChipName
+from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED, ChipName
 from chladni.sim.board.gpio import PinFault, pin_fault
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
@@ -27,7 +27,7 @@ VERSION_MAJOR, VERSION_MINOR = 2, 0
 PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
 
-TIMER_HZ = 80_000_000
+TIMER_HZ = int(CLOCK_HZ)
 """Clock of the LEDC's timers, on either chip."""
 ID_BYTES = 8 + BOARD_NAME_BYTES
 CARRIER_PERIODS_PER_FRAME = 8

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from chladni.sim.board.coil_checks import check_coil
 from chladni.sim.board.electronics import CHIP_NAMES, PANEL_KINDS
-from chladni.sim.board.foundation_checks import check_foundation
+from chladni.sim.board.foundation_checks import SAME_PLACE, check_foundation
 from chladni.sim.board.gpio import CHIPS, pin_fault
 from chladni.sim.board.panel_layer import check_layer
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
@@ -25,8 +25,6 @@ ROOM = 0.6e-3
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
-SAME_PLACE = 1e-6
-"""Two actuators closer than this, in metres, are at one place: drives cannot tell them apart."""
 
 
 def check_board(board: BoardParts) -> None:

@@ -68,8 +68,8 @@ class Panel:
 
     `place` says where its electrodes are: "on" the plate, on a layer that bends with it (`film` or
     `glass`, glued over all of it), "in" it, as copper of the sheet itself, or "beside" it, where
-    they move nothing; "" where nobody said. The layer's numbers are those of `material` ("pet" or
-    "glass" unless named) where they are None. `glue` is a layer without stiffness that does not
+    they move nothing; "" where it is not given. The layer's numbers are those of `material` ("pet"
+    or "glass" unless named) where they are None. `glue` is a layer without stiffness that does not
     slip.
     """
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from chladni.sim.board.quantity import quantity
 
+FINGERTIP_RADIUS = 6e-3
+"""Radius of the disc a fingertip covers, m."""
+
 
 @dataclass(frozen=True)
 class Finger:

@@ -14,7 +14,7 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 MOST_STIFFNESS = 1e11
 """N/m³: a millimetre of what is a hundred times as stiff as rubber."""
 SAME_PLACE = 1e-6
-"""Closer than this, in metres, two circles have one centre."""
+"""Closer than this, in metres, two circles or two coils are at one place."""
 
 
 Disc = tuple[str, tuple[float, float], float]

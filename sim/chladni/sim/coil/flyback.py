@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import CLOCK_HZ
-from chladni.sim.coil.full_drive import ROUNDING_STEPS
 
 FloatArray = NDArray[np.float64]
 
@@ -94,9 +93,3 @@ def circuit_of(board: Board) -> FlybackCircuit | None:
         return None
     carrier = CLOCK_HZ / 2**own.pwm_bits
     return FlybackCircuit(coil.resistance, coil.inductance, own.supply_v, own.diode_v, carrier)
-
-
-def least_duty(board: Board) -> float:
-    """The lowest duty of a wave as the firmware plays it."""
-    own = board.electronics
-    return float((ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / 2**own.pwm_bits)

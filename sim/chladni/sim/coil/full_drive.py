@@ -53,6 +53,12 @@ class FullDrive:
     bias_newtons: FloatArray
 
 
+def least_duty(board: Board) -> float:
+    """The lowest duty of a wave as the firmware plays it."""
+    own = board.electronics
+    return float((ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / 2**own.pwm_bits)
+
+
 def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDrive | None:
     """The most of a drive that continuous touch allows.
 
@@ -69,7 +75,7 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         return None
     shares = sizes / sizes.max()
     steps = 2**own.pwm_bits
-    rest = (ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / steps
+    rest = least_duty(board)
     plays = shares > 0.0
     full_current = own.supply_v / own.coil_ohm
     limits = {

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.finger import FINGERTIP_RADIUS
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.parts import FEATURES
 from chladni.sim.fields.board_plate import plate_geometry
@@ -23,8 +24,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Place = tuple[float, float]
 
-FINGERTIP = 6e-3
-"""Radius of the contact, m."""
 ELEMENT = 2.0 / 3.0
 """Of a magnet's radius. Half of it moves what a press of 1 N changes by a fiftieth (`quiet16`)."""
 ACROSS = 12
@@ -87,7 +86,7 @@ class PressedSheet:
         """The sheet under a finger; foam gives way as slowly as its data sheet says."""
         key = (finger.place, finger.newtons)
         if key not in self._rest:
-            load = self._sheet.mean(*finger.place, FINGERTIP)
+            load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
             softer = [newtons for place, newtons in self._rest if place == finger.place]
             # From the next softer press on it is fewer steps.
             nearest = max((own for own in softer if own < finger.newtons), default=None)
@@ -97,7 +96,7 @@ class PressedSheet:
 
     def deflection(self, finger: PressingFinger) -> float:
         """Mean under the finger, m."""
-        load = self._sheet.mean(*finger.place, FINGERTIP)
+        load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
         return float(load @ self.at_rest(finger).deflection)
 
     def change(self, finger: PressingFinger, *, foam_factor: float = 1.0) -> ComplexArray:
@@ -110,7 +109,7 @@ class PressedSheet:
         """
         if foam_factor not in self._free:
             self._free[foam_factor] = self._fields(self._flat, foam_factor, None)
-        load = self._sheet.mean(*finger.place, FINGERTIP)
+        load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
         under = self._fields(self.at_rest(finger), foam_factor, (load, finger.stiffness))
         return np.asarray(under - self._free[foam_factor])
 

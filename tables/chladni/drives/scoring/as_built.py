@@ -1,8 +1,8 @@
 """What a board keeps of its focus as it is built and touched.
 
-Each row changes one thing and keeps the drives of the board as drawn: a film that the sheet gets
-besides, a finger that presses, coils at their heat limit, foam that is stiffer than its data sheet.
-The last row has all of them at once, on boards within their tolerances.
+Each row changes one thing and keeps the drives of the board as drawn: a finger that presses, coils
+at their heat limit, foam that is stiffer than its data sheet. Drives know a film that is added to
+the sheet. The last row has all of them at once, on boards within their tolerances.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.best_drives import best_drives, mirrored
+from chladni.drives.scoring.board_score import PITCH
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -28,7 +29,7 @@ from chladni.drives.scoring.survey import (
     statistics,
 )
 from chladni.drives.scoring.tolerances import drawn_boards, with_foam
-from chladni.drives.scoring.warm import Warm, warm
+from chladni.drives.scoring.warm import Warm, board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
@@ -41,13 +42,12 @@ from chladni.sim.image.finger import pressed, pressing_stiffness
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
-PITCH = 6e-3
 FILM = 0.125e-3
 """m of PET, a touch film of one layer."""
 PRESSES = (0.3, 1.0, 3.0)
 """N: a light touch, a usual one, a firm one."""
 LEAST_PRESS, MOST_PRESS = 0.05, 10.0
-STIFFER = 2.0
+FOAM_TWICE = 2.0
 """Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
 STIFFEST = 3.0
 """Of the boards with everything at once, drawn evenly in the logarithm from 1."""
@@ -72,7 +72,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class AsBuilt:
-    """A board's focus as built; every `Kept` by the drives of the board as drawn but for `film`.
+    """A board's focus as built, by the drives of the board as drawn, or of that under the film.
 
     Attributes
     ----------
@@ -83,11 +83,12 @@ class AsBuilt:
     pressed_mm
         How far the sheet goes down under `newtons`; None where that is nothing to its thickness.
     warm, foam_twice
-        Coils at their limit; foam of twice its static stiffness.
+        Coils at their limit, whose gains the device evens out; foam of twice its static stiffness.
     together
-        Tolerances, foam of 1 to 3 times, pressed by `newtons`, warm.
-    board_w
-        What all coils of a drive heat.
+        Under the film, within tolerances, foam of 1 to 3 times, pressed by `newtons`, warm.
+    board_w, board_k, magnet_k
+        Heat of all coils of a drive without end, W; the board's rise above the air by it, and that
+        of its warmest magnet, K.
     """
 
     places: int
@@ -103,6 +104,8 @@ class AsBuilt:
     foam_twice: Kept
     together: Kept
     board_w: Spread | None
+    board_k: Spread | None
+    magnet_k: Spread | None
 
 
 def score_as_built(
@@ -135,36 +138,18 @@ def score_as_built(
     """
     check_press(newtons)
     places = active_lattice(board, pitch).places + border_places(board, pitch)
-    solved = solved_board(board)
-    drives = best_drives(solved, places, objective, seed)
-    survey = Survey(board, places, drives)
+    own = _Driven(board, places, objective, seed)
     alone = Survey(board, places, nearest_coils(board, places))
-    values = solved.fields.values
-    heat = [warm(board, drive) for drive in drives]
-    forces = [np.ones(len(board.actuators)) if own is None else own.forces for own in heat]
-    touched = _Touched(solved, places)
-    counted = _Counted(progress, 4 + len(PRESSES) * len(touched.own) + samples)
-    nominal = _kept(survey.measure(values))
-    nearest = _kept(alone.measure(values))
+    film = None if _has_layer(board) else _Driven(_filmed(board), places, objective, seed)
+    most = film or own
+    counted = _Counted(progress, 2 + len(PRESSES) * len(own.touched.places) + samples)
+    nominal = _kept(own.survey.measure(own.values))
+    nearest = _kept(alone.measure(own.values))
+    warm_rows = [own.survey.one(own.values, k, forces) for k, forces in enumerate(own.forces)]
     counted.step()
-    film = _filmed(board, places, objective, seed)
+    stiffer = driven_fields(with_foam(board, FOAM_TWICE), allow_unmet=True).values
+    foam = _kept(own.survey.measure(stiffer))
     counted.step()
-    hot = np.array([survey.one(values, k, own) for k, own in enumerate(forces)])
-    counted.step()
-    stiffer = driven_fields(with_foam(board, STIFFER), allow_unmet=True).values
-    foam = _kept(survey.measure(stiffer))
-    counted.step()
-    presses = {f"{press:g}": _kept(touched.measure(survey, press, counted)) for press in PRESSES}
-    everything = []
-    rng = np.random.default_rng(seed)
-    for own in drawn_boards(board, samples, seed):
-        factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
-        with one_blas_thread():
-            found = driven_fields(with_foam(own.board, factor), allow_unmet=True).values
-        for k in rng.choice(touched.own, min(PLACES_A_BOARD, len(touched.own)), replace=False):
-            under = found + touched.change(k, newtons, factor)
-            everything.append(survey.one(under, k, own.forces * forces[k]))
-        counted.step()
     return AsBuilt(
         places=len(places),
         samples=samples,
@@ -172,14 +157,48 @@ def score_as_built(
         newtons=newtons,
         nominal=nominal,
         nearest_coil=nearest,
-        film=film,
-        pressed=presses,
-        pressed_mm=touched.deflections_mm(newtons),
-        warm=_kept(hot),
+        film=None if film is None else _kept(film.survey.measure(film.values)),
+        pressed={
+            f"{press:g}": _kept(own.touched.measure(own.survey, press, counted))
+            for press in PRESSES
+        },
+        pressed_mm=own.touched.deflections_mm(newtons),
+        warm=_kept(np.array(warm_rows)),
         foam_twice=foam,
-        together=_kept(np.array(everything)),
-        board_w=_watts(heat),
+        together=_kept(_together(most, newtons, samples, seed, counted)),
+        **_heat(board, own.heat),
     )
+
+
+class _Driven:
+    """A board with the drives of its places, and how warm each makes it."""
+
+    def __init__(self, board: Board, places: Sequence[Place], objective: str, seed: int) -> None:
+        solved = solved_board(board)
+        drives = best_drives(solved, places, objective, seed)
+        self.board, self.values = board, solved.fields.values
+        self.survey = Survey(board, places, drives)
+        self.touched = _Touched(solved, places)
+        self.heat = [warm(board, drive) for drive in drives]
+        coils = np.ones(len(board.actuators))
+        self.forces = [coils if found is None else found.forces for found in self.heat]
+
+
+def _together(
+    own: _Driven, newtons: float, samples: int, seed: int, counted: _Counted
+) -> FloatArray:
+    """Rows of boards within tolerances, on stiffer foam, warm, some places of each pressed."""
+    rows, rng = [], np.random.default_rng(seed)
+    places = own.touched.places
+    for drawn in drawn_boards(own.board, samples, seed):
+        factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
+        with one_blas_thread():
+            found = driven_fields(with_foam(drawn.board, factor), allow_unmet=True).values
+        for k in rng.choice(places, min(PLACES_A_BOARD, len(places)), replace=False):
+            under = found + own.touched.change(k, newtons, factor)
+            rows.append(own.survey.one(under, k, drawn.forces * own.forces[k]))
+        counted.step()
+    return np.array(rows)
 
 
 def check_press(newtons: float) -> None:
@@ -199,20 +218,29 @@ def _kept(measured: FloatArray) -> Kept:
     return Kept(found.second_finger_20mm_db, found.finger_um)
 
 
-def _watts(heat: Sequence[Warm | None]) -> Spread | None:
-    known = [own.watts for own in heat if own is not None]
-    return Spread.of(known) if known else None
+def _heat(board: Board, heat: Sequence[Warm | None]) -> dict[str, Spread | None]:
+    """What drives without end heat: all coils, the board by them, its warmest magnet."""
+    known = [found for found in heat if found is not None]
+    if not known:
+        return {"board_w": None, "board_k": None, "magnet_k": None}
+    boards = [board_rise_k(board, found) for found in known]
+    magnets = [rise + found.magnet_k for rise, found in zip(boards, known, strict=True)]
+    watts = [found.watts for found in known]
+    return {
+        "board_w": Spread.of(watts),
+        "board_k": Spread.of(boards),
+        "magnet_k": Spread.of(magnets),
+    }
 
 
-def _filmed(board: Board, places: Sequence[Place], objective: str, seed: int) -> Kept | None:
-    """With a film on the sheet, and drives that know it."""
-    if board.panel is not None and board.panel.layer_thickness:
-        return None
+def _has_layer(board: Board) -> bool:
+    return board.panel is not None and board.panel.layer_thickness > 0.0
+
+
+def _filmed(board: Board) -> Board:
+    """With a film on the sheet."""
     own = board.panel or Panel((16, 16), board.plate.size)
-    filmed = replace(board, panel=replace(own, place="on", film=FILM))
-    solved = solved_board(filmed)
-    survey = Survey(filmed, places, best_drives(solved, places, objective, seed))
-    return _kept(survey.measure(solved.fields.values))
+    return replace(board, panel=replace(own, place="on", film=FILM))
 
 
 class _Touched:
@@ -222,7 +250,7 @@ class _Touched:
         self._solved, self._places = solved, places
         board = solved.board
         images = [mirrored(solved, place)[0] for place in places]
-        self.own = [images.index(own) for own in dict.fromkeys(images)]
+        self.places = [images.index(own) for own in dict.fromkeys(images)]
         """Places that are no others' images in the mirrors."""
         self._sheet = PressedSheet(board) if is_thin(board, MOST_PRESS) else None
 
@@ -250,7 +278,7 @@ class _Touched:
             return row
 
         with one_blas_thread():
-            return np.array(list(in_threads(one, self.own)))
+            return np.array(list(in_threads(one, self.places)))
 
     def deflections_mm(self, newtons: float) -> Spread | None:
         """How far the sheet goes down."""
@@ -258,7 +286,7 @@ class _Touched:
         if self._sheet is None or not is_thin(board, newtons):
             return None
         stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
-        fingers = [PressingFinger(self._places[k], newtons, stiffness) for k in self.own]
+        fingers = [PressingFinger(self._places[k], newtons, stiffness) for k in self.places]
         return Spread.of([self._sheet.deflection(finger) / MM for finger in fingers])
 
 

@@ -17,6 +17,8 @@ COPPER = 3.93e-3
 """Of its resistance at 20 °C, per kelvin."""
 REMANENCE = -1.2e-3
 """Of NdFeB's, per kelvin (makers' data sheets, 20 to 80 °C)."""
+STILL_AIR = 10.0
+"""W/(m²·K), convection and radiation of a face a few centimetres wide (5 to 10 and 5)."""
 MAGNET_SHARE = 0.5
 """Of its coil's rise that a magnet has beyond the gap; estimated, like all of a board's heating."""
 
@@ -30,7 +32,9 @@ class Warm:
     rise_k
         Of every coil, K, shape (actuators,).
     forces
-        Over those of cold coils at the same duties, shape (actuators,).
+        Over those of cold coils by the same drive, shape (actuators,). The device lowers the gains
+        of cooler coils by as much as the warmest loses (`core/device/coil_heat`), so what differs
+        is what the magnets lose.
     watts
         Of all coils.
     """
@@ -38,6 +42,11 @@ class Warm:
     rise_k: FloatArray
     forces: FloatArray
     watts: float
+
+    @property
+    def magnet_k(self) -> float:
+        """Rise of the warmest magnet above the board."""
+        return float(MAGNET_SHARE * self.rise_k.max())
 
 
 def warm(board: Board, drive: ComplexArray) -> Warm | None:
@@ -54,6 +63,19 @@ def warm(board: Board, drive: ComplexArray) -> Warm | None:
     amplitude = full.duty * sizes / sizes.max()
     cold = (full.bias**2 + amplitude**2 / 2.0) * own.supply_v**2 / own.coil_ohm
     rise = (np.sqrt(1.0 + 4.0 * COPPER * own.coil_k_per_w * cold) - 1.0) / (2.0 * COPPER)
-    current = 1.0 / (1.0 + COPPER * rise)
+    resistance = 1.0 + COPPER * rise
     magnet = 1.0 + REMANENCE * MAGNET_SHARE * rise
-    return Warm(rise, current * magnet, float((cold * current).sum()))
+    gain = resistance / resistance[sizes > 0.0].max()
+    current = gain / resistance
+    # Heat goes with the square of the duty, and the gains lower that of cooler coils.
+    watts = float((cold * gain**2 / resistance).sum())
+    return Warm(rise, current * magnet, watts)
+
+
+def board_rise_k(board: Board, heat: Warm) -> float:
+    """How much a board's own heat warms it above the air, K: both its faces in still air.
+
+    Coils' thermal resistance counts each coil alone; this comes on top.
+    """
+    width, length = board.plate.size
+    return heat.watts / (2.0 * STILL_AIR * width * length)

@@ -10,7 +10,8 @@ import numpy as np
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.flyback import circuit_of, least_duty
+from chladni.sim.coil.flyback import circuit_of
+from chladni.sim.coil.full_drive import least_duty
 from chladni.sim.fields.neighbours import MATTERS, Neighbours
 from chladni.sim.image import metrics
 from chladni.sim.magnetics.windings import force_per_ampere
@@ -18,7 +19,7 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
-STIFFER = 2.0
+STIFF_LAYER = 2.0
 """From where on a layer is warned of: a point's answer on foam is 1/√D, so 3 dB of level."""
 
 
@@ -63,9 +64,9 @@ def panel_report(board: Board) -> dict[str, Any]:
 
 
 def say_panel(board: Board) -> None:
-    """Where a panel takes the focus, or nobody said what it is."""
+    """Where a panel takes the focus, or its place is not given."""
     found = panel_report(board)
-    if found["stiffness_ratio"] >= STIFFER:
+    if found["stiffness_ratio"] >= STIFF_LAYER:
         say(
             f"the panel's layer makes the plate {found['stiffness_ratio']:.1f} times as stiff: a "
             "focus needs a soft sheet; use a thinner film, or electrodes in the sheet or beside it"

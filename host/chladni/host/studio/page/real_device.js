@@ -48,7 +48,7 @@ export class RealDevice {
     this.port = port;
     parts.attachButton.textContent = port ? "Let go" : "Attach";
     parts.port.disabled = port !== null;
-    parts.attached.hidden = port === null;
+    parts.connected.hidden = port === null;
     this.say(said);
     if (!port) return;
     showRows(parts.deviceRows, rows);

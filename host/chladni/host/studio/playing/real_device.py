@@ -35,7 +35,7 @@ class RealDevice:
 
     def __init__(self, sender: Sender, known: Sequence[str]) -> None:
         self._sender, self._known = sender, known
-        self._attached: DevicePort | None = None
+        self._port: DevicePort | None = None
         self._thread = ThreadPoolExecutor(1, "device")
         self._orders: set[asyncio.Task[None]] = set()
         self._wanted: Place | None = None
@@ -80,18 +80,18 @@ class RealDevice:
             await self._sender.send({"type": "device", "port": None, "said": "let go"})
             return
         try:
-            self._attached = await self._in(lambda: DevicePort(port, self._known))
+            self._port = await self._in(lambda: DevicePort(port, self._known))
             await self._about("")
         except ChladniError as error:
             await self._lost(error)
 
     async def _do(self, order: Order, shown: Prepared | None) -> None:
         """What a page orders; it hears how far that is, and what came of it."""
-        attached = self._attached
-        if attached is None:
-            raise MissingError("port", "no device is attached")
+        connected = self._port
+        if connected is None:
+            raise MissingError("port", "no device is connected")
         try:
-            await self._about(await self._ordered(attached, order, shown))
+            await self._about(await self._ordered(connected, order, shown))
         except InputError as error:  # of the setting or the table: the device is still there
             await self._about(str(error))
         except ChladniError as error:
@@ -107,14 +107,14 @@ class RealDevice:
         while True:
             await self._has_news.wait()
             self._has_news.clear()
-            attached, place = self._attached, self._wanted
-            if attached is None:
+            connected, place = self._port, self._wanted
+            if connected is None:
                 continue
             try:
                 if place is None:
-                    await self._in(attached.lift)
+                    await self._in(connected.lift)
                 else:
-                    await self._in(partial(attached.hold, place))
+                    await self._in(partial(connected.hold, place))
             except ChladniError as error:
                 await self._lost(error)
 
@@ -125,7 +125,7 @@ class RealDevice:
         self._thread.submit(self._let_go)
         self._thread.shutdown(wait=False)
 
-    async def _ordered(self, attached: DevicePort, order: Order, shown: Prepared | None) -> str:
+    async def _ordered(self, connected: DevicePort, order: Order, shown: Prepared | None) -> str:
         done = [0, 0]
 
         def tell(now: int, of_all: int) -> None:
@@ -135,16 +135,16 @@ class RealDevice:
             if not isinstance(shown, ReadyBoard):
                 raise InputError("table", "a board without one", "a board whose table is built")
             table = shown.table
-            return await self._watched(order.what, done, lambda: attached.flash(table, tell))
+            return await self._watched(order.what, done, lambda: connected.flash(table, tell))
         if order.what == "self-test":
-            return await self._watched(order.what, done, lambda: attached.self_test(tell))
+            return await self._watched(order.what, done, lambda: connected.self_test(tell))
         if order.what == "set":
-            return await self._in(lambda: attached.set(order.text))
+            return await self._in(lambda: connected.set(order.text))
         if order.what == "configure":
             if shown is None:
                 raise MissingError("board", "none is shown yet")
             board = shown.board
-            return await self._in(lambda: attached.configure(board))
+            return await self._in(lambda: connected.configure(board))
         return ""
 
     async def _watched(self, what: str, done: list[int], work: Callable[[], str]) -> str:
@@ -158,10 +158,10 @@ class RealDevice:
         return task.result()
 
     async def _about(self, said: str) -> None:
-        attached = self._attached
-        if attached is not None:
+        connected = self._port
+        if connected is not None:
             await self._sender.send(
-                {"type": "device", "said": said, **await self._in(attached.about)}
+                {"type": "device", "said": said, **await self._in(connected.about)}
             )
 
     async def _lost(self, error: ChladniError) -> None:
@@ -170,9 +170,9 @@ class RealDevice:
         await self._sender.send({"type": "device", "port": None, "said": str(error)})
 
     def _let_go(self) -> None:
-        if self._attached is not None:
-            self._attached.close()
-        self._attached = None
+        if self._port is not None:
+            self._port.close()
+        self._port = None
 
     async def _in(self, work: Callable[[], Result]) -> Result:
         return await asyncio.get_running_loop().run_in_executor(self._thread, work)

@@ -26,6 +26,7 @@ IN_STRIP = 12
 """Gauss points across a strip at least. Along a side as many as the plate's own area has."""
 ALONG_SIDE = 30
 OFFCUT_POINTS = 16
+"""Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
 ACROSS_AN_EDGE = (48, 192)
 """Points along the radius and around of a disc that an edge of a strip goes through: they leave
 1e-3 of the disc's share."""

@@ -15,7 +15,7 @@ from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.basis.quadrature import Points, gauss_points
 from chladni.sim.ritz.circles.derivatives import Derivative
 from chladni.sim.ritz.circles.functions import Circle
-from chladni.sim.ritz.forms.foundation_points import signed_points
+from chladni.sim.ritz.forms.foundation_points import OFFCUT_POINTS, signed_points
 
 FloatArray = NDArray[np.float64]
 
@@ -23,8 +23,6 @@ RIM_POINTS = 32
 """Points on a rim, at least, and `BEYOND` twice its order where that is more: the error falls as
 (radius / distance to the next feature)^(points − order)."""
 BEYOND = 16
-OFFCUT_POINTS = 16
-"""Points each way on half a rounded corner's offcut; bounded by one arc and straight lines."""
 EDGE_POINTS = 96
 """Points on an edge beyond two per polynomial; a load disc that overhangs it makes a kink there."""
 
