@@ -3,10 +3,10 @@
     python tools/check_image.py build/chladni.elf
     python tools/check_image.py .pio/build/esp32s3/firmware.elf --chip esp32s3
 
-Everything that the interrupt and the last resort reach by direct calls must lie in IRAM with its
-literals, the tables that it reads in DRAM, and none of it may use the floating-point unit, whose
-registers an interrupt does not save. What is called by a pointer is not followed: such functions
-are named here.
+Everything that the interrupt and the last resort reach by calls and literals must lie in IRAM with
+its literals, none of them may be an address in flash, the tables that it reads must lie in DRAM,
+and none of it may use the floating-point unit, whose registers an interrupt does not save. What is
+called by a pointer in memory is not followed: such functions are named here.
 Needs the vendor's nm, objdump and size on the PATH (--tools for another prefix).
 """
 
@@ -30,6 +30,7 @@ class Memory:
 
     iram: range
     dram: range
+    flash: tuple[range, ...]
     iram_bytes: int
     dram_bytes: int
     tools: str
@@ -37,16 +38,20 @@ class Memory:
 
 # ESP-IDF 5.5.3's linker scripts (components/esp_system/ld); the budgets leave Wi-Fi what it takes.
 MEMORIES = {
-    "esp32": Memory(range(0x40080000, 0x400A0000), range(0x3FFAE000, 0x40000000), 128 * 1024,
+    "esp32": Memory(range(0x40080000, 0x400A0000), range(0x3FFAE000, 0x40000000),
+                    (range(0x3F400000, 0x3F800000), range(0x400C2000, 0x40C00000)), 128 * 1024,
                     180_736, "xtensa-esp32-elf-"),
-    "esp32s3": Memory(range(0x40370000, 0x403E0000), range(0x3FC88000, 0x3FD00000), 352 * 1024,
+    "esp32s3": Memory(range(0x40370000, 0x403E0000), range(0x3FC88000, 0x3FD00000),
+                      (range(0x3C000000, 0x3E000000), range(0x42000000, 0x44000000)), 352 * 1024,
                       341_760, "xtensa-esp32s3-elf-"),
 }  # fmt: skip
 ROOTS = (
     "on_alarm", "set_duties", "chladni::chip::pwm_set_duties", "chladni::chip::cut_outputs",
-    "start_together",
+    "start_together", "__wrap_esp_panic_handler",
 )  # fmt: skip
 """Where the interrupt, the last resort and the start of both timers begin."""
+BEYOND = ("esp_panic_handler", "__real_esp_panic_handler")
+"""ESP-IDF's own, after outputs were cut."""
 TABLES = ("kSineQuarter",)
 """Constants that the interrupt reads."""
 HEAD = re.compile(r"^([0-9a-f]+) <(.+)>:$", re.MULTILINE)
@@ -114,16 +119,26 @@ def out_of_step(lines: dict[int, tuple[int, str]], start: int, end: int) -> int 
     return min(lost, default=None)
 
 
-def reached(found: dict[str, Function]) -> list[str]:
-    """What the roots call, and those in turn, themselves included."""
-    waiting = [name for name in found if any(name.endswith(root) for root in ROOTS)]
+def is_root(name: str, root: str) -> bool:
+    """Whether a function is a root, in whatever namespace."""
+    return name == root or name.endswith(f"::{root}")
+
+
+def reached(found: dict[str, Function], contents: Mapping[int, int]) -> list[str]:
+    """What the roots call, and those in turn, themselves included.
+
+    A call too far for its instruction goes through a literal with the function's address.
+    """
+    by_address = {own.address: name for name, own in found.items()}
+    waiting = [name for name in found if any(is_root(name, root) for root in ROOTS)]
     seen: list[str] = []
     while waiting:
         name = waiting.pop()
-        if name in seen or name not in found:
+        if name in seen or name in BEYOND or name not in found:
             continue
         seen.append(name)
-        waiting += found[name].calls
+        far = (by_address.get(contents.get(at, 0)) for at in found[name].literals)
+        waiting += [*found[name].calls, *(own for own in far if own is not None)]
     return seen
 
 
@@ -153,15 +168,18 @@ def complaints(
     contents
         Words by their address, for the values of literals.
     """
-    path = reached(found)
+    path = reached(found, contents)
     wrong = [f"{root}: not in the image" for root in ROOTS
-             if not any(name.endswith(root) for name in path)]  # fmt: skip
+             if not any(is_root(name, root) for name in path)]  # fmt: skip
     for name in path:
         own = found[name]
         if own.address not in memory.iram:
             wrong.append(f"{name}: at {own.address:#x}, which is not IRAM")
         wrong += [f"{name}: a literal at {at:#x}, which is not IRAM"
                   for at in own.literals if at not in memory.iram]  # fmt: skip
+        values = [contents.get(at, 0) for at in own.literals]
+        wrong += [f"{name}: the address {value:#x}, which is flash" for value in values
+                  if any(value in part for part in memory.flash)]  # fmt: skip
         wrong += [f"{name}: {what}, of the floating-point unit" for what in own.floating]
     read = {contents.get(at, 0) for name in path for at in found[name].literals}
     used = [own for own in tables if any(at in own for at in read)]
@@ -201,8 +219,10 @@ def check(image: Path, memory: Memory, prefix: str) -> list[str]:
         return said("objdump", "-dC", f"--start-address={start:#x}", f"--stop-address={end:#x}")
 
     found = functions(said("objdump", "-dC"), again)
-    print(f"{len(reached(found))} functions on the interrupt's path and the last resort's")
-    wrong = complaints(found, tables, memory, words(said("objdump", "-s")))
+    contents = words(said("objdump", "-s"))
+    path = reached(found, contents)
+    print(f"{len(path)} functions on the interrupt's path and the last resort's")
+    wrong = complaints(found, tables, memory, contents)
     budgets = (("IRAM", iram, memory.iram_bytes), ("DRAM", dram, memory.dram_bytes))
     return wrong + [f"{name}: {own:,} bytes of {most:,}" for name, own, most in budgets
                     if own > most]  # fmt: skip

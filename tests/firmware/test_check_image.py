@@ -1,6 +1,7 @@
 """What a linked image is asked: on small images that are linked here, for want of the chip's own.
 
-The compiler is another Xtensa's, without windows and floating-point unit; the layout is an ESP32's.
+The compiler is another Xtensa's, without windows and floating-point unit; the layouts are those of
+both chips.
 """
 
 from __future__ import annotations
@@ -29,27 +30,44 @@ extern unsigned kSineQuarter[2];
 unsigned kSineQuarter[2] {table} = {{1, 2}};
 {helper} void helper() {{ sink = sink + kSineQuarter[sink & 1U] * {used}; }}
 IRAM void on_alarm() {{ helper(); sink = 5; }}
-static IRAM __attribute__((used)) void set_duties() {{ sink = 6; }}
+static IRAM __attribute__((used)) void {set_duties}() {{ sink = 6; }}
+extern unsigned other[2];
+unsigned other[2] RODATA = {{5, 6}};
 namespace chladni::chip {{
-IRAM void pwm_set_duties() {{ set_duties(); sink = 7; }}
+IRAM void pwm_set_duties() {{ {set_duties}(); sink = 7 + {read}; }}
 IRAM void cut_outputs() {{ sink = 8; }}
 }}
 IRAM void start_together() {{ sink = 9; }}
+extern "C" FLASH void report() {{ sink = 12; }}
+extern "C" IRAM void esp_panic_handler() {{ report(); sink = 10; }}
+extern "C" IRAM void __wrap_esp_panic_handler() {{
+  chladni::chip::cut_outputs(); {panic} sink = 11;
+}}
 unsigned bulk[{bulk}] __attribute__((section(".dram0.bulk")));
 extern "C" FLASH void start() {{
   on_alarm(); chladni::chip::pwm_set_duties(); chladni::chip::cut_outputs(); start_together();
+  __wrap_esp_panic_handler();
   sink = bulk[sink] + another::kSineQuarter[sink & 1U];
 }}
 """
-GOOD = {"used": "1", "table": "DRAM", "helper": "IRAM", "bulk": "16"}
+GOOD = {"used": "1", "table": "DRAM", "helper": "IRAM", "bulk": "16", "read": "0",
+        "set_duties": "set_duties", "panic": "esp_panic_handler();"}  # fmt: skip
+LAYOUTS = {
+    "esp32": {".iram0.text": 0x40080400, ".flash.text": 0x400D0020, ".dram0.data": 0x3FFB0000,
+              ".flash.rodata": 0x3F400020, ".dram0.bulk": 0x3FFB4000},
+    "far": {".iram0.text": 0x40080400, ".flash.text": 0x40140020, ".dram0.data": 0x3FFB0000,
+            ".flash.rodata": 0x3F400020, ".dram0.bulk": 0x3FFB4000},
+    "esp32s3": {".iram0.text": 0x40374400, ".flash.text": 0x42010020, ".dram0.data": 0x3FC90000,
+                ".flash.rodata": 0x3C010020, ".dram0.bulk": 0x3FC94000},
+}  # fmt: skip
+"""Of each chip, and of an ESP32 whose code in flash is out of a call's reach."""
 
 
-def image(folder: Path, **changes: str) -> Path:
-    """Linked where an ESP32 has its memories."""
+def image(folder: Path, layout: str = "esp32", **changes: str) -> Path:
+    """Linked where a chip has its memories."""
     source, made = folder / "a.cpp", folder / "a.elf"
     source.write_text(SOURCE.format(**(GOOD | changes)), "utf-8")
-    starts = {".iram0.text": 0x40080400, ".flash.text": 0x400D0020, ".dram0.data": 0x3FFB0000,
-              ".flash.rodata": 0x3F400020, ".dram0.bulk": 0x3FFB4000}  # fmt: skip
+    starts = LAYOUTS[layout]
     subprocess.run(
         [f"{PREFIX}g++", "-std=c++17", "-O1", "-nostdlib", "-mlongcalls", "-mtext-section-literals",
          "-Wl,--entry=start", *(f"-Wl,--section-start={name}={at:#x}"
@@ -67,20 +85,24 @@ def checked(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.usefixtures("cross_compilers")
+@pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
         ({}, "nothing wrong"),
-        ({"helper": "FLASH"}, "helper: at 0x400d"),
-        ({"table": "RODATA"}, "a table at 0x3f400020, which is not DRAM"),
-        ({"bulk": "50000"}, "DRAM: 200,"),
+        ({"helper": "FLASH"}, "helper: at 0x4"),
+        ({"table": "RODATA"}, "which is not DRAM"),
+        ({"read": "other[sink & 1U]"}, "pwm_set_duties: the address 0x3"),
+        ({"set_duties": "reset_duties"}, "set_duties: not in the image"),
+        ({"bulk": "100000"}, "DRAM: 400,"),
         ({"used": "0"}, "kSineQuarter: the interrupt has no address of it"),
     ],
 )
 def test_an_image_is_told_what_lies_where_it_must_not(
-    tmp_path: Path, changes: dict[str, str], told: str
+    tmp_path: Path, changes: dict[str, str], told: str, layout: str
 ) -> None:
-    run = checked(image(tmp_path, **changes), "--tools", PREFIX)
+    chip = "esp32s3" if layout == "esp32s3" else "esp32"
+    run = checked(image(tmp_path, layout, **changes), "--tools", PREFIX, "--chip", chip)
     assert told in run.stdout, run.stdout + run.stderr
     assert run.returncode == (1 if changes else 0)
 

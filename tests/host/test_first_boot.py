@@ -16,9 +16,10 @@ def test_it_goes_through_every_step_and_says_what_was_found(
     done = chladni("device", "self-test", "--first-boot", "--emulator", "--json")
     assert done.code == 0, done.err
     steps = done.json["steps"]
-    assert len(steps) == 4 + 5
+    assert len(steps) == 5 + 5
     assert all(step["ok"] for step in steps)
     assert "state fault; no table" in done.err
+    assert "GPIO 2, 4, 15, 16, 17" in done.err
     assert done.err.count("played for 1 s") == 6
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import signal
 import subprocess
 import sys
@@ -81,12 +82,20 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.mark.slow
-def test_a_board_of_ones_own_plays(chladni: CommandLine, desk: Desk, own_file: Path) -> None:
+def test_a_board_of_ones_own_plays(
+    chladni: CommandLine, desk: Desk, own_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     desk.on()
     at = ("--port", desk.port)
     silent = chladni("device", "touch", "5,5", *at)
     assert silent.code == 1
     assert "never configured" in silent.err
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n" * 20))
+    for command in (("stream", "1@0,0,0,0,0"), ("self-test",), ("self-test", "--first-boot")):
+        refused = chladni("device", *command, *at)
+        assert refused.code == 1
+        assert "never configured; chladni device config set --from BOARD" in refused.err
+        assert "played" not in refused.err
     asked = chladni("device", "config", "set", "--from", OWN, *at)
     assert asked.code == 2
     assert "pwm_pins: none, none, none, none, none -> 25, 26, 27, 32" in asked.err

@@ -88,11 +88,29 @@ def test_a_table_goes_to_the_slot_not_in_use_and_nowhere_else(
         assert chip.flash[end:] == before[end:]
 
 
+def image_for(chip_id: int) -> bytes:
+    """An application image: a header as ESP-IDF's esp_app_format.h has it, and anything."""
+    return b"\xe9" + bytes(11) + struct.pack("<H", chip_id) + np.random.default_rng(3).bytes(20_000)
+
+
+@pytest.mark.parametrize(("chip_id", "name"), [(9, "ESP32-S3"), (5, "another chip")])
+def test_firmware_of_another_chip_is_refused_and_nothing_written(
+    chladni: CommandLine, tmp_path: Path, chip_id: int, name: str
+) -> None:
+    path = tmp_path / "firmware.bin"
+    path.write_bytes(image_for(chip_id))
+    with chip_with_chladni().running() as chip:
+        done = chladni("flash", "--firmware", path, "--port", chip.port)
+        assert chip.written == set()
+    assert done.code == 2
+    assert "firmware does not go with the ESP32 at" in done.err
+    assert f"is for {name}" in done.err
+
+
 def test_firmware_goes_into_the_applications_partition(
     chladni: CommandLine, tmp_path: Path
 ) -> None:
-    path = tmp_path / "firmware.bin"
-    image = b"\xe9" + np.random.default_rng(3).bytes(20_000)
+    path, image = tmp_path / "firmware.bin", image_for(0)
     path.write_bytes(image)
     with chip_with_chladni().running() as chip:
         done = chladni("flash", "--firmware", path, "--port", chip.port, "--json")

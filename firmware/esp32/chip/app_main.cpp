@@ -68,6 +68,11 @@ Hal make_hal() {
   };
   hal.recover_bus = [](void*) { chip::panel_bus_recover(); };
   hal.panel_has_called = [](void*) { return chip::panel_has_called(); };
+  hal.open_flash = [](void*) {
+    if (!chip::flash_open()) {
+      chip::console_print("no room for tables, or no partition named config");
+    }
+  };
   hal.read_flash = [](void*, FlashArea area, uint32_t offset, uint8_t* bytes, uint32_t count) {
     return chip::flash_read(area, offset, bytes, count);
   };
@@ -171,37 +176,43 @@ void start_network() {
   datagrams.start();
 }
 
-}  // namespace
-
-extern "C" void app_main() {
-  ESP_ERROR_CHECK(chip::console_start());
-  if (!chip::flash_open()) chip::console_print("no room for tables, or no partition named config");
-  device.start(make_hal());
-  chip::gates_low(device.config());
-  chip::console_set_baud(device.config().link_baud);
-  main_task = xTaskGetCurrentTaskHandle();
+// All but the wire, which answers without it.
+void start_all() {
   const esp_err_t safety = arm_safety();
-  if (device.is_wire_only()) {
-    chip::console_print("crashed again and again: only the wire is started");
-  } else if (safety == ESP_OK) {
+  if (safety == ESP_OK) {
     start_synthesis();
   } else {
     complain("outputs did not start, for want of their last resort:", safety);
   }
-  if (!device.is_wire_only()) {
-    const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
-    if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
+  const esp_err_t panel = chip::panel_bus_start(device.config(), main_task);
+  if (panel != ESP_OK) complain("the panel's bus did not start:", panel);
+}
+
+}  // namespace
+
+extern "C" void app_main() {
+  ESP_ERROR_CHECK(chip::console_start());
+  main_task = xTaskGetCurrentTaskHandle();
+  device.start(make_hal());
+  if (!device.is_bare()) {
+    chip::gates_low(device.config());
+    chip::console_set_baud(device.config().link_baud);
+  }
+  if (device.is_wire_only()) {
+    chip::console_print("crashed again and again: only the wire is started");
+  } else {
+    start_all();
   }
   // After a turn, so that what keeps outputs off is among it.
   device.poll();
   run_command(device, "info");
   bool is_network_tried = false;
   for (;;) {
-    esp_task_wdt_reset();
+    if (!device.is_wire_only()) esp_task_wdt_reset();
     chip::console_poll(host_link);
     chip::network_poll(datagrams);
     device.poll();
-    watch_alignment();
+    if (!device.is_wire_only()) watch_alignment();
     if (!is_network_tried && device.now_ms() >= kWireFirstMs) {
       is_network_tried = true;
       start_network();

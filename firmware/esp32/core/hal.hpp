@@ -32,7 +32,7 @@ enum class FlashArea : uint8_t {
 };
 
 constexpr uint32_t kSectorBytes = 4096;
-constexpr uint32_t kRetainedBytes = 84;
+constexpr uint32_t kRetainedBytes = 96;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
@@ -57,6 +57,9 @@ struct Hal {
   // Whether the panel's interrupt line has fallen since the last call.
   bool (*panel_has_called)(void* context);
 
+  // Makes flash readable, before anything is read; null where it always is. It is not called after
+  // too many crashes, and the calls below then fail.
+  void (*open_flash)(void* context);
   // False if the bytes cannot be read, erased or programmed. A sector's offset is a multiple of
   // kSectorBytes; programming turns ones into zeros only.
   bool (*read_flash)(void* context, FlashArea area, uint32_t offset, uint8_t* bytes,

@@ -77,6 +77,7 @@ class Device {
   // What the last starts forbid this one (starts.hpp).
   bool may_start_network() { return starts_.may_start_network(faults_); }
   bool is_wire_only() const { return starts_.is_wire_only(); }
+  bool is_bare() const { return starts_.is_bare(); }
 
   // Its way out; bytes to the host; a line for people.
   const Hal& hal() const { return hal_; }

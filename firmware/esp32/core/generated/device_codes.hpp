@@ -152,11 +152,12 @@ enum class FaultCause : uint8_t {
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample
   kBrownOut,  // the supply gave way; outputs stay off until a host plays
-  kShortStarts,  // outputs stay off; detail: starts that did not last 10 s
+  kShortStarts,  // outputs stay off; detail: starts that did not last 10 s, or crashes
   kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
   kOlderTable,  // the newest table is damaged; the older one plays
   kNetworkHeld,  // the last start crashed, or several did not last; detail: ResetCause
 };
+constexpr uint32_t kFaultCauses = 20U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {

@@ -9,8 +9,19 @@ namespace {
 constexpr const char* kHelp =
     "expected: touch X_UM Y_UM | lift | frequency MILLIHERTZ | waveform NAME | info | faults";
 
+// What keeps a finger from being felt, and what else stands, a line each.
+void print_standing(const Device& device) {
+  for (uint32_t k = 0; k < kFaultCauses; ++k) {
+    const auto cause = static_cast<FaultCause>(k);
+    if (!device.faults().stands(cause)) continue;
+    Line80 line;
+    device.print(line.add("stands: ").add(to_text(cause)).text());
+  }
+}
+
 void print_info(const Device& device) {
   device.print(to_text(device.state()));
+  print_standing(device);
   device.print(to_text(device.table_status()));
   device.print(to_text(device.config_status()));
   device.print(to_text(device.input().health()));
@@ -39,8 +50,12 @@ void print_faults(const Device& device) {
 bool touch(Device& device, Reader& words) {
   Place place{};
   if (!words.number(&place.x_um) || !words.number(&place.y_um) || !words.at_end()) return false;
+  if (device.state() == DeviceState::kFault) {
+    print_standing(device);
+    return true;
+  }
   device.touch(place);
-  device.print(device.table().is_loaded() ? "ok" : to_text(device.table_status()));
+  device.print("ok");
   return true;
 }
 

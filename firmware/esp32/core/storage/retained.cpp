@@ -9,7 +9,19 @@ namespace {
 
 constexpr uint32_t kMagic = 0x52484C43;  // "CLHR"; all zeros have a CRC that is right
 constexpr uint32_t kWords = 4U + table_format::kMaxActuators;
-static_assert(kRetainedBytes == 4U * (kWords + 1U), "a word each, and the CRC");
+constexpr uint32_t kCrashMagic = 0x52434C43;  // "CLCR"
+constexpr uint32_t kCrashesAt = 4U * (kWords + 1U);
+static_assert(kRetainedBytes == kCrashesAt + 12U,
+              "a word each and the CRC; crashes in three words");
+// More are not told apart.
+constexpr uint32_t kMostCrashes = 1000;
+
+void keep_crashes(const Hal& hal, uint32_t count) {
+  uint8_t* const bytes = hal.retained(hal.context) + kCrashesAt;
+  put_word(bytes, kCrashMagic, 4);
+  put_word(bytes + 4, count, 4);
+  put_word(bytes + 8, crc32(bytes, 8), 4);
+}
 
 }  // namespace
 
@@ -42,5 +54,16 @@ void keep(const Hal& hal, const Retained& state) {
   put_word(at + 8, state.write_credit_ms, 4);
   put_word(bytes + 4U * kWords, crc32(bytes, 4U * kWords), 4);
 }
+
+uint32_t count_crash(const Hal& hal, bool has_crashed) {
+  const uint8_t* const bytes = hal.retained(hal.context) + kCrashesAt;
+  const bool is_known = read_u32(bytes) == kCrashMagic && crc32(bytes, 8) == read_u32(bytes + 8);
+  uint32_t count = is_known ? read_u32(bytes + 4) : 0U;
+  if (has_crashed && count < kMostCrashes) ++count;
+  keep_crashes(hal, count);
+  return count;
+}
+
+void forget_crashes(const Hal& hal) { keep_crashes(hal, 0); }
 
 }  // namespace chladni

@@ -1,4 +1,5 @@
-// What outlasts a restart without flash: how warm the coils are, and how often flash was written.
+// What outlasts a restart without flash: how warm the coils are, how often flash was written, and
+// how often the firmware crashed.
 //
 // It lies in memory that keeps its content through resets and loses it with the power. Which of the
 // two a start comes after cannot be told (a reset pin powers the chip off and on), so only the CRC
@@ -23,5 +24,10 @@ struct Retained {
 // False if what lies there was not written by `keep`.
 bool recall(const Hal& hal, Retained& found);
 void keep(const Hal& hal, const Retained& state);
+
+// Crashes since they were last forgotten, in a record of its own: a start reads it before anything
+// that could crash. Adds one if this start comes after a crash.
+uint32_t count_crash(const Hal& hal, bool has_crashed);
+void forget_crashes(const Hal& hal);
 
 }  // namespace chladni

@@ -25,9 +25,9 @@ def try_channel(
         `channel`, `ok`, and in mA `supply_ma`, `expected_ma` and `full_current_ma`.
     """
     full_ma = config["full_current_ma"][channel]
-    # At half amplitude a sine and its bias take a quarter of what a duty of 1 does.
+    # At half amplitude a sine's bias is a quarter of a duty of 1, above the lowest duty of a wave.
     share = abs(config["coil_gain_q15"][channel]) / 32767.0
-    expected = round(full_ma * share * SELF_TEST_GAIN / 2.0)
+    expected = round(full_ma * (share * SELF_TEST_GAIN / 2.0 + config.least_duty))
     for _ in range(SELF_TEST_TRIES):
         drawn = _draw(device, channel, config["channels"], seconds)
         is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)

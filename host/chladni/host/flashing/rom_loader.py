@@ -23,7 +23,7 @@ from chladni.host.protocol.config import DeviceConfig, check_chip, pack_config, 
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import ChipName
-from chladni.sim.errors import ArgumentError, ChladniError, InputError
+from chladni.sim.errors import ArgumentError, ChladniError, ConflictError, InputError
 from chladni.sim.files import read_whole
 
 TABLE_OFFSET = 0x8000
@@ -38,6 +38,11 @@ FLASH_BYTES = 16 * 2**20
 IMAGE_MAGIC = 0xE9
 """First byte of an application image."""
 
+
+CHIP_ID = slice(12, 14)
+"""In its header, what it was linked for."""
+IMAGE_CHIPS = {0: "ESP32", 9: "ESP32-S3"}
+"""By that number (ESP-IDF 5.5.3, esp_app_format.h)."""
 
 OURS: Mapping[str, ChipName] = {"ESP32": "esp32", "ESP32-S3": "esp32s3"}
 """Chips that there is firmware for, by esptool's names."""
@@ -188,6 +193,11 @@ def flash_firmware(port: str, baud: int, file: Path) -> dict[str, Any]:
     if not image or image[0] != IMAGE_MAGIC:
         raise ArgumentError("firmware", str(file), "an ESP32 application image (firmware.bin)")
     with loader(port, baud) as esp:
+        made_for = IMAGE_CHIPS.get(int.from_bytes(image[CHIP_ID], "little"), "another chip")
+        if made_for != esp.CHIP_NAME:
+            raise ConflictError(
+                "firmware", f"the {esp.CHIP_NAME} at {port}", hint=f"{file} is for {made_for}"
+            )
         app = _partition(esp, APP, "factory")
         if len(image) > app.size:
             raise ArgumentError("firmware", f"{len(image)} bytes", f"at most {app.size}")

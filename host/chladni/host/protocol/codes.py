@@ -108,13 +108,13 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
          "outputs are cut until the next start; detail: ms without a sample"),
     Code("kBrownOut", "brown-out", "the supply gave way; outputs stay off until a host plays"),
     Code("kShortStarts", "short starts in a row",
-         "outputs stay off; detail: starts that did not last 10 s"),
+         "outputs stay off; detail: starts that did not last 10 s, or crashes"),
     Code("kNotConfigured", "never configured",
          "outputs stay off until `chladni device config set --from BOARD`"),
     Code("kOlderTable", "older table", "the newest table is damaged; the older one plays"),
     Code("kNetworkHeld", "network held back",
          "the last start crashed, or several did not last; detail: ResetCause"),
-))  # fmt: skip
+), is_counted=True)  # fmt: skip
 WAVEFORM = Codes(
     "Waveform",
     "What a touch is played with.",

@@ -11,6 +11,7 @@ import typer
 
 from chladni.host.device.device import Device
 from chladni.host.device.live_drive import play_for
+from chladni.host.device.readiness import check_ready
 from chladni.sim.errors import ChladniError
 
 CARRIER_GAIN = 0.2
@@ -66,6 +67,12 @@ def _steps(channels: int) -> Iterator[Step]:
         "`chladni device log` and docs/first-boot.md say what each fault is",
         _state,
     )
+    yield Step(
+        "The configuration",
+        "Are those the board's pins, channel by channel?",
+        "chladni device config set --from BOARD",
+        _pins,
+    )
     for channel in range(channels):
         yield Step(
             f"Carrier of channel {channel}",
@@ -87,6 +94,13 @@ def _state(device: Device) -> str:
     said = [line for line in device.log.splitlines() if "carrier" in line or "start" in line]
     free = f"{info['stack_free']} bytes of stack never used" if info["stack_free"] else ""
     return "; ".join(part for part in (f"state {info['state']}", faults, free, *said) if part)
+
+
+def _pins(device: Device) -> str:
+    """What keeps the device from playing ends the walk; a table it does not need."""
+    check_ready(device.info(), by_host=True)
+    config = device.config()
+    return "GPIO " + ", ".join(str(pin) for pin in config["pwm_pins"][: config["channels"]])
 
 
 def _carrier(channel: int, channels: int) -> Callable[[Device], str]:

@@ -11,6 +11,7 @@ from chladni.host.cli.common.options import JsonOption, check_one_of
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.live_drive import play_for
+from chladni.host.device.readiness import check_ready
 from chladni.host.device.self_test import faults_since
 from chladni.host.device.stream_sources import (
     load_script,
@@ -63,6 +64,7 @@ def stream(
         if duties is not None and duties.shape[1] != channels:
             name = "--csv" if script is None else "--script"
             raise InputError(name, duties.shape[1], f"{channels} channels")
+        check_ready(info, by_host=True)
         result: dict[str, Any] = {}
         if duties is not None:
             result["frames"] = device.stream(duties)
