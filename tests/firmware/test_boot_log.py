@@ -114,6 +114,30 @@ def test_a_row_of_power_losses_leaves_the_radio_off(emulator: Emulator) -> None:
     assert emulator.core.network_port == 0
 
 
+def test_crashes_of_starts_that_lasted_are_a_row_of_their_own(emulator: Emulator) -> None:
+    """Each lasts longer than a start that counts as short, as under a finger that crashes it."""
+    for crashes in range(1, IN_A_ROW + 1):
+        emulator.run(11_000.0)
+        emulator.core.restart("panic")
+        assert ("short starts in a row" in causes(emulator)) == (crashes == IN_A_ROW)
+    assert not plays(emulator)
+    with Device(EmulatorWire(emulator)) as device:
+        device.restart()
+        emulator.run(500.0)
+        assert "short starts in a row" not in device.info()["standing"]
+    assert plays(emulator)
+
+
+def test_crashes_are_forgotten_after_a_good_while(emulator: Emulator) -> None:
+    for _ in range(IN_A_ROW - 1):
+        emulator.core.restart("panic")
+        emulator.run(11_000.0)
+    emulator.run(600_000.0)
+    emulator.core.restart("panic")
+    assert "short starts in a row" not in causes(emulator)
+    assert plays(emulator)
+
+
 def test_a_full_sector_is_begun_again(emulator: Emulator) -> None:
     emulator.core.erase_sector(0, "boots")
     emulator.core.program(0, b"\x00" * 4096, "boots")

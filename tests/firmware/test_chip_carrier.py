@@ -63,7 +63,7 @@ def test_sixteen_duties_are_written_in_one_carrier_period(
     with sixteen(chip_program, f"read={read_cycles}", "write=12") as chip:
         device = Device(chip)
         device.touch(0.0, 0.0)
-        for shift in range(60, 1024, 120):
+        for shift in range(20, 1024, 40):
             chip.tell(f"shift {shift}")
             chip.run(20)
             assert chip.ask("position").split()[1] == "-"

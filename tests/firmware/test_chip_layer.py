@@ -32,6 +32,16 @@ def test_it_starts_and_plays_over_the_link(chip_program: Path) -> None:
         assert not chip.on
 
 
+def test_the_first_lines_name_what_stands_in_the_way(chip_program: Path) -> None:
+    """Of a board that was just powered: its coils may be hot, which the first turn finds out."""
+    with started(chip_program, options=("retained=00",), turns=2) as chip:
+        device = Device(chip)
+        device.info()
+        lines = device.log.split("\r\n")
+        first = lines.index("fault")
+        assert lines[first : first + 3] == ["fault", "stands: coil hot", "ok"]
+
+
 @pytest.mark.parametrize("way", ["panic", "brownout"])
 def test_every_way_down_leaves_the_gates_low(chip_program: Path, way: str) -> None:
     with started(chip_program) as chip:

@@ -90,3 +90,9 @@ def test_a_change_is_shown_as_people_write_it() -> None:
         {"name": "level", "from": "0.8", "to": "0.5"},
     ]
     assert changes(before, before) == []
+
+
+def test_more_channels_than_a_chip_has_are_named_as_such() -> None:
+    config = DeviceConfig(channels=16)
+    with pytest.raises(InputError, match="channels: expected at most 8 on an esp32s3, got 16"):
+        config.check_pins("esp32s3")

@@ -67,15 +67,15 @@ struct Chip {
   void (*brown_out)() = nullptr;
   uint32_t last_write = 0;                     // position in the carrier period
   uint64_t read_cycles = 8, write_cycles = 4;  // of a register
-  // Of high-speed duties written in one interrupt: the first's carrier period, and whether a later
-  // one came in the next.
-  uint64_t first_period = UINT64_MAX;
+  // Of the duties of each group written in one interrupt: the first's carrier period, and whether a
+  // later one came in the next.
+  std::array<uint64_t, 2> first_period{UINT64_MAX, UINT64_MAX};
   bool has_straddled = false;
   void note_write(uint64_t period, int group) {
     last_write = position(group);
-    if (group != 0) return;
-    if (first_period == UINT64_MAX) first_period = period;
-    if (period != first_period) has_straddled = true;
+    uint64_t& first = first_period[static_cast<size_t>(group)];
+    if (first == UINT64_MAX) first = period;
+    if (period != first) has_straddled = true;
   }
   bool has_watchdog = false;
   bool is_interrupt_dead = false, must_repeat = false;

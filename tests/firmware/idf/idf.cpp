@@ -53,7 +53,7 @@ void Chip::advance(uint64_t count) {
     if (at >= end) break;
     cycles = at + latency;
     latency = 480;  // 2 µs
-    first_period = UINT64_MAX;
+    first_period.fill(UINT64_MAX);
     interrupt();
     if (must_repeat) interrupt();
     must_repeat = false;

@@ -76,7 +76,8 @@ bool obey() {
     } else if (what == "twice") {
       chip.must_repeat = true;
     } else if (what == "shift") {
-      chip.started[0] += 3U * std::stoul(argument);
+      // Of the carrier beside the alarm; both groups have one clock.
+      for (uint64_t& start : chip.started) start += 3U * std::stoul(argument);
     } else if (what == "late") {
       chip.latency = std::stoul(argument);
     } else if (what == "die") {

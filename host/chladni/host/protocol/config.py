@@ -18,7 +18,7 @@ from typing import Any
 from chladni.host.protocol.codes import numbered
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED, ChipName
-from chladni.sim.board.gpio import PinFault, pin_fault
+from chladni.sim.board.gpio import CHIPS, PinFault, pin_fault
 from chladni.sim.coil.full_drive import ROUNDING_STEPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
@@ -187,7 +187,10 @@ class DeviceConfig:
         return pin_fault(self["pwm_pins"][: self["channels"]], chip=chip, **bus)
 
     def check_pins(self, chip: ChipName = "esp32") -> None:
-        """Raise `InputError` if there is one."""
+        """Raise `InputError` if there is one, or if the chip has fewer PWM channels."""
+        if self["channels"] > CHIPS[chip].channels:
+            most = CHIPS[chip].channels
+            raise InputError("channels", self["channels"], f"at most {most} on an {chip}")
         fault = self.pin_fault(chip)
         if fault is not None:
             raise InputError("pins", fault.pin, fault.expected, hint=fault.hint)
