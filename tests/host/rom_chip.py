@@ -1,4 +1,4 @@
-"""An ESP32 in its ROM's loader, on a pseudo-terminal: enough of it for esptool's own code to meet.
+"""An ESP32 or an ESP32-S3 in its ROM's loader, on a pseudo-terminal: enough of it for esptool's own code to meet.
 
 Serial protocol as Espressif documents it: SLIP frames; requests of direction 0, operation, size,
 checksum; answers of direction 1 with a value and two status bytes. Flash has sectors of 4 KiB that
@@ -18,9 +18,13 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from chladni.sim.board.electronics import ChipName
+
 MAGIC_REGISTER, ESP32_MAGIC = 0x40001000, 0x00F01D83
-SPI_W0, FLASH_ID = 0x3FF42080, 0x1640EF
+SPI_W0, FLASH_ID = {"esp32": 0x3FF42080, "esp32s3": 0x60002058}, 0x1640EF
 """Where the flash chip's answer stands; a Winbond of 4 MB."""
+SECURITY_INFO, S3_ID = 0x14, 9
+"""Only an S3 answers: flags, counts and keys, then which chip it is."""
 SECTOR = 4096
 FLASH_BYTES = 4 * 1024 * 1024
 END, ESC, ESC_END, ESC_ESC = 0xC0, 0xDB, 0xDC, 0xDD
@@ -33,13 +37,13 @@ KNOWN = {0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B, 0x0D, 0x0F,
 class RomChip:
     """The chip; `flash` may be looked at and changed between commands."""
 
-    def __init__(self, magic: int = ESP32_MAGIC) -> None:
+    def __init__(self, magic: int = ESP32_MAGIC, *, chip: ChipName = "esp32") -> None:
         self.flash = bytearray(b"\xff" * FLASH_BYTES)
         self.written: set[int] = set()
         """Sectors that were erased."""
         self.lies = False
         """Whether what is written is not kept."""
-        self._magic = magic
+        self._magic, self._chip = magic, chip
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self.port = os.ttyname(self._slave)
@@ -89,13 +93,15 @@ class RomChip:
             return
         _, operation, size, _ = struct.unpack_from("<BBHI", frame)
         data = frame[8 : 8 + size]
-        if operation not in KNOWN:
+        if operation == SECURITY_INFO and self._chip == "esp32s3":
+            self._answer(operation, data=struct.pack("<IB7sII", 0, 0, bytes(7), S3_ID, 0))
+        elif operation not in KNOWN:
             self._answer(operation, status=1)
         elif operation == SYNC:
             for _ in range(8):
                 self._answer(SYNC, value=0 if self._is_stub else 0x20120707)
         elif operation == READ_REG:
-            known = {MAGIC_REGISTER: self._magic, SPI_W0: FLASH_ID}
+            known = {MAGIC_REGISTER: self._magic, SPI_W0[self._chip]: FLASH_ID}
             self._answer(READ_REG, value=known.get(struct.unpack("<I", data)[0], 0))
         elif operation in (FLASH_BEGIN, DEFL_BEGIN):
             size, _, _, self._at = struct.unpack_from("<IIII", data)

@@ -16,6 +16,8 @@ from chladni.host.flashing.rom_loader import TABLE_OFFSET
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
+from chladni.sim.board.electronics import ChipName
+from chladni.sim.board.gpio import CHIPS
 from chladni.tables.format import pack
 from conftest import CommandLine
 from host.rom_chip import FLASH_BYTES, RomChip
@@ -33,9 +35,9 @@ def row(name: str, kind: int, subtype: int, offset: int, size: int) -> bytes:
     return struct.pack("<2sBBII16sI", b"\xaa\x50", kind, subtype, offset, size, name.encode(), 0)
 
 
-def chip_with_chladni() -> RomChip:
+def chip_with_chladni(kind: ChipName = "esp32") -> RomChip:
     """A chip whose flash holds a partition table, and rubbish in the application."""
-    chip = RomChip()
+    chip = RomChip(chip=kind)
     table = (
         row("factory", 0, 0, APP_AT, 0x100000)
         + row("tables", 0x40, 0, TABLES_AT, PARTITION_BYTES)
@@ -65,12 +67,13 @@ def table_in(chip: RomChip) -> str:
     return {OLD[-4:]: "old", NEW[-4:]: "new"}[crc]
 
 
+@pytest.mark.parametrize("kind", CHIPS)
 def test_a_table_goes_to_the_slot_not_in_use_and_nowhere_else(
-    chladni: CommandLine, tmp_path: Path
+    chladni: CommandLine, tmp_path: Path, kind: ChipName
 ) -> None:
     """Twice: the firmware plays the first, then the second, and the first is still there."""
     path = tmp_path / "t.chl"
-    with chip_with_chladni().running() as chip:
+    with chip_with_chladni(kind).running() as chip:
         before = bytes(chip.flash)
         slots = []
         for data, name in ((OLD, "old"), (NEW, "new")):
@@ -93,26 +96,30 @@ def image_for(chip_id: int) -> bytes:
     return b"\xe9" + bytes(11) + struct.pack("<H", chip_id) + np.random.default_rng(3).bytes(20_000)
 
 
-@pytest.mark.parametrize(("chip_id", "name"), [(9, "ESP32-S3"), (5, "another chip")])
+@pytest.mark.parametrize(
+    ("kind", "chip_id", "name"),
+    [("esp32", 9, "ESP32-S3"), ("esp32s3", 0, "ESP32"), ("esp32", 5, "another chip")],
+)
 def test_firmware_of_another_chip_is_refused_and_nothing_written(
-    chladni: CommandLine, tmp_path: Path, chip_id: int, name: str
+    chladni: CommandLine, tmp_path: Path, kind: ChipName, chip_id: int, name: str
 ) -> None:
     path = tmp_path / "firmware.bin"
     path.write_bytes(image_for(chip_id))
-    with chip_with_chladni().running() as chip:
+    with chip_with_chladni(kind).running() as chip:
         done = chladni("flash", "--firmware", path, "--port", chip.port)
         assert chip.written == set()
     assert done.code == 2
-    assert "firmware does not go with the ESP32 at" in done.err
+    assert "firmware does not go with the ESP32" in done.err
     assert f"is for {name}" in done.err
 
 
+@pytest.mark.parametrize(("kind", "chip_id"), [("esp32", 0), ("esp32s3", 9)])
 def test_firmware_goes_into_the_applications_partition(
-    chladni: CommandLine, tmp_path: Path
+    chladni: CommandLine, tmp_path: Path, kind: ChipName, chip_id: int
 ) -> None:
-    path, image = tmp_path / "firmware.bin", image_for(0)
+    path, image = tmp_path / "firmware.bin", image_for(chip_id)
     path.write_bytes(image)
-    with chip_with_chladni().running() as chip:
+    with chip_with_chladni(kind).running() as chip:
         done = chladni("flash", "--firmware", path, "--port", chip.port, "--json")
         assert done.code == 0, done.err
         assert (done.json["offset"], done.json["verified"]) == (APP_AT, True)
