@@ -1,4 +1,4 @@
-"""An ESP32 or an ESP32-S3 in its ROM's loader, on a pseudo-terminal: enough of it for esptool's own code to meet.
+"""An ESP32 or an ESP32-S3 in its ROM's loader, on a pseudo-terminal, for esptool's own code.
 
 Serial protocol as Espressif documents it: SLIP frames; requests of direction 0, operation, size,
 checksum; answers of direction 1 with a value and two status bytes. Flash has sectors of 4 KiB that

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.design.layouts import Place, closest
-from chladni.design.spec import Spec
+from chladni.design.spec import BUILT_TERMS, Spec
 from chladni.design.variables import Document, filled
+from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
@@ -97,15 +98,28 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
             seed=seed,
             tolerance=COMPARED,
         )
+        built = built_terms(spec, board, spec.settings.samples, seed)
     except ChladniError as error:
         return _unfit({}, str(error))
-    return weighed(spec, board, score)
+    return weighed(spec, board, score, built)
 
 
-def weighed(spec: Spec, board: Board, score: BoardScore) -> Evaluation:
-    """A board's score by the weights of a SPEC."""
+def built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
+    """What is left of a board as built, where a SPEC weighs that."""
+    if not BUILT_TERMS & spec.weights.keys():
+        return {}
+    kept = score_together(board, pitch=spec.settings.pitch, samples=samples, seed=seed)
+    level, um = kept.second_finger_20mm_db, kept.finger_um
+    return {
+        "built_20mm_db": level.p10 if level else NO_NUMBER_DB,
+        "built_finger_db": _micrometres_db(um.p10 if um else 0.0),
+    }
+
+
+def weighed(spec: Spec, board: Board, score: BoardScore, built: Mapping[str, float]) -> Evaluation:
+    """A board's score by the weights of a SPEC; `built` as of `built_terms`."""
     assert score.perturbed is not None
-    nominal, robust = (terms_of(board, one) for one in (score, score.perturbed))
+    nominal, robust = ({**terms_of(board, one), **built} for one in (score, score.perturbed))
     floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 
@@ -129,12 +143,16 @@ def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:
         "second_finger_16mm_db": low(statistics.second_finger_16mm_db),
         "second_finger_20mm_db": low(statistics.second_finger_20mm_db),
         "second_finger_25mm_db": low(statistics.second_finger_25mm_db),
-        "finger_db": 20.0 * float(np.log10(um)) if um > 0.0 else NO_NUMBER_DB,
+        "finger_db": _micrometres_db(um),
         "focal_error_mm": -statistics.focal_error_mm.p90,
         "coils": -float(len(board.actuators)),
         "area_cm2": -float(np.prod(board.plate.size)) * 1e4,
         "mass_g": -mass_g(board),
     }
+
+
+def _micrometres_db(um: float) -> float:
+    return 20.0 * float(np.log10(um)) if um > 0.0 else NO_NUMBER_DB
 
 
 def mass_g(board: Board) -> float:

@@ -21,7 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import COMPARED, Evaluation, beyond, completed_board, evaluate, weighed
+from chladni.design.evaluate import (
+    COMPARED,
+    Evaluation,
+    beyond,
+    built_terms,
+    completed_board,
+    evaluate,
+    weighed,
+)
 from chladni.design.front import Entry, front_of
 from chladni.design.spec import Spec
 from chladni.design.starts import (
@@ -318,18 +326,19 @@ def _finished(
 ) -> list[tuple[Entry, BoardScore]]:
     """Boards scored as `board score` would at the same pitch, on their own image."""
     own = list(entries)
-    score = partial(_score, seed, samples, spec.settings.pitch)
-    scores = list(workers.map(score, [one.document for one in own]))
+    found = workers.map(partial(_score, spec, seed, samples), [one.document for one in own])
     return [
-        (Entry(one.document, weighed(spec, completed_board(one.document), score)), score)
-        for one, score in zip(own, scores, strict=True)
+        (Entry(one.document, weighed(spec, completed_board(one.document), score, built)), score)
+        for one, (score, built) in zip(own, found, strict=True)
     ]
 
 
-def _score(seed: int, samples: int, pitch: float, document: Document) -> BoardScore:
-    return score_board(
-        completed_board(document), pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED
-    )
+def _score(
+    spec: Spec, seed: int, samples: int, document: Document
+) -> tuple[BoardScore, dict[str, float]]:
+    board, pitch = completed_board(document), spec.settings.pitch
+    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED)
+    return score, built_terms(spec, board, samples, seed)
 
 
 def _digest(value: Any) -> str:

@@ -30,11 +30,14 @@ GAP_MM = 0.5
 """Between windings, or magnets, side by side."""
 TERMS = (
     "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
-    "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g",
+    "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g", "built_20mm_db",
+    "built_finger_db",
 )  # fmt: skip
 """What weights may be given to. Of dB and µm the 10th percentile over places and drawn boards
-counts, of the focal error the 90th; the last four count against a board. `finger_db` is 20·log₁₀ of
-the micrometres under the finger."""
+counts, of the focal error the 90th; it, coils, area and mass count against a board. `finger_db` is
+20·log₁₀ of the micrometres under the finger. The last two are what is left as built: under a film,
+pressed with 1 N, warm, on stiffer foam."""
+BUILT_TERMS = frozenset({"built_20mm_db", "built_finger_db"})
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
 FIELD, WHAT = "spec", "a design's TOML file"

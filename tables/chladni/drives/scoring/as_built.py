@@ -201,6 +201,21 @@ def _together(
     return np.array(rows)
 
 
+def score_together(
+    board: Board,
+    *,
+    pitch: float = PITCH,
+    objective: str = "focus",
+    newtons: float = 1.0,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+) -> Kept:
+    """What is left with everything at once, as in the last row of `score_as_built`."""
+    places = active_lattice(board, pitch).places + border_places(board, pitch)
+    own = _Driven(board if _has_layer(board) else _filmed(board), places, objective, seed)
+    return _kept(_together(own, newtons, samples, seed, _Counted(None, samples)))
+
+
 def check_press(newtons: float) -> None:
     """Refuse what no finger does.
 
