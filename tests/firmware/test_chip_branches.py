@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from firmware import test_chip_carrier as carrier
+from firmware import test_chip_crashes as crashes
 from firmware import test_chip_layer as layer
 from firmware.chip_process import branches
 
@@ -39,5 +40,14 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
     carrier.test_writes_are_moved_away_from_the_carrier_s_end(chip_program)
     carrier.test_a_timer_that_cannot_be_moved_is_said_once(chip_program)
     layer.test_a_panel_without_its_lines_and_a_device_without_partitions(chip_program)
+    for call in ("ledc_timer_config", "esp_wifi_init"):
+        crashes.test_crashes_in_a_row_end_in_a_wire_that_answers(chip_program, call, crashes.PANIC)
+    crashes.test_the_wire_answers_before_a_radio_that_crashes_and_after_it(
+        chip_program, "esp_wifi_init"
+    )
+    for call in ("esp_partition_read", "gpio_config"):
+        crashes.test_a_start_that_crashes_before_all_else_answers_as_a_blank_device(
+            chip_program, call
+        )
     taken, total, missed = branches(chip_program)
     assert taken / total >= 0.95, f"{taken} of {total}: {sorted(missed)}"

@@ -15,6 +15,7 @@ from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.quantity import MM
@@ -24,8 +25,6 @@ COARSE = 1e-3
 """m between image points while boards are compared: a finger covers 113."""
 FINE = 0.5e-3
 """And in the file, unless the SPEC gives another."""
-COMPARED = 1e-2
-"""Tolerance of fields while boards are compared: they come out good to 1e-3, which is 0.01 dB."""
 NO_NUMBER_DB = -40.0
 """dB that a number counts as which is not there, such as the µm of a board without a coil."""
 UNFIT = -1000.0
@@ -96,7 +95,7 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
             pitch=spec.settings.pitch,
             samples=spec.settings.samples,
             seed=seed,
-            tolerance=COMPARED,
+            tolerance=DRAWN_TOLERANCE,
         )
         built = built_terms(spec, board, spec.settings.samples, seed)
     except ChladniError as error:

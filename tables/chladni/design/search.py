@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from chladni.design.evaluate import (
-    COMPARED,
     Evaluation,
     beyond,
     built_terms,
@@ -46,6 +45,7 @@ from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.board_score import BoardScore, score_board
 from chladni.drives.scoring.survey import SAMPLES
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.drives.workers import Workers
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -337,7 +337,7 @@ def _score(
     spec: Spec, seed: int, samples: int, document: Document
 ) -> tuple[BoardScore, dict[str, float]]:
     board, pitch = completed_board(document), spec.settings.pitch
-    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=COMPARED)
+    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
     return score, built_terms(spec, board, samples, seed)
 
 

@@ -25,6 +25,7 @@ from chladni.host.cli.common.board_reports import (
     say_neighbours,
     say_panel,
     say_vent,
+    say_warm_magnets,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
@@ -151,6 +152,7 @@ def board_score(
                 progress=progress,
             )
         result["built"] = asdict(found)
+        say_warm_magnets(found)
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
 
 

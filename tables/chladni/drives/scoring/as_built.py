@@ -28,7 +28,7 @@ from chladni.drives.scoring.survey import (
     nearest_coils,
     statistics,
 )
-from chladni.drives.scoring.tolerances import drawn_boards, with_foam
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
 from chladni.drives.scoring.warm import Warm, board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
@@ -193,7 +193,8 @@ def _together(
     for drawn in drawn_boards(own.board, samples, seed):
         factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
         with one_blas_thread():
-            found = driven_fields(with_foam(drawn.board, factor), allow_unmet=True).values
+            stiffer = with_foam(drawn.board, factor)
+            found = driven_fields(stiffer, tolerance=DRAWN_TOLERANCE, allow_unmet=True).values
         for k in rng.choice(places, min(PLACES_A_BOARD, len(places)), replace=False):
             under = found + own.touched.change(k, newtons, factor)
             rows.append(own.survey.one(under, k, drawn.forces * own.forces[k]))

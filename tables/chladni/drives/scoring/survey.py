@@ -16,7 +16,7 @@ from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.spread import Spread
-from chladni.drives.scoring.tolerances import drawn_boards
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Active
 from chladni.sim.board.quantity import MM
@@ -222,10 +222,10 @@ def score_drives(
         progress(1, 1 + samples)
     perturbed = None
     if samples:
-        rows = []
+        rows, own = [], max(tolerance, DRAWN_TOLERANCE)
         for number, drawn in enumerate(drawn_boards(board, samples, seed), 2):
             with one_blas_thread():
-                values = driven_fields(drawn.board, tolerance=tolerance, allow_unmet=True).values
+                values = driven_fields(drawn.board, tolerance=own, allow_unmet=True).values
             rows.append(survey.measure(drawn.forces[:, None, None] * values))
             if progress:
                 progress(number, 1 + samples)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from chladni.drives.scoring.as_built import AsBuilt
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -19,6 +20,8 @@ from chladni.sim.magnetics.windings import force_per_ampere
 STROKE = 1e-4
 """m, either way: far more than a board vibrates, less than a finger presses."""
 
+ROOM_C, MAGNET_C = 25.0, 80.0
+"""°C: of a room, and what sintered NdFeB of plain grade keeps its remanence up to."""
 STIFF_LAYER = 2.0
 """From where on a layer is warned of: a point's answer on foam is 1/√D, so 3 dB of level."""
 
@@ -128,6 +131,16 @@ def say_neighbours(pushes: Neighbours) -> None:
         say(
             f"the magnets push each other out of their plane and take {pushes.softened:.0%} of "
             "what holds them: put them farther apart, or turn every other one over"
+        )
+
+
+def say_warm_magnets(built: AsBuilt) -> None:
+    """Warn of drives that a magnet does not bear without end."""
+    if built.magnet_k is not None and ROOM_C + built.magnet_k.p90 > MAGNET_C:
+        say(
+            f"drives without end warm a magnet to {ROOM_C + built.magnet_k.p90:.0f} °C at the "
+            f"worst tenth of places, and N42 bears {MAGNET_C:g} °C: end touches after seconds "
+            "(max_on_s), or set electronics.coil_limit_k lower"
         )
 
 
