@@ -100,7 +100,9 @@ def compared_second_fingers(
     values, unknowns = element_fields(board, size, segments)
     count = len(board.actuators)
     bare = replace(solved.fields, values=values[:count])
-    driven = answered(board, bare, beside(board), couple_fields(board, values[count:])).values
+    driven = answered(
+        board, bare, beside(board), couple_fields(board, values[:count], values[count:])
+    ).values
     discs = metrics.FingertipDiscs(board.x, board.y)
     rows = []
     for place in places_mm:

@@ -23,7 +23,8 @@ ComplexArray = NDArray[np.complex128]
 SAME_PLACE = 1e-7
 """m; distances that differ by less are one, so that a grid of coils has few."""
 ARM = 0.5
-"""Of a magnet's radius: a couple is a pair of forces so far from the middle of its rigid disc."""
+"""Of a magnet's radius: a couple is a force so far from the middle of its rigid disc, less the same
+force in the middle."""
 
 
 @dataclass(frozen=True)
@@ -78,23 +79,28 @@ def beside(board: Board) -> Beside | None:
 
 
 def couple_loads(board: Board) -> list[Load]:
-    """Two discs at either side of every magnet's middle, along x and then along y."""
+    """A disc beside every magnet's middle, along x and then along y."""
     magnet = board.magnet
     assert magnet is not None
     arm = ARM * magnet.radius
     # A little smaller than would touch the magnet's rim.
     radius = 0.98 * (magnet.radius - arm)
     return [
-        Load(actuator.at[0] + sign * dx, actuator.at[1] + sign * dy, radius)
+        Load(actuator.at[0] + dx, actuator.at[1] + dy, radius)
         for actuator in board.actuators
         for dx, dy in ((arm, 0.0), (0.0, arm))
-        for sign in (1.0, -1.0)
     ]
 
 
-def couple_fields(board: Board, pairs: ComplexArray) -> ComplexArray:
-    """Fields of unit couples, (magnets, 2, nx, ny), from those of `couple_loads`."""
+def couple_fields(board: Board, middles: ComplexArray, arms: ComplexArray) -> ComplexArray:
+    """Fields of unit couples, (magnets, 2, nx, ny).
+
+    Parameters
+    ----------
+    middles, arms
+        Fields of unit forces on the magnets, and of `couple_loads`.
+    """
     magnet = board.magnet
     assert magnet is not None
-    sides = pairs.reshape(len(board.actuators), 2, 2, *pairs.shape[1:])
-    return np.asarray((sides[:, :, 0] - sides[:, :, 1]) / (2.0 * ARM * magnet.radius))
+    sides = arms.reshape(len(board.actuators), 2, *arms.shape[1:])
+    return np.asarray((sides - middles[:, None]) / (ARM * magnet.radius))

@@ -56,10 +56,11 @@ def driven_fields(
         return bare
     if around is None:
         return answered(board, bare, None, None)
-    pairs = fields_of_loads(
+    arms = fields_of_loads(
         board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=allow_unmet
     )
-    return answered(board, bare, around, couple_fields(board, pairs.values))
+    middles = np.asarray(bare.values, np.complex128)
+    return answered(board, bare, around, couple_fields(board, middles, arms.values))
 
 
 def answered(
