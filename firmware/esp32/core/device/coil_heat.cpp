@@ -103,6 +103,7 @@ void CoilHeat::even_out(Drive& drive) const {
     resistance[k] = resistance_q15(rise_dk(k));
     if (resistance[k] > largest) largest = resistance[k];
   }
+  if (largest == 0) return;
   for (uint32_t k = 0; k < channels_; ++k) {
     if (resistance[k] == largest) continue;
     const auto gain = static_cast<int32_t>((resistance[k] << 15) / largest);
