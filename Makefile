@@ -19,7 +19,7 @@ CHECKED_HEADERS := $(shell find firmware/esp32/core firmware/esp32/emulator -nam
 # A file that clang-tidy found nothing in; it is read again when it, a header or a rule changes.
 TIDY := $(CHECKED_SOURCES:%=build/tidy/%.done)
 
-.PHONY: help venv demo test lint lint-types lint-style lint-cppcheck lint-generated device-suite \
+.PHONY: help venv demo test long lint lint-types lint-style lint-cppcheck lint-generated device-suite \
 	sanitize soak dist fuzz bench paper site headers native clean
 
 help:  ## say what each target does
@@ -47,9 +47,12 @@ WORKERS ?= $(shell expr $(JOBS) + 1)
 BESIDE = $(MAKE) --no-print-directory --silent --jobs $(JOBS) --output-sync=target
 LINTERS := lint-types lint-style lint-cppcheck lint-generated $(TIDY)
 
-test: venv  ## lint, type-check and run every test
+test: venv  ## lint, type-check and run the tests
 	@$(PART) "1 of 2: style, types, imports, C++ analysers, the device suite" $(BESIDE) $(LINTERS) device-suite
 	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+
+long: venv  ## run the tests that take longer (tests/long_tests.py)
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m long
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	@$(BESIDE) --keep-going $(LINTERS)
@@ -86,7 +89,7 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		--config-settings=build-dir=build/sanitized-objects .
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
-		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -q -n $(JOBS) -p sanitized_build tests/firmware tests/host/test_link.py \
+		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -q -n $(JOBS) -m "not soak" -p sanitized_build tests/firmware tests/host/test_link.py \
 		tests/host/test_network.py tests/host/test_network_sessions.py tests/host/test_network_settings.py tests/tables/test_format.py tests/tables/test_lookup.py \
 		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py \
 		--deselect tests/firmware/test_chip_layer.py \

@@ -25,6 +25,7 @@ from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
+from long_tests import mark_long
 
 # What makes a failure come again is printed with it.
 settings.register_profile("kept", print_blob=True)
@@ -54,6 +55,11 @@ class Answer:
 
 
 CommandLine = Callable[..., Answer]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Before those that are not asked for are left out."""
+    mark_long(items)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -66,8 +66,8 @@ def check_focus(made: Made, pitch: float) -> None:
 
 
 def test_the_pins_focus_all_over_the_board(made: Made) -> None:
-    """At 49 places of a board of 16 coils, and at 75 of a strip."""
-    check_focus(made, PITCH if len(made[0].actuators) < 16 else 3.0 * PITCH)
+    """At 121 places of a board of 16 coils, and at 75 of a strip."""
+    check_focus(made, PITCH if len(made[0].actuators) < 16 else 2.0 * PITCH)
 
 
 @pytest.mark.soak

@@ -1,0 +1,74 @@
+"""Which tests `make test` leaves to `make long`: those that take two seconds of a core and more.
+
+What they ask is asked in a smaller way by tests that stay. `.ci/run` runs both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+LONG = (
+    "chain/test_all_regions.py",
+    "chain/test_examples.py::test_a_device_of_another_board_is_left_alone",
+    "chain/test_examples.py::test_an_example_runs_and_draws[design]",
+    "chain/test_examples.py::test_an_example_runs_and_draws[swipe]",
+    "chain/test_examples.py::test_an_example_runs_and_draws[table]",
+    "chain/test_examples.py::test_the_device_on_a_port_plays",
+    "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
+    "chain/test_table_score.py::test_a_pressing_finger_leaves_micrometres_everywhere[pad16]",
+    "chain/test_table_score.py::test_the_pins_focus_all_over_the_board[pad16]",
+    "design/test_cluster.py",
+    "docs/test_site.py",
+    "docs/test_trial.py::test_a_port_is_that_of_an_emulated_device",
+    "drives/test_as_built.py::test_a_board_with_a_layer_gets_no_film_besides",
+    "drives/test_as_built.py::test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be",
+    "drives/test_as_built.py::test_the_last_row_alone_is_the_same",
+    "drives/test_board_score.py::test_boards_that_come_out_otherwise_focus_all_the_same",
+    "drives/test_board_score.py::test_the_border_of_the_active_area_has_a_row_of_its_own",
+    "drives/test_compare.py::test_a_row_is_what_solve_and_its_scorecard_say",
+    "drives/test_compare.py::test_a_table_of_each_objective",
+    "drives/test_focus.py::test_a_general_cone_solver_finds_the_same_focus",
+    "drives/test_hard_cases.py::test_sixty_four_actuators_reach_higher",
+    "drives/test_optimality.py::test_random_starts_find_nothing_better",
+    "drives/test_sensitivity.py::test_far_below_its_modes_a_board_is_as_soft_as_its_bending_stiffness",
+    "drives/test_sensitivity.py::test_foam_that_carries_a_board_decides_its_level",
+    "drives/test_sensitivity.py::test_forces_change_no_more_than_their_own_share",
+    "firmware/test_boot_log.py::test_crashes_are_forgotten_after_a_good_while",
+    "firmware/test_device_suite.py::test_without_an_image_or_an_emulator_the_suite_is_skipped",
+    "firmware/test_everything.py",
+    "firmware/test_native_build.py",
+    "firmware/test_pins.py::test_both_sides_judge_five_thousand_configurations_alike",
+    "firmware/test_processors.py::test_a_built_table_is_read_and_looked_up_alike_and_in_time",
+    "host/manufacture/test_wiring.py::test_texts_lie_on_nothing_and_wires_are_straight",
+    "host/test_solver_commands.py::test_compare_prints_writes_and_draws",
+    "sim/test_crowded.py::test_estimates_hold_where_features_nearly_touch",
+    "sim/test_metrics.py::test_contrast_never_exceeds_its_limit",
+    "sim/test_random_against_elements.py",
+    "studio/test_designs.py::test_one_search_runs_at_a_time_and_is_stopped_by_its_page",
+    "tables/test_between_regions.py",
+    "tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows",
+    "tables/test_table_hard_cases.py::test_the_bytes_do_not_depend_on_threads",
+)
+"""Beginnings of their names."""
+
+
+def mark_long(items: Sequence[pytest.Item]) -> None:
+    """Mark them `long`.
+
+    Raises
+    ------
+    pytest.UsageError
+        A name stands for no test, where all of its folder were collected.
+    """
+    unused = set(LONG)
+    for item in items:
+        name = item.nodeid.removeprefix("tests/")
+        for own in LONG:
+            if name.startswith(own):
+                item.add_marker(pytest.mark.long)
+                unused.discard(own)
+    folders = {item.nodeid.removeprefix("tests/").partition("/")[0] for item in items}
+    if unused and {own.partition("/")[0] for own in LONG} <= folders and len(items) > 2000:
+        raise pytest.UsageError(f"tests/long_tests.py: no such tests: {', '.join(sorted(unused))}")
