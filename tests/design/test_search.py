@@ -9,12 +9,19 @@ from pathlib import Path
 import pytest
 import tomlkit
 
-from chladni.design.evaluate import Evaluation, evaluate
+from chladni.design.evaluate import (
+    COARSE,
+    NO_NUMBER_DB,
+    Evaluation,
+    completed_board,
+    evaluate,
+)
 from chladni.design.front import GOALS, Entry, front_of
 from chladni.design.search import Design, design
 from chladni.design.spec import spec_of
 from chladni.design.variables import filled
 from chladni.drives.methods import SEED
+from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import score_board
 from chladni.sim.board.file import load_board
 from conftest import CommandLine
@@ -117,6 +124,29 @@ def test_limits_and_weights_count() -> None:
     weighed = evaluate(spec_of(small(design={"weights": both})), document, SEED)
     wanted = plain.terms["second_finger_20mm_db"] + 2.0 * plain.terms["focal_error_mm"]
     assert weighed.robust_score == pytest.approx(wanted, abs=1e-9)
+
+
+def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
+    """By the same boards, and the same press, as the last row of `board score --built`."""
+    spec = spec_of(small(design={"weights": {"built_20mm_db": 1.0, "built_finger_db": 0.5}}))
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 12.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    found = evaluate(spec, document, SEED)
+    assert found.broken is None
+    kept = score_together(
+        completed_board(document, COARSE),
+        pitch=spec.settings.pitch,
+        samples=spec.settings.samples,
+        seed=SEED,
+    )
+    assert kept.second_finger_20mm_db is not None
+    level = kept.second_finger_20mm_db.p10
+    assert found.terms["built_20mm_db"] == pytest.approx(level, abs=1e-9)
+    # A board without a coil has no micrometres.
+    assert kept.finger_um is None
+    assert found.robust_score == pytest.approx(level + 0.5 * NO_NUMBER_DB, abs=1e-9)
 
 
 def entry(second: float, um_db: float, coils: int) -> Entry:
