@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
-from zlib import crc32
 
 import pytest
 
 from chladni.host.device.device import Device
+from firmware.chip_process import retained_bytes
 from firmware.chip_started import UNTIL_NETWORK, on_each_chip, started
 
 pytestmark = on_each_chip
@@ -26,9 +25,7 @@ OF_PINS = ("gpio_config", "uart_set_baudrate")
 
 
 def retained_after(crashes: int) -> str:
-    """What RTC memory holds after so many (core/storage/retained.cpp), no heat known."""
-    record = struct.pack("<4sI", b"CLCR", crashes)
-    return "retained=" + (bytes(84) + record + struct.pack("<I", crc32(record))).hex()
+    return f"retained={retained_bytes(crashes=crashes).hex()}"
 
 
 @pytest.mark.parametrize("crash", ["esp_netif_init", "esp_wifi_init", "esp_wifi_start", "socket"])

@@ -212,7 +212,7 @@ extern "C" void app_main() {
     chip::console_poll(host_link);
     chip::network_poll(datagrams);
     device.poll();
-    if (!device.is_wire_only()) watch_alignment();
+    watch_alignment();
     if (!is_network_tried && device.now_ms() >= kWireFirstMs) {
       is_network_tried = true;
       start_network();

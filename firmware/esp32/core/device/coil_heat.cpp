@@ -106,9 +106,7 @@ void CoilHeat::even_out(Drive& drive) const {
   if (largest == 0) return;
   for (uint32_t k = 0; k < channels_; ++k) {
     if (resistance[k] == largest) continue;
-    const auto gain = static_cast<int32_t>((resistance[k] << 15) / largest);
-    drive[k] = {static_cast<int16_t>((drive[k].in_phase_q15 * gain) >> 15),
-                static_cast<int16_t>((drive[k].quadrature_q15 * gain) >> 15)};
+    drive[k] = scaled(drive[k], static_cast<int32_t>((resistance[k] << 15) / largest));
   }
 }
 

@@ -12,7 +12,7 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
-from chladni.drives.scoring.as_built import check_press, score_as_built
+from chladni.drives.scoring.as_built import PRESS, check_press, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES
@@ -113,7 +113,7 @@ def board_score(
     built: Annotated[
         bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
     ] = False,
-    press: Annotated[float, typer.Option(help="How hard a finger presses, N.")] = 1.0,
+    press: Annotated[float, typer.Option(help="How hard a finger presses, N.")] = PRESS,
     figure: FigureOption = None,
     seed: SeedOption = SEED,
     large: LargeOption = False,

@@ -7,7 +7,6 @@ field lies on a multiple of its size.
 
 from __future__ import annotations
 
-import math
 import struct
 import zlib
 from collections.abc import Mapping
@@ -19,7 +18,7 @@ from chladni.host.protocol.codes import numbered
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS, PinFault, pin_fault
-from chladni.sim.coil.full_drive import ROUNDING_STEPS
+from chladni.sim.coil.full_drive import lowest_duty
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS, Field, offsets
@@ -175,8 +174,7 @@ class DeviceConfig:
     @property
     def least_duty(self) -> float:
         """The lowest duty of a wave, of which its bias has so much more than its amplitude."""
-        shortest = math.ceil(self["min_on_ns"] * 1e-9 * TIMER_HZ)
-        return float((ROUNDING_STEPS + shortest) / (1 << self["pwm_bits"]))
+        return lowest_duty(self["min_on_ns"], self["pwm_bits"])
 
     def pin_fault(self, chip: ChipName = "esp32") -> PinFault | None:
         """The first pin that a chip cannot use so: a device would not start with it."""

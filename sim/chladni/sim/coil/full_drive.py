@@ -53,10 +53,14 @@ class FullDrive:
     bias_newtons: FloatArray
 
 
+def lowest_duty(shortest_on_ns: float, pwm_bits: int) -> float:
+    """Of a wave as the firmware plays it, whose shortest pulse is given."""
+    return float((ROUNDING_STEPS + np.ceil(shortest_on_ns * 1e-9 * CLOCK_HZ)) / 2**pwm_bits)
+
+
 def least_duty(board: Board) -> float:
-    """The lowest duty of a wave as the firmware plays it."""
-    own = board.electronics
-    return float((ROUNDING_STEPS + np.ceil(own.shortest_on_ns * 1e-9 * CLOCK_HZ)) / 2**own.pwm_bits)
+    """The lowest duty of a board's waves."""
+    return lowest_duty(board.electronics.shortest_on_ns, board.electronics.pwm_bits)
 
 
 def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDrive | None:

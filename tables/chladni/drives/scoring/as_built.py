@@ -46,6 +46,8 @@ FILM = 0.125e-3
 """m of PET, a touch film of one layer."""
 PRESSES = (0.3, 1.0, 3.0)
 """N: a light touch, a usual one, a firm one."""
+PRESS = 1.0
+"""N: that of the row of everything at once."""
 LEAST_PRESS, MOST_PRESS = 0.05, 10.0
 FOAM_TWICE = 2.0
 """Foam of twice its static stiffness: at 160 Hz it may have 1 to 4 times that of its data sheet."""
@@ -113,7 +115,7 @@ def score_as_built(
     *,
     pitch: float = PITCH,
     objective: str = "focus",
-    newtons: float = 1.0,
+    newtons: float = PRESS,
     samples: int = SAMPLES,
     seed: int = SEED,
     progress: Progress | None = None,
@@ -206,15 +208,13 @@ def score_together(
     board: Board,
     *,
     pitch: float = PITCH,
-    objective: str = "focus",
-    newtons: float = 1.0,
     samples: int = SAMPLES,
     seed: int = SEED,
 ) -> Kept:
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
-    own = _Driven(board if _has_layer(board) else _filmed(board), places, objective, seed)
-    return _kept(_together(own, newtons, samples, seed, _Counted(None, samples)))
+    own = _Driven(board if _has_layer(board) else _filmed(board), places, "focus", seed)
+    return _kept(_together(own, PRESS, samples, seed, _Counted(None, samples)))
 
 
 def check_press(newtons: float) -> None:
