@@ -108,6 +108,17 @@ def test_ctrl_c_in_the_module_as_it_is_run(tmp_path: Path, entry: str) -> None:
     assert "Traceback" not in said
 
 
+def test_ctrl_c_while_text_is_run_ends_a_module_with_its_code(tmp_path: Path) -> None:
+    """As dataclasses run it: Python remembers that, and would end what -m runs by the signal."""
+    (tmp_path / "own.py").write_text(
+        "from chladni.host.cli.app import as_process\n"
+        "as_process('json', lambda: exec('raise KeyboardInterrupt'))\n",
+        "utf-8",
+    )
+    done = subprocess.run([sys.executable, "-m", "own"], cwd=tmp_path, check=False)
+    assert done.returncode == 130
+
+
 def test_nothing_large_is_loaded_before_ctrl_c_is_answered() -> None:
     code = (
         "import sys, chladni.host.cli.app\n"

@@ -67,6 +67,9 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     if is_heard:
         # All is written; what Python still puts in order would show a traceback.
         signal(SIGINT, _leave)
+    # Python remembers a Ctrl-C that came while it ran text, as dataclasses do, and would end `-m`
+    # by the signal. It forgets that when it runs text again.
+    exec("")
     sys.exit(code)
 
 
