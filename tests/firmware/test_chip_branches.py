@@ -8,8 +8,13 @@ from firmware import test_chip_carrier as carrier
 from firmware import test_chip_crashes as crashes
 from firmware import test_chip_layer as layer
 from firmware.chip_process import branches
+from firmware.chip_started import on_each_chip
+
+# An ESP32-S3 never starts a second group of channels: 11 of its 318 branches.
+LEAST = {"esp32": 0.95, "esp32s3": 0.91}
 
 
+@on_each_chip
 def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
     """What no scenario takes was not tested; by gcov, branches of exceptions aside."""
     layer.calls_made(chip_program)
@@ -33,9 +38,10 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
         layer.test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(chip_program, option)
     for call in ("esp_partition_erase_range:1", "esp_partition_write:2"):
         layer.test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(chip_program, call)
-    carrier.test_sixteen_channels_play_on_both_groups(chip_program)
-    for apart in (-200, 200):
-        carrier.test_groups_that_do_not_start_together_are_not_played(chip_program, apart)
+    if chip_program.name == "esp32":  # which alone has two groups of channels
+        carrier.test_sixteen_channels_play_on_both_groups(chip_program)
+        for apart in (-200, 200):
+            carrier.test_groups_that_do_not_start_together_are_not_played(chip_program, apart)
     carrier.test_a_carrier_that_will_not_stand_still_is_said_once(chip_program)
     carrier.test_writes_are_moved_away_from_the_carrier_s_end(chip_program)
     carrier.test_a_timer_that_cannot_be_moved_is_said_once(chip_program)
@@ -50,4 +56,4 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
             chip_program, call
         )
     taken, total, missed = branches(chip_program)
-    assert taken / total >= 0.95, f"{taken} of {total}: {sorted(missed)}"
+    assert taken / total >= LEAST[chip_program.name], f"{taken} of {total}: {sorted(missed)}"

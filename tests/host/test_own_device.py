@@ -123,6 +123,17 @@ def test_a_board_of_ones_own_plays(
     assert "panel fine" in shown.out
 
 
+def test_a_table_that_cannot_play_yet_is_written(
+    chladni: CommandLine, desk: Desk, table_file: Path
+) -> None:
+    """On blank flash: the title claims no more, and what stands in the way is said."""
+    desk.on()
+    done = chladni("flash", table_file, "--port", desk.port)
+    assert done.code == 0
+    assert f"{table_file.name} is written" in "".join(done.out.split("\n"))
+    assert "never configured; chladni device config set --from BOARD" in done.err
+
+
 @pytest.mark.parametrize("controller", ["ft6x36", "gt911", "find"])
 def test_the_emulated_board_has_the_panel_that_its_file_names(
     chladni: CommandLine, controller: str, tmp_path: Path, own_file: Path
