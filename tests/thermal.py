@@ -1,4 +1,4 @@
-"""How warm coils really get, from the pins: one resistance and one time constant, exactly."""
+"""How warm coils really get and what their supply delivers, by the pins alone."""
 
 from __future__ import annotations
 
@@ -10,10 +10,21 @@ from numpy.typing import NDArray
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.config import DeviceConfig
 
+SUPPLY_WINDOW_S = 0.064
+
+
+def means_of(
+    current_ma: NDArray[np.float64], carrier_hz: float, window_s: float = SUPPLY_WINDOW_S
+) -> NDArray[np.float64]:
+    """Means over every window so long, shape (periods - window + 1,)."""
+    count = round(window_s * carrier_hz)
+    sums = np.concatenate(([0.0], np.cumsum(current_ma)))
+    return np.asarray((sums[count:] - sums[:-count]) / count)
+
 
 @dataclass
 class Coils:
-    """Every coil's rise above the air, K, as the pins' duties make it."""
+    """Every coil's rise above the air, K: one resistance and one time constant, exactly."""
 
     config: DeviceConfig
     rise_k: NDArray[np.float64] = field(init=False)

@@ -24,6 +24,7 @@ def gpio_header() -> str:
         masks = ", ".join(mask(pins) for pins in (own.gates, own.bus, own.outputs, own.inputs))
         return f"    {{{own.channels}U, {masks}}},  // {name}"
 
+    pins = 1 + max(max(chip.inputs) for chip in gpio.CHIPS.values())
     names = ", ".join(f"k{name.capitalize()}" for name in gpio.CHIPS)
     return cpp_text.header(
         "What each chip has for a board (chladni.sim.board.gpio).",
@@ -40,6 +41,7 @@ def gpio_header() -> str:
             f"constexpr std::array<Abilities, {len(gpio.CHIPS)}> kAbilities{{{{",
             *(row(name, own) for name, own in gpio.CHIPS.items()),
             "}};",
+            f"constexpr uint32_t kPins = {pins}U;  // of the chip that has most",
             f"constexpr uint32_t kNotWired = {NOT_WIRED}U;",
         ],
         includes=("array", "cstdint"),

@@ -178,7 +178,8 @@ def test_a_live_drive_draws_current(dut: Any, board: Board, slowness: float) -> 
             device.link.wait(0.04)
         drawn = device.info()["supply_ma"]
         device.stop()
-    assert drawn == pytest.approx(333.0 * 0.25, rel=0.1)
+    # Of an amplitude of a quarter upon as much bias.
+    assert drawn == pytest.approx(333.0 * (0.25**2 + 0.25**2 / 2.0), rel=0.1)
 
 
 def test_a_restart_is_survived_and_remembered(dut: Any, slowness: float) -> None:

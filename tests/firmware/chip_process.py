@@ -96,14 +96,15 @@ def branches(program: Path) -> tuple[int, int, list[str]]:
     return taken, total, missed
 
 
+PINS = 1 + max(max(chip.inputs) for chip in CHIPS.values())
 RESET_PIN = 13
 """Of the panel, whose line is high while the panel runs: no gate."""
 
 
 def retained_bytes(rise_k: float = 0.0, crashes: int = 0) -> bytes:
     """What RTC memory holds of coils so warm, after so many crashes (core/storage/retained.cpp)."""
-    words = [0x52484C43, *[round(rise_k * 1e6)] * 16, 0, 0, 0xFFFFFFFF]
-    held = struct.pack("<20I", *words)
+    words = [0x52484C43, *[round(rise_k * 1e6)] * PINS, 0, 0, 0, 0xFFFFFFFF]
+    held = struct.pack(f"<{len(words)}I", *words)
     count = struct.pack("<II", 0x52434C43, crashes)
     return b"".join(own + struct.pack("<I", zlib.crc32(own)) for own in (held, count))
 

@@ -264,8 +264,9 @@ def test_touches_play_and_a_live_drive_draws_what_it_should() -> None:
     for _ in range(6):
         device.live([0.5, 0.0, 0.0, 0.0, 0.0], 160.0)
         emulator.run(40.0)
-    # Half amplitude has a bias of a quarter: 333 mA / 4 and the rounding's two steps.
-    assert device.info()["supply_ma"] == pytest.approx(333.0 * 0.25, abs=3.0)
+    # A bias of a quarter and the rounding's two steps. A supply delivers d² V/R.
+    mean_square = (0.25 + 2.0 / 1024.0) ** 2 + 0.25**2 / 2.0
+    assert device.info()["supply_ma"] == pytest.approx(333.0 * mean_square, abs=2.0)
     device.stop()
 
 

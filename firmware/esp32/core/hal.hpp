@@ -32,7 +32,7 @@ enum class FlashArea : uint8_t {
 };
 
 constexpr uint32_t kSectorBytes = 4096;
-constexpr uint32_t kRetainedBytes = 96;
+constexpr uint32_t kRetainedBytes = 208;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
@@ -42,8 +42,9 @@ struct Hal {
   uint32_t (*now_us)(void* context);
 
   // Duties of the configuration's channels in steps of the carrier, 0 to 2^bits - 1, taken over at
-  // the next carrier period. Called at most once per carrier period, from the sample interrupt.
-  void (*set_duties)(void* context, const uint32_t* duties);
+  // the next carrier period. Called at most once per carrier period, from the sample interrupt. The
+  // duty of a channel that cannot take one now becomes the one that it keeps.
+  void (*set_duties)(void* context, uint32_t* duties);
 
   // Take the gates from the PWM and hold them low, until the next start. From the main loop, when
   // the interrupt is no longer heard of.

@@ -290,6 +290,7 @@ void bind_faults(nb::class_<Emulator>& emulator) {
       .def("delay_next_sample", &Emulator::delay_next_sample, nb::arg("microseconds"))
       .def("kill_interrupt", &Emulator::set_interrupt_dead, nb::arg("dead"))
       .def("repeat_next_sample", &Emulator::repeat_next_sample)
+      .def("drop_next_duties", &Emulator::drop_next_duties, nb::arg("channels"))
       .def(
           "restart",
           [](Emulator& self, const std::string& cause) { self.restart(reset_cause(cause)); },

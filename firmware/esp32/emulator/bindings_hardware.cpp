@@ -64,7 +64,7 @@ void bind_pwm(nb::module_& m) {
           nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
       .def(
           "write",
-          [](Pwm& self, uint64_t period, const std::vector<uint32_t>& duties) {
+          [](Pwm& self, uint64_t period, std::vector<uint32_t> duties) {
             raise_if(self.write(period, duties.data(), static_cast<uint32_t>(duties.size())));
           },
           nb::kw_only(), nb::arg("period"), nb::arg("duties"));

@@ -51,7 +51,7 @@ void bind_state(nb::class_<Emulator>& emulator) {
                    [](Emulator& s) {
                      return s.network_state().is_on ? s.network_state().port : uint16_t{0};
                    })
-      .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().heat().supply_ma(); })
+      .def_prop_ro("supply_ma", [](Emulator& s) { return s.device().supply().mean_ma(); })
       .def_prop_ro("stream_filled", [](Emulator& s) { return s.device().stream().filled(); })
       .def_prop_ro("stream_drift", [](Emulator& s) { return s.device().stream().drift(); })
       .def_prop_ro("coil_rise_k",

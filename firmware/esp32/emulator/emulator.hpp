@@ -80,6 +80,8 @@ class Emulator {
   void set_interrupt_dead(bool is_dead) { is_interrupt_dead_ = is_dead; }
   // The next sample interrupt fires twice.
   void repeat_next_sample() { must_repeat_ = true; }
+  // Those channels, a bit each, have not taken their last duty when the next one comes.
+  void drop_next_duties(uint32_t channels) { pwm_.make_deaf(channels); }
   void command(const std::string& line);
   gpio::Chip chip() const { return hardware_.chip; }
   // Bits per second of the link's wire, both ends of it.

@@ -17,9 +17,10 @@ class Pwm {
  public:
   Pwm(uint32_t channels, uint32_t bits) : channels_(channels), bits_(bits) {}
 
-  // Write all duties in carrier period `period`; they are latched when the next one begins.
+  // Write all duties in carrier period `period`; they are latched when the next one begins. A
+  // channel that takes none now keeps its own, which is put in place of what was written.
   // Returns what is wrong, or an empty string.
-  std::string write(uint64_t period, const uint32_t* duties, uint32_t count) {
+  std::string write(uint64_t period, uint32_t* duties, uint32_t count) {
     if (count != channels_) return "duties for " + std::to_string(count) + " channels";
     if (written_ == period) {
       return "duties written twice in carrier period " + std::to_string(period);
@@ -29,10 +30,14 @@ class Pwm {
       if (duties[k] >= (1U << bits_)) {
         return "duty " + std::to_string(duties[k]) + " overflows the timer";
       }
+      if (((deaf_ >> k) & 1U) != 0) duties[k] = next_[k];
       next_[k] = duties[k];
     }
+    deaf_ = 0;
     return {};
   }
+  // Those channels, a bit each, do not take the next duty.
+  void make_deaf(uint32_t channels) { deaf_ = channels; }
 
   // One carrier period begins: latch, and record what the pins will do.
   void begin_period() {
@@ -69,6 +74,7 @@ class Pwm {
   std::array<uint32_t, kMaxChannels> latched_{};
   uint64_t written_ = kNever;
   bool is_cut_ = false;
+  uint32_t deaf_ = 0;
   std::vector<uint16_t> record_;
 };
 

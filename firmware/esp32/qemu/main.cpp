@@ -107,7 +107,7 @@ class Scenario {
     chladni::Hal hal{};
     hal.context = this;
     hal.now_us = [](void* context) { return static_cast<Scenario*>(context)->now_us_; };
-    hal.set_duties = [](void* context, const uint32_t* duties) {
+    hal.set_duties = [](void* context, uint32_t* duties) {
       auto& own = *static_cast<Scenario*>(context);
       own.duties_ = duties;
     };

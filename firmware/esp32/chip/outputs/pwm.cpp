@@ -143,12 +143,12 @@ namespace {
 // The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits for
 // the last duty to be taken over: so look first, and never wait.
 template <ledc_mode_t kMode>
-[[gnu::always_inline]] inline void write_group(const uint32_t* duties, uint32_t begin,
-                                               uint32_t end) {
+[[gnu::always_inline]] inline void write_group(uint32_t* duties, uint32_t begin, uint32_t end) {
   auto* own = &LEDC.channel_group[kMode].channel[0];
   for (uint32_t k = begin; k < end; ++k, ++own) {
     if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
       dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+      duties[k] = own->duty.val >> kDutyFractionBits;  // the last one, which is still to be taken
       continue;
     }
     own->duty.val = duties[k] << kDutyFractionBits;
@@ -159,7 +159,7 @@ template <ledc_mode_t kMode>
 
 }  // namespace
 
-void IRAM_ATTR pwm_set_duties(const uint32_t* duties) {
+void IRAM_ATTR pwm_set_duties(uint32_t* duties) {
   write_group<kLedcGroups.front()>(duties, 0, first_channels);
   if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   written_at.store(pwm_position(), std::memory_order_relaxed);

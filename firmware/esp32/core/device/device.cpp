@@ -44,9 +44,10 @@ void Device::start(const Hal& hal) {
   output_watch_.start(now_us());
   starts_.begin(hal_, faults_);
   load_config();
-  Retained before;
-  const bool is_known = recall(hal_, before);
-  heat_.start(config(), is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
+  const Retained before = recall(hal_);
+  known_heat_ = before.heat;
+  heat_.start(config(), known_heat_, before.is_on != 0);
+  supply_.start(config());
   wear_.start(before.erases, before.write_credit_ms);
   load_table();
   start_outputs();
@@ -106,7 +107,7 @@ void Device::poll() {
   const uint32_t passed_ms = clock_.turn(now_us());
   watch_samples();
   watch_outputs();
-  watch_coils(passed_ms);
+  watch_limits(passed_ms);
   wear_.pass(passed_ms);
   const TouchEvent event = input_.poll(hal_, now_us());
   panel_watch_.look(input_, faults_, now_ms());
@@ -122,75 +123,6 @@ void Device::poll() {
     starts_.restart(hal_, is_quiet());
   }
   starts_.settle(hal_, now_ms(), is_quiet());
-}
-
-// All deadlines are counted by the interrupt; if it dies, a duty stays where it was. The gates are
-// cut past it, and only a start gives them back.
-void Device::watch_samples() {
-  const uint32_t stopped_us = output_watch_.stopped_us(synthesis_, now_us());
-  if (stopped_us == 0 || faults_.stands(FaultCause::kInterruptStopped)) return;
-  hal_.cut_outputs(hal_.context);
-  stand(FaultCause::kInterruptStopped, stopped_us / 1000U);
-}
-
-// What the interrupt ended by itself.
-void Device::watch_outputs() {
-  if (touch_.is_starting()) return;
-  switch (output_watch_.fade(synthesis_)) {
-    case FadeCause::kTouchTimeout:
-      if (is_of_a_finger()) {
-        note(FaultCause::kTouchTimeout, 0);
-        end_touch();
-      } else if (state_ == DeviceState::kStreaming) {
-        note(FaultCause::kHostSilent, 0);
-        stream_end();
-      }
-      break;
-    case FadeCause::kMaxOn:
-      // A finger has to lift first; a host may have died, and must not be in the next finger's way.
-      if (input_.let_go() && is_of_a_finger()) {
-        note(FaultCause::kTouchTooLong, 0);
-        end_touch();
-      } else {
-        stand(FaultCause::kTouchTooLong, 0);
-      }
-      break;
-    case FadeCause::kLate: stand(FaultCause::kInterruptLate, synthesis_.missed()); break;
-    case FadeCause::kUnderrun:
-      note(FaultCause::kUnderrun, 0);
-      host_.refill();
-      break;
-    case FadeCause::kNone:
-    case FadeCause::kReleased: break;
-  }
-}
-
-void Device::watch_coils(uint32_t passed_ms) {
-  if (passed_ms > 0) {
-    Loads loads;
-    synthesis_.take_loads(loads, passed_ms);
-    if (heat_.add(loads, passed_ms)) keep_retained(!is_quiet());
-  }
-  const uint32_t hot = heat_.hot_channel();
-  if (hot < kMaxChannels && !faults_.stands(FaultCause::kCoilHot)) {
-    stand(FaultCause::kCoilHot, hot);
-  }
-  // Waves are kept within the limit when they are posted; a stream is not, and rounding is not.
-  const uint32_t most_ma = config().supply_ma + config().supply_ma / 16U;
-  if (heat_.supply_ma() > most_ma && !faults_.stands(FaultCause::kSupplyCurrent)) {
-    stand(FaultCause::kSupplyCurrent, heat_.supply_ma());
-  }
-}
-
-void Device::clear_faults() {
-  if (!input_.is_touched() && is_quiet()) {
-    if (heat_.has_cooled()) faults_.clear(FaultCause::kCoilHot);
-    faults_.clear(FaultCause::kTouchTooLong);
-    faults_.clear(FaultCause::kInterruptLate);
-    // The mean that raised it goes on for a window.
-    if (heat_.supply_ma() <= config().supply_ma) faults_.clear(FaultCause::kSupplyCurrent);
-  }
-  settle();
 }
 
 void Device::trust_host() {
@@ -265,6 +197,7 @@ void Device::advance_touch() {
 }
 
 void Device::post_touch() {
+  if (touch_.is_starting() && !supply_.may_start_wave()) return;
   if (touch_.is_starting()) keep_retained(true);
   if (touch_.post(synthesis_, table(), config(), heat_)) output_watch_.expect_play();
 }
@@ -300,7 +233,10 @@ bool Device::stream_begin(uint32_t target) {
 }
 
 bool Device::stream_push(const uint16_t* duties_q16) {
-  return host_.push(synthesis_, duties_q16, now_us());
+  const bool is_fine = HostDrive::fits(synthesis_, supply_, duties_q16);
+  if (!is_fine && state_ == DeviceState::kStreaming) stand_supply();
+  supply_.note_stream();
+  return is_fine && host_.push(synthesis_, duties_q16, now_us());
 }
 
 bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform) {
@@ -308,7 +244,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
     if (!host_begins()) return false;
     host_.begin_waves();
   }
-  if (!host_.has_waves() || touch_.is_fading()) return false;
+  if (!host_.has_waves() || touch_.is_fading() || !supply_.may_start_wave()) return false;
   if (!synthesis_.set_frequency(frequency_millihertz) || !synthesis_.set_waveform(waveform))
     return false;
   watch_outputs();

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "core/base/fault_log.hpp"
-#include "core/device/coil_heat.hpp"
 #include "core/device/host_drive.hpp"
 #include "core/device/output_watch.hpp"
 #include "core/device/starts.hpp"
@@ -13,6 +12,8 @@
 #include "core/device/turn_clock.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
+#include "core/limits/coil_heat.hpp"
+#include "core/limits/supply_meter.hpp"
 #include "core/storage/flash_wear.hpp"
 #include "core/storage/stored_config.hpp"
 #include "core/storage/stored_table.hpp"
@@ -94,6 +95,7 @@ class Device {
   const TouchInput& input() const { return input_; }
   const FaultLog& faults() const { return faults_; }
   const CoilHeat& heat() const { return heat_; }
+  const SupplyMeter& supply() const { return supply_; }
   uint32_t now_ms() const { return clock_.now_ms(); }
   uint32_t awake_ms() const { return clock_.awake_ms(); }
   uint32_t stack_free() const { return hal_.stack_free(hal_.context); }
@@ -109,6 +111,7 @@ class Device {
   // The faults.
   void note(FaultCause cause, uint32_t detail) { faults_.add(cause, detail, now_ms()); }
   void stand(FaultCause cause, uint32_t detail);
+  void stand_supply();
   void clear_faults();
   void trust_host();
   // Where nothing plays, and nothing is left to be faded out.
@@ -123,12 +126,12 @@ class Device {
   void load_again();
   void refuse_table();
   void check_config();
-  void keep_retained(bool is_on) const;
+  void keep_retained(bool is_on);
 
   // In a turn.
   void watch_samples();
   void watch_outputs();
-  void watch_coils(uint32_t passed_ms);
+  void watch_limits(uint32_t passed_ms);
   void handle(const TouchEvent& event);
   void advance_touch();
   void advance_host();
@@ -160,6 +163,8 @@ class Device {
   Synthesis synthesis_;
   OutputWatch output_watch_;
   CoilHeat heat_;
+  SupplyMeter supply_;
+  PinHeat known_heat_;
 };
 
 }  // namespace chladni

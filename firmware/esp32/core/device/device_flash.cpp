@@ -109,10 +109,11 @@ bool Device::set_network(const uint8_t* record, uint32_t size) {
 }
 
 // Once in so many samples, and before outputs go on.
-void Device::keep_retained(bool is_on) const {
+void Device::keep_retained(bool is_on) {
+  heat_.note(config(), known_heat_);
   Retained state;
+  state.heat = known_heat_;
   state.is_on = is_on ? 1U : 0U;
-  for (uint32_t k = 0; k < config().channels; ++k) state.rise_uk[k] = heat_.rise_uk(k);
   state.erases = erases();
   state.write_credit_ms = wear_.credit_ms();
   keep(hal_, state);

@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
-#include "core/device/coil_heat.hpp"
 #include "core/generated/config_format.hpp"
 #include "core/hal.hpp"
+#include "core/limits/coil_heat.hpp"
 #include "core/synthesis/envelope.hpp"
 #include "core/synthesis/synthesis.hpp"
 #include "core/table/table.hpp"
@@ -32,14 +32,15 @@ class TouchPlayback {
   void advance(uint32_t now_us);
   // Outputs fade out, whoever plays.
   void fade_out() { next_ = Next::kFade; }
-  // The same; if they are off already, nothing is next.
+  // The same, in the table's ramp however long a release is; if they are off already, nothing is
+  // next.
   void stop(const Synthesis& synthesis) {
-    next_ = synthesis.is_quiet() ? Next::kNothing : Next::kFade;
+    next_ = synthesis.is_quiet() ? Next::kNothing : Next::kStop;
   }
 
   // What the interrupt was not told yet: a start, or to fade out.
   bool is_starting() const { return next_ == Next::kStart; }
-  bool is_fading() const { return next_ == Next::kFade; }
+  bool is_fading() const { return next_ == Next::kFade || next_ == Next::kStop; }
 
   // Tells it what is next, if it has room. True once that has started a touch.
   bool post(Synthesis& synthesis, const Table& table, const Config& config, const CoilHeat& heat);
@@ -50,6 +51,7 @@ class TouchPlayback {
     kChange,  // to another drive of the same touch
     kStart,   // of a touch
     kFade,
+    kStop,
   };
 
   // To another place or line; a start that the interrupt was not told yet stays one.

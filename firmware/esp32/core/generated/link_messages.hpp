@@ -53,7 +53,7 @@ struct Answer {
   struct Missed { uint16_t value; } missed;  // Samples, the lower 16 bits.
   struct UptimeMs { uint32_t value; } uptime_ms;
   struct Faults { uint32_t value; } faults;  // Ever noted.
-  struct SupplyMa { uint32_t value; } supply_ma;  // Mean over the last 64 ms.
+  struct SupplyMa { uint32_t value; } supply_ma;  // Delivered to the coils, as a mean over the last 64 ms.
   struct FrequencyMillihertz { uint32_t value; } frequency_millihertz;  // Of the drives in use.
   struct TableBytes { uint32_t value; } table_bytes;
   struct TableCrc { uint32_t value; } table_crc;  // Its last four bytes.

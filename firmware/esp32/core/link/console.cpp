@@ -27,7 +27,7 @@ void print_info(const Device& device) {
   device.print(to_text(device.input().health()));
   const CoilHeat& heat = device.heat();
   Line80 supply;
-  device.print(supply.add(heat.supply_ma()).add(" mA").text());
+  device.print(supply.add(device.supply().mean_ma()).add(" mA").text());
   for (uint32_t k = 0; k < device.config().channels; ++k) {
     Line80 line;
     line.add("coil ").add(k).add(": ").add_milli(heat.rise_dk(k) * 100U).add(" K");

@@ -197,7 +197,7 @@ Status Requests::put_info() {
       A::Missed{static_cast<uint16_t>(device_.synthesis().missed())},
       A::UptimeMs{device_.now_ms()},
       A::Faults{device_.faults().count()},
-      A::SupplyMa{device_.heat().supply_ma()},
+      A::SupplyMa{device_.supply().mean_ma()},
       A::FrequencyMillihertz{has_table ? table.frequency_millihertz() : 0U},
       A::TableBytes{has_table ? table.total_bytes() : 0U},
       A::TableCrc{has_table ? table.crc() : 0U},

@@ -8,7 +8,7 @@ namespace chladni {
 namespace {
 
 constexpr uint32_t kMagic = 0x52484C43;  // "CLHR"; all zeros have a CRC that is right
-constexpr uint32_t kWords = 4U + table_format::kMaxActuators;
+constexpr uint32_t kWords = 5U + gpio::kPins;
 constexpr uint32_t kCrashMagic = 0x52434C43;  // "CLCR"
 constexpr uint32_t kCrashesAt = 4U * (kWords + 1U);
 static_assert(kRetainedBytes == kCrashesAt + 12U,
@@ -25,33 +25,37 @@ void keep_crashes(const Hal& hal, uint32_t count) {
 
 }  // namespace
 
-bool recall(const Hal& hal, Retained& found) {
+Retained recall(const Hal& hal) {
+  Retained found;
   const uint8_t* const bytes = hal.retained(hal.context);
   if (read_u32(bytes) != kMagic || crc32(bytes, 4U * kWords) != read_u32(bytes + 4U * kWords)) {
-    return false;
+    found.heat.rise_uk.fill(PinHeat::kUnknown);
+    return found;
   }
   const uint8_t* at = bytes + 4;
-  for (uint32_t& rise : found.rise_uk) {
+  for (uint32_t& rise : found.heat.rise_uk) {
     rise = read_u32(at);
     at += 4;
   }
-  found.is_on = read_u32(at);
-  found.erases = read_u32(at + 4);
-  found.write_credit_ms = read_u32(at + 8);
-  return true;
+  found.heat.assumed_dk = read_u32(at);
+  found.is_on = read_u32(at + 4);
+  found.erases = read_u32(at + 8);
+  found.write_credit_ms = read_u32(at + 12);
+  return found;
 }
 
 void keep(const Hal& hal, const Retained& state) {
   uint8_t* const bytes = hal.retained(hal.context);
   put_word(bytes, kMagic, 4);
   uint8_t* at = bytes + 4;
-  for (const uint32_t rise : state.rise_uk) {
+  for (const uint32_t rise : state.heat.rise_uk) {
     put_word(at, rise, 4);
     at += 4;
   }
-  put_word(at, state.is_on, 4);
-  put_word(at + 4, state.erases, 4);
-  put_word(at + 8, state.write_credit_ms, 4);
+  put_word(at, state.heat.assumed_dk, 4);
+  put_word(at + 4, state.is_on, 4);
+  put_word(at + 8, state.erases, 4);
+  put_word(at + 12, state.write_credit_ms, 4);
   put_word(bytes + 4U * kWords, crc32(bytes, 4U * kWords), 4);
 }
 

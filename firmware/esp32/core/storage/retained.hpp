@@ -9,20 +9,30 @@
 #include <array>
 #include <cstdint>
 
-#include "core/generated/table_format.hpp"
+#include "core/generated/gpio.hpp"
 #include "core/hal.hpp"
 
 namespace chladni {
 
-struct Retained {
-  std::array<uint32_t, table_format::kMaxActuators> rise_uk{};  // above the air
-  uint32_t is_on = 0;                                           // outputs; then more has come since
-  uint32_t erases = 0;                                          // sectors, since power came on
-  uint32_t write_credit_ms = UINT32_MAX;                        // all of it; see WriteBudget
+// How warm the coil of each GPIO is, whichever channel it was: microkelvin above the air, or not
+// known.
+struct PinHeat {
+  static constexpr uint32_t kUnknown = UINT32_MAX;
+
+  std::array<uint32_t, gpio::kPins> rise_uk{};
+  // The limit, 0.1 K, that unknown coils were taken to be at, the highest since; 0 if none was.
+  uint32_t assumed_dk = 0;
 };
 
-// False if what lies there was not written by `keep`.
-bool recall(const Hal& hal, Retained& found);
+struct Retained {
+  PinHeat heat;
+  uint32_t is_on = 0;                     // outputs; then more has come since
+  uint32_t erases = 0;                    // sectors, since power came on
+  uint32_t write_credit_ms = UINT32_MAX;  // all of it; see WriteBudget
+};
+
+// What `keep` wrote last; if something else lies there, no coil is known.
+Retained recall(const Hal& hal);
 void keep(const Hal& hal, const Retained& state);
 
 // Crashes since they were last forgotten, in a record of its own: a start reads it before anything

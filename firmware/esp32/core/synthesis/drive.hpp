@@ -1,4 +1,4 @@
-// A drive, which is what every channel is played with, and the load that it is to the coils.
+// A drive, which is what every channel is played with, and what the coils have got of it.
 #pragma once
 
 #include <array>
@@ -24,12 +24,10 @@ constexpr Gain scaled(Gain gain, int32_t factor_q15) {
 
 using Drive = std::array<Gain, kMaxChannels>;
 
-// What a channel's coil gets: means of its duty and of its square, 65536 for a duty of 1.
-struct Load {
-  uint32_t mean_q16;
-  uint32_t square_q16;
-};
-
-using Loads = std::array<Load, kMaxChannels>;
+// What the channels' pins got over some time: the integral of duty², 65536 for a duty of 1 that
+// lasts a millisecond. Heat goes by it, and so does what a supply delivers: it feeds a coil only
+// while its switch is on, and so gives duty times the coil's current, which is itself duty times
+// that of a duty of 1.
+using Squares = std::array<uint32_t, kMaxChannels>;
 
 }  // namespace chladni

@@ -14,7 +14,6 @@ constexpr int32_t kLearnPerQ8 = 24;
 constexpr int32_t kMostDrift = 2147484;
 // The fill is averaged over 256 ms: frames come in packets, and must not be heard as a wobble.
 constexpr int32_t kMeanShift = 8;
-constexpr int32_t kLoadShift = 8;
 
 int32_t clamp_to(int32_t value, int32_t most) {
   return value < -most ? -most : (value > most ? most : value);
@@ -22,8 +21,9 @@ int32_t clamp_to(int32_t value, int32_t most) {
 
 }  // namespace
 
-void DutyRing::start(uint32_t channels) {
+void DutyRing::start(uint32_t channels, const uint16_t* full_current_ma) {
   channels_ = channels;
+  full_current_ma_ = full_current_ma;
   clear();
 }
 
@@ -34,30 +34,37 @@ void DutyRing::clear() {
   between_u32_ = 0;
   mean_fill_q8_ = static_cast<int32_t>(target_ << 8);
   drift_sum_ = 0;
-  mean_q24_.fill(0);
-  square_q24_.fill(0);
+  metered_ = 0;
+  ahead_ma_ = 0;
 }
 
 bool DutyRing::push(const uint16_t* duties_q16) {
   const uint32_t head = head_.load(std::memory_order_relaxed);
   if (head - tail() >= kStreamFrames) return false;
+  if (ahead() >= kStreamFrames) forget_played();
   Frame& frame = frames_[head % kStreamFrames];
-  for (uint32_t k = 0; k < channels_; ++k) {
-    const uint32_t duty = duties_q16[k];
-    frame[k] = duties_q16[k];
-    const auto square_q16 = static_cast<int32_t>(((duty >> 1) * (duty >> 1)) >> 14);
-    mean_q24_[k] += (static_cast<int32_t>(duty << 8) - mean_q24_[k]) >> kLoadShift;
-    square_q24_[k] += (square_q16 * 256 - square_q24_[k]) >> kLoadShift;
-  }
+  for (uint32_t k = 0; k < channels_; ++k) frame[k] = duties_q16[k];
+  const uint32_t current_ma = frame_ma(duties_q16);
+  // Sixteen of the largest that a configuration may have fit.
+  currents_ma_[head % kStreamFrames] = static_cast<uint16_t>(current_ma);
+  ahead_ma_ += current_ma;
   head_.store(head + 1U, std::memory_order_release);
   return true;
 }
 
-void DutyRing::loads(Loads& loads) const {
-  for (uint32_t k = 0; k < channels_; ++k) {
-    loads[k] = {static_cast<uint32_t>(mean_q24_[k] >> 8),
-                static_cast<uint32_t>(square_q24_[k] >> 8)};
+void DutyRing::forget_played() {
+  for (const uint32_t played = tail(); metered_ != played; ++metered_) {
+    ahead_ma_ -= currents_ma_[metered_ % kStreamFrames];
   }
+}
+
+uint32_t DutyRing::frame_ma(const uint16_t* duties_q16) const {
+  uint32_t sum = 0;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const uint32_t duty = duties_q16[k];
+    sum += (duty * duty >> 16) * full_current_ma_[k] >> 16;
+  }
+  return sum;
 }
 
 void DutyRing::steer() {

@@ -20,12 +20,18 @@ constexpr uint32_t kStreamTarget = 96;
 
 class DutyRing {
  public:
-  void start(uint32_t channels);
+  // `full_current_ma` of each channel stays where it is.
+  void start(uint32_t channels, const uint16_t* full_current_ma);
 
   // Main loop: append a frame of duties (65536 would be 1). False if the ring is full.
   bool push(const uint16_t* duties_q16);
-  // Main loop: means over the last frames pushed, each of the same weight however they came.
-  void loads(Loads& loads) const;
+  // Main loop: frames that were not metered yet, and what the supply is to deliver to them, mA
+  // times frames; and to one more.
+  uint32_t ahead() const { return head_.load(std::memory_order_relaxed) - metered_; }
+  uint32_t ahead_ma() const { return ahead_ma_; }
+  uint32_t frame_ma(const uint16_t* duties_q16) const;
+  // Main loop, before the meter is read: what was played until now is in it.
+  void forget_played();
   // Main loop, every millisecond: keep the ring filled to its target.
   void steer();
   uint32_t filled() const { return head_.load(std::memory_order_acquire) - tail(); }
@@ -48,15 +54,17 @@ class DutyRing {
   uint32_t rate_u32() const { return rate_.load(std::memory_order_relaxed); }
 
   uint32_t channels_ = 0;
+  const uint16_t* full_current_ma_ = nullptr;
   uint32_t target_ = kStreamTarget;
   std::array<Frame, kStreamFrames> frames_{};
   std::atomic<uint32_t> head_{0};  // frames pushed; written by the main loop
   std::atomic<uint32_t> tail_{0};  // frames left behind; written by the interrupt
   std::atomic<uint32_t> rate_{kHalf};
   uint32_t between_u32_ = 0;  // from the frame at the tail to the one after it; interrupt only
-  // Exponential means of duties and their squares over some 256 frames (26 ms at 10 bits).
-  std::array<int32_t, kMaxChannels> mean_q24_{};
-  std::array<int32_t, kMaxChannels> square_q24_{};
+  // What each frame takes from the supply; of those from `metered_` on, the sum.
+  std::array<uint16_t, kStreamFrames> currents_ma_{};
+  uint32_t metered_ = 0;
+  uint32_t ahead_ma_ = 0;
   int32_t mean_fill_q8_ = 0;
   int32_t drift_sum_ = 0;
 };

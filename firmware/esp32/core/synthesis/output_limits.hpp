@@ -8,11 +8,13 @@
 namespace chladni {
 
 constexpr uint32_t kMaxChannels = 16;
+// What a supply delivers is limited as its mean over any time so long.
+constexpr uint32_t kSupplyWindowMs = 64;
 
 struct OutputLimits {
   uint32_t max_duty_q15 = 32768;  // ceiling of every duty
   uint32_t min_on_steps = 0;      // shortest pulse that still switches: the least of a wave
-  uint32_t supply_ma = 0;         // of all channels' mean currents; 0: no limit
+  uint32_t supply_ma = 0;         // delivered to all channels; 0: no limit
   // Current of a channel at a duty of 1.
   std::array<uint16_t, kMaxChannels> full_current_ma{};
 };

@@ -9,8 +9,8 @@ namespace {
 using Kind = Command::Kind;
 
 constexpr int32_t kUnityQ30 = 1 << 30;
-// No deadline is further away, in samples: a day.
-constexpr uint32_t kFarAway = 1U << 30;
+// No deadline is further away, in samples: a day at the fastest carrier.
+constexpr uint32_t kFarAway = 1687500000U;
 
 }  // namespace
 
@@ -29,6 +29,7 @@ void SamplePlayer::sines() {
       wanted -= channel->bias_step * left;
     }
     wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
+    meter(*channel, *duty, 1);
     *duty = shaper.shape(channel->errors, wanted);
   }
 }
@@ -60,6 +61,7 @@ void SamplePlayer::like(Wave wave_q15) {
       phase -= static_cast<uint32_t>(channel->second_step) * static_cast<uint32_t>(left);
       wanted -= channel->bias_step * left;
     }
+    meter(*channel, *duty, 1);
     *duty = shaper.shape(channel->errors, wanted + amplitude * wave_q15(phase));
   }
 }
@@ -118,7 +120,21 @@ void SamplePlayer::play_mode() {
     others<kIsRamping>();
   } else if (mode_ == Mode::kStream) {
     streamed();
+  } else {
+    stay_off();
   }
+}
+
+// Again in every sample: a channel may not have taken the 0 that ended what it played.
+void SamplePlayer::stay_off() {
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    meter(channels_[k], duties_[k], 1);
+    duties_[k] = 0;
+  }
+}
+
+void SamplePlayer::meter_all(uint32_t samples) {
+  for (uint32_t k = 0; k < settings_.channels; ++k) meter(channels_[k], duties_[k], samples);
 }
 
 void SamplePlayer::other_sample(const Hal& hal) {
@@ -139,6 +155,7 @@ void SamplePlayer::finish(const Hal& hal) {
 }
 
 void SamplePlayer::streamed() {
+  meter_all(1);
   const bool has_frame = handover_.stream.next(duties_.data());
   if (!has_frame && is_playing()) fade(FadeCause::kUnderrun, settings_.fade);
   const Shaper shaper = settings_.shaper;
@@ -174,7 +191,8 @@ bool SamplePlayer::can_take(const Command& command) const {
 
 void SamplePlayer::take(const Command& command) {
   if (command.kind == Kind::kRelease) {
-    if (is_playing()) fade(FadeCause::kReleased, command.rate);
+    const bool is_sooner = output() == Output::kFading && command.rate.samples < ramp_left_;
+    if (is_playing() || is_sooner) fade(FadeCause::kReleased, command.rate);
     return;
   }
   // A move comes too late once a deadline has ended its touch: only a new touch starts the clock.
@@ -252,6 +270,7 @@ void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t 
 }
 
 void SamplePlayer::go_off() {
+  meter_all(1);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     // A fade has brought the rest to 0.
     channels_[k].second = 0;
@@ -270,6 +289,12 @@ void SamplePlayer::catch_up(uint32_t missed) {
   handover_.missed.store(all, std::memory_order_relaxed);
   advance(missed);
   phase_u32_ += phase_step_u32_ * missed;
+  // Beyond this the gates were cut long ago (OutputWatch); the product fits.
+  constexpr uint32_t kMostMetered = 0xFFFFU;
+  meter_all(missed < kMostMetered ? missed : kMostMetered);
+  // A ramp ends when it should, however few samples were made of it.
+  const auto left = static_cast<uint32_t>(ramp_left_);
+  ramp_left_ = static_cast<int32_t>(left - (missed < left ? missed : left));
   if (missed >= settings_.most_late && is_playing()) fade(FadeCause::kLate, settings_.fade);
 }
 

@@ -39,6 +39,13 @@ class SamplePlayer {
   // asked for.
   void sample(const Hal& hal, uint32_t missed);
 
+  // What a channel's pin has got since start, whoever played: its duty's square (in steps, over
+  // 2^kSquareShift) for every sample that the duty stood. It wraps around after 13 s of full duty.
+  uint32_t square_sum(uint32_t channel) const {
+    return __atomic_load_n(&channels_[channel].square_sum, __ATOMIC_RELAXED);
+  }
+  static constexpr uint32_t kSquareShift = 8;
+
  private:
   // Gains and amplitudes are in duty steps times 2^(fraction_bits - 15), so that the wave in Q15
   // makes them what the bias is in: duty steps times 2^fraction_bits. `..._step` times the samples
@@ -52,6 +59,9 @@ class SamplePlayer {
     int32_t first_step;
     int32_t second_step;
     int32_t bias_step;
+    // Written by the interrupt alone, in one store of a word; as an atomic, each of its accesses
+    // would wait for the memory before it.
+    uint32_t square_sum;
   };
 
   // What a sample does.
@@ -73,6 +83,14 @@ class SamplePlayer {
   int32_t step(int32_t from, int32_t to) const;
   void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   void catch_up(uint32_t missed);
+  // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
+  // its place; `duties_` is what the pins have, since what was not taken is put back there.
+  [[gnu::always_inline]] static inline void meter(Channel& channel, uint32_t duty,
+                                                  uint32_t samples) {
+    channel.square_sum += (duty * duty >> kSquareShift) * samples;
+  }
+  void meter_all(uint32_t samples);
+  void stay_off();
   void still_silent_channels();
   // One look for both: neither end is ever half the counter's range away.
   bool is_past_deadline() const {

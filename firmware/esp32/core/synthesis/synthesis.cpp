@@ -12,9 +12,30 @@ using Kind = Command::Kind;
 // A ramp of fewer samples would need a factor beyond 15 bits.
 constexpr uint32_t kShortestRamp = 4;
 
-Load larger(const Load& one, const Load& other) {
-  return {one.mean_q16 > other.mean_q16 ? one.mean_q16 : other.mean_q16,
-          one.square_q16 > other.square_q16 ? one.square_q16 : other.square_q16};
+// The largest mean square of the duty over the supply's window, 15 bits, of a wave of this
+// amplitude upon this bias. The window may take in the crest of one period more than its trough:
+// half a period's area of the wave, and of its square about that square's mean. It may do so twice,
+// at the end of one touch and at the beginning of the next.
+uint32_t largest_square_q15(Waveform waveform, uint32_t amplitude_q15, uint32_t bias_q15,
+                            uint32_t period_q12) {
+  struct Form {
+    uint32_t square_q8, area_q8, square_area_q8;  // of a wave and of a period of 1, rounded up
+  };
+  constexpr Form kSine{128, 82, 21}, kSquare{256, 128, 0}, kTriangle{86, 64, 33};
+  const bool is_sine = waveform == Waveform::kSine, is_square = waveform == Waveform::kSquare;
+  const Form form = is_sine ? kSine : (is_square ? kSquare : kTriangle);
+  const uint32_t own = amplitude_q15 * amplitude_q15 >> 15;
+  const uint32_t both = bias_q15 * amplitude_q15 >> 15;
+  const uint32_t mean = (bias_q15 * bias_q15 >> 15) + (own * form.square_q8 >> 8) + 2U;
+  const uint32_t area = (2U * both * form.area_q8 + own * form.square_area_q8) >> 8;
+  const uint32_t crest = bias_q15 + amplitude_q15;
+  const uint32_t most = (crest * crest >> 15) + 1U, swing = (area + 1U) * period_q12 >> 11;
+  return mean + swing < most ? mean + swing : most;
+}
+
+// 64 ms of periods; `frequency_millihertz` is 1 Hz at least.
+uint32_t period_share_q12(uint32_t frequency_millihertz) {
+  return (4096U * 1000000U / kSupplyWindowMs) / frequency_millihertz + 1U;
 }
 
 // Phase of x + iy, from 0 to one turn, to 2^-17 turns: halves the quarter until it is found.
@@ -94,7 +115,7 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   if (settings.max_on_us > f::kMaxOnUs) return false;
   if (settings.limits.max_duty_q15 > 32768U) return false;
   settings_ = settings;
-  next_phase_step_u32_ = phase_step_u32(settings.frequency_millihertz, settings.pwm_bits);
+  set_frequency(settings.frequency_millihertz);
   const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
   player_.start({
       settings.channels,
@@ -104,7 +125,7 @@ bool Synthesis::start(const SynthesisSettings& settings) {
       samples_in(settings.max_on_us, settings.pwm_bits),
       samples_in(kMostLateUs, settings.pwm_bits),
   });
-  stream().start(settings.channels);
+  stream().start(settings.channels, settings_.limits.full_current_ma.data());
   return true;
 }
 
@@ -120,29 +141,46 @@ RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
   return rate;
 }
 
-uint32_t Synthesis::fitting_level(const std::array<uint32_t, kMaxChannels>& sizes,
-                                  uint32_t level_q15) {
-  const OutputLimits& limits = settings_.limits;
-  const uint32_t half_span = half_span_steps(settings_.pwm_bits);
-  const uint32_t rest = kBiasMarginSteps + limits.min_on_steps;
-  // In duty steps: what the largest channel peaks at, and every channel's mean times its current.
-  uint32_t largest = 0, mean_sum = 0, rest_sum = 0;
+uint32_t Synthesis::amplitude_steps(uint32_t size_q15, uint32_t level_q15) const {
+  const uint32_t share = (size_q15 * level_q15) >> 15, full = kOneQ15;
+  return ((share < full ? share : full) * half_span_steps(settings_.pwm_bits) >> 15) + 1U;
+}
+
+uint32_t Synthesis::delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const {
+  const uint32_t to_q15 = 15U - settings_.pwm_bits;
+  const uint32_t rest = kBiasMarginSteps + settings_.limits.min_on_steps;
+  uint32_t sum = 0;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const uint32_t amplitude = (((sizes[k] * level_q15) >> 15) * half_span >> 15) + 1U;
-    if (amplitude > largest) largest = amplitude;
-    mean_sum += amplitude * limits.full_current_ma[k];
-    if (sizes[k] > 0) rest_sum += rest * limits.full_current_ma[k];
+    if (sizes[k] == 0) continue;
+    const uint32_t steps = amplitude_steps(sizes[k], level_q15);
+    const uint32_t square_q15 =
+        largest_square_q15(waveform, steps << to_q15, (steps + rest) << to_q15, period_q12_);
+    sum += square_q15 * settings_.limits.full_current_ma[k];
+  }
+  return (sum >> 15) + 1U;
+}
+
+uint32_t Synthesis::fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform) {
+  const OutputLimits& limits = settings_.limits;
+  uint32_t largest = 0;
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    const uint32_t steps = amplitude_steps(sizes[k], level_q15);
+    if (steps > largest) largest = steps;
   }
   uint32_t level = level_q15;
   const uint32_t max_duty = max_duty_steps(settings_);
-  const uint32_t taken = rest + kBiasMarginSteps;
+  const uint32_t taken = 2U * kBiasMarginSteps + limits.min_on_steps;
   const uint32_t peak_room = max_duty > taken ? (max_duty - taken) / 2U : 0U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
-  if (limits.supply_ma > 0) {
-    const uint32_t allowed = limits.supply_ma << settings_.pwm_bits;
-    const uint32_t room = allowed > rest_sum ? allowed - rest_sum : 0U;
-    const uint32_t fitting = mean_sum > room ? share_of(level_q15, room, mean_sum) : level_q15;
-    if (fitting < level) level = fitting;
+  if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > limits.supply_ma) {
+    // Bit by bit: the largest level that the supply allows.
+    uint32_t fitting = 0;
+    for (uint32_t bit = 1U << 14; bit != 0; bit >>= 1) {
+      const uint32_t trial = fitting | bit;
+      if (trial > level || delivered_ma(sizes, trial, waveform) > limits.supply_ma) continue;
+      fitting = trial;
+    }
+    level = fitting;
   }
   if (level < level_q15) ++limited_;
   return level;
@@ -157,15 +195,15 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
   command.phase_step_u32 = next_phase_step_u32_;
   command.edges = EdgeScale::of(next_phase_step_u32_);
   command.waveform = options.starts_touch ? next_waveform_ : handover().command.waveform;
-  std::array<uint32_t, kMaxChannels> sizes{};
+  if (options.starts_touch) period_q12_ = next_period_q12_;
+  Sizes sizes{};
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     const int32_t in_phase = drive[k].in_phase_q15, quadrature = drive[k].quadrature_q15;
     sizes[k] = square_root(static_cast<uint32_t>(in_phase * in_phase) +
                            static_cast<uint32_t>(quadrature * quadrature));
   }
-  start_load_ramp(options.ramp_us);
-  const auto level = static_cast<int32_t>(
-      fitting_level(sizes, options.level_q15 > 32767U ? 32767U : options.level_q15));
+  const uint32_t asked = options.level_q15 > 32767U ? 32767U : options.level_q15;
+  const auto level = static_cast<int32_t>(fitting_level(sizes, asked, command.waveform));
   // Gains times this are duty steps with the shaper's fraction.
   const auto half_span = static_cast<int32_t>(half_span_steps(settings_.pwm_bits));
   const uint32_t fraction_bits = fraction_bits_of(settings_.pwm_bits);
@@ -192,7 +230,6 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
     if (sizes[k] > 0 && level > 0) {
       command.bias[k] = (size + 1) * half_span * (1 << shift) + rest * (1 << fraction_bits);
     }
-    loads_[k] = load_of(command, k, static_cast<uint32_t>(size));
   }
   return post(command);
 }
@@ -203,6 +240,7 @@ bool Synthesis::set_frequency(uint32_t frequency_millihertz) {
       frequency_millihertz > f::kMaxFrequencyMillihertz)
     return false;
   next_phase_step_u32_ = phase_step_u32(frequency_millihertz, settings_.pwm_bits);
+  next_period_q12_ = period_share_q12(frequency_millihertz);
   return true;
 }
 
@@ -230,31 +268,6 @@ bool Synthesis::release(uint32_t ramp_us) {
   return post(command);
 }
 
-Load Synthesis::load_of(const Command& command, uint32_t channel, uint32_t size_q15) const {
-  // A bias has 30 bits, of which 14 are below the 16 wanted; so has half of a square of 15.
-  const uint32_t mean_q16 = static_cast<uint32_t>(command.bias[channel]) >> 14;
-  const uint32_t half_span = half_span_steps(settings_.pwm_bits);
-  const uint32_t amplitude_q16 = (size_q15 * half_span >> settings_.pwm_bits) * 2U;
-  const uint32_t square_q16 = (amplitude_q16 >> 1) * (amplitude_q16 >> 1) >> 14;
-  // Mean squares of the waves: a sine's is a half.
-  uint32_t share = 2;
-  if (command.waveform == Waveform::kTriangle || command.waveform == Waveform::kRamp) share = 3;
-  if (command.waveform == Waveform::kSquare) share = 1;
-  return {mean_q16, ((mean_q16 >> 1) * (mean_q16 >> 1) >> 14) + square_q16 / share};
-}
-
-Load Synthesis::load_now(uint32_t channel) const {
-  if (output() == Output::kOff) return {0, 0};
-  const Load& own = loads_[channel];
-  return ramp_ms_left_ > 0 ? larger(own, older_loads_[channel]) : own;
-}
-
-// While a drive goes over into the next, coils get no more than the larger of the two.
-void Synthesis::start_load_ramp(uint32_t ramp_us) {
-  for (uint32_t k = 0; k < settings_.channels; ++k) older_loads_[k] = load_now(k);
-  ramp_ms_left_ = ramp_us / 1000U + 2U;
-}
-
 bool Synthesis::post(const Command& command) {
   handover().command = command;
   // What ended the last touch must not be taken for the end of this one.
@@ -277,11 +290,28 @@ void Synthesis::announce() {
   handover().news.store(news, std::memory_order_release);
 }
 
-void Synthesis::take_loads(Loads& loads, uint32_t passed_ms) {
-  for (uint32_t k = 0; k < settings_.channels; ++k) loads[k] = load_now(k);
-  const bool is_stream = handover().command.kind == Kind::kStream;
-  if (is_stream && output() != Output::kOff) stream().loads(loads);
-  ramp_ms_left_ -= passed_ms < ramp_ms_left_ ? passed_ms : ramp_ms_left_;
+// A frame lasts 2^bits/10,000 ms. If it is the last, its duties are held and fade: a third of the
+// ramp, by their squares.
+uint32_t Synthesis::stream_charge(const uint16_t* duties_q16) {
+  const uint32_t last_ma = stream().frame_ma(duties_q16);
+  const uint32_t frames = stream().ahead_ma() + last_ma, scale = 1U << (settings_.pwm_bits - 4U);
+  const uint32_t held = frames / 625U * scale + frames % 625U * scale / 625U + 1U;
+  return held + last_ma * (settings_.ramp_us / 3000U + 1U);
+}
+
+void Synthesis::take_squares(Squares& squares) {
+  stream().forget_played();
+  const uint32_t now = samples(), passed = now - seen_samples_;
+  seen_samples_ = now;
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    const uint32_t sum = player_.square_sum(k);
+    uint32_t more = sum - seen_squares_[k];
+    seen_squares_[k] = sum;
+    // What the shift has cut off each time, at most.
+    if (more > 0) more += passed;
+    // A sample lasts 2^bits/20,000 ms: of 10 bits 512/625 of a sum, of more bits less.
+    squares[k] = (more / 625U * 512U + more % 625U * 512U / 625U) >> (settings_.pwm_bits - 10U);
+  }
 }
 
 }  // namespace chladni

@@ -81,9 +81,12 @@ class Synthesis {
   uint32_t missed() const { return handover().missed.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.
   uint32_t limited() const { return limited_; }
-  // Of what plays, over the milliseconds since the last call: of the drive that was posted last, or
-  // the larger of two while one goes over into the other; of a stream, its recent mean.
-  void take_loads(Loads& loads, uint32_t passed_ms);
+  // What the pins got since the last call, as the interrupt metered it.
+  void take_squares(Squares& squares);
+  // What a stream would hold with one more frame: how long it would last, ms, and what the supply
+  // would deliver to it, mA times ms.
+  uint32_t stream_ms() const { return ((stream().ahead() + 1U) << settings_.pwm_bits) / 10000U; }
+  uint32_t stream_charge(const uint16_t* duties_q16);
   DutyRing& stream() { return handover().stream; }
   const DutyRing& stream() const { return handover().stream; }
 
@@ -92,10 +95,10 @@ class Synthesis {
   const Handover& handover() const { return player_.handover(); }
   bool has_command() const { return handover().command_waits.load(std::memory_order_acquire) != 0; }
   RampRate ramp_rate(uint32_t ramp_us) const;
-  uint32_t fitting_level(const std::array<uint32_t, kMaxChannels>& sizes, uint32_t level_q15);
-  void start_load_ramp(uint32_t ramp_us);
-  Load load_now(uint32_t channel) const;
-  Load load_of(const Command& command, uint32_t channel, uint32_t size_q15) const;
+  using Sizes = std::array<uint32_t, kMaxChannels>;
+  uint32_t fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform);
+  uint32_t amplitude_steps(uint32_t size_q15, uint32_t level_q15) const;
+  uint32_t delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const;
   bool post(const Command& command);
   void announce();
 
@@ -103,10 +106,13 @@ class Synthesis {
   SynthesisSettings settings_{};
   uint32_t next_phase_step_u32_ = 0;
   Waveform next_waveform_ = Waveform::kSine;
+  // Periods over the supply's window, 12 bits: of the touches to come, and of the last that began.
+  uint32_t next_period_q12_ = 0;
+  uint32_t period_q12_ = 0;
   uint32_t limited_ = 0;
-  Loads loads_{};        // of the command that was posted last
-  Loads older_loads_{};  // and of what it ramps from
-  uint32_t ramp_ms_left_ = 0;
+  // What was read of the interrupt's meter.
+  std::array<uint32_t, kMaxChannels> seen_squares_{};
+  uint32_t seen_samples_ = 0;
 };
 
 }  // namespace chladni

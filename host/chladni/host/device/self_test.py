@@ -10,7 +10,7 @@ from chladni.host.protocol.config import DeviceConfig
 
 SELF_TEST_S = 0.6
 SELF_TEST_GAIN, SELF_TEST_STEPS = 0.5, 6
-SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 15
+SELF_TEST_TRIES, SELF_TEST_SHARE, SELF_TEST_MA = 3, 0.25, 6
 """A busy machine may leave a gap in a drive, so once is not enough; and what is near enough."""
 
 
@@ -25,9 +25,10 @@ def try_channel(
         `channel`, `ok`, and in mA `supply_ma`, `expected_ma` and `full_current_ma`.
     """
     full_ma = config["full_current_ma"][channel]
-    # At half amplitude a sine's bias is a quarter of a duty of 1, above the lowest duty of a wave.
-    share = abs(config["coil_gain_q15"][channel]) / 32767.0
-    expected = round(full_ma * (share * SELF_TEST_GAIN / 2.0 + config.least_duty))
+    # A gain of 1 is an amplitude of half a duty of 1, and the bias as much above a wave's lowest
+    # duty. A supply delivers the mean square of the duty.
+    amplitude = SELF_TEST_GAIN / 2.0 * abs(config["coil_gain_q15"][channel]) / 32767.0
+    expected = round(full_ma * ((amplitude + config.least_duty) ** 2 + amplitude**2 / 2.0))
     for _ in range(SELF_TEST_TRIES):
         drawn = _draw(device, channel, config["channels"], seconds)
         is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)

@@ -185,14 +185,15 @@ def wiring_values(board: Board) -> Values:
     own = board.electronics
     volts, coil_a = own.supply_v, own.supply_v / own.coil_ohm
     full_a = len(board.actuators) * coil_a
-    # The firmware keeps the mean. A drive swings about its bias, at most from nothing to twice
-    # that, and pulses of all channels begin together.
-    mean_a = min(full_a * own.max_duty, own.supply_limit_ma * 1e-3)
-    crest_a = min(full_a * own.max_duty, 2.0 * mean_a)
+    # The firmware keeps the mean of what is delivered, duty² of a coil's full current. A duty
+    # swings from nothing to twice its bias: the crest of its square is three times the mean at
+    # most, in waves with straight flanks. Pulses of all channels begin together.
+    mean_a = min(full_a * own.max_duty**2, own.supply_limit_ma * 1e-3)
+    crest_a = min(full_a * own.max_duty**2, 3.0 * mean_a)
     regulator, logic_a = _logic_supply(volts)
     # Pulses of height I and duty d without their mean have an RMS of I √(d(1 − d)), which bends
-    # down in d, so that the mean duty bounds it for every wave.
-    duty = min(0.5, mean_a / full_a)
+    # down in d, so that the mean duty bounds it for every wave; and that is its RMS at most.
+    duty = min(0.5, math.sqrt(mean_a / full_a))
     return Values(
         coil_a=coil_a,
         mean_a=mean_a,

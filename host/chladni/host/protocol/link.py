@@ -109,7 +109,7 @@ MESSAGES = (
              Field("slot", "u8", "Of the table in use."), Field("channels", "u8", ""),
              Field("missed", "u16", "Samples, the lower 16 bits."),
              Field("uptime_ms", "u32", ""), Field("faults", "u32", "Ever noted."),
-             Field("supply_ma", "u32", "Mean over the last 64 ms."),
+             Field("supply_ma", "u32", "Delivered to the coils, as a mean over the last 64 ms."),
              Field("frequency_millihertz", "u32", "Of the drives in use."),
              Field("table_bytes", "u32", ""), Field("table_crc", "u32", "Its last four bytes."),
              Field("fingerprint", "u64", "Of the table's board."),

@@ -29,9 +29,9 @@ class Electronics:
     empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits (LEDC of either
     chip). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not switch
     the transistor; every wave stays above it, and above `least_duty`, which keeps a coil's current
-    flowing through its diode. `supply_limit_ma` holds for the sum of the channels'
-    mean currents. A coil's rise above the air is that of one thermal resistance and one time
-    constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise that
+    flowing through its diode. `supply_limit_ma` holds for what the supply delivers to all coils,
+    as a mean over any 64 ms. A coil's rise above the air is that of one thermal resistance and one
+    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise that
     class A enamel (105 °C) leaves at 45 °C.
     """
 

@@ -1,7 +1,8 @@
 """The most that a board's coils can be given: duty, supply and heat, as the firmware keeps them.
 
-A duty is bias + amplitude · sin, the bias being the amplitude and a rest for rounding and for the
-shortest pulse. So a coil draws a mean current even where only its sine is felt.
+A duty d is bias + amplitude · sin, the bias being the amplitude and a rest for rounding and for the
+shortest pulse. A coil's current is d V/R, and the supply feeds it only while its switch is on: it
+delivers d² V/R.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ ROUNDING_STEPS = 2
 counts an amplitude a step larger than it is."""
 SPAN_MARGIN_STEPS = 3
 """What an amplitude of full scale lacks of half the carrier period."""
+SUPPLY_WINDOW_S = 0.064
+"""A supply's limit holds for the mean over any time so long (core/synthesis/output_limits.hpp)."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,9 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
             0.5 - SPAN_MARGIN_STEPS / steps,
             (own.max_duty - rest - ROUNDING_STEPS / steps) / 2.0 - 1.0 / steps,
         ),
-        "supply": (own.supply_limit_ma * 1e-3 / full_current - rest * plays.sum()) / shares.sum(),
+        "supply": _by_supply(
+            own.supply_limit_ma * 1e-3 / full_current, shares[plays], rest, frequency_hz
+        ),
         "heat": _by_heat(own.coil_limit_k / own.coil_k_per_w, own.supply_v**2 / own.coil_ohm, rest),
     }
     limited_by = min(limits, key=lambda name: limits[name])
@@ -106,6 +111,33 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         bias=bias,
         bias_newtons=steady * bias,
     )
+
+
+def _by_supply(most: float, shares: FloatArray, rest: float, frequency_hz: float) -> float:
+    """The amplitude a of the loudest coil at which no window's Σ d² is above `most`.
+
+    Of coil k with its amplitude a_k = a s_k and bias a_k + r the mean of d² is
+    (a_k + r)² + a_k²/2. A window may have more of the crest than of the trough, by half a period's
+    area: of the wave 1/π of a period, of its square about the mean 1/(4 π). The firmware allows for
+    that twice, where one touch follows another. Below some hertz a window sees nothing but the
+    crest, (2 a_k + r)².
+    """
+    periods = 2.0 / (frequency_hz * SUPPLY_WINDOW_S)
+    squares, sums = float((shares**2).sum()), float(shares.sum())
+    rests = rest**2 * shares.size
+    swinging = _root(
+        squares * (1.5 + periods * 9.0 / (4.0 * np.pi)),
+        sums * rest * (2.0 + 2.0 * periods / np.pi),
+        most - rests,
+    )
+    return max(swinging, _root(4.0 * squares, 4.0 * sums * rest, most - rests))
+
+
+def _root(square: float, linear: float, room: float) -> float:
+    """The positive x at which square x² + linear x = room; 0 if there is no room."""
+    if room <= 0.0:
+        return 0.0
+    return float((np.sqrt(linear**2 + 4.0 * square * room) - linear) / (2.0 * square))
 
 
 def _by_heat(watts: float, full_watts: float, rest: float) -> float:

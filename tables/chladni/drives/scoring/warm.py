@@ -33,7 +33,7 @@ class Warm:
         Of every coil, K, shape (actuators,).
     forces
         Over those of cold coils by the same drive, shape (actuators,). The device lowers the gains
-        of cooler coils by as much as the warmest loses (`core/device/coil_heat`), so what differs
+        of cooler coils by as much as the warmest loses (`core/limits/coil_heat`), so what differs
         is what the magnets lose.
     watts
         Of all coils.

@@ -1,4 +1,4 @@
-#include "core/device/coil_heat.hpp"
+#include "core/limits/coil_heat.hpp"
 
 namespace chladni {
 
@@ -18,28 +18,43 @@ uint32_t resistance_q15(uint32_t rise_dk) {
   return ((1U << 15) + square_root((1U << 30) + counted * kPerDk)) / 2U;
 }
 
+// Whatever was taken to be at a lower limit than today's may have been at today's.
+void raise_assumed(PinHeat& known, uint32_t limit_dk) {
+  if (known.assumed_dk == 0 || limit_dk <= known.assumed_dk) return;
+  for (uint32_t& rise : known.rise_uk) {
+    if (rise == PinHeat::kUnknown) continue;
+    const uint32_t share = rise / known.assumed_dk + 1U, most = kMostUk / limit_dk;
+    rise = (share < most ? share : most) * limit_dk;
+  }
+  known.assumed_dk = limit_dk;
+}
+
 }  // namespace
 
-void CoilHeat::start(const Config& config, const uint32_t* known, bool were_on) {
+void CoilHeat::start(const Config& config, PinHeat& known, bool were_on) {
   *this = CoilHeat{};
   channels_ = config.channels;
-  full_current_ma_ = config.full_current_ma;
   full_rise_dk_ = config.full_rise_dk;
   limit_uk_ = config.limit_rise_dk * kUkPerDk;
   heating_ms_ = config.heating_ds * 100;
   were_on_ = were_on;
   max_square_q15_ = (config.max_duty_q15 * config.max_duty_q15) >> 15;
   hot_uk_.fill(limit_uk_);
+  raise_assumed(known, config.limit_rise_dk);
   for (uint32_t k = 0; k < channels_; ++k) {
-    const bool is_known = known != nullptr && known[k] < static_cast<uint32_t>(limit_uk_);
-    rise_uk_[k] = is_known ? static_cast<int32_t>(known[k]) : limit_uk_;
+    const uint32_t pin = config.pwm_pins[k];
+    const uint32_t rise_uk = pin < gpio::kPins ? known.rise_uk[pin] : PinHeat::kUnknown;
+    const bool is_known = rise_uk != PinHeat::kUnknown;
+    rise_uk_[k] = is_known ? static_cast<int32_t>(rise_uk) : limit_uk_;
+    if (!is_known && known.assumed_dk == 0) known.assumed_dk = config.limit_rise_dk;
   }
 }
 
 // What came before this start and was not counted may have been all there can be.
 void CoilHeat::set_reaction(uint32_t milliseconds) {
   for (uint32_t k = 0; k < channels_; ++k) {
-    const int32_t lead = lead_uk(k, milliseconds + 2U * kWindowMs), room = limit_uk_ - rise_uk_[k];
+    const int32_t lead = lead_uk(k, milliseconds + 2U * kWindowMs);
+    const int32_t room = static_cast<int32_t>(kMostUk) - rise_uk_[k];
     hot_uk_[k] = limit_uk_ - lead;
     if (were_on_) rise_uk_[k] += lead < room ? lead : room;
   }
@@ -57,19 +72,13 @@ int32_t CoilHeat::lead_uk(uint32_t channel, uint32_t reaction_ms) const {
   return static_cast<int32_t>((scaled < kMost ? scaled : kMost) * 6250U);
 }
 
-bool CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
-  // A main loop that stood still for long counts as a second: sums fit, and outputs were off.
-  const uint32_t passed = milliseconds < 1000U ? milliseconds : 1000U;
-  for (uint32_t k = 0; k < channels_; ++k) {
-    sums_[k].mean_q16 += loads[k].mean_q16 * passed;
-    sums_[k].square_q16 += loads[k].square_q16 * passed;
-  }
-  window_ms_ += passed;
+bool CoilHeat::add(const Squares& squares, uint32_t milliseconds) {
+  for (uint32_t k = 0; k < channels_; ++k) sums_[k] += squares[k];
+  // After a main loop that stood still for longer they are a little less cool than they could be.
+  window_ms_ += milliseconds < 10000U ? milliseconds : 10000U;
   if (window_ms_ < kWindowMs) return false;
-  uint32_t supply_ma = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
-    supply_ma += ((sums_[k].mean_q16 / window_ms_) * full_current_ma_[k]) >> 16;
-    const uint32_t square_q16 = sums_[k].square_q16 / window_ms_;
+    const uint32_t square_q16 = sums_[k] / window_ms_;
     // 0.1 K times 16, then in microkelvin: each step fits 32 bits.
     const uint32_t target = ((square_q16 >> 1) * full_rise_dk_[k]) >> 11;
     constexpr uint32_t kMost = kMostUk / 6250;
@@ -82,10 +91,16 @@ bool CoilHeat::add(const Loads& loads, uint32_t milliseconds) {
     const int32_t down = (heating_ms_ + window - 1) / window + 1;
     rise_uk_[k] += change / (change > 0 ? (up > 1 ? up : 1) : down);
   }
-  supply_ma_ = supply_ma;
-  sums_.fill({0, 0});
+  sums_.fill(0);
   window_ms_ = 0;
   return true;
+}
+
+void CoilHeat::note(const Config& config, PinHeat& known) const {
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const uint32_t pin = config.pwm_pins[k];
+    if (pin < gpio::kPins) known.rise_uk[pin] = static_cast<uint32_t>(rise_uk_[k]);
+  }
 }
 
 uint32_t CoilHeat::hot_channel() const {

@@ -1,0 +1,157 @@
+"""No order of requests, touches, faults, hangs, restarts and configurations lifts a limit."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+
+from chladni.host.device.device import Device
+from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.coil.waveforms import WAVEFORMS
+from chladni.sim.errors import ChladniError
+from firmware.judged_device import PINS, SUPPLY_MA, JudgedDevice, hot_board
+from soaking import seed
+
+STEPS = 20_000
+
+
+class Walk(JudgedDevice):
+    """One thing after another, most of them at bad moments."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(
+            hot_board(full_rise_dk=(10_000,) * 5 + (0,) * 11, heating_ds=120, supply_ma=3000),
+            is_rested=number % 2 == 0,
+        )
+        self.random = random.Random(number)
+        self.hosts: dict[bool, Device] = {}
+        self.is_hung = False
+
+    def ask(self, work: Callable[[Device], object]) -> None:
+        """Of either host. One that the device no longer knows begins anew."""
+        if self.is_hung:
+            return
+        is_near = self.random.random() < 0.6 or self.core.network_port == 0
+        try:
+            device = self.hosts.setdefault(is_near, self.host(is_near))
+            work(device)
+        except ChladniError:
+            self.hosts.pop(is_near, None)
+
+    def finger(self) -> None:
+        self.touch(self.random.random() < 0.7)
+
+    def host_touch(self) -> None:
+        self.ask(lambda device: device.touch(0.0, 0.0))
+
+    def host_lift(self) -> None:
+        self.ask(lambda device: device.lift())
+
+    def wave(self) -> None:
+        amplitudes = [self.random.choice([0.0, 0.5, 1.0]) for _ in range(self.config["channels"])]
+        frequency_hz = self.random.choice([1.0, 8.0, 33.0, 160.0, 777.0])
+        self.live(amplitudes, frequency_hz, self.random.choice(WAVEFORMS))
+
+    def stream(self) -> None:
+        if self.core.state != "streaming" or self.random.random() < 0.05:
+            self.core.stream_begin()
+        for _ in range(self.random.randrange(1, 3)):
+            self.push(self.random.choice([0.0, 0.0, 0.3, 0.6, 1.0]), self.random.randrange(1, 200))
+
+    def stop(self) -> None:
+        self.core.stream_end()
+
+    def hang(self) -> None:
+        self.is_hung = not self.is_hung
+        self.core.hang_main_loop(self.is_hung)
+
+    def late(self) -> None:
+        late_us = self.random.choice([60.0, 500.0, 4_500.0])
+        self.core.delay_next_sample(late_us)
+        if late_us > 1_000.0:
+            self.judge.sees_supply = False
+            self.run(10.0)
+            self.judge.sees_supply = True
+
+    def drop(self) -> None:
+        self.core.drop_next_duties(self.random.randrange(32))
+
+    def twice(self) -> None:
+        self.run(5.0)  # no sample is late now
+        self.core.repeat_next_sample()
+
+    def dead(self) -> None:
+        """For longer than a missed sample only where the main loop can cut the gates."""
+        self.judge.sees_supply = False
+        self.core.kill_interrupt(True)
+        self.run(0.5 if self.is_hung else self.random.choice([0.3, 2.0, 8.0]))
+        self.core.kill_interrupt(False)
+        self.run(2.0)
+        self.judge.sees_supply = True
+
+    def reset(self) -> None:
+        causes = ["software", "watchdog", "panic", "brown-out", "power on"]
+        self.is_hung = False
+        self.restart(self.random.choice(causes[: 4 if self.is_rested else 5]))
+
+    def settings(self) -> None:
+        """By wire or network; what it writes is in force from the next start."""
+        if self.is_hung:
+            return
+        drawn = self.random
+        pins = drawn.sample(PINS, 5)
+        wanted = self.next_config.with_values(
+            limit_rise_dk=drawn.choice([200, 600, 600]),
+            supply_ma=drawn.choice([120, SUPPLY_MA, 3000]),
+            release_ms=drawn.choice([0, 0, 40, 400]),
+            pwm_pins=(*pins, *(NOT_WIRED,) * 11),
+        )
+        self.stop()
+        self.touch(is_down=False)
+        self.run(10.0)
+
+        def write(device: Device) -> None:
+            device.set_config(wanted)
+            self.next_config = wanted
+
+        self.ask(write)
+
+    def command(self) -> None:
+        self.core.command(self.random.choice(["touch 0 0", "lift", "touch 9000 9000", "info"]))
+
+    def rest(self) -> None:
+        self.run(self.random.choice([20.0, 200.0]))
+
+    def step(self) -> None:
+        """One of them; a main loop that hangs takes no request."""
+        action = self.random.choice(ACTIONS)
+        if not (self.is_hung and action in REQUESTS):
+            action(self)
+        self.run(self.random.choice([0.2, 1.0, 3.0]))
+
+
+ACTIONS = [
+    *[Walk.finger] * 8, *[Walk.host_touch] * 3, Walk.host_lift, *[Walk.wave] * 8,
+    *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.hang, Walk.late, Walk.late, Walk.drop,
+    Walk.twice, Walk.command,
+]  # fmt: skip
+REQUESTS = [Walk.wave, Walk.stream, Walk.stop, Walk.command]
+RARE = [Walk.reset, Walk.settings, Walk.dead, Walk.rest, Walk.rest, Walk.rest]
+
+
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(k, marks=pytest.mark.soak) for k in range(1, 26))]
+)
+def test_no_order_of_requests_lifts_a_limit(number: int) -> None:
+    walk = Walk(seed(300 + number))
+    for step in range(STEPS):
+        if step % 40 == 39:
+            walk.random.choice(RARE)(walk)
+        walk.step()
+        if step % 100 == 99:
+            walk.assert_kept()
+    print(f"{walk.judge.on_s:.1f} s on, {walk.judge.most_k:.1f} K, {walk.judge.most_ma:.0f} mA")
+    assert walk.judge.on_s > 2.0
+    assert walk.judge.most_k > 15.0
