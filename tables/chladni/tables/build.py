@@ -24,7 +24,7 @@ from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.report import TableReport, are_within, report
 from chladni.tables.stored_regions import StoredRegions, stored_regions
-from chladni.tables.table import Limits, Section, Table
+from chladni.tables.table import Section, Table, limits_of
 
 
 def default_objective(board: Board) -> str:
@@ -145,16 +145,12 @@ def board_drives(
 
 def table_of(board: Board, regions: StoredRegions, sections: Sequence[Section], bits: int) -> Table:
     """The table of a board with these sections, of integers of so many bits."""
-    electronics = board.electronics
     return Table(
         board_name=board.name,
-        board_fingerprint=board.fingerprint(),
+        # Of `focus` if any is: it reads all that the others do.
+        board_fingerprint=max(board.fingerprint(one.objective) for one in sections),
         grid=regions.grid,
-        limits=Limits(
-            ramp_us=round(electronics.ramp_ms * 1000.0),
-            touch_timeout_us=round(electronics.touch_timeout_ms * 1000.0),
-            max_on_us=round(electronics.max_on_s * 1e6),
-        ),
+        limits=limits_of(board),
         sections=tuple(sections),
         bits=bits,
         symmetry=regions.symmetry,
