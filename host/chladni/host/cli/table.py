@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import felt, remark_on
@@ -110,6 +111,7 @@ def build(
             allow_unmet=True,
         )
     write_whole(output, pack(table))
+    remove_checkpoint(partial)
     say_unmet(report.error_estimate, OWN_TOLERANCE)
     if not report.is_within_limits:
         typer.echo(f"warning: integers of {report.bits} bits lose {report.lost}", err=True)
