@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tomlkit
@@ -13,7 +14,10 @@ from chladni.design import search
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table
+from chladni.host.cli.common.output import progress_bar
+from chladni.sim.errors import StoppedError
 from chladni.sim.files import write_whole
+from chladni.tables.build import build_table
 from conftest import ROOT, CommandLine
 from made_specs import small
 
@@ -94,3 +98,40 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     assert chladni(*words).code == 0
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
+
+
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_ctrl_c_promises_what_was_kept_only_where_something_was(
+    chladni: CommandLine,
+    tmp_path: Path,
+    coarse: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    is_kept: bool,
+) -> None:
+    def press(done: int, _: int) -> None:
+        raise KeyboardInterrupt
+
+    def cut_off(*arguments: Any, **options: Any) -> None:
+        if is_kept:
+            build_table(*arguments, **{**options, "progress": press})
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(table, "build_table", cut_off)
+    output = tmp_path / "t.chl"
+    answer = chladni("table", "build", coarse, "-o", output, "--objective", "contrast")
+    hint = "; the same command goes on from what was kept" * is_kept
+    assert (answer.code, answer.err) == (130, f"chladni: solving: interrupted{hint}\n")
+    assert (tmp_path / "t.chl.partial").exists() == is_kept
+
+
+@pytest.mark.parametrize("done", [0, 5])
+def test_ctrl_c_promises_what_a_device_keeps_once_it_has_something(done: int) -> None:
+    def flash() -> None:
+        with progress_bar("flash", kept=True) as progress:
+            if done:
+                progress(done, 9)
+            raise KeyboardInterrupt
+
+    with pytest.raises(StoppedError) as caught:
+        flash()
+    assert ("goes on" in str(caught.value)) == bool(done)

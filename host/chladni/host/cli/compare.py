@@ -88,7 +88,7 @@ def compare_methods(
         expected = f"{SMALLEST_PITCH_MM:g} mm to the board's short side, {widest:g} mm"
         raise InputError("--pitch", pitch, expected)
     kept = output.with_name(output.name + PARTIAL) if output is not None else None
-    with progress_bar("targets", keeps=kept is not None) as progress:
+    with progress_bar("targets", kept=kept) as progress:
         grid, rows = compare(
             loaded,
             pitch=pitch * MM,

@@ -85,7 +85,7 @@ def design_board(
 
     kept = output.with_name(output.name + PARTIAL)
     try:
-        with progress_bar("boards", keeps=True) as progress:
+        with progress_bar("boards", kept=kept) as progress:
             found = design(
                 asked,
                 seed=seed,

@@ -97,7 +97,7 @@ def build(
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving", keeps=True) as progress:
+    with progress_bar("solving", kept=partial) as progress:
         table, report = build_table(
             loaded,
             objective=objective,

@@ -75,7 +75,7 @@ def _svg_shape(group: ElementTree.Element, shape: Shape, colour: str) -> None:
 @contextlib.contextmanager
 def _without_time_and_chance() -> Iterator[None]:
     """Have ezdxf write no time and no random number, so that a board has the same bytes always."""
-    from ezdxf import options  # noqa: PLC0415
+    from ezdxf._options import options  # noqa: PLC0415
 
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
