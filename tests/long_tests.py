@@ -42,6 +42,8 @@ LONG = (
     "drives/test_sensitivity.py::test_forces_change_no_more_than_their_own_share",
     "drives/test_sensitivity.py::test_the_command_sorts_and_draws",
     "drives/test_traces.py::test_any_change_of_a_traces_bytes_gives_the_same_chain_or_words",
+    "drives/test_workers.py::test_what_a_killed_worker_had_is_done_again",
+    "drives/test_workers.py::test_workers_end_with_a_parent_that_could_not_tell_them",
     "firmware/test_boot_log.py::test_crashes_are_forgotten_after_a_good_while",
     "firmware/test_chip_branches.py",
     "firmware/test_device_suite.py::test_without_an_image_or_an_emulator_the_suite_is_skipped",

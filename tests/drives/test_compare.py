@@ -16,7 +16,7 @@ import pytest
 
 from chladni.drives.batch import over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
-from chladni.drives.methods import METHODS
+from chladni.drives.methods import METHODS, Found, Options
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.compare import NUMBERS, Row, as_csv, compare, contenders, summary
@@ -134,7 +134,6 @@ def test_finished_targets_are_not_done_again(prototype: Board, tmp_path: Path) -
     left = interrupted(number_of, len(targets) - done)
     with Checkpoint(kept, {"of": "this"}) as checkpoint:
         assert list(over_targets(solved, targets, left, jobs=1, checkpoint=checkpoint)) == straight
-    assert not kept.exists()
 
 
 def killed_after_one(kept: Path) -> None:
@@ -166,7 +165,50 @@ def test_a_build_cut_off_gives_the_same_bytes(coarse_board: Board, tmp_path: Pat
         build_table(coarse_board, progress=kill, partial=kept)
     assert kept.exists()
     assert pack(build_table(coarse_board, partial=kept)[0]) == whole
-    assert not kept.exists()
+    # It is still to be written.
+    assert kept.exists()
+
+
+def test_a_table_of_a_board_that_was_edited_meanwhile_is_its_own(
+    prototype: Board, tmp_path: Path
+) -> None:
+    """Of its own image points, which decide the drives."""
+    kept = tmp_path / "t.partial"
+    few = dataclasses.replace(prototype, regions=dataclasses.replace(prototype.regions, pitch=6e-2))
+    few = dataclasses.replace(few, image=dataclasses.replace(few.image, points=(21, 41)))
+    edited = dataclasses.replace(few, image=dataclasses.replace(few.image, points=(11, 21)))
+
+    def kill(_: int, __: int) -> None:
+        raise KilledError
+
+    with pytest.raises(KilledError):
+        build_table(few, progress=kill, partial=kept)
+    assert b'"result"' in kept.read_bytes()
+    whole = pack(build_table(edited)[0])
+    assert pack(build_table(edited, partial=kept)[0]) == whole
+
+
+def test_of_two_frequencies_the_first_is_not_solved_again(
+    prototype: Board, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "t.partial"
+    few = dataclasses.replace(prototype, regions=dataclasses.replace(prototype.regions, pitch=6e-2))
+    solved: list[float] = []
+    own = OBJECTIVES["contrast"]
+
+    def killed_at_the_second(problem: Problem, options: Options) -> Found:
+        solved.append(problem.board.drive.frequency_hz)
+        if solved[-1] == 200.0:
+            raise KilledError
+        return own(problem, options)
+
+    monkeypatch.setitem(OBJECTIVES, "contrast", killed_at_the_second)
+    for _ in range(2):
+        with pytest.raises(KilledError):
+            build_table(
+                few, objective="contrast", frequencies_hz=(160.0, 200.0), jobs=1, partial=kept
+            )
+    assert solved == [160.0, 200.0, 200.0]
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -203,4 +245,9 @@ def test_a_comparison_cut_off_has_the_same_rows(prototype: Board, tmp_path: Path
         for row in compare(prototype, **options)[1]
     ]
     assert repr(timeless) == repr(straight)
-    assert not kept.exists()
+    # Of a board that was edited since, nothing is taken over: half the volts are half the way.
+    weaker = dataclasses.replace(prototype.electronics, supply_v=prototype.electronics.supply_v / 2)
+    edited = compare(dataclasses.replace(prototype, electronics=weaker), **options, kept=kept)[1]
+    for one, other in zip(rows, edited, strict=True):
+        if one.method == "nearest":
+            assert other.numbers["full_volts"] < 0.9 * one.numbers["full_volts"]

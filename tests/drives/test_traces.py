@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ from chladni.drives.methods.anneal import MOST_STEPS, anneal, read_trace
 from chladni.drives.methods.base import Options
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Image
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_arrays, write_arrays
 
@@ -67,6 +69,19 @@ def test_a_trace_that_no_annealing_wrote_is_refused(
     before = path.read_bytes()
     with pytest.raises(InputError, match="trace"):
         anneal(problem, Options(steps=5, trace=path))
+    assert path.read_bytes() == before
+
+
+def test_a_trace_of_a_board_that_was_edited_since_is_left_as_it_is(
+    problem: Problem, tmp_path: Path
+) -> None:
+    """Its image points, by which an annealing compares."""
+    path = tmp_path / "t.npz"
+    trace_of(problem, path)
+    before = path.read_bytes()
+    board = dataclasses.replace(problem.board, image=Image((21, 41)))
+    with pytest.raises(InputError, match=r"a trace of method anneal, board .*; it is one of"):
+        anneal(solved_board(board).problem((10.0, 25.0)), Options(steps=5, trace=path))
     assert path.read_bytes() == before
 
 

@@ -65,6 +65,52 @@ def test_ctrl_c_at_any_time_shows_no_traceback_and_leaves_nothing(
     assert left == (["t.chl.partial"] if "goes on" in said and left else [])
 
 
+@pytest.mark.parametrize("is_taken", [False, True])
+def test_sigterm_takes_a_served_devices_link_away(
+    tmp_path: Path, table_file: Path, is_taken: bool
+) -> None:
+    """Unless another device has the name by now."""
+    link = tmp_path / "a-port"
+    words = ("emulate", table_file, "--serial", "--port-link", link)
+    with subprocess.Popen(
+        [sys.executable, "-m", "chladni.host.cli.app", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline() == f"{link}\n"
+        if is_taken:
+            link.unlink()
+            link.symlink_to("/dev/pts/another")
+        process.terminate()
+        assert process.stderr.read() == ""
+    assert process.returncode == 143
+    assert link.is_symlink() == is_taken
+
+
+def test_sigterm_ends_work_as_ctrl_c_does() -> None:
+    """Workers, temporary files and what was kept are put in order by the same way out."""
+    script = """
+import os, signal
+from chladni.host.cli.app import as_process
+from chladni.host.cli.common.ending import run
+def work():
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    finally:
+        print("in order", flush=True)
+as_process("json", lambda: run("chladni", work))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (
+        143, "in order\n", "chladni: interrupted\n"
+    )  # fmt: skip
+
+
 def test_ctrl_c_while_a_class_is_made_is_ctrl_c() -> None:
     """Python raises a RuntimeError over it."""
     script = """

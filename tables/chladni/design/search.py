@@ -113,7 +113,8 @@ def design(
     jobs, scheduler
         Processes here, or a Dask scheduler's workers. The result does not depend on them.
     partial_file
-        Checkpoint; with it, a search that was interrupted goes on.
+        Checkpoint; with it, a search that was interrupted goes on. It stays until the board is
+        written and `remove_checkpoint` called.
     samples
         Drawn boards by which the last few are compared.
     progress

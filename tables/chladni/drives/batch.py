@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import chain
 
-from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.checkpoint import Checkpoint, Part, Result
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import TOGETHER, Problem, SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads
@@ -24,7 +24,7 @@ def over_targets(
     work: Callable[[Problem], Result],
     *,
     jobs: int | None = None,
-    checkpoint: Checkpoint | None = None,
+    checkpoint: Checkpoint | Part | None = None,
     besides: Iterable[Problem] = (),
     with_finger: bool = False,
 ) -> Iterator[Result]:
@@ -66,7 +66,7 @@ def on_workers(
     board: Board,
     targets_mm: Sequence[Target],
     work: Callable[[Problem], Result],
-    checkpoint: Checkpoint,
+    checkpoint: Checkpoint | Part,
     *,
     with_finger: bool = False,
     progress: Progress | None = None,
@@ -106,7 +106,7 @@ def _solved(board: Board) -> SolvedBoard:
 
 
 def _problems(
-    solved: SolvedBoard, targets_mm: Sequence[Target], kept: Checkpoint, with_finger: bool
+    solved: SolvedBoard, targets_mm: Sequence[Target], kept: Checkpoint | Part, with_finger: bool
 ) -> Iterator[tuple[Problem | None, Result | None]]:
     """Problems of targets still to do. Groups are the same after a resume, and so are the bits."""
     for group in solved.groups(targets_mm):

@@ -14,6 +14,8 @@ import math
 import os
 import zlib
 from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -39,7 +41,8 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
     path
         The file; None keeps results in memory only.
     key
-        What the results are of. A file with another key is from other work, and begun again.
+        All that the results depend on: a board's whole document, and options. A file with another
+        key, or of another version of Chladni, is from other work, and begun again.
     is_result
         Whether a result is one that this work writes; all are by default.
 
@@ -54,17 +57,19 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
     Notes
     -----
     A line is the CRC-32 of all lines up to its own, a blank, and JSON; the first one, behind
-    `MAGIC`, holds the key. Left without an exception, the work is done and the file is removed;
-    otherwise it stays if there is a result in it. A last line that was torn when the work was cut
-    off is dropped at the next start. A link is not followed: the name is made of the output's, so
-    in a folder that others write to they could lay one there beforehand.
+    `MAGIC`, holds the key. The file stays if there is a result in it, also when the work is done:
+    what was made of it is still to be written, and who wrote that calls `remove_checkpoint`. A last
+    line that was torn when the work was cut off is dropped at the next start. A link is not
+    followed: the name is made of the output's, so in a folder that others write to they could lay
+    one there beforehand.
     """
 
     def __init__(
         self, path: Path | None, key: Result, is_result: Callable[[Any], bool] = lambda _: True
     ) -> None:
         self._path = path
-        self._key = key
+        # As JSON gives it back: lists and not tuples.
+        self._key = json.loads(json.dumps({"chladni": version("chladni"), **key}))
         self._is_result = is_result
         self._done: dict[str, Result] = {}
         self._file: BinaryIO | None = None
@@ -85,12 +90,12 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
                 self._file.truncate(whole)
                 self._file.seek(whole)
         except BaseException:
-            self._leave(is_done=self._is_begun)
+            self._leave(is_empty=self._is_begun)
             raise
         return self
 
-    def __exit__(self, kind: object, *_: object) -> None:
-        self._leave(is_done=kind is None or not self._done)
+    def __exit__(self, *_: object) -> None:
+        self._leave(is_empty=not self._done)
 
     def get(self, name: str) -> Result | None:
         """A finished result."""
@@ -110,14 +115,18 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         self._done[name] = result
         return result
 
-    def _leave(self, *, is_done: bool) -> None:
+    def part(self, name: str) -> Part:
+        """One of several works whose results have the same names."""
+        return Part(self, name)
+
+    def _leave(self, *, is_empty: bool) -> None:
         if self._file is None or self._path is None:
             return
         with self._file:
             # Only what was opened: another file may have come to be there.
             own = os.fstat(self._file.fileno())
             with contextlib.suppress(OSError):
-                if is_done and os.path.samestat(own, os.lstat(self._path)):
+                if is_empty and os.path.samestat(own, os.lstat(self._path)):
                     self._path.unlink()
 
     def _lock(self) -> None:
@@ -204,6 +213,36 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
     def _refused(self, found: str, expected: str) -> InputError:
         hint = "it is left as it is: move it away, or write to another name"
         return InputError(FIELD, found, expected, file=str(self._path), hint=hint)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Results of one of several works that share a checkpoint, by name."""
+
+    whole: Checkpoint
+    name: str
+
+    def get(self, name: str) -> Result | None:
+        """A finished result."""
+        return self.whole.get(f"{self.name} {name}")
+
+    def put(self, name: str, result: Result) -> Result:
+        """Keep a result; raises what `Checkpoint.put` does."""
+        return self.whole.put(f"{self.name} {name}", result)
+
+
+def remove_checkpoint(path: Path | None) -> None:
+    """Remove the checkpoint of work whose last file is written; nothing that is no checkpoint."""
+    if path is None:
+        return
+    # One that another process works with by now, or that cannot be removed, is in no one's way.
+    with contextlib.suppress(OSError, InputError):
+        handle = open_regular(path, FIELD, os.O_RDWR, follow=False)
+        with os.fdopen(handle, "rb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            own = os.fstat(handle)
+            if file.read(len(MAGIC)) == MAGIC and os.path.samestat(own, os.lstat(path)):
+                path.unlink()
 
 
 def are_finite(value: Any) -> bool:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import threading
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache, partial
 from importlib import import_module
 from types import TracebackType
 from typing import Any, TypeVar
 
 import joblib
+from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.sim.errors import ArgumentError
+from chladni.sim.errors import ArgumentError, ChladniError
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -23,6 +27,8 @@ SCHEDULER_S = 10.0
 """How long a scheduler may take to answer."""
 LOST_WORKERS = 10
 """So many workers may die over one piece of work before it counts as its fault."""
+ORPHAN_S = 1.0
+"""How often a process of this machine looks whether the one that asked is still there."""
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
@@ -71,7 +77,15 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
     )
 
     def map(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
-        """`work` of every item, each result as soon as it and those before it are there."""
+        """`work` of every item, each result as soon as it and those before it are there.
+
+        What a process that dies takes with it is done again, once.
+
+        Raises
+        ------
+        ChladniError
+            A process died a second time.
+        """
         if self._client is not None:
             yield from self._mapped(work, items)
         elif self.jobs == 1:
@@ -80,10 +94,29 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         else:
             for message in self._EXPECTED:
                 warnings.filterwarnings("ignore", message=message)
-            # Ctrl-C goes to the whole group of processes; only the one that asked reports it.
-            yield from joblib.Parallel(
-                self.jobs, backend="loky", return_as="generator", initializer=_ignore_interrupt
-            )(joblib.delayed(_alone)(work, item) for item in items)
+            left, done = list(items), 0
+            try:
+                for result in self._on_processes(work, left):
+                    done += 1
+                    yield result
+            except BrokenProcessPool:
+                yield from self._again(work, left[done:])
+
+    def _again(self, work: Callable[[Item], Done], items: list[Item]) -> Iterator[Done]:
+        try:
+            yield from self._on_processes(work, items)
+        except BrokenProcessPool:
+            raise ChladniError(
+                "a worker process was killed, and one again when its work was repeated, as a "
+                "system does that runs out of memory",
+                hint=f"with fewer than {self.jobs} jobs (--jobs 1) less memory is needed at once",
+            ) from None
+
+    def _on_processes(self, work: Callable[[Item], Done], items: list[Item]) -> Iterator[Done]:
+        parallel = joblib.Parallel(
+            self.jobs, backend="loky", return_as="generator", initializer=_beginning(os.getpid())
+        )
+        return iter(parallel(joblib.delayed(_alone)(work, item) for item in items))
 
     def _mapped(self, work: Callable[[Item], Done], items: Iterable[Item]) -> Iterator[Done]:
         with joblib.parallel_config(backend="dask", wait_for_workers_timeout=SCHEDULER_S):
@@ -98,8 +131,27 @@ def _alone(work: Callable[[Item], Done], item: Item) -> Done:
         return work(item)
 
 
-def _ignore_interrupt() -> None:
+@cache
+def _beginning(parent: int) -> Callable[[], None]:
+    """What a worker begins with; the same object each time, or joblib would start new workers."""
+    return partial(_begin, parent)
+
+
+def _begin(parent: int) -> None:
+    # Ctrl-C goes to the whole group of processes; only the one that asked reports it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    """End this process once its parent is gone, by whatever signal.
+
+    loky's workers would first finish their piece and wait for minutes for another. Linux can send a
+    signal in place of this, but does so when the parent's thread ends that began the worker.
+    """
+    while os.getppid() == parent:
+        time.sleep(ORPHAN_S)
+    os._exit(1)
 
 
 def _client_of(address: str) -> Any:

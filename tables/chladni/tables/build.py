@@ -10,21 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
+from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Options, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.solve import check_request
-from chladni.sim.board.board import Board
+from chladni.sim.board.board import Board, to_document
 from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.felt import Fingers, needs_compensation, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
-from chladni.tables.one_frequency import LossesOfTable, OneFrequency
+from chladni.tables.one_frequency import LossesOfTable, OneFrequency, is_drive
 from chladni.tables.report import TableReport, are_within, report
 from chladni.tables.stored_regions import StoredRegions, stored_regions
-from chladni.tables.table import Limits, Section, Table
+from chladni.tables.table import Section, Table, limits_of
 
 
 def default_objective(board: Board) -> str:
@@ -65,7 +66,8 @@ def build_table(
     progress
         Called as progress(done regions, all regions).
     partial
-        File for what is finished; with it, work that was interrupted goes on.
+        Checkpoint; with it, work that was interrupted goes on. It stays until the table is written
+        and `remove_checkpoint` called.
     scheduler
         Address of a Dask scheduler, whose workers search the drives.
     allow_unmet
@@ -88,19 +90,30 @@ def build_table(
     check_request("phasor", objective, seed, None, None)
     regions = stored_regions(board)
     widths = _widths_that_fit(board, regions, frequencies, objective, [bits] if bits else BITS)
-    with one_blas_thread():
+    key = {
+        "board": to_document(board), "objective": objective, "seed": seed,
+        "frequencies_hz": frequencies,
+    }  # fmt: skip
+    is_own = partial_function(is_drive, actuators=len(board.actuators))
+    with Checkpoint(partial, key, is_own) as kept, one_blas_thread():
         options = Options(objective, seed, progress=progress)
         solved = solved_board(board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
         make = partial_function(
-            board_drives, solved, regions, frequencies, options, jobs=jobs, scheduler=scheduler
+            board_drives,
+            solved,
+            regions,
+            frequencies,
+            options,
+            checkpoint=kept,
+            jobs=jobs,
+            scheduler=scheduler,
         )
-        drives = make(partial=partial)
+        drives = make()
         seen = survey_of(drives[0])
         compensates = needs_compensation(board, seen)
         if compensates:
-            again = partial.with_name(f"{partial.name}-pressed") if partial else None
-            drives = make(partial=again, pressed=True)
+            drives = make(pressed=True)
             seen = survey_of(drives[0])
         for width in widths:
             table = table_of(board, regions, [one.section(width) for one in drives], width)
@@ -120,7 +133,7 @@ def board_drives(
     frequencies_hz: Sequence[float],
     options: Options,
     *,
-    partial: Path | None = None,
+    checkpoint: Checkpoint | None = None,
     jobs: int | None = None,
     pressed: bool = False,
     scheduler: str | None = None,
@@ -135,26 +148,22 @@ def board_drives(
         if options.progress:
             span = number * regions.count, len(frequencies_hz) * regions.count
             own = replace(options, progress=partial_function(_tell, options.progress, *span))
-        name = partial.with_name(f"{partial.name}-{number}") if partial and number else partial
+        kept = checkpoint.part(f"{frequency!r} Hz{', pressed' * pressed}:") if checkpoint else None
         one = solved.at_frequency(frequency)
         found.append(
-            OneFrequency.solve(one, regions, own, name, jobs, pressed=pressed, scheduler=scheduler)
+            OneFrequency.solve(one, regions, own, kept, jobs, pressed=pressed, scheduler=scheduler)
         )
     return found
 
 
 def table_of(board: Board, regions: StoredRegions, sections: Sequence[Section], bits: int) -> Table:
     """The table of a board with these sections, of integers of so many bits."""
-    electronics = board.electronics
     return Table(
         board_name=board.name,
-        board_fingerprint=board.fingerprint(),
+        # Of `focus` if any is: it reads all that the others do.
+        board_fingerprint=max(board.fingerprint(one.objective) for one in sections),
         grid=regions.grid,
-        limits=Limits(
-            ramp_us=round(electronics.ramp_ms * 1000.0),
-            touch_timeout_us=round(electronics.touch_timeout_ms * 1000.0),
-            max_on_us=round(electronics.max_on_s * 1e6),
-        ),
+        limits=limits_of(board),
         sections=tuple(sections),
         bits=bits,
         symmetry=regions.symmetry,

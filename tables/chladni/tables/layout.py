@@ -78,7 +78,7 @@ HEADER_FIELDS = (
     Field("bits", "u8", "Of each integer: 8, 12 or 16."),
     Field("mirrors", "u8", "Bit 0: only the half at small x is stored; bit 1: at small y."),
     Field("reserved", "u16", "0."),
-    Field("board_fingerprint", "u64", "64 bits of the SHA-256 of the board's physical numbers."),
+    Field("board_fingerprint", "u64", "What the build read of the board, below."),
     Field("board_name", "char16", "ASCII, filled up with zeros, at least one of them."),
     Field("columns", "u16", "Cells along x."),
     Field("rows", "u16", "Cells along y."),

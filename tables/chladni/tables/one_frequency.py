@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from functools import partial as partial_function
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.batch import Target, on_workers, over_targets
-from chladni.drives.checkpoint import Checkpoint, Result
+from chladni.drives.checkpoint import Checkpoint, Part, Result
 from chladni.drives.methods import Options
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.field_space import Level
@@ -79,7 +77,7 @@ class OneFrequency:
         solved: SolvedBoard,
         regions: StoredRegions,
         options: Options,
-        partial: Path | None,
+        checkpoint: Part | None,
         jobs: int | None,
         *,
         pressed: bool = False,
@@ -99,23 +97,17 @@ class OneFrequency:
         # Of which the fields between regions are found.
         sources = own if len(own) == len(places) else centres | own
         kept = _TargetFields(solved, {targets[k] for k in measured.tolist()}, set(sources.values()))
-        key = {
-            "board": f"{solved.board.fingerprint():#018x}", "objective": options.objective,
-            "seed": options.seed, "version": version("chladni"), "pressed": pressed,
-        }  # fmt: skip
-        is_drive = partial_function(_is_drive, actuators=len(solved.board.actuators))
-        with Checkpoint(partial, key, is_drive) as checkpoint:
-            drives = _solve(
-                solved,
-                targets,
-                list(own.values()),
-                kept,
-                options,
-                checkpoint,
-                jobs,
-                pressed=pressed,
-                scheduler=scheduler,
-            )
+        drives = _solve(
+            solved,
+            targets,
+            list(own.values()),
+            kept,
+            options,
+            checkpoint or Checkpoint(None, {}),
+            jobs,
+            pressed=pressed,
+            scheduler=scheduler,
+        )
         level = solved.space.nearest_level(HALFWAY_STEP)
         known = {place: kept.fields[target] for place, target in sources.items()}
         fields = HalfwayFields(known, regions)
@@ -228,7 +220,7 @@ def _solve(
     others: Sequence[Target],
     kept: _TargetFields,
     options: Options,
-    checkpoint: Checkpoint,
+    checkpoint: Checkpoint | Part,
     jobs: int | None,
     *,
     pressed: bool,
@@ -287,7 +279,7 @@ def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
     return {"drive": [[float(c.real), float(c.imag)] for c in drive]}
 
 
-def _is_drive(result: Result, actuators: int) -> bool:
+def is_drive(result: Result, actuators: int) -> bool:
     """Whether a checkpoint's result is one of `_drive_of`: a gain of at most 1 per actuator."""
     drive = result.get("drive")
     return (

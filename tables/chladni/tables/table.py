@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.region_grid import RegionGrid
+from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError
 from chladni.tables.layout import BITS, FULL_SCALE
 from chladni.tables.lookup import images, mixing
@@ -26,6 +27,16 @@ class Limits:
     ramp_us: int
     touch_timeout_us: int
     max_on_us: int
+
+
+def limits_of(board: Board) -> Limits:
+    """The limits of a board's file."""
+    own = board.electronics
+    return Limits(
+        ramp_us=round(own.ramp_ms * 1000.0),
+        touch_timeout_us=round(own.touch_timeout_ms * 1000.0),
+        max_on_us=round(own.max_on_s * 1e6),
+    )
 
 
 @dataclass(frozen=True)

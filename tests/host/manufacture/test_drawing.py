@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -113,6 +116,24 @@ def test_an_svg_has_the_same_circles_at_one_to_one(name: str, tmp_path: Path) ->
     for text in root.iter(f"{SVG}text"):
         assert x < float(text.get("x", "")) < x + width
         assert y < float(text.get("y", "")) < y + height
+
+
+def test_a_drawing_is_the_same_bytes_in_every_run(tmp_path: Path) -> None:
+    """Whatever the time is, and whatever order Python's sets have."""
+    script = (
+        "import sys; from pathlib import Path; from chladni.sim.board.file import load_board; "
+        "from chladni.host.manufacture.drawing import board_drawing; "
+        "from chladni.host.manufacture.drawing_files import save_drawing; "
+        "save_drawing(board_drawing(load_board('strip5')), Path(sys.argv[1]))"
+    )
+    files = [tmp_path / f"{seed}.dxf" for seed in range(1, 4)]
+    for seed, file in enumerate(files, 1):
+        subprocess.run(
+            [sys.executable, "-c", script, str(file)],
+            env={**os.environ, "PYTHONHASHSEED": str(seed)},
+            check=True,
+        )
+    assert len({file.read_bytes() for file in files}) == 1
 
 
 def test_an_outline_has_round_corners_and_foam_its_strips(tmp_path: Path) -> None:

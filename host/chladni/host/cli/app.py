@@ -11,7 +11,10 @@ import sys
 
 # What `signal` is made of: that would load enum and others before Ctrl-C is answered.
 from _signal import (  # type: ignore[import-not-found]
+    SIG_DFL,
+    SIG_IGN,
     SIGINT,
+    SIGTERM,
     default_int_handler,
     getsignal,
     signal,
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 
 STOPPED = 130
 """Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""
+TERMINATED = 143
+"""The same of SIGTERM."""
 
 
 def main() -> int:
@@ -41,6 +46,8 @@ def start() -> None:
 def as_process(loads: str, work: Callable[[], int]) -> None:
     """Do a process's work and exit with its code; Ctrl-C is 130 and no traceback, at any time.
 
+    SIGTERM ends the work in the same way, with 143: workers, links and temporary files go with it.
+
     Parameters
     ----------
     loads
@@ -48,7 +55,15 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     """
     # Where it is ignored, as in the background of a shell, it stays so.
     is_heard = getsignal(SIGINT) is default_int_handler
-    code = STOPPED
+    is_term_heard = getsignal(SIGTERM) == SIG_DFL
+    code, terminated = STOPPED, []
+
+    def terminate(*_: object) -> None:
+        # A second one, while the work tidies up, is answered already.
+        signal(SIGTERM, SIG_IGN)
+        terminated.append(True)
+        raise KeyboardInterrupt
+
     try:
         if is_heard:
             signal(SIGINT, _leave)
@@ -56,6 +71,8 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
         __import__(loads)
         if is_heard:
             signal(SIGINT, default_int_handler)
+        if is_term_heard:
+            signal(SIGTERM, terminate)
         code = work()
     except KeyboardInterrupt:
         pass
@@ -67,10 +84,12 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     if is_heard:
         # All is written; what Python still puts in order would show a traceback.
         signal(SIGINT, _leave)
+    if is_term_heard:
+        signal(SIGTERM, SIG_DFL)
     # Python remembers a Ctrl-C that came while it ran text, as dataclasses do, and would end `-m`
     # by the signal. It forgets that when it runs text again.
     exec("")
-    sys.exit(code)
+    sys.exit(TERMINATED if terminated else code)
 
 
 def _leave(*_: object) -> None:

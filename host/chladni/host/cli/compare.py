@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table as RichTable
 
+from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import METHODS, SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.compare import as_csv, compare, summary
@@ -87,7 +88,7 @@ def compare_methods(
         expected = f"{SMALLEST_PITCH_MM:g} mm to the board's short side, {widest:g} mm"
         raise InputError("--pitch", pitch, expected)
     kept = output.with_name(output.name + PARTIAL) if output is not None else None
-    with progress_bar("targets", keeps=kept is not None) as progress:
+    with progress_bar("targets", kept=kept) as progress:
         grid, rows = compare(
             loaded,
             pitch=pitch * MM,
@@ -104,6 +105,7 @@ def compare_methods(
         write_whole(output, as_csv(rows))
     if figure is not None:
         write_figure(compare_figure(loaded, grid, rows), figure)
+    remove_checkpoint(kept)
     table = summary(rows)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)

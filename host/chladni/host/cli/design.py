@@ -11,6 +11,7 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry
 from chladni.design.search import Design, design
 from chladni.design.spec import read_spec
+from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.options import (
@@ -72,6 +73,8 @@ def design_board(
         raise InputError("--samples", samples, "at least 1")
     if front is not None and not front.is_dir():
         raise InputError("--front", str(front), "a folder that is there")
+    if front is not None:
+        check_output(front / f"{output.stem}-1.toml", "--front")
     asked = read_spec(spec)
 
     def keep(entry: Entry, is_best: bool) -> None:
@@ -82,7 +85,7 @@ def design_board(
 
     kept = output.with_name(output.name + PARTIAL)
     try:
-        with progress_bar("boards", keeps=True) as progress:
+        with progress_bar("boards", kept=kept) as progress:
             found = design(
                 asked,
                 seed=seed,
@@ -105,6 +108,7 @@ def design_board(
             entry["path"] = str(path)
     if figure is not None:
         write_figure(front_figure(found), figure)
+    remove_checkpoint(kept)
     answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         say(f"`chladni board score {output}` says more.")

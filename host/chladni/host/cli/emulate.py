@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
 import time
 from dataclasses import asdict
@@ -168,22 +170,22 @@ def _serve(port: VirtualPort, ms: float | None, port_link: Path | None, *, as_js
         raise InputError("--ms", ms, "more than 0")
     # A port that is announced is there.
     port.network.follow()
-    if port_link is not None:
-        _link(port_link, port.port)
-    if as_json:
-        answer({"port": port.port, "udp_port": port.emulator.core.network_port}, as_json=True)
-    else:
-        sys.stdout.write(f"{port_link or port.port}\n")
-    sys.stdout.flush()
-    end = None if ms is None else time.monotonic() + ms / 1e3
     try:
+        if port_link is not None:
+            _link(port_link, port.port)
+        if as_json:
+            answer({"port": port.port, "udp_port": port.emulator.core.network_port}, as_json=True)
+        else:
+            sys.stdout.write(f"{port_link or port.port}\n")
+        sys.stdout.flush()
+        end = None if ms is None else time.monotonic() + ms / 1e3
         port.serve(lambda: end is not None and time.monotonic() > end)
     except KeyboardInterrupt:
         pass
     finally:
         port.close()
-        if port_link is not None and port_link.is_symlink():
-            port_link.unlink()
+        if port_link is not None:
+            _unlink(port_link, port.port)
 
 
 def _link(link: Path, port: str) -> None:
@@ -196,6 +198,13 @@ def _link(link: Path, port: str) -> None:
         raise InputError(
             "--port-link", str(link), f"a name that is free: {error.strerror}"
         ) from None
+
+
+def _unlink(link: Path, port: str) -> None:
+    """Take the name away, unless another device has it by now."""
+    with contextlib.suppress(OSError):
+        if os.readlink(link) == port:
+            link.unlink()
 
 
 def _parse_touch(text: str) -> TouchEvent:

@@ -78,7 +78,7 @@ def solve_command(
         silent_from_mm=silent_from_mm,
         floor_um=floor_um,
     )
-    with progress_bar(method, keeps=trace is not None) as progress:
+    with progress_bar(method, kept=trace) as progress:
         solution = solve(
             loaded,
             place,

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import felt, remark_on
@@ -96,7 +97,7 @@ def build(
         raise InputError("--bits", bits, one_of_bits())
     loaded = load_board(board)
     partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving", keeps=True) as progress:
+    with progress_bar("solving", kept=partial) as progress:
         table, report = build_table(
             loaded,
             objective=objective,
@@ -110,6 +111,7 @@ def build(
             allow_unmet=True,
         )
     write_whole(output, pack(table))
+    remove_checkpoint(partial)
     say_unmet(report.error_estimate, OWN_TOLERANCE)
     if not report.is_within_limits:
         typer.echo(f"warning: integers of {report.bits} bits lose {report.lost}", err=True)

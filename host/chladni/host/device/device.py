@@ -28,6 +28,7 @@ from chladni.host.protocol.link import (
     VERSION_MINOR,
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.sim.board.board import is_of
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
@@ -247,7 +248,7 @@ class Device:
         known = config.board
         if known is None and info["board"]:
             known = int(info["fingerprint"], 16), info["board"]
-        if force or known is None or known[0] == table.board_fingerprint:
+        if force or known is None or is_of(table.board_fingerprint, known[0]):
             return
         version = "" if known[1] != table.board_name else ", in another version of its file"
         raise InputError(

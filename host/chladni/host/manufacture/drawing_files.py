@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -71,6 +72,20 @@ def _svg_shape(group: ElementTree.Element, shape: Shape, colour: str) -> None:
         element.attrib |= style
 
 
+@contextlib.contextmanager
+def _without_time_and_chance() -> Iterator[None]:
+    """Have ezdxf write no time and no random number, so that a board has the same bytes always."""
+    from ezdxf._options import options  # noqa: PLC0415
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+@_without_time_and_chance()
 def dxf_text(drawing: Drawing) -> str:
     """As DXF of AutoCAD 2010, units in millimetres."""
     from ezdxf.document import Drawing as Document  # noqa: PLC0415  (takes half a second to load)
@@ -85,6 +100,9 @@ def dxf_text(drawing: Drawing) -> str:
         _dxf_shape(space, shape)
     (x0, y0), (x1, y1) = drawing.low, drawing.high
     document.header["$EXTMIN"], document.header["$EXTMAX"] = (x0, y0, 0.0), (x1, y1, 0.0)
+    # In an order of their own: ezdxf has a set of them.
+    document.classes.add_required_classes(document.dxfversion)
+    document.classes.classes = dict(sorted(document.classes.classes.items()))
     document.set_modelspace_vport((y1 - y0), ((x0 + x1) / 2.0, (y0 + y1) / 2.0))
     stream = io.StringIO()
     document.write(stream)

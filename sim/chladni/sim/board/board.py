@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
+from chladni.sim.board.finger import FINGERS, USUAL
+from chladni.sim.board.focus import Focus
 from chladni.sim.board.panel_layer import Section, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import quantities
@@ -65,41 +67,117 @@ class Board(BoardParts):
             and self.coil.motion_acts_back
         )
 
-    def fingerprint(self) -> int:
-        """64 bits of the SHA-256 of what drives depend on.
+    def fingerprint(self, objective: str | None = None) -> int:
+        """Of what a build of tables reads from the board, and of nothing else, 64 bits.
 
-        Plate and what it lies on, actuators, frequency, regions, the finger, what a focus keeps to,
-        of coils that move what their motion does to their current, and of windings and magnets what
-        they do to those beside them.
+        The lower 32 are of what drives of any objective depend on, with the limits in a table's
+        header; the upper 32 of what those of `focus` depend on besides, 0 for the others. So a
+        table of any objective can be told to be of a board (`is_of`). Names, pins, channels and
+        what only scores depend on are in neither.
+
+        Parameters
+        ----------
+        objective
+            Of a table's drives; None for what any of them may read.
         """
-        physical = {
-            key: value
-            for key, value in to_document(self).items()
-            if key not in ("name", "electronics", "image", "coil", "winding", "panel", "active")
-        }
-        if self.panel is not None and self.panel.layer_thickness:
-            physical["section"] = dataclasses.astuple(self.section)
-        if self.pulls_beside:
-            physical["beside"] = [
-                dataclasses.astuple(part) for part in (self.winding, self.magnet) if part
-            ]
+        common = _hashed(_read_by_every_objective(self))
+        own = max(_hashed(_read_by_focus(self)), 1) if objective in (None, "focus") else 0
+        return own << 32 | common
+
+    def fingerprint_of_0_2(self) -> int:
+        """By which tables of 0.2.0 know their board: names are in it, and image points are not."""
+        left_out = ("name", "electronics", "image", "coil", "winding", "panel", "active")
+        physical = {key: own for key, own in to_document(self).items() if key not in left_out}
+        physical |= _of_layer_and_coils(self)
         for part, key in (("plate", "material"), ("magnet", "remanence_t")):
             physical.get(part, {}).pop(key, None)
-        if self.coil is not None and self.coil.motion_acts_back:
-            own = self.coil
-            physical["coil"] = [own.resistance, own.inductance, own.force_factor]
         physical["actuators"] = [
             {key: value for key, value in actuator.items() if key not in ("polarity", "trim_db")}
             for actuator in physical["actuators"]
         ]
-        text = json.dumps(physical, sort_keys=True, separators=(",", ":"))
-        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
+        return int.from_bytes(_digest(physical)[:8], "little")
+
+
+def is_of(one: int, other: int) -> bool:
+    """Whether fingerprints of a table and of a board, or of a device's table, are of one board."""
+    own, others = one >> 32, other >> 32
+    return one % 2**32 == other % 2**32 and (own == others or not own or not others)
+
+
+def _read_by_every_objective(board: Board) -> dict[str, Any]:
+    """Numbers that decide the bytes of any table, in any order of keys."""
+    document, electronics = to_document(board), board.electronics
+    keys = ("plate", *FEATURES, "magnet", "drive", "image", "regions")
+    numbers: dict[str, Any] = {key: document[key] for key in keys if key in document}
+    numbers["plate"].pop("material", None)
+    numbers["actuators"] = [actuator.at for actuator in board.actuators]
+    numbers["limits"] = [
+        electronics.ramp_ms, electronics.touch_timeout_ms, electronics.max_on_s
+    ]  # fmt: skip
+    # Without a finger of its own a board is pressed by the usual one.
+    numbers["finger"] = dataclasses.astuple(board.finger or FINGERS[USUAL])
+    if board.magnet is not None:
+        # How strong a magnet is matters to those beside it; that it is known, to how it tilts.
+        numbers["magnet"]["remanence_t"] = bool(board.magnet.remanence)
+    if board.foundation is not None:
+        own = board.foundation
+        numbers["foundation"] = [
+            own.total_stiffness, own.total_loss_factor, own.coil_cut_out,
+            dataclasses.astuple(own.strips), [dataclasses.astuple(cut) for cut in own.cut_outs],
+        ]  # fmt: skip
+    return numbers | _of_layer_and_coils(board)
+
+
+def _of_layer_and_coils(board: Board) -> dict[str, Any]:
+    """What a panel's layer adds to the plate, and coils to each other's forces."""
+    numbers: dict[str, Any] = {}
+    if board.panel is not None and board.panel.layer_thickness:
+        numbers["section"] = dataclasses.astuple(board.section)
+    if board.pulls_beside:
+        numbers["beside"] = [
+            dataclasses.astuple(part) for part in (board.winding, board.magnet) if part
+        ]
+    if board.coil is not None and board.coil.motion_acts_back:
+        numbers["coil"] = [board.coil.resistance, board.coil.inductance, board.coil.force_factor]
+    return numbers
+
+
+def _read_by_focus(board: Board) -> dict[str, Any]:
+    """What decides drives of `focus` besides: what they keep to, and the most that coils push."""
+    asked, own = board.focus or Focus(), board.electronics
+    kept_to = dataclasses.astuple(dataclasses.replace(asked, foam_ratio=1.0))
+    numbers: dict[str, Any] = {"focus": kept_to}
+    if board.foundation is not None:
+        stiffer = board.foundation.stiffer(asked.foam_ratio)
+        numbers["foundation"] = [stiffer.total_stiffness, stiffer.total_loss_factor]
+    if board.coil is not None:
+        coil = board.coil
+        numbers["full_drive"] = [
+            coil.resistance, coil.inductance, coil.force_factor, own.pwm_bits, own.shortest_on_ns,
+            own.max_duty, own.supply_v, own.supply_limit_ma, own.coil_ohm, own.coil_k_per_w,
+            own.coil_limit_k,
+        ]  # fmt: skip
+    return numbers
+
+
+def _hashed(numbers: dict[str, Any]) -> int:
+    return int.from_bytes(_digest(numbers)[:4], "little")
+
+
+def _digest(numbers: dict[str, Any]) -> bytes:
+    text = json.dumps(numbers, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).digest()
 
 
 def _axis(length: float, count: int) -> FloatArray:
     """`count` points from −length/2 to length/2, exactly symmetric."""
     half = (np.arange(count) - (count - 1) / 2.0) / (count - 1)
     return np.asarray(half * length)
+
+
+def document_digest(board: Board) -> str:
+    """Of all that a board's file says: 16 hexadecimal digits, in which two files hardly agree."""
+    return _digest(to_document(board)).hex()[:16]
 
 
 def to_document(board: Board) -> dict[str, Any]:

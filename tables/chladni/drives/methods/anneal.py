@@ -14,6 +14,7 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.problem.problem import Problem
+from chladni.sim.board.board import document_digest
 from chladni.sim.errors import ArgumentError
 from chladni.sim.files import read_arrays, write_arrays
 
@@ -120,9 +122,10 @@ def run(
     steps = options.steps or STEPS
     key = {
         "method": name,
-        "board": f"{problem.board.fingerprint():#018x}",
+        "board": document_digest(problem.board),
         "target_mm": list(problem.target_mm),
         "seed": options.seed,
+        "chladni": version("chladni"),
     }
     space = problem.solved.space
     objective = space.objective(space.levels[-1], problem.image)

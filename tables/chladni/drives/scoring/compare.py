@@ -22,7 +22,7 @@ from chladni.drives.scoring.felt import disagreement, remark
 from chladni.drives.scoring.scorecard import NullModels, null_models, score_on
 from chladni.drives.solve import solve_problem
 from chladni.drives.workers import Workers
-from chladni.sim.board.board import Board
+from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.parts import Regions
 from chladni.sim.errors import check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
@@ -82,7 +82,8 @@ def compare(
     steps
         Of the annealings, in place of their own 10 000.
     kept
-        File that keeps finished targets until all are.
+        Checkpoint of the finished targets. It stays until the rows are written and
+        `remove_checkpoint` called.
     scheduler
         Address of a Dask scheduler, whose workers do it.
     allow_unmet
@@ -97,7 +98,7 @@ def compare(
     targets = [grid.centre_mm(region) for region in range(grid.count)]
     chosen = contenders(methods)
     key = {
-        "board": f"{board.fingerprint():#018x}", "methods": [list(pair) for pair in chosen],
+        "board": to_document(board), "methods": chosen,
         "pitch": pitch, "seed": seed, "steps": steps,
     }  # fmt: skip
     rows: list[Row] = []

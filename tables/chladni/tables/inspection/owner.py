@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from chladni.sim.board.board import Board
+from chladni.sim.board.board import Board, is_of
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.errors import InputError, MissingArgumentError
-from chladni.tables.table import Table
+from chladni.tables.table import Table, limits_of
 
 
 def board_for(table: Table, board: str | Path | None = None, *, file: str | None = None) -> Board:
@@ -31,9 +31,21 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
     if len(found.actuators) != table.actuators:
         expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
         raise InputError("actuators", table.actuators, expected, file=file)
-    if found.fingerprint() != table.board_fingerprint:
+    if not _is_its_board(table, found):
         expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
         raise InputError(
-            "board_fingerprint", f"{table.board_fingerprint:#018x}", expected, file=file
+            "board_fingerprint",
+            f"{table.board_fingerprint:#018x}",
+            expected,
+            file=file,
+            hint="name the board that it was built for, or build it again for this one",
         )
     return found
+
+
+def _is_its_board(table: Table, board: Board) -> bool:
+    if is_of(table.board_fingerprint, board.fingerprint()):
+        return True
+    # Of 0.2.0: as far as it tells, and the header's limits besides.
+    is_earlier = table.board_fingerprint == board.fingerprint_of_0_2()
+    return is_earlier and table.limits == limits_of(board)

@@ -151,13 +151,16 @@ def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path
 
 
 @contextlib.contextmanager
-def progress_bar(label: str, *, keeps: bool = False) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(
+    label: str, *, kept: Path | bool | None = None
+) -> Iterator[Callable[[int, int], None]]:
     """A callback (done, all) that draws a bar on stderr, if that is a terminal.
 
     Parameters
     ----------
-    keeps
-        Whether the same command, run again after Ctrl-C, goes on where it stopped.
+    kept
+        File that a part of the work is kept in; or whether a device keeps whatever was done. Only
+        if there is something does Ctrl-C's message promise that the same command goes on from it.
 
     Raises
     ------
@@ -172,5 +175,6 @@ def progress_bar(label: str, *, keeps: bool = False) -> Iterator[Callable[[int, 
         try:
             yield lambda done, total: bar.update(task, completed=done, total=total)
         except KeyboardInterrupt:
-            again = "the same command goes on from what was kept" if keeps else ""
+            is_kept = kept.exists() if isinstance(kept, Path) else kept and bar.tasks[0].completed
+            again = "the same command goes on from what was kept" if is_kept else ""
             raise StoppedError(f"{label}: interrupted", hint=again) from None

@@ -54,7 +54,7 @@ def flash(
             answer(result, as_json=as_json, title=_what_plays("The previous table", device))
             return
         try:
-            with progress_bar("flash", keeps=True) as progress:
+            with progress_bar("flash", kept=not connection.emulator) as progress:
                 done = device.flash(loaded, progress, force=force)
         except InputError as error:
             raise error.in_file(str(table)) from None

@@ -1,0 +1,137 @@
+"""Work that took long is kept until the last of its files is written."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomlkit
+
+from chladni.design import search
+from chladni.drives.objectives import OBJECTIVES
+from chladni.drives.scoring import compare as comparing
+from chladni.host.cli import compare, design, table
+from chladni.host.cli.common.output import progress_bar
+from chladni.sim.errors import StoppedError
+from chladni.sim.files import write_whole
+from chladni.tables.build import build_table
+from conftest import ROOT, CommandLine
+from made_specs import small
+
+COARSE = ROOT / "tests" / "chain" / "coarse.toml"
+
+
+def failing(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "the output")
+
+
+def refusing(*_: object, **__: object) -> None:
+    raise AssertionError("solved again")
+
+
+@pytest.fixture
+def coarse(tmp_path: Path) -> Path:
+    """Few regions and few image points."""
+    text = COARSE.read_text(encoding="utf-8")
+    path = tmp_path / "coarse.toml"
+    document = tomlkit.parse(text)
+    document["image"]["points"] = [21, 41]
+    document["regions"]["pitch_mm"] = 60.0
+    path.write_text(tomlkit.dumps(document), encoding="utf-8")
+    return path
+
+
+def test_a_table_that_cannot_be_written_is_not_solved_again(
+    chladni: CommandLine, tmp_path: Path, coarse: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ("table", "build", coarse, "-o", tmp_path / "t.chl", "--objective", "contrast")
+    with monkeypatch.context() as patched:
+        patched.setattr(table, "write_whole", failing)
+        answer = chladni(*words)
+    assert answer.code == 1
+    assert "No space left" in answer.err
+    assert (tmp_path / "t.chl.partial").exists()
+    monkeypatch.setitem(OBJECTIVES, "contrast", refusing)
+    assert chladni(*words).code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["coarse.toml", "t.chl"]
+
+
+def test_rows_stay_until_their_figure_is_written(
+    chladni: CommandLine, tmp_path: Path, coarse: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = (
+        "compare", coarse, "--methods", "nearest", "--pitch", "60", "-o", tmp_path / "c.csv",
+        "--figure", tmp_path / "c.png",
+    )  # fmt: skip
+    with monkeypatch.context() as patched:
+        patched.setattr(compare, "write_figure", failing)
+        assert chladni(*words).code == 1
+    assert (tmp_path / "c.csv.partial").exists()
+    monkeypatch.setattr(comparing, "solve_problem", refusing)
+    monkeypatch.setattr(compare, "write_figure", lambda *_: None)
+    assert chladni(*words).code == 0
+    assert not (tmp_path / "c.csv.partial").exists()
+
+
+def test_a_front_that_cannot_be_written_is_not_searched_again(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec, out, front = tmp_path / "s.toml", tmp_path / "own.toml", tmp_path / "front"
+    front.mkdir()
+    one_layout = {"coils": 1, "evaluations": 1}
+    spec.write_text(tomlkit.dumps(small(design=one_layout)), encoding="utf-8")
+    words = ("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--front", front)
+
+    def write(path: Path, data: bytes) -> None:
+        if path.parent == front:
+            failing()
+        write_whole(path, data)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(design, "write_whole", write)
+        assert chladni(*words).code == 1
+    assert (tmp_path / "own.toml.partial").exists()
+    monkeypatch.setattr(search, "evaluate", refusing)
+    assert chladni(*words).code == 0
+    assert not (tmp_path / "own.toml.partial").exists()
+    assert [path.name for path in front.iterdir()] == ["own-1.toml"]
+
+
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_ctrl_c_promises_what_was_kept_only_where_something_was(
+    chladni: CommandLine,
+    tmp_path: Path,
+    coarse: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    is_kept: bool,
+) -> None:
+    def press(done: int, _: int) -> None:
+        raise KeyboardInterrupt
+
+    def cut_off(*arguments: Any, **options: Any) -> None:
+        if is_kept:
+            build_table(*arguments, **{**options, "progress": press})
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(table, "build_table", cut_off)
+    output = tmp_path / "t.chl"
+    answer = chladni("table", "build", coarse, "-o", output, "--objective", "contrast")
+    hint = "; the same command goes on from what was kept" * is_kept
+    assert (answer.code, answer.err) == (130, f"chladni: solving: interrupted{hint}\n")
+    assert (tmp_path / "t.chl.partial").exists() == is_kept
+
+
+@pytest.mark.parametrize("done", [0, 5])
+def test_ctrl_c_promises_what_a_device_keeps_once_it_has_something(done: int) -> None:
+    def flash() -> None:
+        with progress_bar("flash", kept=True) as progress:
+            if done:
+                progress(done, 9)
+            raise KeyboardInterrupt
+
+    with pytest.raises(StoppedError) as caught:
+        flash()
+    assert ("goes on" in str(caught.value)) == bool(done)
