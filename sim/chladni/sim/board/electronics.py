@@ -31,8 +31,8 @@ class Electronics:
     the transistor; every wave stays above it, and above `least_duty`, which keeps a coil's current
     flowing through its diode. `supply_limit_ma` holds for what the supply delivers to all coils,
     as a mean over any 64 ms. A coil's rise above the air is that of one thermal resistance and one
-    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise that
-    class A enamel (105 °C) leaves at 45 °C.
+    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise
+    that class A enamel (105 °C) leaves at 45 °C.
     """
 
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
