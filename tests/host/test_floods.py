@@ -5,18 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
 from chladni.host.device.udp import EmulatedPort, UdpWire, seal, unseal
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.protocol.link import BY_NAME, Status
+from chladni.host.protocol.link import BY_NAME
 from chladni.host.protocol.network import SESSION, SESSION_SILENCE_MS, Kind
 from chladni.tables.table import Limits
 from made_up import LIMITS, MAX_ON_MS, RAMP_MS, make_table
-from networked import KEY, LAB, NEW, exchange, networked, session_of
+from networked import KEY, LAB, exchange, networked, session_of
 
 INFO = bytes([BY_NAME["info"].code, 1])
 REPLAYER, VICTIM = 7, 1
@@ -128,25 +126,3 @@ def test_a_touch_ends_with_the_session_that_holds_it() -> None:
     emulator.run(SESSION_SILENCE_MS + 200.0)
     assert not emulator.run(100.0).duty_steps[-100:].any()
     assert emulator.core.state == "idle"
-
-
-def test_flash_is_written_sixty_times_an_hour_at_most() -> None:
-    """Configurations and tables; a restart does not help, a minute does."""
-    emulator = networked()
-    device = Device(EmulatorWire(emulator))
-    base = device.config()
-    for k in range(60):
-        device.set_config(base.with_values(level_q15=1_000 + k))
-    with pytest.raises(LinkError, match="60 times within an hour") as caught:
-        device.set_config(base.with_values(level_q15=5))
-    assert caught.value.status == Status.TOO_OFTEN
-    device.restart()
-    emulator.run(500.0)
-    with pytest.raises(LinkError, match="60 times within an hour"):
-        device.set_config(base)
-    with pytest.raises(LinkError, match="60 times within an hour"):
-        device.flash(NEW)
-    assert device.info()["erases"] == 60
-    emulator.run(61_000.0)
-    device.set_config(base.with_values(level_q15=5))
-    assert device.info()["erases"] == 61

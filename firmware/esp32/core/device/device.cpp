@@ -47,7 +47,7 @@ void Device::start(const Hal& hal) {
   Retained before;
   const bool is_known = recall(hal_, before);
   heat_.start(config(), is_known ? before.rise_uk.data() : nullptr, before.is_on != 0);
-  wear_.start(before.erases, before.write_credit_ms);
+  wear_.start(starts_.log(), before.erases, before.write_credit_ms);
   load_table();
   start_outputs();
   input_.start(config(), touch_timeout_us());
@@ -107,7 +107,7 @@ void Device::poll() {
   watch_samples();
   watch_outputs();
   watch_coils(passed_ms);
-  wear_.pass(passed_ms);
+  wear_.pass(hal_, passed_ms, is_quiet());
   const TouchEvent event = input_.poll(hal_, now_us());
   panel_watch_.look(input_, faults_, now_ms());
   handle(event);

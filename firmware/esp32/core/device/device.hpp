@@ -68,8 +68,10 @@ class Device {
   // The same for a record that `parse_network` takes, or none.
   bool set_network(const uint8_t* record, uint32_t size);
   bool is_quiet() const { return synthesis_.is_quiet(); }
-  // Whether flash may be written once more this hour.
+  // Whether flash may be written once more, by any way that erases.
   bool may_write() const { return wear_.may_write(); }
+  // Updates of flash, ever, each of which erases a sector once at most.
+  uint32_t updates() const { return wear_.updates(); }
   // Sectors of flash, since power came on.
   uint32_t erases() const { return wear_.erases() + table_.store().erases(); }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.

@@ -208,6 +208,7 @@ Status Requests::put_info() {
       A::Standing{device_.faults().standing()},
       A::Erases{device_.erases()},
       A::Chip{static_cast<uint8_t>(device_.hal().chip)},
+      A::Updates{device_.updates()},
   });
   return Status::kOk;
 }

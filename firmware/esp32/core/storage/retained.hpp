@@ -18,7 +18,7 @@ struct Retained {
   std::array<uint32_t, table_format::kMaxActuators> rise_uk{};  // above the air
   uint32_t is_on = 0;                                           // outputs; then more has come since
   uint32_t erases = 0;                                          // sectors, since power came on
-  uint32_t write_credit_ms = UINT32_MAX;                        // all of it; see WriteBudget
+  uint32_t write_credit_ms = UINT32_MAX;                        // not known; see FlashWear
 };
 
 // False if what lies there was not written by `keep`.
