@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.udp import EmulatedPort, UdpWire, seal, unseal
@@ -126,3 +127,36 @@ def test_a_touch_ends_with_the_session_that_holds_it() -> None:
     emulator.run(SESSION_SILENCE_MS + 200.0)
     assert not emulator.run(100.0).duty_steps[-100:].any()
     assert emulator.core.state == "idle"
+
+
+def test_a_session_that_ends_leaves_the_touch_that_the_wire_has_begun_since() -> None:
+    patient = Limits(LIMITS.ramp_us, LIMITS.touch_timeout_us, 60_000_000)
+    table = replace(make_table(np.ones((1, 5))), limits=patient)
+    emulator = Emulator(networked().config, table, network=LAB)
+    connected(emulator).touch(0.0, 0.0)
+    wire = Device(EmulatorWire(emulator))
+    wire.touch(1.0, 1.0)
+    emulator.run(SESSION_SILENCE_MS + 200.0)
+    assert emulator.run(50.0).duty_steps[-1].any()
+    wire.lift()
+    assert not emulator.run(50.0).duty_steps[-1].any()
+
+
+@pytest.mark.parametrize("line", [b"a\n", b"info\n", b"faults\n"])
+def test_a_flood_of_lines_leaves_the_wire_free_for_requests(line: bytes) -> None:
+    """A second of them, as fast as the wire takes them: 66 KB of answers in the first case, and so
+    many seconds of a main loop that waits for its wire to take them."""
+    emulator = networked()
+    emulator.core.uart_write(line * (11_520 // len(line)))
+    emulator.run(1_001.0)
+    waiting = len(emulator.core.uart_read())
+    assert waiting < 0.6 * 11_520
+    device = Device(EmulatorWire(emulator))
+    assert device.info()["state"] == "idle"
+    assert device.link.repeated == 0
+    # Whoever types afterwards is answered.
+    emulator.run(200.0)
+    emulator.core.uart_read()
+    emulator.core.uart_write(b"lift\n")
+    emulator.run(20.0)
+    assert emulator.core.uart_read() == b"ok\r\n"

@@ -202,6 +202,7 @@ Place Device::touch(Place place) {
   trust_host();
   const Place found = table().is_loaded() ? table().on_board(place) : place;
   input_.hold(found);
+  ++touches_;
   return found;
 }
 

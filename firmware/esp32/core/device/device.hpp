@@ -38,6 +38,8 @@ class Device {
   // and how long the last touch has played or did.
   Place touch(Place place);
   void lift();
+  // Of a host or the console, so far: the number of the one that is held, until it lifts.
+  uint32_t touches() const { return touches_; }
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -158,6 +160,7 @@ class Device {
   PanelWatch panel_watch_;
   TouchPlayback touch_;
   Stopwatch played_;  // by a finger
+  uint32_t touches_ = 0;
   HostDrive host_;
   Synthesis synthesis_;
   OutputWatch output_watch_;

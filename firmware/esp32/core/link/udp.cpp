@@ -126,12 +126,12 @@ void Datagrams::poll() {
   }
 }
 
-// What a host holds ends with it.
+// What a host holds ends with it, unless another has begun a touch since.
 void Datagrams::end(Session& session) {
   session.is_open = false;
   const uint32_t serial = read_u32(session.id.data());
   if (serial > ended_serial_) ended_serial_ = serial;
-  if (session.holds_touch) device_.lift();
+  if (session.touch != 0 && session.touch == device_.touches()) device_.lift();
 }
 
 Datagrams::Session* Datagrams::find(const uint8_t* id) {
@@ -213,10 +213,10 @@ bool Datagrams::take_request(const uint8_t* bytes, uint32_t count) {
   return true;
 }
 
-void Datagrams::note_touch(Session& session, const uint8_t* request) {
+void Datagrams::note_touch(Session& session, const uint8_t* request) const {
   const bool is_ok = session.host.answer[2] == static_cast<uint8_t>(link_format::Status::kOk);
-  if (request[0] == link_format::touch::kCode && is_ok) session.holds_touch = true;
-  if (request[0] == link_format::lift::kCode) session.holds_touch = false;
+  if (request[0] == link_format::touch::kCode && is_ok) session.touch = device_.touches();
+  if (request[0] == link_format::lift::kCode) session.touch = 0;
 }
 
 // Answered with the session the host has, if that runs on, or with the number of a new one. Nothing

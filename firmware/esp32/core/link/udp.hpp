@@ -59,7 +59,7 @@ class Datagrams {
   struct Session {
     Id id{};
     bool is_open = false;
-    bool holds_touch = false;
+    uint32_t touch = 0;  // the device's number of what it holds; 0 for none
     uint32_t heard_ms = 0;
     ReplayWindow taken;
     uint32_t answers = 0;
@@ -86,7 +86,7 @@ class Datagrams {
   bool is_own_id(const uint8_t* id) const;
   uint32_t epoch() const;
   void end(Session& session);
-  static void note_touch(Session& session, const uint8_t* request);
+  void note_touch(Session& session, const uint8_t* request) const;
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 
