@@ -48,6 +48,7 @@ LONG = (
     "firmware/test_chip_branches.py",
     "firmware/test_device_suite.py::test_without_an_image_or_an_emulator_the_suite_is_skipped",
     "firmware/test_everything.py",
+    "firmware/test_flash_wear.py::test_credit_ends_at_sixty",
     "firmware/test_heat.py::test_any_order_of_touches_streams_and_resets",
     "firmware/test_native_build.py",
     "firmware/test_pins.py::test_both_sides_judge_five_thousand_configurations_alike",

@@ -231,7 +231,7 @@ def test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(
         assert chip.ended == ""
 
 
-@pytest.mark.parametrize("call", ["esp_partition_erase_range:1", "esp_partition_write:2"])
+@pytest.mark.parametrize("call", ["esp_partition_erase_range:1", "esp_partition_write:3"])
 def test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(
     chip_program: Path, call: str
 ) -> None:

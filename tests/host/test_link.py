@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import struct
 
 import numpy as np
 import pytest
@@ -10,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import FrameSplitter, LinkError, encode
+from chladni.host.device.link import Answer, FrameSplitter, LinkError, encode
 from chladni.host.device.upload import TableUpload
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Hardware
-from chladni.host.protocol.link import MAX_PAYLOAD, MESSAGES, Status
+from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, MESSAGES, Status
 from chladni.tables.format import pack
 from made_up import PacketWire, assert_one_of_them_plays, make_table, powered, random_table
 
@@ -211,6 +212,25 @@ def test_a_repeated_request_is_done_once() -> None:
     wire.write(frame + frame)
     emulator.run(200.0)
     assert int(device.info()["table_crc"], 16) == int.from_bytes(OLD[-4:], "little")
+
+
+def test_two_hosts_that_count_alike_are_answered_each_by_itself() -> None:
+    """Two programs at one port, both at their third request: two places, and two times."""
+    device = Device(EmulatorWire(powered(OLD)))
+    touch = BY_NAME["touch"].code
+
+    def answer(kind: int, payload: bytes = b"") -> Answer:
+        device.wire.write(encode(kind, 3, payload))
+        found: list[tuple[int, int, Answer]] = []
+        while not found:
+            found = device.link.poll(0.5)
+        assert found[0][:2] == (kind, 3)
+        return found[0][2]
+
+    first, second = (answer(touch, struct.pack("<2i", x, 0)) for x in (1_000, 9_000))
+    assert (first.fields["x_um"], second.fields["x_um"]) == (1_000, 9_000)
+    before, after = (answer(BY_NAME["info"].code).fields["uptime_ms"] for _ in range(2))
+    assert after > before
 
 
 def test_another_version_is_refused_with_a_reason() -> None:

@@ -128,6 +128,7 @@ class FirmwareStore {
     const auto size = static_cast<uint32_t>(data.size());
     const chladni::Hal hal = flash_.hal();
     StoreStatus status = store_.begin(hal, size, chladni::read_u32(bytes + size - 4U));
+    if (status == StoreStatus::kOk && store_.must_erase()) status = store_.erase_slot(hal);
     if (status == StoreStatus::kOk) status = store_.write(hal, 0, bytes, size);
     if (status == StoreStatus::kOk) {
       status = store_.commit(hal, table_, bytes[chladni::table_format::kAtActuators]);

@@ -48,7 +48,7 @@ void Device::start(const Hal& hal) {
   known_heat_ = before.heat;
   heat_.start(config(), known_heat_, before.is_on != 0);
   supply_.start(config());
-  wear_.start(before.erases, before.write_credit_ms);
+  wear_.start(starts_.log(), before.erases, before.write_credit_ms);
   load_table();
   start_outputs();
   input_.start(config(), touch_timeout_us());
@@ -108,7 +108,7 @@ void Device::poll() {
   watch_samples();
   watch_outputs();
   watch_limits(passed_ms);
-  wear_.pass(passed_ms);
+  wear_.pass(hal_, passed_ms, is_quiet());
   const TouchEvent event = input_.poll(hal_, now_us());
   panel_watch_.look(input_, faults_, now_ms());
   handle(event);
@@ -134,6 +134,7 @@ Place Device::touch(Place place) {
   trust_host();
   const Place found = table().is_loaded() ? table().on_board(place) : place;
   input_.hold(found);
+  ++touches_;
   return found;
 }
 

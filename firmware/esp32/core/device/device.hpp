@@ -39,6 +39,8 @@ class Device {
   // and how long the last touch has played or did.
   Place touch(Place place);
   void lift();
+  // Of a host or the console, so far: the number of the one that is held, until it lifts.
+  uint32_t touches() const { return touches_; }
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -69,8 +71,10 @@ class Device {
   // The same for a record that `parse_network` takes, or none.
   bool set_network(const uint8_t* record, uint32_t size);
   bool is_quiet() const { return synthesis_.is_quiet(); }
-  // Whether flash may be written once more this hour.
+  // Whether flash may be written once more, by any way that erases.
   bool may_write() const { return wear_.may_write(); }
+  // Updates of flash, ever, each of which erases a sector once at most.
+  uint32_t updates() const { return wear_.updates(); }
   // Sectors of flash, since power came on.
   uint32_t erases() const { return wear_.erases() + table_.store().erases(); }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
@@ -159,6 +163,7 @@ class Device {
   PanelWatch panel_watch_;
   TouchPlayback touch_;
   Stopwatch played_;  // by a finger
+  uint32_t touches_ = 0;
   HostDrive host_;
   Synthesis synthesis_;
   OutputWatch output_watch_;

@@ -58,7 +58,8 @@ void Device::update_end() {
 
 Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8_t* header,
                            TableStatus& refused) {
-  Status status = StoredTable::check_head(wear_, header, total_bytes, config().channels, refused);
+  Status status =
+      table_.check_head(wear_, header, total_bytes, table_crc, config().channels, refused);
   if (status != Status::kOk) return status;
   table_.hear(awake_ms());
   if (!update_begin()) return Status::kBusy;
@@ -76,15 +77,18 @@ Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count)
 
 Status Device::table_commit() {
   if (state_ != DeviceState::kUpdating) return Status::kNotBegun;
-  const Status status = table_.commit(hal_, config().channels);
+  const Status status = table_.commit(hal_, wear_, config().channels);
+  keep_retained(false);
   if (status != Status::kNotBegun) update_end();
   return status;
 }
 
 Status Device::table_previous() {
+  if (!may_write()) return Status::kTooOften;
   table_.hear(awake_ms());
   if (!update_begin()) return Status::kBusy;
-  const Status status = table_.restore_other(hal_, config().channels);
+  const Status status = table_.restore_other(hal_, wear_, config().channels);
+  keep_retained(false);
   update_end();
   return status;
 }
@@ -102,8 +106,8 @@ ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_b
 }
 
 bool Device::set_network(const uint8_t* record, uint32_t size) {
+  wear_.spend(hal_);
   wear_.count(1);
-  wear_.spend();
   keep_retained(false);
   return save_network(hal_, record, size);
 }

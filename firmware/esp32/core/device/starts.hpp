@@ -26,6 +26,8 @@ class Starts {
   // After a brown-out a finger could bring the next one, and the next; whoever sits at a host sees
   // it.
   static void trust_host(FaultLog& faults);
+  // What starts and updates are entered into.
+  BootLog& log() { return boots_; }
   // Each turn: a start that lasts is entered as one, while nothing plays. Crashes are forgotten
   // once the device has run well for longer.
   void settle(const Hal& hal, uint32_t now_ms, bool is_quiet);

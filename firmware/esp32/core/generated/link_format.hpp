@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 1U;
+constexpr uint32_t kVersionMinor = 2U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;
@@ -34,7 +34,7 @@ enum class Status : uint8_t {
   kNotBegun = 9,  // nothing has begun
   kNoOther = 10,  // no other table
   kNotNow = 11,  // not in this state
-  kTooOften = 12,  // flash was written 60 times within an hour; try again in a minute
+  kTooOften = 12,  // flash was written 5 times since power came on, or 60 times within an hour; try again in a minute
 };
 
 }  // namespace chladni::link_format

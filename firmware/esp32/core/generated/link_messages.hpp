@@ -43,7 +43,7 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
 namespace info {
 constexpr uint32_t kCode = 2U;
 struct Answer {
-  static constexpr uint32_t kBytes = 101U;
+  static constexpr uint32_t kBytes = 105U;
   struct State { uint8_t value; } state;  // As in docs/device.md, from 0.
   struct TableStatus { uint8_t value; } table_status;  // 0 is ok.
   struct ConfigStatus { uint8_t value; } config_status;  // 0 is ok.
@@ -64,6 +64,7 @@ struct Answer {
   struct Standing { uint32_t value; } standing;  // Faults that stand: bit k for the k-th cause.
   struct Erases { uint32_t value; } erases;  // Sectors of flash, since power came on.
   struct Chip { uint8_t value; } chip;  // 0 esp32, 1 esp32s3.
+  struct Updates { uint32_t value; } updates;  // Of flash, ever; each erases a sector once at most.
 };
 template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 0, from.state.value);
@@ -86,6 +87,7 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 92, from.standing.value);
   put(to + 96, from.erases.value);
   put(to + 100, from.chip.value);
+  put(to + 101, from.updates.value);
 }
 }  // namespace info
 

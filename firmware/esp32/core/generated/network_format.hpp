@@ -39,6 +39,7 @@ enum class Kind : uint8_t {
   kAnswer = 1,
   kHello = 2,
   kWelcome = 3,
+  kChallenge = 4,
 };
 
 }  // namespace chladni::network_format

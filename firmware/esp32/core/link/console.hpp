@@ -6,6 +6,7 @@
 namespace chladni {
 
 // One line, in the main loop; "help", or any line that makes no sense, prints what there is.
-void run_command(Device& device, const char* line);
+// Returns how many bytes it has printed.
+uint32_t run_command(Device& device, const char* line);
 
 }  // namespace chladni

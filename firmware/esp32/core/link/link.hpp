@@ -20,12 +20,16 @@ class Link {
 
  private:
   void handle_frame();
+  void run_line();
   void send_answer() const;
 
   Device& device_;
   Requests requests_;
   Conversation host_;
   FrameReader reader_;
+  // Of the console's answers, what the wire has not had time for, and when that was reckoned.
+  uint32_t unsent_bytes_ = 0;
+  uint32_t reckoned_ms_ = 0;
 };
 
 }  // namespace chladni

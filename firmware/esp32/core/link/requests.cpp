@@ -1,6 +1,7 @@
 #include "core/link/requests.hpp"
 
 #include "core/base/bytes.hpp"
+#include "core/base/crc32.hpp"
 #include "core/generated/link_messages.hpp"
 #include "core/storage/network_record.hpp"
 
@@ -16,16 +17,30 @@ constexpr uint8_t number_of(Code code) {
   return static_cast<uint8_t>(code);
 }
 
+// Questions do nothing, and an old answer may be wrong by now; data carries its place.
+bool is_done_once(uint32_t kind) {
+  switch (kind) {
+    case f::hello::kCode:
+    case f::info::kCode:
+    case f::faults::kCode:
+    case f::config_get::kCode:
+    case f::network_get::kCode:
+    case f::table_data::kCode: return false;
+    default: return true;
+  }
+}
+
 }  // namespace
 
 bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   if (size < f::kHeadBytes) return false;
   const uint32_t kind = bytes[0], sequence = bytes[1];
   if ((kind & f::kResponse) != 0) return false;  // somebody else's answer
-  const bool is_repeated =
-      kind == with.last_kind && sequence == with.last_sequence && with.answer_size > 0;
-  // What is being repeated was answered; data carries its place, and is looked at again.
-  if (is_repeated && kind != f::table_data::kCode) return true;
+  const uint32_t crc = crc32(bytes, size);
+  const bool is_repeated = kind == with.last_kind && sequence == with.last_sequence &&
+                           crc == with.last_crc && with.answer_size > 0;
+  // What is being repeated was answered.
+  if (is_repeated && is_done_once(kind)) return true;
   with_ = &with;
   with.answer[0] = static_cast<uint8_t>(kind | f::kResponse);
   with.answer[1] = static_cast<uint8_t>(sequence);
@@ -35,6 +50,7 @@ bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   // What has to be asked again must be done then.
   with.last_kind = status == Status::kBusy ? 0U : kind;
   with.last_sequence = sequence;
+  with.last_crc = crc;
   return true;
 }
 
@@ -208,6 +224,7 @@ Status Requests::put_info() {
       A::Standing{device_.faults().standing()},
       A::Erases{device_.erases()},
       A::Chip{static_cast<uint8_t>(device_.hal().chip)},
+      A::Updates{device_.updates()},
   });
   return Status::kOk;
 }

@@ -17,9 +17,11 @@ struct Conversation {
 
   std::array<uint8_t, kMostAnswer> answer{};
   uint32_t answer_size = 0;
-  // Of the last request that was done, so that its repetition is not.
+  // Of the last request that was done, so that its repetition is not. Two programs may share a
+  // wire and count alike, so all of a request tells it.
   uint32_t last_kind = 0;
   uint32_t last_sequence = 0;
+  uint32_t last_crc = 0;
 };
 
 class Requests {

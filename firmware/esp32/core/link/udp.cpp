@@ -1,6 +1,7 @@
 #include "core/link/udp.hpp"
 
 #include "core/base/bytes.hpp"
+#include "core/base/crc32.hpp"
 #include "core/generated/link_messages.hpp"
 
 namespace chladni {
@@ -13,11 +14,19 @@ using f::Kind;
 constexpr uint32_t kWindowBits = 32;
 // A host that streams or plays live is heard more often than this.
 constexpr uint32_t kBusyMs = 200;
-// A number handed out opens a session in this epoch or the next.
+// A number handed out opens a session in this epoch or the next; a cookie is good as long.
 constexpr uint32_t kEpochMs = 2000;
-// Hellos of one source: so many at once, and then one each 100 ms.
+// Hellos without a cookie, from all sources: so many at once, and then one each 100 ms.
 constexpr uint32_t kHelloMs = 100, kHellosAtOnce = 20;
 constexpr uint32_t kWelcomeBytes = f::kHelloBytes - f::kHeadBytes - f::kMacBytes;
+
+void put_head(Kind kind, uint32_t counter, const uint8_t* session, uint8_t* out) {
+  put_word(out + f::kAtMagic, f::kDatagramMagic, 2);
+  out[f::kAtVersion] = static_cast<uint8_t>(f::kVersion);
+  out[f::kAtKind] = static_cast<uint8_t>(kind);
+  put_word(out + f::kAtCounter, counter, 4);
+  for (uint32_t k = 0; k < 8; ++k) out[f::kAtSession + k] = session[k];
+}
 
 }  // namespace
 
@@ -48,7 +57,12 @@ void Datagrams::start() {
     put_word(secret_.data() + k, hal_.random(hal_.context), 4);
   }
   for (Session& session : sessions_) session = {};
-  for (Source& source : sources_) source = {};
+  for (uint64_t& half : cookie_key_) {
+    half = static_cast<uint64_t>(hal_.random(hal_.context)) << 32;
+    half |= hal_.random(hal_.context);
+  }
+  credit_ms_ = kHelloMs * kHellosAtOnce;
+  reckoned_ms_ = device_.now_ms();
 }
 
 void Datagrams::receive(const uint8_t* bytes, uint32_t count, uint32_t source) {
@@ -68,12 +82,11 @@ bool Datagrams::take(const uint8_t* bytes, uint32_t count, uint32_t source) {
     return false;
   }
   switch (static_cast<Kind>(bytes[f::kAtKind])) {
-    case Kind::kHello:
-      return count == f::kHelloBytes && may_greet(source) && is_genuine(bytes, count) &&
-             take_hello(bytes);
+    case Kind::kHello: return count == f::kHelloBytes && take_hello(bytes, count, source);
     case Kind::kRequest: return take_request(bytes, count);
     case Kind::kAnswer:
-    case Kind::kWelcome: break;
+    case Kind::kWelcome:
+    case Kind::kChallenge: break;
   }
   return false;
 }
@@ -92,28 +105,55 @@ bool Datagrams::is_genuine(const uint8_t* bytes, uint32_t count) const {
   return differences == 0;
 }
 
-// One who floods uses up what is his own; addresses can be forged, so this spares work and proves
-// nothing.
-bool Datagrams::may_greet(uint32_t source) {
-  const uint32_t now_ms = device_.now_ms();
-  Source* found = nullptr;
-  for (Source& own : sources_) {
-    if (own.address == source && own.heard_ms != 0) found = &own;
+// Cheap things first: none but who hears what goes to `source` makes the device look at a MAC for
+// longer than the credit lasts, and what was answered is not again.
+bool Datagrams::take_hello(const uint8_t* bytes, uint32_t count, uint32_t source) {
+  const uint32_t crc = crc32(bytes, count);
+  for (const uint32_t welcomed : welcomed_) {
+    if (welcomed == crc) return false;
   }
-  if (found == nullptr) {
-    found = sources_.data();
-    for (Source& own : sources_) {
-      if (now_ms - own.heard_ms > now_ms - found->heard_ms) found = &own;
-    }
-    *found = {source, now_ms, kHelloMs * kHellosAtOnce};
+  if (!has_cookie(bytes, source) && !may_come_without()) {
+    challenge(bytes, source);
+    return false;
   }
-  const uint32_t room = kHelloMs * kHellosAtOnce - found->credit_ms;
-  const uint32_t passed = now_ms - found->heard_ms;
-  found->credit_ms += passed < room ? passed : room;
-  found->heard_ms = now_ms == 0 ? 1U : now_ms;
-  if (found->credit_ms < kHelloMs) return false;
-  found->credit_ms -= kHelloMs;
+  if (!is_genuine(bytes, count)) return false;
+  welcomed_[next_welcomed_] = crc;
+  next_welcomed_ = (next_welcomed_ + 1U) % kWelcomed;
+  welcome(bytes);
   return true;
+}
+
+uint32_t Datagrams::cookie(const uint8_t* hello, uint32_t source, uint32_t epoch) const {
+  const uint8_t* const nonce = hello + f::kAtSession;
+  const auto words = [](uint32_t low, uint32_t high) {
+    return static_cast<uint64_t>(high) << 32 | low;
+  };
+  const SipHash::Message message{words(source, epoch), words(read_u32(nonce), read_u32(nonce + 4))};
+  return static_cast<uint32_t>(SipHash::of(cookie_key_, message));
+}
+
+bool Datagrams::has_cookie(const uint8_t* hello, uint32_t source) const {
+  const uint32_t shown = read_u32(hello + f::kAtCounter);
+  return shown == cookie(hello, source, epoch()) || shown == cookie(hello, source, epoch() - 1U);
+}
+
+// While few come, as before there were cookies: a way there and back is spared (as RFC 7296, 2.6).
+bool Datagrams::may_come_without() {
+  const uint32_t room = kHelloMs * kHellosAtOnce - credit_ms_;
+  const uint32_t passed = device_.now_ms() - reckoned_ms_;
+  credit_ms_ += passed < room ? passed : room;
+  reckoned_ms_ += passed;
+  if (credit_ms_ < kHelloMs) return false;
+  credit_ms_ -= kHelloMs;
+  return true;
+}
+
+// Shorter than the hello, and without a MAC: its cookie is of use to no one else, and a wrong one
+// costs its host another challenge.
+void Datagrams::challenge(const uint8_t* hello, uint32_t source) const {
+  std::array<uint8_t, f::kHeadBytes> out{};
+  put_head(Kind::kChallenge, cookie(hello, source, epoch()), hello + f::kAtSession, out.data());
+  hal_.send_datagram(hal_.context, out.data(), f::kHeadBytes);
 }
 
 // A request that was held back must not count for ever: a session without any is over, and its host
@@ -126,12 +166,12 @@ void Datagrams::poll() {
   }
 }
 
-// What a host holds ends with it.
+// What a host holds ends with it, unless another has begun a touch since.
 void Datagrams::end(Session& session) {
   session.is_open = false;
   const uint32_t serial = read_u32(session.id.data());
   if (serial > ended_serial_) ended_serial_ = serial;
-  if (session.holds_touch) device_.lift();
+  if (session.touch != 0 && session.touch == device_.touches()) device_.lift();
 }
 
 Datagrams::Session* Datagrams::find(const uint8_t* id) {
@@ -213,31 +253,25 @@ bool Datagrams::take_request(const uint8_t* bytes, uint32_t count) {
   return true;
 }
 
-void Datagrams::note_touch(Session& session, const uint8_t* request) {
+void Datagrams::note_touch(Session& session, const uint8_t* request) const {
   const bool is_ok = session.host.answer[2] == static_cast<uint8_t>(link_format::Status::kOk);
-  if (request[0] == link_format::touch::kCode && is_ok) session.holds_touch = true;
-  if (request[0] == link_format::lift::kCode) session.holds_touch = false;
+  if (request[0] == link_format::touch::kCode && is_ok) session.touch = device_.touches();
+  if (request[0] == link_format::lift::kCode) session.touch = 0;
 }
 
-// Answered with the session the host has, if that runs on, or with the number of a new one. Nothing
-// is kept of it here.
-bool Datagrams::take_hello(const uint8_t* bytes) {
-  const Session* const session = find(bytes + f::kHeadBytes);
+// The session the host has, if that runs on, or the number of a new one, of which nothing is kept.
+void Datagrams::welcome(const uint8_t* hello) {
+  const Session* const session = find(hello + f::kHeadBytes);
   const Id id = session != nullptr ? session->id : make_id(++last_serial_, epoch());
   std::array<uint8_t, kWelcomeBytes> body{};
   for (uint32_t k = 0; k < id.size(); ++k) body[k] = id[k];
-  send(Kind::kWelcome, 0, bytes + f::kAtSession, body.data(), kWelcomeBytes);
-  return true;
+  send(Kind::kWelcome, 0, hello + f::kAtSession, body.data(), kWelcomeBytes);
 }
 
 void Datagrams::send(Kind kind, uint32_t counter, const uint8_t* session, const uint8_t* body,
                      uint32_t size) {
   std::array<uint8_t, kMostSent> out{};
-  put_word(&out[f::kAtMagic], f::kDatagramMagic, 2);
-  out[f::kAtVersion] = static_cast<uint8_t>(f::kVersion);
-  out[f::kAtKind] = static_cast<uint8_t>(kind);
-  put_word(&out[f::kAtCounter], counter, 4);
-  for (uint32_t k = 0; k < Id{}.size(); ++k) out[f::kAtSession + k] = session[k];
+  put_head(kind, counter, session, out.data());
   for (uint32_t k = 0; k < size; ++k) out[f::kHeadBytes + k] = body[k];
   const uint32_t covered = f::kHeadBytes + size;
   Mac mac{};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/base/siphash.hpp"
 #include "core/generated/network_format.hpp"
 #include "core/link/network_state.hpp"
 #include "core/link/requests.hpp"
@@ -46,9 +47,8 @@ class Datagrams {
  private:
   // Hosts at once.
   static constexpr uint32_t kSessions = 6;
-  // Sources whose hellos are counted apart; who comes beyond takes the place of who was silent
-  // longest.
-  static constexpr uint32_t kSources = 8;
+  // Hellos that were answered last, and are not again.
+  static constexpr uint32_t kWelcomed = 16;
   static constexpr uint32_t kMostSent =
       network_format::kHeadBytes + Conversation::kMostAnswer + network_format::kMacBytes;
   using Mac = std::array<uint8_t, 32>;
@@ -59,25 +59,24 @@ class Datagrams {
   struct Session {
     Id id{};
     bool is_open = false;
-    bool holds_touch = false;
+    uint32_t touch = 0;  // the device's number of what it holds; 0 for none
     uint32_t heard_ms = 0;
     ReplayWindow taken;
     uint32_t answers = 0;
     Conversation host;
   };
 
-  // How many more hellos a source may send just now.
-  struct Source {
-    uint32_t address = 0;
-    uint32_t heard_ms = 0;
-    uint32_t credit_ms = 0;
-  };
-
   bool take(const uint8_t* bytes, uint32_t count, uint32_t source);
-  bool may_greet(uint32_t source);
+  bool take_hello(const uint8_t* bytes, uint32_t count, uint32_t source);
+  // What a hello must bring along while many come: only who hears what the device sends to `source`
+  // has it, and it is good for a few seconds.
+  uint32_t cookie(const uint8_t* hello, uint32_t source, uint32_t epoch) const;
+  bool has_cookie(const uint8_t* hello, uint32_t source) const;
+  bool may_come_without();
+  void challenge(const uint8_t* hello, uint32_t source) const;
+  void welcome(const uint8_t* hello);
   bool is_genuine(const uint8_t* bytes, uint32_t count) const;
   bool take_request(const uint8_t* bytes, uint32_t count);
-  bool take_hello(const uint8_t* bytes);
   Session* find(const uint8_t* id);
   Session* open(const uint8_t* id);
   // A number that only this device can have made, and that it need not remember: it is of use for a
@@ -86,7 +85,7 @@ class Datagrams {
   bool is_own_id(const uint8_t* id) const;
   uint32_t epoch() const;
   void end(Session& session);
-  static void note_touch(Session& session, const uint8_t* request);
+  void note_touch(Session& session, const uint8_t* request) const;
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 
@@ -101,8 +100,14 @@ class Datagrams {
   uint32_t ended_serial_ = 0;
   // Drawn at each start.
   std::array<uint8_t, network_format::kKeyBytes> secret_{};
+  SipHash::Key cookie_key_{};
   std::array<Session, kSessions> sessions_{};
-  std::array<Source, kSources> sources_{};
+  // CRCs of the hellos that were answered last, and where the next one goes.
+  std::array<uint32_t, kWelcomed> welcomed_{};
+  uint32_t next_welcomed_ = 0;
+  // Hellos that may come without a cookie just now, and when that was reckoned.
+  uint32_t credit_ms_ = 0;
+  uint32_t reckoned_ms_ = 0;
 };
 
 }  // namespace chladni

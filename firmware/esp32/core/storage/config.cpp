@@ -196,19 +196,21 @@ void write_record(const Config& config, uint32_t sequence, uint8_t* record) {
   put(record + covered, crc32(record, covered));
 }
 
-ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases) {
+bool holds_config(const Hal& hal, const Config& config) {
+  const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
+  const uint32_t holds = newest(first, second);
+  return holds != kSectors && !is_replaced(hal, holds) &&
+         f::are_same(config, (holds == 0 ? first : second).config);
+}
+
+ConfigStatus save_config(const Hal& hal, const Config& config) {
   const Found first = read_sector(hal, 0), second = read_sector(hal, 1);
   const uint32_t holds = newest(first, second);
   const uint32_t sequence = holds == kSectors ? 0U : (holds == 0 ? first : second).sequence;
   const uint32_t sector = holds == 0 ? 1U : 0U;
-  if (holds != kSectors && !is_replaced(hal, holds) &&
-      f::are_same(config, (holds == 0 ? first : second).config)) {
-    return ConfigStatus::kOk;
-  }
   Record record{};
   write_record(config, sequence + 1U, record.data());
   const uint32_t offset = sector * kSectorBytes;
-  ++erases;
   if (!hal.erase_sector(hal.context, FlashArea::kConfig, offset) ||
       !hal.program_flash(hal.context, FlashArea::kConfig, offset, record.data(), f::kRecordBytes)) {
     return ConfigStatus::kWriteFailed;

@@ -28,10 +28,11 @@ ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, gpio::Chip chip
 // config_format::kRecordBytes of a record.
 void write_record(const Config& config, uint32_t sequence, uint8_t* record);
 
-// Write a record to the sector that does not hold the newest, read it back and compare; nothing is
-// written if it holds already. Whatever happens, the newest record so far stays. A sector that is
-// erased is counted.
-ConfigStatus save_config(const Hal& hal, const Config& config, uint32_t& erases);
+// Whether the newest record says the same and counts, so that there is nothing to write.
+bool holds_config(const Hal& hal, const Config& config);
+// Write a record to the sector that does not hold the newest, read it back and compare. Whatever
+// happens, the newest record so far stays.
+ConfigStatus save_config(const Hal& hal, const Config& config);
 
 // A host on a network may ask for less than what was last written by wire; pins, channels, the
 // carrier and what else protects parts are as they are. False if it asks for anything else.

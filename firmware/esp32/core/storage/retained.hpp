@@ -28,7 +28,7 @@ struct Retained {
   PinHeat heat;
   uint32_t is_on = 0;                     // outputs; then more has come since
   uint32_t erases = 0;                    // sectors, since power came on
-  uint32_t write_credit_ms = UINT32_MAX;  // all of it; see WriteBudget
+  uint32_t write_credit_ms = UINT32_MAX;  // not known; see FlashWear
 };
 
 // What `keep` wrote last; if something else lies there, no coil is known.

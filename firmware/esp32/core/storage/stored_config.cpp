@@ -27,11 +27,10 @@ ConfigStatus StoredConfig::set(const Hal& hal, FlashWear& wear, const uint8_t* r
   } else if (!is_whole() || !may_ask_over_network(config_, wanted)) {
     return ConfigStatus::kByWireOnly;
   }
-  uint32_t erases = 0;
-  const ConfigStatus saved = save_config(hal, wanted, erases);
-  wear.count(erases);
-  if (erases > 0) wear.spend();
-  return saved;
+  if (holds_config(hal, wanted)) return ConfigStatus::kOk;
+  wear.spend(hal);
+  wear.count(1);
+  return save_config(hal, wanted);
 }
 
 }  // namespace chladni

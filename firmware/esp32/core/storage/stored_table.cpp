@@ -42,30 +42,39 @@ bool StoredTable::check() {
 }
 
 Status StoredTable::check_head(const FlashWear& wear, const uint8_t* header, uint32_t total_bytes,
-                               uint32_t channels, TableStatus& refused) {
+                               uint32_t table_crc, uint32_t channels, TableStatus& refused) const {
   if (total_bytes == 0 || total_bytes > store_format::kTrailerOffset) return Status::kTooLarge;
-  if (!wear.may_write()) return Status::kTooOften;
+  if (!wear.may_write() && !store_.has_part(total_bytes, table_crc)) return Status::kTooOften;
   refused = Table::check_head(header, total_bytes, channels);
   return refused == TableStatus::kOk ? Status::kOk : Status::kRefused;
 }
 
 Status StoredTable::begin(const Hal& hal, FlashWear& wear, uint32_t total_bytes,
                           uint32_t table_crc) {
-  const uint32_t before = store_.erases();
+  is_paid_ = is_paid_ && store_.has_part(total_bytes, table_crc);
   const StoreStatus status = store_.begin(hal, total_bytes, table_crc);
-  if (store_.erases() != before) wear.spend();
-  return to_link(status);
+  if (status != StoreStatus::kOk || !store_.must_erase()) return to_link(status);
+  wear.spend(hal);
+  is_paid_ = true;
+  return to_link(store_.erase_slot(hal));
 }
 
 Status StoredTable::write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count) {
   return to_link(store_.write(hal, offset, bytes, count));
 }
 
-Status StoredTable::commit(const Hal& hal, uint32_t channels) {
+// What was there already is a switch of tables, whose trailer is full some time.
+Status StoredTable::commit(const Hal& hal, FlashWear& wear, uint32_t channels) {
+  if (store_.must_enter() && !is_paid_) {
+    if (!wear.may_write()) return Status::kTooOften;
+    wear.spend(hal);
+  }
+  is_paid_ = false;
   return to_link(store_.commit(hal, table_, channels));
 }
 
-Status StoredTable::restore_other(const Hal& hal, uint32_t channels) {
+Status StoredTable::restore_other(const Hal& hal, FlashWear& wear, uint32_t channels) {
+  if (store_.has_other(hal)) wear.spend(hal);
   return to_link(store_.restore_other(hal, table_, channels));
 }
 

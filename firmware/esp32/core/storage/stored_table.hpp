@@ -33,14 +33,13 @@ class StoredTable {
   // An update, while nothing plays; `load` comes next, whatever `commit` and `restore_other`
   // answer. What its header refuses is refused before anything is erased: that must not cost the
   // table to go back to.
-  static link_format::Status check_head(const FlashWear& wear, const uint8_t* header,
-                                        uint32_t total_bytes, uint32_t channels,
-                                        TableStatus& refused);
+  link_format::Status check_head(const FlashWear& wear, const uint8_t* header, uint32_t total_bytes,
+                                 uint32_t table_crc, uint32_t channels, TableStatus& refused) const;
   link_format::Status begin(const Hal& hal, FlashWear& wear, uint32_t total_bytes,
                             uint32_t table_crc);
   link_format::Status write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count);
-  link_format::Status commit(const Hal& hal, uint32_t channels);
-  link_format::Status restore_other(const Hal& hal, uint32_t channels);
+  link_format::Status commit(const Hal& hal, FlashWear& wear, uint32_t channels);
+  link_format::Status restore_other(const Hal& hal, FlashWear& wear, uint32_t channels);
   // When an update was last heard of, and whether it is over for want of news.
   void hear(uint32_t awake_ms) { heard_ms_ = awake_ms; }
   bool is_silent(uint32_t awake_ms) const {
@@ -59,6 +58,7 @@ class StoredTable {
   bool is_damaged_ = false;
   TableStore store_;
   FlashCheck check_;
+  bool is_paid_ = false;  // the update that is under way, or broke off
   uint32_t heard_ms_ = 0;
 };
 

@@ -108,7 +108,8 @@ StoreStatus TableStore::begin(const Hal& hal, uint32_t total_bytes, uint32_t tab
   is_updating_ = false;
   if (total_bytes == 0 || total_bytes > f::kTrailerOffset) return StoreStatus::kTooLarge;
   const uint32_t target = slot_ == 0 ? 1U : 0U;
-  if (has_part_ && target == target_ && total_bytes == total_bytes_ && table_crc == table_crc_) {
+  must_erase_ = false;
+  if (has_part(total_bytes, table_crc)) {
     // The same that broke off: it goes on where it ended, and its CRC tells whether that was right.
     is_updating_ = true;
     return StoreStatus::kOk;
@@ -126,7 +127,13 @@ StoreStatus TableStore::begin(const Hal& hal, uint32_t total_bytes, uint32_t tab
     return StoreStatus::kOk;
   }
   target_ = target;
-  for (uint32_t done = 0; done < total_bytes; done += kSectorBytes) {
+  must_erase_ = true;
+  return StoreStatus::kOk;
+}
+
+StoreStatus TableStore::erase_slot(const Hal& hal) {
+  must_erase_ = false;
+  for (uint32_t done = 0; done < total_bytes_; done += kSectorBytes) {
     const uint32_t offset = target_ * f::kSlotBytes + done;
     if (!erase(hal, offset)) return StoreStatus::kFlashFailed;
   }
@@ -168,14 +175,18 @@ StoreStatus TableStore::commit(const Hal& hal, Table& table, uint32_t channels) 
   return enter(hal, target_, crc) ? StoreStatus::kOk : StoreStatus::kFlashFailed;
 }
 
+bool TableStore::has_other(const Hal& hal) const {
+  const uint32_t other = slot_ == 0 ? 1U : 0U;
+  uint32_t crc = 0;
+  // What was sent whole and never committed is no table to go back to.
+  return slot_ < f::kSlots && is_whole(hal, other, crc) && trailer_of(hal, other, crc).is_entered;
+}
+
 StoreStatus TableStore::restore_other(const Hal& hal, Table& table, uint32_t channels) {
   const uint32_t other = slot_ == 0 ? 1U : 0U;
   uint32_t crc = 0;
   is_updating_ = false;
-  // What was sent whole and never committed is no table to go back to.
-  if (slot_ >= f::kSlots || !is_whole(hal, other, crc) || !trailer_of(hal, other, crc).is_entered) {
-    return StoreStatus::kNoOther;
-  }
+  if (!has_other(hal) || !is_whole(hal, other, crc)) return StoreStatus::kNoOther;
   if (table.load(hal, channels, other * f::kSlotBytes) != TableStatus::kOk) {
     return StoreStatus::kRefused;
   }

@@ -41,14 +41,26 @@ class TableStore {
   // costs the update only. `commit` and `restore_other` try a table out in `table`: whatever they
   // answer, `load` comes next, and gives what a start would.
   StoreStatus begin(const Hal& hal, uint32_t total_bytes, uint32_t table_crc);
+  // Before the first `write`, where `begin` has found nothing of the table in flash.
+  bool must_erase() const { return must_erase_; }
+  StoreStatus erase_slot(const Hal& hal);
   StoreStatus write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count);
   StoreStatus commit(const Hal& hal, Table& table, uint32_t channels);
-  // Back to what the other slot holds.
+  // Whether all has come, and a `commit` changes which table counts.
+  bool must_enter() const {
+    return is_updating_ && next_offset_ == total_bytes_ && (target_ != slot_ || is_older_);
+  }
+  // Back to what the other slot holds, if that is a table that counted once.
+  bool has_other(const Hal& hal) const;
   StoreStatus restore_other(const Hal& hal, Table& table, uint32_t channels);
 
   // What is under way is given up; nothing of it counts.
   void abandon() { is_updating_ = false; }
   bool is_updating() const { return is_updating_; }
+  // Whether the same update broke off, and goes on.
+  bool has_part(uint32_t total_bytes, uint32_t table_crc) const {
+    return has_part_ && target_ != slot_ && total_bytes == total_bytes_ && table_crc == table_crc_;
+  }
   // Sectors, since start.
   uint32_t erases() const { return erases_; }
   uint32_t next_offset() const { return next_offset_; }
@@ -74,6 +86,7 @@ class TableStore {
   bool is_older_ = false;
   uint32_t erases_ = 0;
   bool is_updating_ = false;
+  bool must_erase_ = false;
   bool has_part_ = false;  // of the table that is described below, up to `next_offset_`
   uint32_t target_ = 0;
   uint32_t total_bytes_ = 0;

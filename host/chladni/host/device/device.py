@@ -28,6 +28,7 @@ from chladni.host.protocol.link import (
     VERSION_MINOR,
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
+from chladni.host.protocol.table_store import SECTOR_ERASES
 from chladni.sim.board.board import is_of
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
@@ -105,6 +106,7 @@ class Device:
             "board": found["board"].rstrip(b"\0").decode("ascii", "replace"),
             "fingerprint": f"{found['fingerprint']:#018x}",
             "table_crc": f"{found['table_crc']:#010x}",
+            "flash_life_used": found["updates"] / SECTOR_ERASES,
             "coil_rise_k": [rise / 10.0 for rise in rises],
             # The old name, which reads as megahertz: until 0.3.0.
             "frequency_mhz": found["frequency_millihertz"],

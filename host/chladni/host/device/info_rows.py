@@ -27,7 +27,8 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",
         "up for": f"{info['uptime_ms'] / 1e3:.1f} s",
         "samples missed": info["missed"],
-        "flash": f"{info['erases']} sectors erased since power came on",
+        "flash": f"{info['updates']} updates, {100.0 * info['flash_life_used']:.2g} % of its life "
+        f"used at most; {info['erases']} sectors erased since power came on",
         "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
         "link": info["link"],
         "faults": "; ".join(

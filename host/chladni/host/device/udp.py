@@ -1,7 +1,8 @@
 """The host's end of a network: requests in datagrams with a MAC, taken for a wire by the link.
 
-A hello asks which session the device runs; every request after it names that session and a counter
-of its own. Whatever is lost is asked again by the link, in a new datagram.
+A hello asks which session the device runs, once more with a cookie if the device wants one. Every
+request after it names that session and a counter of its own. Whatever is lost is asked again by the
+link, in a new datagram.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ CHECK_NETWORK = "check the address, and that this machine is on the device's net
 HELLO_TRIES = 4
 HELLO_WAIT_S = 0.25
 """For a welcome; doubled with every try."""
+MOST_CHALLENGES = 4
+"""Answered for one hello: whoever listens may send wrong ones, and the device its own."""
 UNANSWERED = 2
 """Requests without an answer after which the device may have restarted: hello goes with them."""
 STALE_S = SESSION_SILENCE_MS / 2e3
@@ -74,6 +77,15 @@ def unseal(key: bytes, data: bytes) -> Opened | None:
     if (magic, version) != (DATAGRAM_MAGIC, VERSION) or kind not in set(Kind):
         return None
     return Opened(Kind(kind), counter, session, signed[HEAD.size :])
+
+
+def cookie_of(data: bytes, nonce: int) -> int | None:
+    """What a challenge of the hello with this nonce asks for; None if it is none."""
+    if len(data) != HEAD.size:
+        return None
+    magic, version, kind, cookie, session = HEAD.unpack(data)
+    is_one = (magic, version, kind) == (DATAGRAM_MAGIC, VERSION, Kind.CHALLENGE)
+    return int(cookie) if is_one and session == nonce else None
 
 
 @dataclass
@@ -221,6 +233,7 @@ class UdpWire:
         self._key = key
         self._frames = FrameSplitter()
         self._nonce = 0
+        self._challenges = 0
         self._session = NO_SESSION
         self._counter = 0
         self._answers = ReplayWindow()
@@ -274,13 +287,21 @@ class UdpWire:
 
     def _greet(self) -> int:
         self._nonce = secrets.randbits(64)
-        hello = seal(self._key, Kind.HELLO, 0, self._nonce, SESSION.pack(self._session))
+        self._challenges = 0
+        self._send_hello(0)
+        return self._nonce
+
+    def _send_hello(self, cookie: int) -> None:
+        hello = seal(self._key, Kind.HELLO, cookie, self._nonce, SESSION.pack(self._session))
         assert len(hello) == HELLO_BYTES
         self.port.send(hello)
-        return self._nonce
 
     def _take(self, data: bytes | None) -> bytes:
         """An answer as a frame; nothing for anything else."""
+        cookie = None if data is None else cookie_of(data, self._nonce)
+        if cookie is not None and self._challenges < MOST_CHALLENGES:
+            self._challenges += 1
+            self._send_hello(cookie)
         opened = None if data is None else unseal(self._key, data)
         if opened is None:
             return b""

@@ -19,7 +19,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 1
+VERSION_MAJOR, VERSION_MINOR = 2, 2
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -68,7 +68,8 @@ STATUS_TEXT = {
     Status.NOT_BEGUN: "nothing has begun",
     Status.NO_OTHER: "no other table",
     Status.NOT_NOW: "not in this state",
-    Status.TOO_OFTEN: "flash was written 60 times within an hour; try again in a minute",
+    Status.TOO_OFTEN: "flash was written 5 times since power came on, or 60 times within an hour; "
+    "try again in a minute",
 }
 
 
@@ -118,7 +119,8 @@ MESSAGES = (
              Field("stack_free", "u32", "Of the main task's stack, bytes never used; 0 unknown."),
              Field("standing", "u32", "Faults that stand: bit k for the k-th cause."),
              Field("erases", "u32", "Sectors of flash, since power came on."),
-             Field("chip", "u8", f"{numbered(CHIPS)}.")),
+             Field("chip", "u8", f"{numbered(CHIPS)}."),
+             Field("updates", "u32", "Of flash, ever; each erases a sector once at most.")),
             "",
             "State, table, heat."),
     Message(3, "faults", (), "", (Field("count", "u8", "That follow."),),

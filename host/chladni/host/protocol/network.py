@@ -53,6 +53,7 @@ class Kind(IntEnum):
     ANSWER = 1
     HELLO = 2
     WELCOME = 3
+    CHALLENGE = 4
 
 
 DATAGRAM_MAGIC = 0xC41D
@@ -60,14 +61,24 @@ DATAGRAM_FIELDS = (
     Field("magic", "u16", f"{DATAGRAM_MAGIC:X}h."),
     Field("version", "u8", f"{VERSION}; another is dropped."),
     Field("kind", "u8", f"{numbered(kind.name.lower() for kind in Kind)}."),
-    Field("counter", "u32", "From 1, one more with each; taken once. 0 in hello and welcome."),
-    Field("session", "u64", "Drawn by the device; in hello and welcome a number the host drew."),
+    Field(
+        "counter",
+        "u32",
+        "From 1, one more with each; taken once. 0 in a welcome, a challenge's "
+        "cookie in the hello that answers it, and 0 in any other.",
+    ),
+    Field(
+        "session",
+        "u64",
+        "Drawn by the device; in hello, welcome and challenge a number the host drew.",
+    ),
 )
 HEAD = struct.Struct("<" + "".join(field.code for field in DATAGRAM_FIELDS))
 SESSION = struct.Struct("<Q")
 """A hello's body, the session the host has had or 0, and a welcome's, the one that counts."""
 HELLO_BYTES = HEAD.size + SESSION.size + MAC_BYTES
-"""A hello is as long as its answer, so that no one can use a device to multiply traffic."""
+"""A hello is as long as its answer, so that no one can use a device to multiply traffic. A
+challenge is shorter: a head alone, without a MAC."""
 SESSION_SILENCE_MS = 10_000
 """Without a request for so long a session is over, and with it all that was held back."""
 MAX_DATAGRAM = HEAD.size + MAX_FRAME - CRC_BYTES + MAC_BYTES

@@ -12,6 +12,9 @@ from chladni.tables.layout import LARGEST_FILE, Field
 
 SECTOR_BYTES = 4096
 """What flash erases at once."""
+SECTOR_ERASES = 100_000
+"""That a sector stands at least, by the data sheets of serial NOR flash as modules have it (Winbond
+W25Q32JV: 100,000 program-erase cycles per sector)."""
 SLOTS = 2
 SLOT_BYTES = 256 * 1024
 TRAILER_OFFSET = SLOT_BYTES - SECTOR_BYTES
