@@ -40,7 +40,7 @@ def run(name: str, command: Callable[[], object]) -> int:
         return FAILED
     except OSError as error:
         _drop_output()
-        return _complain(name, f"{error.filename or 'output'}: {error.strerror}", FAILED)
+        return _complain(name, f"{error.filename or 'output'}: {error.strerror or error}", FAILED)
     return code
 
 
