@@ -20,6 +20,7 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
 from chladni.host.studio.boards.prepared import BoardChoice
+from chladni.host.studio.http_connection import HttpConnection
 from chladni.host.studio.messages.guard import Guard
 from chladni.host.studio.messages.requests import LONGEST
 from chladni.host.studio.session import Session
@@ -116,7 +117,7 @@ def make_server(
     app = Guard(application(builder, choice, known_ports), token, port, host)
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=HttpConnection,
         ws="websockets-sansio",
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
