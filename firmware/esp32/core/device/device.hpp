@@ -34,9 +34,11 @@ class Device {
   // chip.
   [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.player().sample(hal_, missed); }
 
-  // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
-  // and how long the last touch has played or did.
-  Place touch(Place place);
+  // A finger that a host or the console holds, until it lifts it or the host falls silent
+  // (touch_input.hpp); the nearest place on the board, and how long the last touch has played or
+  // did.
+  Place touch(Place place, const void* host = nullptr);
+  void hear(const void* host) { input_.hear(host, now_us()); }
   void lift();
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.

@@ -22,6 +22,7 @@ bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   if (size < f::kHeadBytes) return false;
   const uint32_t kind = bytes[0], sequence = bytes[1];
   if ((kind & f::kResponse) != 0) return false;  // somebody else's answer
+  device_.hear(&with);
   const bool is_repeated =
       kind == with.last_kind && sequence == with.last_sequence && with.answer_size > 0;
   // What is being repeated was answered; data carries its place, and is looked at again.
@@ -139,7 +140,7 @@ Status Requests::touch(const Request& request) {
   if (request.size != m::Request::kBytes) return Status::kMalformed;
   if (!device_.table().is_loaded()) return Status::kNotNow;
   const m::Request asked = m::read_request(request.fields, Take{});
-  const Place place = device_.touch({asked.x_um, asked.y_um});
+  const Place place = device_.touch({asked.x_um, asked.y_um}, with_);
   put(A{A::XUm{place.x_um}, A::YUm{place.y_um}});
   return Status::kOk;
 }

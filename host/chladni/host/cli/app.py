@@ -11,7 +11,11 @@ import sys
 
 # What `signal` is made of: that would load enum and others before Ctrl-C is answered.
 from _signal import (  # type: ignore[import-not-found]
+    SIG_DFL,
+    SIG_IGN,
+    SIGHUP,
     SIGINT,
+    SIGTERM,
     default_int_handler,
     getsignal,
     signal,
@@ -56,6 +60,9 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
         __import__(loads)
         if is_heard:
             signal(SIGINT, default_int_handler)
+        for number in (SIGTERM, SIGHUP):
+            if getsignal(number) == SIG_DFL:
+                signal(number, _stop)
         code = work()
     except KeyboardInterrupt:
         pass
@@ -71,6 +78,13 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     # by the signal. It forgets that when it runs text again.
     exec("")
     sys.exit(code)
+
+
+def _stop(number: int, _: object) -> None:
+    """End the work as an error does: what it holds is let go, such as a finger on a device."""
+    for own in (SIGTERM, SIGHUP):
+        signal(own, SIG_IGN)
+    sys.exit(128 + number)
 
 
 def _leave(*_: object) -> None:

@@ -82,13 +82,11 @@ def touch(
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
         place_mm = device.touch(x, y)
-        try:
-            device.link.wait(seconds)
-            state = device.info()["state"]
-            faults = device.faults()
-        finally:
-            # Also when it is interrupted; a finger that is not lifted stays until `max_on_s`.
-            played_s = device.lift()
+        device.link.wait(seconds)
+        state = device.info()["state"]
+        faults = device.faults()
+        # Where it is interrupted, the device that is closed lifts.
+        played_s = device.lift()
     if state != "playing":
         why = f", {faults[-1]['cause']}" if faults else ""
         raise LinkError(
