@@ -37,6 +37,9 @@ PORT_FAULTS = {
 MOST_PAGES = 16
 """At once; each has a device and two threads."""
 MOST_CONNECTIONS = 128
+PING_S, PONG_S = 1.0, 5.0
+"""How often a page is asked for a sign of life, and how long that may take. The finger of a page
+whose network went away is lifted then. Megabytes of fields may be on their way before it."""
 TRY_LATER = 1013
 """Code with which a page is sent away for now (IANA's registry of WebSocket close codes)."""
 
@@ -121,6 +124,8 @@ def make_server(
         ws="websockets-sansio",
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
+        ws_ping_interval=PING_S,
+        ws_ping_timeout=PONG_S,
         lifespan="off",
         log_config=None,
         access_log=False,
