@@ -67,6 +67,7 @@ LONG = (
     "sim/test_ritz_plate.py::test_fields_at_160_hz_match_finite_elements",
     "studio/test_boards.py::test_two_boards_side_by_side_have_devices_and_tables_of_their_own",
     "studio/test_designs.py::test_one_search_runs_at_a_time_and_is_stopped_by_its_page",
+    "studio/test_device.py::test_a_finger_is_lifted_when_the_studio_ends",
     "studio/test_views.py::test_a_page_finds_its_server_again",
     "tables/test_between_regions.py",
     "tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows",

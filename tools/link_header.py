@@ -24,6 +24,7 @@ def link_header() -> str:
         "kMaxFrame": link_protocol.MAX_FRAME,
         "kSilenceMs": link_protocol.SILENCE_MS,
         "kUpdateSilenceMs": link_protocol.UPDATE_SILENCE_MS,
+        "kTouchSilenceMs": link_protocol.TOUCH_SILENCE_MS,
         "kResponse": link_protocol.RESPONSE,
     }
     body = [

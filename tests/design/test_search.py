@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+import warnings
 from pathlib import Path
 
 import pytest
@@ -198,3 +199,19 @@ def test_the_command_writes_a_board_that_scores_as_said(
     assert not list(tmp_path.glob("*.partial"))
     assert tomllib.loads(out.read_text(encoding="utf-8"))["name"] == "small"
     assert json.loads(done.out)["seed"] == SEED
+
+
+def test_a_search_with_lists_says_nothing_of_the_boards_it_left_out() -> None:
+    """The library warns of draws that are never told, and shows every number of them."""
+    document = small(
+        plate={"thickness_mm": {"any": [0.2, 0.25, 0.3]}},
+        actuators=[
+            {"name": "a", "at_mm": [0.0, -9.0]},
+            {"name": "b", "at_mm": [0.0, {"from": 5.0, "to": 9.0}]},
+        ],
+        design={"coils": None},
+        electronics={"pwm_pins": []},
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        design(spec_of(document), jobs=1, samples=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import resource
 import signal
@@ -15,6 +16,7 @@ from pathlib import Path
 import pytest
 
 import chladni.host
+from chladni.host.cli.app import main
 from conftest import ROOT, CommandLine
 from one_process import run_all
 
@@ -283,3 +285,32 @@ def test_a_reader_that_leaves_early_is_no_traceback(tmp_path: Path) -> None:
     )
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_closed_output_is_a_line_and_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Python has no stream where a shell closed it, as by `>&-`."""
+    monkeypatch.setattr(sys, "argv", ["chladni", "board", "parts", "prototype"])
+    monkeypatch.setattr(sys, "stdin", None)
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main() == 1
+    assert capsys.readouterr().err == "chladni: output: Bad file descriptor\n"
+    for name in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, name, None)
+    assert main() == 1
+
+
+def test_a_terminal_without_unicode_gets_all_answers(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    written = {}
+    for encoding in ("ascii", "utf-8"):
+        out = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+        monkeypatch.setattr(sys, "stdout", out)
+        monkeypatch.setattr(sys, "argv", ["chladni", "board", "parts", "prototype"])
+        assert main() == 0
+        written[encoding] = out.buffer.getvalue().decode(encoding)
+    lost = {letter for letter in written["utf-8"] if not letter.isascii()}
+    assert lost
+    assert "?" not in written["ascii"]

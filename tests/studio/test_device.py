@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import signal
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,14 +17,15 @@ from websockets.sync.client import ClientConnection
 
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.studio import server
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.sim.board.board import Board
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from studio.conftest import OpenPage, Studio, serving_here
+from studio.conftest import OpenPage, Studio, serving, serving_here
 from studio.pages import RULES, press
-from studio.wire import PRESS, opened, told_of
+from studio.wire import PRESS, TIMEOUT_S, opened, told_of
 
 
 @dataclass
@@ -121,3 +125,73 @@ def test_a_port_that_vanishes_is_said_and_the_page_plays_on(
     page.get_by_role("button", name="Attach").wait_for()
     assert page.locator('[data-part="deviceSaid"]').inner_text() not in ("", "At work.")
     press(page, small_board, (10.0, 25.0))
+
+
+@pytest.mark.parametrize("way", ["closed", "torn", "mute", "let go"])
+def test_a_finger_is_lifted_when_its_page_goes(
+    ready: ReadyBoard,
+    small_board: Board,
+    small_table: tuple[Table, TableReport],
+    monkeypatch: pytest.MonkeyPatch,
+    way: str,
+) -> None:
+    if way == "mute":
+        monkeypatch.setattr(server, "PING_S", 0.2)
+        monkeypatch.setattr(server, "PONG_S", 0.5)
+    device = OwnDevice(VirtualPort(Emulator(small_board, small_table[0])))
+    core, port = device.port.emulator.core, device.port.port
+    try:
+        with serving_here(ready, port) as studio, opened(studio) as own:
+            ask(own, type="attach", port=port)
+            told_of(own, "device")
+            ask(own, **PRESS)
+            told_of(own, "played")
+            assert wait_for(core, "playing")
+            if way == "let go":
+                ask(own, type="attach", port=None)
+                assert told_of(own, "device")["port"] is None
+            elif way == "torn":
+                own.socket.close()
+            elif way == "mute":  # as if its network went away
+                monkeypatch.setattr(own.protocol, "recv_frame", lambda _: None)
+            else:
+                own.close()
+            assert wait_for(core, "idle")
+            # Lifted, that is, and not given up by the device.
+            assert core.faults == []
+    finally:
+        device.vanish()
+
+
+def wait_for(core: Any, state: str) -> bool:
+    """Whether a device comes to a state."""
+    deadline = time.monotonic() + TIMEOUT_S
+    while core.state != state and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return bool(core.state == state)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+def test_a_finger_is_lifted_when_the_studio_ends(
+    small_file: Path,
+    small_board: Board,
+    small_table: tuple[Table, TableReport],
+    number: signal.Signals,
+) -> None:
+    device = OwnDevice(VirtualPort(Emulator(small_board, small_table[0])))
+    core, port = device.port.emulator.core, device.port.port
+    try:
+        with serving(small_file, "--port", "0", "--device", port) as studio, opened(studio) as own:
+            ask(own, type="attach", port=port)
+            told_of(own, "device")
+            ask(own, **PRESS)
+            told_of(own, "played")
+            assert wait_for(core, "playing")
+            studio.process.send_signal(number)
+            assert wait_for(core, "idle")
+            assert [cause for cause, _, _ in core.faults] == (
+                ["host silent"] if number == signal.SIGKILL else []
+            )
+    finally:
+        device.vanish()

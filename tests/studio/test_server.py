@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import signal
 import socket
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +19,11 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from chladni.drives.problem.problem import solved_board
+from chladni.host.studio import http_connection
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
 from chladni.host.studio.boards.prepared import BoardChoice, Prepared
 from chladni.host.studio.messages.guard import Rate
+from chladni.host.studio.server import MOST_CONNECTIONS
 from chladni.sim.board.board import Board
 from conftest import CommandLine
 from studio.conftest import Studio, serving
@@ -145,6 +149,26 @@ def test_only_the_address_with_its_token_is_answered(studio: Studio) -> None:
         assert get(studio, other)[0] == 404, other
     for outside in ("../server.py", "%2e%2e/server.py", "..%2fserver.py", "/etc/passwd"):
         assert get(studio, path + outside)[0] == 404, outside
+
+
+def test_connections_that_ask_for_nothing_are_closed_and_pages_come(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(http_connection, "REQUEST_S", 0.3)
+    begun = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+    with opened(studio) as own, contextlib.ExitStack() as stack:
+        silent = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", studio.port), TIMEOUT_S))
+            for _ in range(MOST_CONNECTIONS)
+        ]
+        for one in silent[::2]:
+            one.sendall(begun)
+        assert [one.recv(1) for one in silent] == [b""] * len(silent)
+        with urllib.request.urlopen(studio.url, timeout=TIMEOUT_S) as answer:
+            assert answer.status == 200
+        # A page's own connection is not among them.
+        own.send(json.dumps(PRESS))
+        assert told_of(own, "played")["state"] == "playing"
 
 
 def test_a_name_that_is_not_its_own_is_refused(studio: Studio) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -269,7 +270,10 @@ class _Run:
         while self.looked_at < last and not own.stop():
             asked = self._fitting(own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
-            own.tell(asked, [-score for score in self._look(points)])
+            scores = [-score for score in self._look(points)]
+            with warnings.catch_warnings():  # of the draws that did not fit, number by number
+                warnings.filterwarnings("ignore", r"\s*tell: \d+ solution")
+                own.tell(asked, scores)
 
     def _fitting(self, drawn: Sequence[Any], start: Point, count: int) -> list[Any]:
         """So many of the boards drawn: the first whose coils fit, and others if there are none."""

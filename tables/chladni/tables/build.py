@@ -85,6 +85,9 @@ def build_table(
         raise ArgumentError("bits", bits, one_of_bits())
     # Each once: the device would never come to a second section of the same frequency.
     frequencies = tuple(dict.fromkeys(frequencies_hz)) or (board.drive.frequency_hz,)
+    for frequency in frequencies:
+        if not np.isfinite(frequency):
+            raise ArgumentError("frequencies_hz", frequency, "a finite number of Hz")
     if objective is None:
         objective = default_objective(board)
     check_request("phasor", objective, seed, None, None)

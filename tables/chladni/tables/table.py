@@ -101,7 +101,8 @@ class Table:
         if frequency_hz is None:
             return self.sections[0]
         for section in self.sections:
-            if round(section.frequency_hz * 1000.0) == round(frequency_hz * 1000.0):
+            # A whole number of mHz; NaN and infinity are none.
+            if abs(section.frequency_hz - frequency_hz) < 0.5e-3:
                 return section
         known = ", ".join(f"{section.frequency_hz:g}" for section in self.sections)
         raise ArgumentError(

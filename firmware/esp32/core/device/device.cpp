@@ -130,11 +130,10 @@ void Device::trust_host() {
   settle();
 }
 
-Place Device::touch(Place place) {
+Place Device::touch(Place place, const void* host) {
   trust_host();
   const Place found = table().is_loaded() ? table().on_board(place) : place;
-  input_.hold(found);
-  ++touches_;
+  input_.hold(found, host, now_us());
   return found;
 }
 
@@ -147,8 +146,9 @@ void Device::handle(const TouchEvent& event) {
     case TouchKind::kNothing: return;
     case TouchKind::kUp: touch_up(); return;
     case TouchKind::kTimeout:
+    case TouchKind::kSilent:
       if (!is_of_a_finger()) return;
-      note(FaultCause::kTouchTimeout, 0);
+      note(cause_of(event.kind), 0);
       end_touch();
       return;
     case TouchKind::kDown:

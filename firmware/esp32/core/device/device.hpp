@@ -35,12 +35,17 @@ class Device {
   // chip.
   [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.player().sample(hal_, missed); }
 
-  // A finger that the host or the console holds, until it lifts it; the nearest place on the board,
-  // and how long the last touch has played or did.
-  Place touch(Place place);
+  // A finger that a host or the console holds, until it lifts it or the host falls silent
+  // (touch_input.hpp); the nearest place on the board, and how long the last touch has played or
+  // did.
+  Place touch(Place place, const void* host = nullptr);
+  void hear(const void* host) { input_.hear(host, now_us()); }
+  // A host goes, and what it holds with it.
+  void leave(const void* host) {
+    if (input_.is_held_by(host)) lift();
+  }
   void lift();
   // Of a host or the console, so far: the number of the one that is held, until it lifts.
-  uint32_t touches() const { return touches_; }
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -163,7 +168,6 @@ class Device {
   PanelWatch panel_watch_;
   TouchPlayback touch_;
   Stopwatch played_;  // by a finger
-  uint32_t touches_ = 0;
   HostDrive host_;
   Synthesis synthesis_;
   OutputWatch output_watch_;

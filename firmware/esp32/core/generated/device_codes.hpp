@@ -147,7 +147,7 @@ enum class FaultCause : uint8_t {
   kTouchTooLong,  // a touch outlasted its limit
   kInterruptLate,  // detail: samples missed in all
   kUnderrun,  // a stream ran dry
-  kHostSilent,  // the host that drives the outputs fell silent
+  kHostSilent,  // the host of a drive or of a touch fell silent
   kCoilHot,  // detail: channel
   kSupplyCurrent,  // detail: mA
   kInterruptStopped,  // outputs are cut until the next start; detail: ms without a sample

@@ -19,6 +19,7 @@ constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kMaxFrame = 1094U;
 constexpr uint32_t kSilenceMs = 100U;
 constexpr uint32_t kUpdateSilenceMs = 5000U;
+constexpr uint32_t kTouchSilenceMs = 800U;
 constexpr uint32_t kResponse = 128U;
 
 enum class Status : uint8_t {

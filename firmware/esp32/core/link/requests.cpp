@@ -36,6 +36,7 @@ bool Requests::take(Conversation& with, const uint8_t* bytes, uint32_t size) {
   if (size < f::kHeadBytes) return false;
   const uint32_t kind = bytes[0], sequence = bytes[1];
   if ((kind & f::kResponse) != 0) return false;  // somebody else's answer
+  device_.hear(&with);
   const uint32_t crc = crc32(bytes, size);
   const bool is_repeated = kind == with.last_kind && sequence == with.last_sequence &&
                            crc == with.last_crc && with.answer_size > 0;
@@ -155,7 +156,7 @@ Status Requests::touch(const Request& request) {
   if (request.size != m::Request::kBytes) return Status::kMalformed;
   if (!device_.table().is_loaded()) return Status::kNotNow;
   const m::Request asked = m::read_request(request.fields, Take{});
-  const Place place = device_.touch({asked.x_um, asked.y_um});
+  const Place place = device_.touch({asked.x_um, asked.y_um}, with_);
   put(A{A::XUm{place.x_um}, A::YUm{place.y_um}});
   return Status::kOk;
 }

@@ -166,12 +166,12 @@ void Datagrams::poll() {
   }
 }
 
-// What a host holds ends with it, unless another has begun a touch since.
+// What a host holds ends with it.
 void Datagrams::end(Session& session) {
   session.is_open = false;
   const uint32_t serial = read_u32(session.id.data());
   if (serial > ended_serial_) ended_serial_ = serial;
-  if (session.touch != 0 && session.touch == device_.touches()) device_.lift();
+  device_.leave(&session.host);
 }
 
 Datagrams::Session* Datagrams::find(const uint8_t* id) {
@@ -247,16 +247,9 @@ bool Datagrams::take_request(const uint8_t* bytes, uint32_t count) {
   if (!session->taken.take(read_u32(bytes + f::kAtCounter), may_be_late)) return false;
   session->heard_ms = device_.now_ms();
   if (!requests_.take(session->host, request, size)) return false;
-  note_touch(*session, request);
   send(Kind::kAnswer, ++session->answers, session->id.data(), session->host.answer.data(),
        session->host.answer_size);
   return true;
-}
-
-void Datagrams::note_touch(Session& session, const uint8_t* request) const {
-  const bool is_ok = session.host.answer[2] == static_cast<uint8_t>(link_format::Status::kOk);
-  if (request[0] == link_format::touch::kCode && is_ok) session.touch = device_.touches();
-  if (request[0] == link_format::lift::kCode) session.touch = 0;
 }
 
 // The session the host has, if that runs on, or the number of a new one, of which nothing is kept.

@@ -59,7 +59,6 @@ class Datagrams {
   struct Session {
     Id id{};
     bool is_open = false;
-    uint32_t touch = 0;  // the device's number of what it holds; 0 for none
     uint32_t heard_ms = 0;
     ReplayWindow taken;
     uint32_t answers = 0;
@@ -85,7 +84,6 @@ class Datagrams {
   bool is_own_id(const uint8_t* id) const;
   uint32_t epoch() const;
   void end(Session& session);
-  void note_touch(Session& session, const uint8_t* request) const;
   void send(network_format::Kind kind, uint32_t counter, const uint8_t* session,
             const uint8_t* body, uint32_t size);
 

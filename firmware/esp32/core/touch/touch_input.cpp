@@ -47,12 +47,19 @@ void TouchInput::start(const Config& config, uint32_t timeout_us) {
 TouchEvent TouchInput::poll(const Hal& hal, uint32_t now_us) {
   const TouchEvent event = poll_panel(hal, now_us);
   if (event.kind != TouchKind::kNothing) is_held_ = false;
-  return is_held_ ? TouchEvent{TouchKind::kMoved, held_place_} : event;
+  if (!is_held_) return event;
+  const bool is_silent =
+      host_ != nullptr && now_us - heard_us_ >= link_format::kTouchSilenceMs * 1000U;
+  if (!is_silent) return {TouchKind::kMoved, held_place_};
+  is_held_ = false;
+  return {TouchKind::kSilent, held_place_};
 }
 
-void TouchInput::hold(Place place) {
+void TouchInput::hold(Place place, const void* host, uint32_t now_us) {
   is_held_ = true;
   held_place_ = place;
+  host_ = host;
+  heard_us_ = now_us;
 }
 
 bool TouchInput::let_go() {

@@ -8,6 +8,7 @@
 
 #include "core/generated/config_format.hpp"
 #include "core/generated/device_codes.hpp"
+#include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/touch/panel.hpp"
 
@@ -20,7 +21,13 @@ enum class TouchKind : uint8_t {
   kMoved,    // news: it is elsewhere
   kUp,       // it has left
   kTimeout,  // nothing was heard of it for too long
+  kSilent,   // nor of the host that holds it
 };
+
+// Of a touch that ended by itself.
+constexpr FaultCause cause_of(TouchKind kind) {
+  return kind == TouchKind::kSilent ? FaultCause::kHostSilent : FaultCause::kTouchTimeout;
+}
 
 struct TouchEvent {
   TouchKind kind = TouchKind::kNothing;
@@ -63,8 +70,15 @@ class TouchInput {
   void set_timeout(uint32_t timeout_us) { timeout_us_ = timeout_us; }
   // What happened since the last call; asks the panel if it is time to.
   TouchEvent poll(const Hal& hal, uint32_t now_us);
-  // A finger that the host or the console holds until it lets go, or a real one comes.
-  void hold(Place place);
+  // A finger that a host or the console holds until it lets go, or a real one comes. A host, which
+  // may be any address that is its own, must be heard again and again; a person at the console
+  // (nullptr) need not type.
+  void hold(Place place, const void* host, uint32_t now_us);
+  bool is_held_by(const void* host) const { return is_held_ && host_ == host; }
+  // A request has come from that host.
+  void hear(const void* host, uint32_t now_us) {
+    if (host == host_) heard_us_ = now_us;
+  }
   // Whether there was one.
   bool let_go();
 
@@ -112,8 +126,10 @@ class TouchInput {
   uint32_t pressed_ = 0;     // reports in a row with a finger, before it counts
   bool is_lifting_ = false;  // gone, but perhaps for a moment only
   uint32_t lifting_us_ = 0;
-  bool is_held_ = false;  // by the host or the console
+  bool is_held_ = false;  // by a host or the console
   Place held_place_{};
+  const void* host_ = nullptr;
+  uint32_t heard_us_ = 0;
 };
 
 }  // namespace chladni

@@ -13,6 +13,7 @@ import sys
 from _signal import (  # type: ignore[import-not-found]
     SIG_DFL,
     SIG_IGN,
+    SIGHUP,
     SIGINT,
     SIGTERM,
     default_int_handler,
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 STOPPED = 130
 """Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""
-TERMINATED = 143
-"""The same of SIGTERM."""
 
 
 def main() -> int:
@@ -46,7 +45,8 @@ def start() -> None:
 def as_process(loads: str, work: Callable[[], int]) -> None:
     """Do a process's work and exit with its code; Ctrl-C is 130 and no traceback, at any time.
 
-    SIGTERM ends the work in the same way, with 143: workers, links and temporary files go with it.
+    SIGTERM and SIGHUP end the work in the same way, with 143 and 129: what it holds is let go, such
+    as a finger on a device, and workers, links and temporary files go with it.
 
     Parameters
     ----------
@@ -55,13 +55,14 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     """
     # Where it is ignored, as in the background of a shell, it stays so.
     is_heard = getsignal(SIGINT) is default_int_handler
-    is_term_heard = getsignal(SIGTERM) == SIG_DFL
-    code, terminated = STOPPED, []
+    ends = [number for number in (SIGTERM, SIGHUP) if getsignal(number) == SIG_DFL]
+    code, ended_by = STOPPED, []
 
-    def terminate(*_: object) -> None:
+    def end(number: int, _: object) -> None:
         # A second one, while the work tidies up, is answered already.
-        signal(SIGTERM, SIG_IGN)
-        terminated.append(True)
+        for own in ends:
+            signal(own, SIG_IGN)
+        ended_by.append(number)
         raise KeyboardInterrupt
 
     try:
@@ -71,8 +72,8 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
         __import__(loads)
         if is_heard:
             signal(SIGINT, default_int_handler)
-        if is_term_heard:
-            signal(SIGTERM, terminate)
+        for number in ends:
+            signal(number, end)
         code = work()
     except KeyboardInterrupt:
         pass
@@ -84,12 +85,12 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     if is_heard:
         # All is written; what Python still puts in order would show a traceback.
         signal(SIGINT, _leave)
-    if is_term_heard:
-        signal(SIGTERM, SIG_DFL)
+    for number in ends:
+        signal(number, SIG_DFL)
     # Python remembers a Ctrl-C that came while it ran text, as dataclasses do, and would end `-m`
     # by the signal. It forgets that when it runs text again.
     exec("")
-    sys.exit(TERMINATED if terminated else code)
+    sys.exit(128 + ended_by[0] if ended_by else code)
 
 
 def _leave(*_: object) -> None:

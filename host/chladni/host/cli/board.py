@@ -12,7 +12,7 @@ import typer
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
-from chladni.drives.scoring.as_built import PRESS, check_press, score_as_built
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.survey import SAMPLES
@@ -39,7 +39,6 @@ from chladni.host.cli.common.options import (
     SamplesOption,
     SeedOption,
     check_figure,
-    check_samples,
 )
 from chladni.host.cli.common.output import (
     answer,
@@ -48,6 +47,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
+from chladni.host.cli.common.ranges import PITCHES, within
 from chladni.host.figures.boards import score_figure, sensitivity_figure
 from chladni.host.figures.fields import save
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
@@ -61,6 +61,7 @@ from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.neighbours import neighbours
 from chladni.sim.fields.transfer import TOLERANCE
 
+PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
 )
@@ -106,14 +107,17 @@ def board_show(
 @board_app.command("score")
 def board_score(
     board: BoardArgument,
-    pitch: Annotated[float, typer.Option(help="Between places, mm.")] = PITCH / MM,
+    pitch: Annotated[float, typer.Option(callback=PITCHES, help="Between places, mm.")] = PITCH
+    / MM,
     objective: ObjectiveOption = "focus",
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
     built: Annotated[
         bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
     ] = False,
-    press: Annotated[float, typer.Option(help="How hard a finger presses, N.")] = PRESS,
+    press: Annotated[
+        float, typer.Option(callback=PRESSES, help="How hard a finger presses, N.")
+    ] = PRESS,
     figure: FigureOption = None,
     seed: SeedOption = SEED,
     large: LargeOption = False,
@@ -121,9 +125,7 @@ def board_score(
 ) -> None:
     """Score how well a board focuses at all places, as drawn and within its tolerances."""
     check_figure(figure)
-    check_press(press)
     check_request("phasor", objective, seed, None, None)
-    check_samples(samples)
     loaded = load_board(board)
     with progress_bar("boards") as progress:
         score = score_board(

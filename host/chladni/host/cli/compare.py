@@ -26,7 +26,6 @@ from chladni.host.cli.common.options import (
     SchedulerOption,
     SeedOption,
     check_figure,
-    check_jobs,
 )
 from chladni.host.cli.common.output import (
     NO_COIL,
@@ -37,6 +36,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
+from chladni.host.cli.common.ranges import PITCHES, STEPS
 from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -64,11 +64,15 @@ def compare_methods(
     board: BoardArgument,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Every row as CSV.")] = None,
     figure: FigureOption = None,
-    pitch: Annotated[float, typer.Option(help="Distance of the targets, mm.")] = PITCH_MM,
+    pitch: Annotated[
+        float, typer.Option(callback=PITCHES, help="Distance of the targets, mm.")
+    ] = PITCH_MM,
     methods: Annotated[
         str | None, typer.Option(help="Some of the methods, as A,B,…; all by default.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(help="Steps of the annealings.")] = None,
+    steps: Annotated[
+        int | None, typer.Option(callback=STEPS, help="Steps of the annealings.")
+    ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
@@ -79,7 +83,6 @@ def compare_methods(
     if output is not None:
         check_output(output, "-o", TEXT)
     check_figure(figure)
-    check_jobs(jobs)
     check_request("phasor", "ssim", seed, steps, None)
     chosen = _methods(methods)
     loaded = load_board(board)

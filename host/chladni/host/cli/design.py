@@ -23,9 +23,9 @@ from chladni.host.cli.common.options import (
     SchedulerOption,
     SeedOption,
     check_figure,
-    check_jobs,
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
+from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.figures.designs import front_figure
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
@@ -53,7 +53,11 @@ def design_board(
     ] = None,
     figure: FigureOption = None,
     samples: Annotated[
-        int, typer.Option(help="Drawn boards by which the last few are compared.")
+        int,
+        typer.Option(
+            callback=within(1, MOST_SAMPLES),
+            help="Drawn boards by which the last few are compared.",
+        ),
     ] = SAMPLES,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
@@ -68,9 +72,6 @@ def design_board(
     """
     check_output(output, "-o", TOML)
     check_figure(figure)
-    check_jobs(jobs)
-    if samples < 1:
-        raise InputError("--samples", samples, "at least 1")
     if front is not None and not front.is_dir():
         raise InputError("--front", str(front), "a folder that is there")
     if front is not None:

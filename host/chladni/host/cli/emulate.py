@@ -15,6 +15,7 @@ import typer
 
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
+from chladni.host.cli.common.ranges import LONGEST_S, TABLE_FREQUENCIES, UDP_PORTS, within
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
@@ -34,12 +35,15 @@ ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table
 SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "finger_um")
 """Of every touch, to people."""
 UNLESS_SERIAL = "Required without --serial."
+DURATIONS = within(0.0, LONGEST_S * 1e3, "ms")
+LEVELS = within(0.0, 1.0, above=True)
 TouchOption = Annotated[
     list[str] | None,
     typer.Option(help=f"Touch X,Y@MS: place in mm, time in ms. {UNLESS_SERIAL}"),
 ]
 DurationOption = Annotated[
-    float | None, typer.Option("--ms", help=f"How long to run, ms. {UNLESS_SERIAL}")
+    float | None,
+    typer.Option("--ms", callback=DURATIONS, help=f"How long to run, ms. {UNLESS_SERIAL}"),
 ]
 RecordingOption = Annotated[
     Path | None,
@@ -69,21 +73,28 @@ def emulate(
     key: Annotated[
         Path | None, typer.Option(help="With --serial: on UDP too, at 127.0.0.1, under this key.")
     ] = None,
-    udp_port: Annotated[int, typer.Option(help="Where, with --key.")] = DEFAULT_PORT,
-    lift: Annotated[list[float] | None, typer.Option(help="Lift the finger at MS.")] = None,
+    udp_port: Annotated[
+        int, typer.Option(callback=UDP_PORTS, help="Where, with --key.")
+    ] = DEFAULT_PORT,
+    lift: Annotated[
+        list[float] | None, typer.Option(callback=DURATIONS, help="Lift the finger at MS.")
+    ] = None,
     board: Annotated[
         str | None,
         typer.Option(help="The table's board, if not shipped; with --flash, whose panel it has."),
     ] = None,
-    level: Annotated[float, typer.Option(help="Share of full amplitude, 0 to 1.")] = LEVEL,
+    level: Annotated[
+        float, typer.Option(callback=LEVELS, help="Share of full amplitude, 0 to 1.")
+    ] = LEVEL,
     frequency: Annotated[
-        float | None, typer.Option(help="Play the table's drives of this frequency, Hz.")
+        float | None,
+        typer.Option(
+            callback=TABLE_FREQUENCIES, help="Play the table's drives of this frequency, Hz."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run the firmware on touches, record its pins, and score the field they make."""
-    if not 0.0 < level <= 1.0:
-        raise InputError("--level", level, "a share of full amplitude from 0 to 1")
     for option, of_serial in (("--key", key), ("--flash", flash), ("--port-link", port_link)):
         if of_serial is not None and not serial:
             raise MissingError("--serial", f"{option} is of the device that it serves")
@@ -166,8 +177,6 @@ def _device(
 
 def _serve(port: VirtualPort, ms: float | None, port_link: Path | None, *, as_json: bool) -> None:
     """Offer the emulated device on a pseudo-terminal, for ever or for so long."""
-    if ms is not None and not 0.0 < ms < np.inf:
-        raise InputError("--ms", ms, "more than 0")
     # A port that is announced is there.
     port.network.follow()
     try:

@@ -9,10 +9,11 @@ import typer
 
 from chladni.host.cli.common.options import BoardArgument, JsonOption, LargeOption
 from chladni.host.cli.common.output import answer, check_output, progress_bar
+from chladni.host.cli.common.ranges import within
 from chladni.sim.board.file import MOST_BYTES, file_of, load_board, parse_board, shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import refitted
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import MissingError
 from chladni.sim.files import read_text, write_whole
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
@@ -24,7 +25,11 @@ def board_refit(
     board: BoardArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
     foam: Annotated[
-        float, typer.Option(help="Measured stiffness of the foam over that of the board file.")
+        float,
+        typer.Option(
+            callback=within(LEAST, MOST, "times as stiff"),
+            help="Measured stiffness of the foam over that of the board file.",
+        ),
     ],
     table: Annotated[Path | None, typer.Option(help="Also build its table (.chl).")] = None,
     large: LargeOption = False,
@@ -34,8 +39,6 @@ def board_refit(
     check_output(output, "-o", (".toml",))
     if table is not None:
         check_output(table, "--table")
-    if not LEAST <= foam <= MOST:
-        raise InputError("--foam", foam, f"{LEAST:g} to {MOST:g} times as stiff")
     loaded = load_board(board)
     if loaded.foundation is None or not loaded.foundation.sheet_stiffness:
         raise MissingError("foundation", "a sheet of foam, whose stiffness was measured")

@@ -38,6 +38,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
+from chladni.host.cli.common.ranges import STEPS
 from chladni.host.figures.solutions import solution_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -55,7 +56,9 @@ def solve_command(
     quieter_db: QuieterOption = None,
     silent_from_mm: SilentFromOption = None,
     floor_um: FloorOption = None,
-    steps: Annotated[int | None, typer.Option(help="Steps, in place of the method's own.")] = None,
+    steps: Annotated[
+        int | None, typer.Option(callback=STEPS, help="Steps, in place of the method's own.")
+    ] = None,
     trace: Annotated[
         Path | None,
         typer.Option(help="Keep an annealing's trace here (.npz), and go on from it."),

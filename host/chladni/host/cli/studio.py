@@ -17,9 +17,9 @@ from chladni.host.cli.common.options import (
     JsonOption,
     LargeOption,
     OwnObjectiveOption,
-    check_jobs,
 )
 from chladni.host.cli.common.output import answer, progress_bar
+from chladni.host.cli.common.ranges import LONGEST_S, within
 from chladni.host.protocol.network import make_key, read_key
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -36,7 +36,9 @@ def studio(
         str, typer.Argument(metavar="[BOARD]", help="Board file, or a shipped name.")
     ] = "prototype",
     objective: OwnObjectiveOption = None,
-    port: Annotated[int, typer.Option(help="0 is any that is free.")] = PORT,
+    port: Annotated[
+        int, typer.Option(callback=within(0, HIGHEST_PORT), help="0 is any that is free.")
+    ] = PORT,
     host: Annotated[
         str,
         typer.Option(
@@ -52,7 +54,11 @@ def studio(
         ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="Serve for so long; until Ctrl-C by default.")
+        float | None,
+        typer.Option(
+            callback=within(0.0, LONGEST_S, "s", above=True),
+            help="Serve for so long; until Ctrl-C by default.",
+        ),
     ] = None,
     device: Annotated[
         list[str] | None,
@@ -70,11 +76,6 @@ def studio(
     as_json: JsonOption = False,
 ) -> None:
     """Serve a page to press a board on, played by the emulated firmware."""
-    check_jobs(jobs)
-    if not 0 <= port <= HIGHEST_PORT:
-        raise InputError("--port", port, f"a number from 0 to {HIGHEST_PORT}")
-    if seconds is not None and not 0.0 < seconds < float("inf"):
-        raise InputError("--seconds", seconds, "more than 0")
     loaded = load_board(board)
     from chladni.tables.build import default_objective  # noqa: PLC0415
 

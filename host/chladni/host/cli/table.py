@@ -29,8 +29,6 @@ from chladni.host.cli.common.options import (
     SchedulerOption,
     SeedOption,
     check_figure,
-    check_jobs,
-    check_samples,
 )
 from chladni.host.cli.common.output import (
     Place,
@@ -41,6 +39,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
+from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
 from chladni.host.emulation.table_score import PITCH, score_table
 from chladni.host.figures.boards import score_figure
 from chladni.sim.board.file import load_board, shipped_boards
@@ -74,7 +73,10 @@ def build(
     objective: OwnObjectiveOption = None,
     frequency: Annotated[
         list[float] | None,
-        typer.Option(help="Drive frequency, Hz; again for more sections. The board's by default."),
+        typer.Option(
+            callback=TABLE_FREQUENCIES,
+            help="Drive frequency, Hz; again for more sections. The board's by default.",
+        ),
     ] = None,
     bits: Annotated[
         int | None,
@@ -90,7 +92,6 @@ def build(
 ) -> None:
     """Solve every region of a board and pack the drives into a table."""
     check_output(output, "-o")
-    check_jobs(jobs)
     if objective is not None:
         check_request("phasor", objective, seed, None, None)
     if bits is not None and bits not in BITS:
@@ -122,7 +123,10 @@ def show(
     table: TableArgument,
     at: Annotated[str | None, typer.Option(help="Show the drive for X,Y (mm).")] = None,
     frequency: Annotated[
-        float | None, typer.Option(help="Of the drives to show, Hz; the first by default.")
+        float | None,
+        typer.Option(
+            callback=TABLE_FREQUENCIES, help="Of the drives to show, Hz; the first by default."
+        ),
     ] = None,
     board: Annotated[
         str | None, typer.Option(help="The table's board, if not shipped: what a finger feels.")
@@ -207,10 +211,16 @@ def score(
     table: TableArgument,
     board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
     pitch: Annotated[
-        float, typer.Option(help="Between places, mm; those half-way between are added.")
+        float,
+        typer.Option(
+            callback=PITCHES, help="Between places, mm; those half-way between are added."
+        ),
     ] = PITCH / MM,
     frequency: Annotated[
-        float | None, typer.Option(help="Of the drives, Hz; the table's first by default.")
+        float | None,
+        typer.Option(
+            callback=TABLE_FREQUENCIES, help="Of the drives, Hz; the table's first by default."
+        ),
     ] = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
@@ -221,7 +231,6 @@ def score(
 ) -> None:
     """Score a table like `board score`, from the pins of the emulated firmware."""
     check_figure(figure)
-    check_samples(samples)
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
     owner = board_for(loaded, board, file=str(table))

@@ -60,7 +60,7 @@ class AsyncDevice:
         trace: TracebackType | None,
     ) -> None:
         try:
-            await self.do(lambda device: device.wire.close())
+            await self.do(lambda device: device.close())
         finally:
             self._thread.shutdown(wait=False)
 
@@ -70,7 +70,7 @@ class AsyncDevice:
 
     def _close_late(self) -> None:
         if self._opened is not None:
-            self._opened.wire.close()
+            self._opened.close()
 
     async def do(self, work: Callable[[Device], T]) -> T:
         """Whatever a `Device` can do, such as ``do(lambda device: device.network())``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -10,8 +11,16 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.link import GREETING_TRIES, TRY_AGAIN, Link, LinkError
+from chladni.host.device.link import (
+    BRIEF_TRIES,
+    BRIEF_WAIT_S,
+    GREETING_TRIES,
+    TRY_AGAIN,
+    Link,
+    LinkError,
+)
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
+from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.upload import Progress, TableUpload
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.codes import (
@@ -32,7 +41,7 @@ from chladni.host.protocol.table_store import SECTOR_ERASES
 from chladni.sim.board.board import is_of
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
 
@@ -68,6 +77,7 @@ class Device:
     def __init__(self, wire: Wire) -> None:
         self.wire = wire
         self.link = Link(wire)
+        self._keeper = TouchKeeper(self.link)
         try:
             self.version = self.link.request(
                 "hello", tries=GREETING_TRIES, major=VERSION_MAJOR, minor=VERSION_MINOR
@@ -89,7 +99,16 @@ class Device:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.wire.close()
+        self.close()
+
+    def close(self) -> None:
+        """Lift a finger that is held, within 0.3 s or not at all, and let go of the wire."""
+        if self._keeper.is_at_it:
+            self._keeper.end()
+            with contextlib.suppress(ChladniError):
+                self.link.request("lift", tries=BRIEF_TRIES, first_wait_s=BRIEF_WAIT_S)
+        with self.link.lock:
+            self.wire.close()
 
     def info(self) -> dict[str, Any]:
         """State, table, heat: the answer's fields, with words for codes."""
@@ -126,13 +145,26 @@ class Device:
         ]
 
     def touch(self, x_mm: float, y_mm: float) -> tuple[float, float]:
-        """Hold a finger there until `lift`; the place that plays, mm: the nearest on the board."""
-        found = self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)).fields
+        """Hold a finger there until `lift`; the place that plays, mm: the nearest on the board.
+
+        While this program runs, it tells the device so: a device ends a touch whose host says
+        nothing for 0.8 s. No touch is longer than the board's `max_on_s`.
+        """
+        # Before it is asked for: what interrupts that finds a touch to be lifted.
+        self._keeper.begin()
+        try:
+            answer = self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
+        except LinkError:
+            self._keeper.end()
+            raise
+        found = answer.fields
         return found["x_um"] / 1e3, found["y_um"] / 1e3
 
     def lift(self) -> float:
         """Let go; how long it played, s."""
-        return float(self.link.request("lift").fields["played_ms"]) / 1e3
+        played_ms = self.link.request("lift").fields["played_ms"]
+        self._keeper.end()
+        return float(played_ms) / 1e3
 
     def select_frequency(self, frequency_hz: float) -> None:
         """Play the table's drives of another frequency from the next touch on."""
@@ -220,6 +252,7 @@ class Device:
         self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S
     ) -> Iterator[StreamStep]:
         """The same, piece by piece: what a request came to."""
+        self._keeper.end()  # its answers would come in between
         rate_hz = self.config().frame_rate_hz
         return stream_steps(self.link, duties, rate_hz=rate_hz, buffer_s=buffer_s)
 
@@ -275,6 +308,7 @@ class Device:
         LinkError
             The device refused or fell silent; the old table plays on.
         """
+        self._keeper.end()  # its answers would come in between
         data = pack(table) if isinstance(table, Table) else table
         self.check_table(unpack(data), force=force)
         crc = int.from_bytes(data[-4:], "little")

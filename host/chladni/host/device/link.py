@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
+import threading
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -19,6 +21,9 @@ from chladni.host.protocol.link import (
     MAX_FRAME,
     RESPONSE,
     STATUS_TEXT,
+    TOUCH_SILENCE_MS,
+    VERSION_MAJOR,
+    VERSION_MINOR,
     Message,
     Status,
 )
@@ -31,6 +36,10 @@ FIRST_WAIT_S = 0.25
 BUSY_WAIT_S = 0.02
 BUSY_FOR_S = 3.0
 LOG_BYTES = 64 * 1024
+KEEP_ALIVE_S = TOUCH_SILENCE_MS / 4e3
+"""Three of these may get lost before a touch ends."""
+BRIEF_TRIES, BRIEF_WAIT_S = 2, 0.1
+"""Of what must not take long: 0.3 s where no device answers."""
 
 
 CHECK_WIRE = "check the cable, and that nothing else talks to the device"
@@ -121,6 +130,13 @@ class Link:
 
     Every request is repeated until it is answered, with waits that double; the device does none
     twice.
+
+    Attributes
+    ----------
+    holds_touch
+        Whether the device is to go on with a touch: it ends one whose host says nothing for long.
+    lock
+        Held while something is asked, for a touch is kept alive by a thread of its own.
     """
 
     def __init__(self, wire: Wire) -> None:
@@ -128,6 +144,9 @@ class Link:
         self.splitter = FrameSplitter()
         self.repeated = 0
         self._sequence = 0
+        self._said_s = 0.0
+        self.holds_touch = False
+        self.lock = threading.RLock()
 
     def request(
         self,
@@ -149,7 +168,8 @@ class Link:
         """
         end = self.wire.now_s() + BUSY_FOR_S
         while True:
-            answer = self._ask(BY_NAME[name], tail, fields, tries, first_wait_s)
+            with self.lock:
+                answer = self._ask(BY_NAME[name], tail, fields, tries, first_wait_s)
             if answer.status != Status.BUSY:
                 break
             if self.wire.now_s() > end:
@@ -179,6 +199,7 @@ class Link:
     def send(self, message: Message, tail: bytes, fields: dict[str, Any]) -> int:
         """Put a request onto the wire; returns its sequence number."""
         self._sequence = self._sequence % 255 + 1
+        self._said_s = self.wire.now_s()
         self.wire.write(_frame(message, self._sequence, tail, fields))
         return self._sequence
 
@@ -196,10 +217,28 @@ class Link:
         return count * 10.0 / self.wire.baud
 
     def wait(self, seconds: float) -> None:
-        """Let time pass; what comes meanwhile is no answer to anything."""
+        """Let time pass; what comes meanwhile is no answer to anything. A touch goes on."""
         end = self.wire.now_s() + seconds
         while self.wire.now_s() < end:
-            self.poll(end - self.wire.now_s())
+            with self.lock:
+                self.keep_alive()
+                left = end - self.wire.now_s()
+                self.poll(min(left, KEEP_ALIVE_S) if self.holds_touch else left)
+
+    def keep_alive(self) -> None:
+        """Say something, if a touch is held and nothing was said for a while."""
+        with self.lock:
+            is_due = self.wire.now_s() - self._said_s >= KEEP_ALIVE_S
+            if self.holds_touch and is_due:
+                # A device that is mute is found out by who asks it for something.
+                with contextlib.suppress(LinkError):
+                    self.request(
+                        "hello",
+                        tries=BRIEF_TRIES,
+                        first_wait_s=BRIEF_WAIT_S,
+                        major=VERSION_MAJOR,
+                        minor=VERSION_MINOR,
+                    )
 
 
 def refusal(name: str, answer: Answer) -> LinkError:

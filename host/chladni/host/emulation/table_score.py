@@ -107,7 +107,7 @@ def score_table(
     """
     started = time.perf_counter()
     section = table.section(frequency_hz)
-    lattice = active_lattice(board, pitch).with_halfway()
+    lattice = active_lattice(board, pitch, halfway=True, samples=samples)
     solved = solved_board(board).at_frequency(section.frequency_hz)
     played = _played(table, board, lattice.places, frequency_hz)
     drives = [drive for drive, _ in played]

@@ -101,7 +101,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kTouchTooLong", "touch too long", "a touch outlasted its limit"),
     Code("kInterruptLate", "interrupt late", "detail: samples missed in all"),
     Code("kUnderrun", "stream underrun", "a stream ran dry"),
-    Code("kHostSilent", "host silent", "the host that drives the outputs fell silent"),
+    Code("kHostSilent", "host silent", "the host of a drive or of a touch fell silent"),
     Code("kCoilHot", "coil hot", "detail: channel"),
     Code("kSupplyCurrent", "supply current", "detail: mA"),
     Code("kInterruptStopped", "interrupt stopped",

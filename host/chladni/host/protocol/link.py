@@ -32,6 +32,8 @@ SILENCE_MS = 100
 """A frame that stops for so long is none."""
 UPDATE_SILENCE_MS = 5000
 """An update that hears nothing for so long is dropped; the old table plays on."""
+TOUCH_SILENCE_MS = 800
+"""A touch whose host says nothing for so long ends: off within a second, with the ramp."""
 RESPONSE = 0x80
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
@@ -145,7 +147,8 @@ MESSAGES = (
                                           Field("table_status", "u8", "0 is ok.")), "",
             "Back to the other slot's table."),
     Message(8, "touch", _PLACE, "", _PLACE, "",
-            "Plays a place until lift. The answer is the nearest place on the board, which plays."),
+            f"Plays a place until lift, or until its host says nothing for {TOUCH_SILENCE_MS} ms. "
+            "The answer is the nearest place on the board, which plays."),
     Message(9, "lift", (), "", (Field("played_ms", "u32", "From touch-down until now, or until "
                                       "something ended it."),), "", ""),
     Message(10, "frequency", (Field("millihertz", "u32", "Millihertz; one of the table's."),), "",

@@ -20,6 +20,7 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
 from chladni.host.studio.boards.prepared import BoardChoice
+from chladni.host.studio.http_connection import HttpConnection
 from chladni.host.studio.messages.guard import Guard
 from chladni.host.studio.messages.requests import LONGEST
 from chladni.host.studio.session import Session
@@ -36,6 +37,9 @@ PORT_FAULTS = {
 MOST_PAGES = 16
 """At once; each has a device and two threads."""
 MOST_CONNECTIONS = 128
+PING_S, PONG_S = 1.0, 5.0
+"""How often a page is asked for a sign of life, and how long that may take. The finger of a page
+whose network went away is lifted then. Megabytes of fields may be on their way before it."""
 TRY_LATER = 1013
 """Code with which a page is sent away for now (IANA's registry of WebSocket close codes)."""
 
@@ -116,10 +120,12 @@ def make_server(
     app = Guard(application(builder, choice, known_ports), token, port, host)
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=HttpConnection,
         ws="websockets-sansio",
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
+        ws_ping_interval=PING_S,
+        ws_ping_timeout=PONG_S,
         lifespan="off",
         log_config=None,
         access_log=False,

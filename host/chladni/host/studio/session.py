@@ -86,12 +86,13 @@ class Session:
         finally:
             for task in tasks:
                 task.cancel()
+            # At once: what is awaited may be cancelled, as when the server ends.
+            self._real_device.close()
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._page_board.stop()
             self._player.close()
             self._scorer.close()
             self._search.stop()
-            self._real_device.close()
 
     async def _listen(self) -> None:
         try:

@@ -68,6 +68,8 @@ SHARE = 0.8
 tells apart (2.3 dB), leave the phases free to focus."""
 SUPPLY_TURNS = 6
 """In which the limit of a supply that many coils share is found."""
+LEAST_FLOOR = 1e-12
+"""m; less under the finger is no floor, and coils could push without bound for it."""
 NO_COIL_GAIN = 30.0
 """On a board without a coil there is no floor; there the loudest force is at most so many times the
 least that moves the finger alike."""
@@ -206,7 +208,7 @@ def _within(
     floor, limit = 0.0, NO_COIL_GAIN / reach
     if newtons:
         floor = min(asked.floor_um * 1e-6, SHARE * newtons * reach)
-        limit = newtons / floor if floor > 0.0 else limit
+        limit = newtons / floor if floor > LEAST_FLOOR else limit
     search = _Search(discs, limit, mean * limit)
     (far, near), cap, start = zones, 10.0 ** (-asked.quieter_db / 10.0), None
     if near.size:

@@ -139,7 +139,8 @@ def score_as_built(
         No finger presses so hard, or so little.
     """
     check_press(newtons)
-    places = active_lattice(board, pitch).places + border_places(board, pitch)
+    lattice = active_lattice(board, pitch, samples=samples)
+    places = lattice.places + border_places(board, pitch)
     own = _Driven(board, places, objective, seed)
     alone = Survey(board, places, nearest_coils(board, places))
     film = None if _has_layer(board) else _Driven(_filmed(board), places, objective, seed)

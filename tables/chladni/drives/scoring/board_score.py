@@ -93,7 +93,7 @@ def score_board(
         Called with (done, all) of the boards.
     """
     started = time.perf_counter()
-    lattice = active_lattice(board, pitch)
+    lattice = active_lattice(board, pitch, samples=samples)
     solved = solved_board(board)
     drives = best_drives(solved, lattice.places, objective, seed)
     rim = border_places(board, pitch) if border else []

@@ -21,6 +21,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Active
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.cost import Cost, begin
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import TOLERANCE
@@ -32,6 +33,10 @@ Place = tuple[float, float]
 
 SAMPLES = 32
 """The share of boards' places that win is then known to a percent or two."""
+SMALLEST_PITCH = 1e-4
+"""m; fields have a value each millimetre."""
+PLACE_BYTES, ROW_BYTES = 2000, 100
+"""Of each place: its drive and what is kept with it, as measured; and its row on a drawn board."""
 DISTANCES = (metrics.SECOND_FINGER_DISTANCE, 16e-3, 20e-3, 25e-3)
 
 
@@ -148,16 +153,25 @@ class Lattice:
         return Lattice(x, y, (cell[0], cell[1]))
 
 
-def active_lattice(board: Board, pitch: float) -> Lattice:
+def active_lattice(
+    board: Board, pitch: float, *, halfway: bool = False, samples: int = 0
+) -> Lattice:
     """Centres of equal cells of about a pitch (m) over the active area.
+
+    Parameters
+    ----------
+    halfway
+        Whether places half-way from each to the next are added.
+    samples
+        Drawn boards on which each place is measured too, for the memory that takes.
 
     Raises
     ------
     InputError
-        The pitch is not a length, or nothing is left of the board.
+        The pitch is not a length, nothing is left of the board, or it has too many places.
     """
-    if not pitch > 0.0 or not np.isfinite(pitch):
-        raise ArgumentError("pitch", pitch / MM, "a length above 0 mm")
+    if not SMALLEST_PITCH <= pitch < np.inf:
+        raise ArgumentError("pitch", pitch / MM, f"a length of at least {SMALLEST_PITCH / MM:g} mm")
     margin = (board.active or Active()).margin
     axes, cell = [], []
     for side in board.plate.size:
@@ -168,7 +182,13 @@ def active_lattice(board: Board, pitch: float) -> Lattice:
         count = max(1, round(left / pitch))
         axes.append(((np.arange(count) + 0.5) / count - 0.5) * left)
         cell.append(left / count / MM)
-    return Lattice(axes[0], axes[1], (cell[0], cell[1]))
+    lattice = Lattice(axes[0], axes[1], (cell[0], cell[1]))
+    lattice = lattice.with_halfway() if halfway else lattice
+    count = lattice.x.size * lattice.y.size
+    # Progress bars tell the time.
+    needed = count * (PLACE_BYTES + ROW_BYTES * float(samples))
+    begin(Cost(f"a survey of {count} places", needed, 0.0, "the number of places or of samples"))
+    return lattice
 
 
 def border_places(board: Board, pitch: float) -> list[Place]:

@@ -52,14 +52,16 @@ def _options(command: Any) -> Iterator[tuple[str, str]]:
     """What a command's user calls each argument of the library."""
     if command is None:
         return
-    known = {}
-    for parameter in command.params:
-        if isinstance(parameter, TyperArgument):
-            known[parameter.name] = (parameter.metavar or parameter.name.upper()).strip("[]")
-        else:
-            known[parameter.name] = max(parameter.opts, key=len)
+    known = {parameter.name: name_of(parameter) for parameter in command.params}
     yield from known.items()
     for argument, names in ARGUMENTS.items():
         given = [known[name] for name in names if name in known]
         if given:
             yield argument, ", ".join(given)
+
+
+def name_of(parameter: Any) -> str:
+    """What a command's user calls an option or an argument."""
+    if isinstance(parameter, TyperArgument):
+        return (parameter.metavar or str(parameter.name).upper()).strip("[]")
+    return str(max(parameter.opts, key=len))

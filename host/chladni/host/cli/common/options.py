@@ -11,6 +11,7 @@ import typer
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
 from chladni.host.cli.common.output import check_output
+from chladni.host.cli.common.ranges import MOST_JOBS, MOST_SAMPLES, SEEDS, within
 from chladni.host.figures.fields import FORMATS
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
@@ -22,7 +23,7 @@ BoardArgument = Annotated[
     str, typer.Argument(metavar="BOARD", help="Board file, or a shipped name: prototype, strip5, …")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON object.")]
-SeedOption = Annotated[int, typer.Option(help="Seed of the random starts.")]
+SeedOption = Annotated[int, typer.Option(callback=SEEDS, help="Seed of the random starts.")]
 MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
 ObjectiveOption = Annotated[
     str, typer.Option(help="What the method phasor optimises: " + ", ".join(OBJECTIVES) + ".")
@@ -46,12 +47,18 @@ FloorOption = Annotated[
     float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
 ]
 SamplesOption = Annotated[
-    int, typer.Option(help="Boards drawn within their tolerances; 0 for none.")
+    int,
+    typer.Option(
+        callback=within(0, MOST_SAMPLES), help="Boards drawn within their tolerances; 0 for none."
+    ),
 ]
 PerturbedOption = Annotated[
     bool, typer.Option("--perturbed/--no-perturbed", help="Score such boards too, or not.")
 ]
-JobsOption = Annotated[int | None, typer.Option(help="Threads; all cores by default.")]
+JobsOption = Annotated[
+    int | None,
+    typer.Option(callback=within(1, MOST_JOBS), help="Threads; all cores by default."),
+]
 
 SchedulerOption = Annotated[
     str | None, typer.Option(help="tcp://HOST:PORT of a Dask scheduler, whose workers do the work.")
@@ -147,30 +154,6 @@ def with_focus(
             hint="they are of --objective focus",
         )
     return replace(board, focus=replace(board.focus or Focus(), **given))
-
-
-def check_jobs(jobs: int | None) -> None:
-    """A number of threads that makes sense.
-
-    Raises
-    ------
-    InputError
-        Fewer than one.
-    """
-    if jobs is not None and jobs < 1:
-        raise InputError("--jobs", jobs, "at least 1")
-
-
-def check_samples(samples: int) -> None:
-    """A number of boards to draw.
-
-    Raises
-    ------
-    InputError
-        Fewer than none.
-    """
-    if samples < 0:
-        raise InputError("--samples", samples, "at least 0")
 
 
 def check_figure(figure: Path | None) -> None:

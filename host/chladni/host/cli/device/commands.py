@@ -12,6 +12,7 @@ from serial.tools import list_ports
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.common.ranges import TABLE_FREQUENCIES, within
 from chladni.host.cli.device.config import config
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.flash import flash
@@ -66,25 +67,26 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
 def touch(
     connection: Connection,
     place: Annotated[str, typer.Argument(metavar="X,Y", help="Place in mm.")],
-    seconds: Annotated[float, typer.Option(help="How long the finger stays.")] = 1.0,
+    seconds: Annotated[
+        float,
+        typer.Option(
+            callback=within(0.0, 60.0, "s", above=True), help="How long the finger stays."
+        ),
+    ] = 1.0,
     as_json: JsonOption = False,
 ) -> None:
     """Play a place for a while, as a finger would."""
     x, y = parse_place(place, "X,Y")
-    if not 0.0 < seconds <= 60.0:
-        raise InputError("--seconds", seconds, "more than 0, at most 60")
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
         place_mm = device.touch(x, y)
-        try:
-            device.link.wait(seconds)
-            state = device.info()["state"]
-            faults = device.faults()
-        finally:
-            # Also when it is interrupted; a finger that is not lifted stays until `max_on_s`.
-            played_s = device.lift()
+        device.link.wait(seconds)
+        state = device.info()["state"]
+        faults = device.faults()
+        # Where it is interrupted, the device that is closed lifts.
+        played_s = device.lift()
     if state != "playing":
         why = f", {faults[-1]['cause']}" if faults else ""
         raise LinkError(
@@ -105,12 +107,13 @@ def touch(
 @connecting
 def frequency(
     connection: Connection,
-    hertz: Annotated[float, typer.Argument(metavar="HZ", help="One of the table's, Hz.")],
+    hertz: Annotated[
+        float,
+        typer.Argument(metavar="HZ", callback=TABLE_FREQUENCIES, help="One of the table's, Hz."),
+    ],
     as_json: JsonOption = False,
 ) -> None:
     """Play the table's drives of another frequency, until the next start."""
-    if not 1.0 <= hertz <= 1000.0:
-        raise InputError("HZ", hertz, "1 to 1000 Hz")
     with connection.device() as device:
         device.select_frequency(hertz)
         found = device.info()["frequency_millihertz"] / 1e3
@@ -146,11 +149,12 @@ def new_key(
 @connecting
 def log(
     connection: Connection,
-    seconds: Annotated[float, typer.Option(help="How long to listen.")] = 1.0,
+    seconds: Annotated[
+        float,
+        typer.Option(callback=within(0.0, 3600.0, "s", above=True), help="How long to listen."),
+    ] = 1.0,
 ) -> None:
     """Print the device's own text: boot messages, panics, the console."""
-    if not 0.0 < seconds <= 3600.0:
-        raise InputError("--seconds", seconds, "more than 0, at most 3600")
     if connection.udp is not None:
         raise ConflictError("--udp", "the log", hint="text comes over --port only")
     with connection.device() as device:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from chladni.host.cli.common.options import check_one_of, required
+from chladni.host.cli.common.ranges import within
 from chladni.host.device.device import Device
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import BAUD, EmulatorWire, SerialWire, Wire
@@ -19,6 +20,9 @@ from chladni.host.protocol.network import read_key
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError
 from chladni.tables.format import pack, read_table
+
+BAUDS = 300, 12_000_000
+"""From the slowest modem to the fastest USB bridge."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,9 @@ class Connection:
     emulator: Annotated[bool, typer.Option("--emulator", help="An emulated device instead.")] = (
         False
     )
-    baud: Annotated[int, typer.Option(help="Bits per second, but for --udp.")] = BAUD
+    baud: Annotated[
+        int, typer.Option(callback=within(*BAUDS), help="Bits per second, but for --udp.")
+    ] = BAUD
     board: Annotated[str, typer.Option(help="The emulated device's board.")] = "prototype"
     emulated_table: Annotated[
         Path | None, typer.Option("--table", help="What the emulated device has in flash.")

@@ -12,6 +12,7 @@ import typer
 
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.ranges import UDP_PORTS
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.network import (
@@ -36,7 +37,9 @@ def network(
     passphrase_file: Annotated[
         Path | None, typer.Option(help="Its passphrase; asked for by default.")
     ] = None,
-    udp_port: Annotated[int, typer.Option(help="Where the device listens.")] = DEFAULT_PORT,
+    udp_port: Annotated[
+        int, typer.Option(callback=UDP_PORTS, help="Where the device listens.")
+    ] = DEFAULT_PORT,
     rom: Annotated[
         bool, typer.Option("--rom", help="Off through the ROM's loader: the device need not run.")
     ] = False,

@@ -9,6 +9,7 @@ import typer
 
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, say
+from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
 from chladni.host.device.link import LinkError
@@ -16,6 +17,7 @@ from chladni.host.device.readiness import check_ready
 from chladni.host.device.self_test import SELF_TEST_S, faults_since, try_channel
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
+from chladni.tables.layout import MAX_ACTUATORS
 
 
 @connecting
@@ -24,15 +26,20 @@ def self_test(
     first_boot: Annotated[
         bool, typer.Option("--first-boot", help="Go through the first ten minutes, step by step.")
     ] = False,
-    channel: Annotated[int | None, typer.Option(help="Only this one, counted from 0.")] = None,
+    channel: Annotated[
+        int | None,
+        typer.Option(callback=within(0, MAX_ACTUATORS - 1), help="Only this one, counted from 0."),
+    ] = None,
     seconds: Annotated[
-        float, typer.Option(help="How long each plays: long enough to find it by hand.")
+        float,
+        typer.Option(
+            callback=within(SELF_TEST_S, 10.0, "s"),
+            help="How long each plays: long enough to find it by hand.",
+        ),
     ] = SELF_TEST_S,
     as_json: JsonOption = False,
 ) -> None:
     """Bring each actuator in turn up to half amplitude; report currents beside their limits."""
-    if not SELF_TEST_S <= seconds <= 10.0:
-        raise InputError("--seconds", seconds, f"{SELF_TEST_S:g} to 10")
     if first_boot:
         with connection.device() as device:
             found = walk(device)

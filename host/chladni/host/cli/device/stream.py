@@ -9,6 +9,7 @@ import typer
 
 from chladni.host.cli.common.options import JsonOption, check_one_of
 from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.ranges import TABLE_FREQUENCIES, within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.live_drive import play_for
 from chladni.host.device.readiness import check_ready
@@ -36,21 +37,22 @@ def stream(
         Path | None,
         typer.Option("--script", help="A Python file with duties(t): times in s to duties."),
     ] = None,
-    frequency: Annotated[float, typer.Option(help="Hz.")] = 160.0,
+    frequency: Annotated[float, typer.Option(callback=TABLE_FREQUENCIES, help="Hz.")] = 160.0,
     waveform: Annotated[str, typer.Option(help="sine, triangle, square or ramp.")] = "sine",
-    seconds: Annotated[float, typer.Option(help="How long a drive or a script plays.")] = 1.0,
+    seconds: Annotated[
+        float,
+        typer.Option(
+            callback=within(0.0, 600.0, "s", above=True), help="How long a drive or a script plays."
+        ),
+    ] = 1.0,
     as_json: JsonOption = False,
 ) -> None:
     """Play a drive from this computer, or raw duties, carrier/8 of them a second."""
     check_one_of(
         "what to play", DRIVE=drive is not None, csv=csv is not None, script=script is not None
     )
-    if not 1.0 <= frequency <= 1000.0:
-        raise InputError("--frequency", frequency, "1 to 1000 Hz")
     if waveform not in WAVEFORMS:
         raise InputError("--waveform", waveform, ", ".join(WAVEFORMS))
-    if not 0.0 < seconds <= 600.0:
-        raise InputError("--seconds", seconds, "more than 0, at most 600")
     gains = parse_drive(drive) if drive is not None else None
     duties = None if csv is None else read_duties(csv)
     function = None if script is None else load_script(script)

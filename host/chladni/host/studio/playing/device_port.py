@@ -48,7 +48,7 @@ class DevicePort:
 
     def close(self) -> None:
         """Let go of the port."""
-        self._device.wire.close()
+        self._device.close()
 
     def about(self) -> dict[str, Any]:
         """What the device says of itself and its settings, as rows of texts."""
