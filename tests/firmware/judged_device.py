@@ -13,7 +13,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.udp import EmulatedPort, UdpWire
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, Hardware, Recording, TouchEvent
-from chladni.host.protocol.config import DeviceConfig
+from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.coil.waveforms import WAVEFORMS
@@ -127,12 +127,12 @@ class JudgedDevice:
         return Device(wire)
 
     def configure(self, **settings: object) -> None:
-        """By wire, and a restart; the record's own checks may refuse it."""
+        """And a restart. Over the link it would be too often: five, and one each minute."""
         self.core.stream_end()
         self.touch(is_down=False)
         self.run(100.0)  # it is counted that nothing plays any more
         wanted = self.config.with_values(**settings)
-        self.host(True).set_config(wanted)
+        assert self.core.save_config(pack_config(wanted)) == "ok"
         self.next_config = wanted
         self.restart("software")
 

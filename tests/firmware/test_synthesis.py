@@ -160,7 +160,7 @@ def test_the_supply_limit_is_kept_and_counted() -> None:
         # A coil's current times its duty, as a mean over every 64 ms.
         window_ma = means_of(333.0 * (recording.duty**2).sum(axis=1), recording.carrier_hz)
         assert window_ma.max() <= limit_ma
-        assert window_ma.max() > min(limit_ma, 620) * 0.95
+        assert window_ma.max() > min(limit_ma, 620) * 0.9
         last = window_ma[-5_000:]  # by which the device's windows may be off
         assert 0.99 * last.min() < emulator.core.supply_ma < 1.01 * last.max()
         assert emulator.core.limited_drives == (1 if limit_ma < 620 else 0)

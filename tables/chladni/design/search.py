@@ -114,8 +114,7 @@ def design(
     jobs, scheduler
         Processes here, or a Dask scheduler's workers. The result does not depend on them.
     partial_file
-        Checkpoint; with it, a search that was interrupted goes on. It stays until the board is
-        written and `remove_checkpoint` called.
+        Checkpoint, with which a search goes on; it stays until `remove_checkpoint` is called.
     samples
         Drawn boards by which the last few are compared.
     progress

@@ -85,8 +85,7 @@ class SamplePlayer {
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
   // its place; `duties_` is what the pins have, since what was not taken is put back there.
-  [[gnu::always_inline]] static inline void meter(Channel& channel, uint32_t duty,
-                                                  uint32_t samples) {
+  [[gnu::always_inline]] static void meter(Channel& channel, uint32_t duty, uint32_t samples) {
     channel.square_sum += (duty * duty >> kSquareShift) * samples;
   }
   void meter_all(uint32_t samples);
