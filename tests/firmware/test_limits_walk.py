@@ -8,6 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from chladni.host.device.device import Device
+from chladni.host.protocol.config import pack_config
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError
@@ -22,12 +23,13 @@ class Walk(JudgedDevice):
 
     def __init__(self, number: int) -> None:
         super().__init__(
-            hot_board(full_rise_dk=(10_000,) * 5 + (0,) * 11, heating_ds=120, supply_ma=3000),
+            hot_board(full_rise_dk=(4000,) * 5 + (0,) * 11, heating_ds=100, supply_ma=3000),
             is_rested=number % 2 == 0,
         )
         self.random = random.Random(number)
         self.hosts: dict[bool, Device] = {}
         self.is_hung = False
+        self.crashes = 0
 
     def ask(self, work: Callable[[Device], object]) -> None:
         """Of either host. One that the device no longer knows begins anew."""
@@ -41,7 +43,7 @@ class Walk(JudgedDevice):
             self.hosts.pop(is_near, None)
 
     def finger(self) -> None:
-        self.touch(self.random.random() < 0.7)
+        self.touch(self.random.random() < 0.5)
 
     def host_touch(self) -> None:
         self.ask(lambda device: device.touch(0.0, 0.0))
@@ -58,7 +60,9 @@ class Walk(JudgedDevice):
         if self.core.state != "streaming" or self.random.random() < 0.05:
             self.core.stream_begin()
         for _ in range(self.random.randrange(1, 3)):
-            self.push(self.random.choice([0.0, 0.0, 0.3, 0.6, 1.0]), self.random.randrange(1, 200))
+            self.push(
+                self.random.choice([0.0, 0.1, 0.3, 0.3, 0.6, 1.0]), self.random.randrange(1, 200)
+            )
 
     def stop(self) -> None:
         self.core.stream_end()
@@ -86,37 +90,40 @@ class Walk(JudgedDevice):
         """For longer than a missed sample only where the main loop can cut the gates."""
         self.judge.sees_supply = False
         self.core.kill_interrupt(True)
-        self.run(0.5 if self.is_hung else self.random.choice([0.3, 2.0, 8.0]))
+        self.run(dead_ms := 0.5 if self.is_hung else self.random.choice([0.3, 2.0, 8.0]))
         self.core.kill_interrupt(False)
         self.run(2.0)
         self.judge.sees_supply = True
+        if dead_ms > 5.0:
+            self.reset()  # which alone gives the gates back
 
     def reset(self) -> None:
-        causes = ["software", "watchdog", "panic", "brown-out", "power on"]
+        """After more than three crashes a device starts nothing but its wire, and plays nothing."""
+        causes = ["software", "brown-out", *([] if self.is_rested else ["power on"])]
+        cause = self.random.choice([*causes, *(["watchdog", "panic"] if self.crashes < 3 else [])])
+        self.crashes += cause in ("watchdog", "panic")
         self.is_hung = False
-        self.restart(self.random.choice(causes[: 4 if self.is_rested else 5]))
+        self.restart(cause)
 
     def settings(self) -> None:
-        """By wire or network; what it writes is in force from the next start."""
+        """Limits and pins, and the start that puts them in force."""
         if self.is_hung:
             return
         drawn = self.random
         pins = drawn.sample(PINS, 5)
         wanted = self.next_config.with_values(
-            limit_rise_dk=drawn.choice([200, 600, 600]),
+            limit_rise_dk=drawn.choice([300, 600, 600]),
             supply_ma=drawn.choice([120, SUPPLY_MA, 3000]),
-            release_ms=drawn.choice([0, 0, 40, 400]),
+            release_ms=drawn.choice([0, 0, 40, 200]),
             pwm_pins=(*pins, *(NOT_WIRED,) * 11),
         )
         self.stop()
         self.touch(is_down=False)
         self.run(10.0)
 
-        def write(device: Device) -> None:
-            device.set_config(wanted)
+        if self.core.save_config(pack_config(wanted)) == "ok":
             self.next_config = wanted
-
-        self.ask(write)
+            self.restart("software")
 
     def command(self) -> None:
         self.core.command(self.random.choice(["touch 0 0", "lift", "touch 9000 9000", "info"]))
@@ -129,12 +136,14 @@ class Walk(JudgedDevice):
         action = self.random.choice(ACTIONS)
         if not (self.is_hung and action in REQUESTS):
             action(self)
+        if self.is_hung and self.random.random() < 0.1:
+            self.hang()
         self.run(self.random.choice([0.2, 1.0, 3.0]))
 
 
 ACTIONS = [
     *[Walk.finger] * 8, *[Walk.host_touch] * 3, Walk.host_lift, *[Walk.wave] * 8,
-    *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.hang, Walk.late, Walk.late, Walk.drop,
+    *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late, Walk.late, Walk.drop,
     Walk.twice, Walk.command,
 ]  # fmt: skip
 REQUESTS = [Walk.wave, Walk.stream, Walk.stop, Walk.command]
@@ -153,5 +162,5 @@ def test_no_order_of_requests_lifts_a_limit(number: int) -> None:
         if step % 100 == 99:
             walk.assert_kept()
     print(f"{walk.judge.on_s:.1f} s on, {walk.judge.most_k:.1f} K, {walk.judge.most_ma:.0f} mA")
-    assert walk.judge.on_s > 2.0
-    assert walk.judge.most_k > 15.0
+    assert walk.judge.on_s > 1.0
+    assert walk.judge.most_k > 5.0

@@ -40,8 +40,8 @@ void DutyRing::clear() {
 
 bool DutyRing::push(const uint16_t* duties_q16) {
   const uint32_t head = head_.load(std::memory_order_relaxed);
-  if (head - tail() >= kStreamFrames) return false;
-  if (ahead() >= kStreamFrames) forget_played();
+  // A frame that was played keeps its place until it was metered too.
+  if (ahead() >= kStreamFrames) return false;
   Frame& frame = frames_[head % kStreamFrames];
   for (uint32_t k = 0; k < channels_; ++k) frame[k] = duties_q16[k];
   const uint32_t current_ma = frame_ma(duties_q16);
