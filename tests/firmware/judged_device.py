@@ -26,6 +26,8 @@ FULL_K, HEATING_S, FULL_MA = 1000.0, 8.0, 333.0
 LIMIT_K, SUPPLY_MA = 60.0, 500
 PINS = (2, 4, 13, 14, 16)
 KEY = bytes(range(1, 33))
+PATIENT = Limits(LIMITS.ramp_us, LIMITS.touch_timeout_us, 10_000_000)
+"""Touches may last."""
 
 
 class Judge:
@@ -84,20 +86,25 @@ def hot_board(**settings: object) -> DeviceConfig:
     )
 
 
-def loud_table() -> Table:
-    limits = Limits(LIMITS.ramp_us, LIMITS.touch_timeout_us, 10_000_000)
+def loud_table(limits: Limits = PATIENT) -> Table:
     return replace(make_table(np.array([[10.0, 10.0, 5.0, 1.0, 0.0]])), limits=limits)
 
 
 class JudgedDevice:
     """A device, both of its hosts, and the judge. `config` is in force, `next_config` written."""
 
-    def __init__(self, config: DeviceConfig | None = None, *, is_rested: bool = True) -> None:
+    def __init__(
+        self,
+        config: DeviceConfig | None = None,
+        table: Table | None = None,
+        *,
+        is_rested: bool = True,
+    ) -> None:
         self.is_rested = is_rested
         self.config = self.next_config = config or hot_board()
         self.emulator = Emulator(
             self.config,
-            loud_table(),
+            table or loud_table(),
             level=1.0,
             must_play=False,
             hardware=Hardware(is_rested=is_rested),

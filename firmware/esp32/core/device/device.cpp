@@ -70,6 +70,7 @@ void Device::start_outputs() {
   touch_.start(config(), timing.ramp_us);
   const uint32_t ramp_ms = timing.ramp_us / 1000U + 1U;
   const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
+  supply_.set_fade(timing.ramp_us);
   heat_.set_reaction(timing.touch_timeout_us / 1000U + release_ms);
 }
 
@@ -149,7 +150,7 @@ void Device::handle(const TouchEvent& event) {
     case TouchKind::kSilent:
       if (!is_of_a_finger()) return;
       note(cause_of(event.kind), 0);
-      end_touch();
+      break_touch();
       return;
     case TouchKind::kDown:
     case TouchKind::kHeld:
@@ -186,6 +187,13 @@ void Device::touch_up() {
 
 void Device::end_touch() {
   touch_.fade_out();
+  go(DeviceEvent::kTouchEnds);
+  settle();
+}
+
+// By no one's will: in the table's ramp, however long a release is.
+void Device::break_touch() {
+  touch_.stop(synthesis_);
   go(DeviceEvent::kTouchEnds);
   settle();
 }
@@ -234,10 +242,13 @@ bool Device::stream_begin(uint32_t target) {
 }
 
 bool Device::stream_push(const uint16_t* duties_q16) {
-  const bool is_fine = HostDrive::fits(synthesis_, supply_, duties_q16);
-  if (!is_fine && state_ == DeviceState::kStreaming) stand_supply();
-  supply_.note_stream();
-  return is_fine && host_.push(synthesis_, duties_q16, now_us());
+  if (supply_.would_pass(synthesis_.stream_charge(duties_q16), synthesis_.stream_ms())) {
+    if (state_ == DeviceState::kStreaming) stand_supply();
+    return false;
+  }
+  const bool is_taken = host_.push(synthesis_, duties_q16, now_us());
+  if (is_taken) supply_.note_stream();
+  return is_taken;
 }
 
 bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform) {
@@ -260,7 +271,7 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
 void Device::stream_end() {
   if (!go(DeviceEvent::kStreamEnds)) return;
   host_ends();
-  touch_.fade_out();
+  touch_.stop(synthesis_);
   settle();
 }
 

@@ -151,6 +151,7 @@ class Device {
   void touch_down(Place place);
   void touch_up();
   void end_touch();
+  void break_touch();
   bool host_begins();
   void host_ends();
 

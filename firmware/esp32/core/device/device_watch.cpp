@@ -20,7 +20,7 @@ void Device::watch_outputs() {
     case FadeCause::kTouchTimeout:
       if (is_of_a_finger()) {
         note(FaultCause::kTouchTimeout, 0);
-        end_touch();
+        break_touch();
       } else if (state_ == DeviceState::kStreaming) {
         note(FaultCause::kHostSilent, 0);
         stream_end();
@@ -30,7 +30,7 @@ void Device::watch_outputs() {
       // A finger has to lift first; a host may have died, and must not be in the next finger's way.
       if (input_.let_go() && is_of_a_finger()) {
         note(FaultCause::kTouchTooLong, 0);
-        end_touch();
+        break_touch();
       } else {
         stand(FaultCause::kTouchTooLong, 0);
       }

@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "core/generated/config_format.hpp"
-#include "core/limits/supply_meter.hpp"
 #include "core/synthesis/synthesis.hpp"
 
 namespace chladni {
@@ -29,10 +28,6 @@ class HostDrive {
 
   // The stream's next frame; false if it has not begun, or the ring is full.
   bool push(Synthesis& synthesis, const uint16_t* duties_q16, uint32_t now_us);
-  // Whether the supply can deliver what the stream holds and one more frame.
-  static bool fits(Synthesis& synthesis, const SupplyMeter& supply, const uint16_t* duties_q16) {
-    return !supply.would_pass(synthesis.stream_charge(duties_q16), synthesis.stream_ms());
-  }
   // Each turn: keeps the ring at its target, and says whether enough has come to begin, or to begin
   // again. `are_outputs_free` once the interrupt no longer reads the ring.
   bool is_ready(Synthesis& synthesis, bool are_outputs_free);

@@ -32,10 +32,13 @@ void TouchPlayback::advance(uint32_t now_us) {
 bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,
                          const CoilHeat& heat) {
   if (next_ == Next::kNothing) return false;
-  if (is_fading()) {
-    const bool is_stop = next_ == Next::kStop;
-    const uint32_t ramp_us = is_stop ? envelope_.ramp_us() : envelope_.release_us();
-    if (synthesis.release(ramp_us)) next_ = Next::kNothing;
+  if (next_ == Next::kStop) {
+    synthesis.stop();
+    next_ = Next::kNothing;
+    return false;
+  }
+  if (next_ == Next::kFade) {
+    if (synthesis.release(envelope_.release_us())) next_ = Next::kNothing;
     return false;
   }
   Drive drive{};

@@ -4,8 +4,10 @@ namespace chladni {
 
 namespace {
 
-// A rise of 2000 K and more counts as this; the numbers fit 31 bits.
+// A rise of 2000 K and more counts as this; the numbers fit 31 bits. Where a rise leads to may be
+// more.
 constexpr uint32_t kMostUk = 2000000000;
+constexpr uint32_t kUkPerSixteenth = 6250;  // of 0.1 K
 constexpr int32_t kUkPerDk = 100000;
 
 // Resistance of a coil over that of a cold one, 15 bits. Copper gains a = 0.393 % per kelvin. What
@@ -16,6 +18,19 @@ uint32_t resistance_q15(uint32_t rise_dk) {
   constexpr uint32_t kMostDk = 1900;    // the sum fits 32 bits
   const uint32_t counted = rise_dk < kMostDk ? rise_dk : kMostDk;
   return ((1U << 15) + square_root((1U << 30) + counted * kPerDk)) / 2U;
+}
+
+// A share of the way from a rise to where it leads, sixteenths of 0.1 K: one in `up`, or `down`.
+int32_t step_uk(int32_t rise_uk, uint32_t target, int32_t up, int32_t down) {
+  constexpr uint32_t kMost = kMostUk / kUkPerSixteenth;
+  if (target <= kMost) {
+    const int32_t change = static_cast<int32_t>(target * kUkPerSixteenth) - rise_uk;
+    return change / (change > 0 ? up : down);
+  }
+  // So far away that a sixteenth more does not count.
+  const uint32_t rise = static_cast<uint32_t>(rise_uk) / kUkPerSixteenth, room = kMost - rise;
+  const uint32_t step = (target - rise) / static_cast<uint32_t>(up) + 1U;
+  return static_cast<int32_t>((step < room ? step : room) * kUkPerSixteenth);
 }
 
 // Whatever was taken to be at a lower limit than today's may have been at today's.
@@ -45,8 +60,10 @@ void CoilHeat::start(const Config& config, PinHeat& known, bool were_on) {
     const uint32_t pin = config.pwm_pins[k];
     const uint32_t rise_uk = pin < gpio::kPins ? known.rise_uk[pin] : PinHeat::kUnknown;
     const bool is_known = rise_uk != PinHeat::kUnknown;
-    rise_uk_[k] = is_known ? static_cast<int32_t>(rise_uk) : limit_uk_;
+    // A limit that was higher since the power came may have been used up before it came.
     if (!is_known && known.assumed_dk == 0) known.assumed_dk = config.limit_rise_dk;
+    rise_uk_[k] = is_known ? static_cast<int32_t>(rise_uk)
+                           : static_cast<int32_t>(known.assumed_dk) * kUkPerDk;
   }
 }
 
@@ -81,15 +98,12 @@ bool CoilHeat::add(const Squares& squares, uint32_t milliseconds) {
     const uint32_t square_q16 = sums_[k] / window_ms_;
     // 0.1 K times 16, then in microkelvin: each step fits 32 bits.
     const uint32_t target = ((square_q16 >> 1) * full_rise_dk_[k]) >> 11;
-    constexpr uint32_t kMost = kMostUk / 6250;
-    const auto target_uk = static_cast<int32_t>((target < kMost ? target : kMost) * 6250U);
     // Upwards a step of w/τ, a little more than the exponential one, and never past the target;
     // downwards one of w/(τ + w), a little less: both are the safe side.
     const auto window = static_cast<int32_t>(window_ms_);
-    const int32_t change = target_uk - rise_uk_[k];
     const int32_t up = heating_ms_ / window;
     const int32_t down = (heating_ms_ + window - 1) / window + 1;
-    rise_uk_[k] += change / (change > 0 ? (up > 1 ? up : 1) : down);
+    rise_uk_[k] += step_uk(rise_uk_[k], target, up > 1 ? up : 1, down);
   }
   sums_.fill(0);
   window_ms_ = 0;

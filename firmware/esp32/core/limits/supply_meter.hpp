@@ -18,6 +18,9 @@ class SupplyMeter {
     limit_ma_ = config.supply_ma;
   }
 
+  // How long outputs take to fade once the limit is passed.
+  void set_fade(uint32_t ramp_us) { fade_ms_ = ramp_us / 1000U + 1U; }
+
   // What the pins got in the last milliseconds.
   void add(const Squares& squares, uint32_t milliseconds) {
     if (milliseconds == 0) return;
@@ -25,53 +28,59 @@ class SupplyMeter {
     for (uint32_t k = 0; k < channels_; ++k) {
       sum_q8 += (squares[k] / milliseconds) * full_current_ma_[k] >> 8;
     }
-    const uint32_t mean_ma = (sum_q8 + 255U) >> 8;
+    const uint32_t mean_q4 = (sum_q8 + 15U) >> 4;
     const uint32_t shown = milliseconds < kSupplyWindowMs ? milliseconds : kSupplyWindowMs;
-    const uint32_t before = late_[at_];
+    const uint32_t before = late_q4_[at_];
     for (uint32_t passed = 0; passed < shown; ++passed) {
-      const uint32_t sum = sums_[at_] + mean_ma;
+      const uint32_t sum = sums_q4_[at_] + mean_q4;
       at_ = (at_ + 1U) % kSums;
-      sums_[at_] = sum;
-      late_[at_] = before;
+      sums_q4_[at_] = sum;
+      late_q4_[at_] = before;
     }
-    late_[at_] = before + mean_ma * milliseconds;
-    if (charge(sums_, kSupplyWindowMs) == 0) has_streamed_ = false;
+    late_q4_[at_] = before + mean_q4 * (milliseconds < 1000U ? milliseconds : 1000U);
+    if (charge_q4(sums_q4_, kSupplyWindowMs) == 0) has_streamed_ = false;
   }
 
-  uint32_t mean_ma() const { return charge(sums_, kSupplyWindowMs) / kSupplyWindowMs; }
-  // What was reckoned leaves room for rounding, and for a touch that follows another.
-  bool is_passed() const { return mean_ma() > most_ma(); }
+  uint32_t mean_ma() const {
+    return charge_q4(sums_q4_, kSupplyWindowMs) / (16U * kSupplyWindowMs);
+  }
+  // No wave that was reckoned gets there. A host that turns phases against the wave does, and so do
+  // late samples: then outputs fade before what they deliver meanwhile comes to a twentieth more.
+  bool is_passed() const {
+    const uint32_t charge = charge_q4(sums_q4_, kSupplyWindowMs);
+    const uint32_t fade = charge_q4(sums_q4_, 1) * (fade_ms_ / 3U + 1U);
+    return charge > limit_q4() && charge + fade > limit_q4() + limit_q4() / 20U;
+  }
   // A stream may use a window up in a moment, and a wave then finds none of it left.
   void note_stream() { has_streamed_ = true; }
   bool may_start_wave() const { return !has_streamed_; }
   // Whether the window that ends with a stream's last frame would pass the limit, if those held
-  // take so much, mA times ms, in so long.
+  // take so much, mA times ms, in so long. A thirty-second is for rounding.
   bool would_pass(uint32_t ahead, uint32_t ahead_ms) const {
     const uint32_t passed_ms = ahead_ms < kSupplyWindowMs ? kSupplyWindowMs - ahead_ms : 0U;
-    const uint32_t before = charge(late_, passed_ms);
-    return before + ahead > most_ma() * kSupplyWindowMs;
+    return charge_q4(late_q4_, passed_ms) + 16U * ahead > limit_q4() + limit_q4() / 32U;
   }
 
  private:
   static constexpr uint32_t kSums = kSupplyWindowMs + 1U;
-
-  uint32_t most_ma() const { return limit_ma_ + limit_ma_ / 32U; }
-
   using Sums = std::array<uint32_t, kSums>;
 
-  // mA times milliseconds, over the last so many.
-  uint32_t charge(const Sums& sums, uint32_t milliseconds) const {
+  // All in mA times milliseconds and four bits more: what a window may have, and what came in the
+  // last milliseconds.
+  uint32_t limit_q4() const { return 16U * limit_ma_ * kSupplyWindowMs; }
+  uint32_t charge_q4(const Sums& sums, uint32_t milliseconds) const {
     return sums[at_] - sums[(at_ + kSums - milliseconds) % kSums];
   }
 
   uint32_t channels_ = 0;
   std::array<uint16_t, kMaxChannels> full_current_ma_{};
   uint32_t limit_ma_ = 0;
+  uint32_t fade_ms_ = 1;
   bool has_streamed_ = false;
   // Since start, after each of the last milliseconds: what came in a turn of the main loop evenly
   // over it, and all of it at its end, since no one knows when it came.
-  Sums sums_{};
-  Sums late_{};
+  Sums sums_q4_{};
+  Sums late_q4_{};
   uint32_t at_ = 0;
 };
 

@@ -59,12 +59,12 @@ void DutyRing::forget_played() {
 }
 
 uint32_t DutyRing::frame_ma(const uint16_t* duties_q16) const {
-  uint32_t sum = 0;
+  uint32_t sum_q12 = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
     const uint32_t duty = duties_q16[k];
-    sum += (duty * duty >> 16) * full_current_ma_[k] >> 16;
+    sum_q12 += (duty * duty >> 16) * full_current_ma_[k] >> 4;
   }
-  return sum;
+  return (sum_q12 + 4095U) >> 12;
 }
 
 void DutyRing::steer() {

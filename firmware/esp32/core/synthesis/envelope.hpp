@@ -27,8 +27,6 @@ class Envelope {
   // the line it is on, whichever takes longer.
   Line current(uint32_t now_us) const;
   uint32_t release_us() const { return release_us_; }
-  // Of whatever has no time of its own.
-  uint32_t ramp_us() const { return ramp_us_; }
 
   // After lift-up the last place plays on for so long, at this line.
   uint32_t lift_pulse_us() const { return lift_pulse_us_; }

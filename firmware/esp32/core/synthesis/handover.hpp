@@ -58,6 +58,8 @@ struct Handover {
   // Set by the main loop once `command` is written, and cleared by the interrupt that has taken it:
   // the main loop writes only while it is 0, the interrupt reads only while it is 1.
   std::atomic<uint32_t> command_waits{0};
+  // Fade out at once; a command that waits is void. Cleared by the interrupt.
+  std::atomic<uint32_t> must_stop{0};
 
   // Interrupt to main loop.
   std::atomic<uint32_t> samples{0};  // since start

@@ -94,6 +94,11 @@ void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
     seen_beats_ = beats;
     quiet_end_ = samples_ + settings_.touch_timeout;
   }
+  if (handover_.must_stop.load(std::memory_order_acquire) != 0) {
+    fade_soon(FadeCause::kReleased);
+    handover_.command_waits.store(0, std::memory_order_release);
+    handover_.must_stop.store(0, std::memory_order_release);
+  }
   if (handover_.command_waits.load(std::memory_order_acquire) != 0) consider_command();
   if (ramp_left_ == 0) still_silent_channels();
   if (is_past_deadline()) return sample_at_deadline(hal);
@@ -177,7 +182,7 @@ void SamplePlayer::consider_command() {
   --seen_news_;  // it is looked at again in the next sample
   const bool is_at_odds =
       mode_ == Mode::kStream || command.waveform != waveform_ || command.kind == Kind::kStream;
-  if (is_at_odds && ramp_left_ == 0 && is_playing()) {
+  if (is_at_odds && is_playing()) {
     fade(FadeCause::kReleased, settings_.fade);  // what is playing makes room
   }
 }
@@ -191,8 +196,7 @@ bool SamplePlayer::can_take(const Command& command) const {
 
 void SamplePlayer::take(const Command& command) {
   if (command.kind == Kind::kRelease) {
-    const bool is_sooner = output() == Output::kFading && command.rate.samples < ramp_left_;
-    if (is_playing() || is_sooner) fade(FadeCause::kReleased, command.rate);
+    if (is_playing()) fade(FadeCause::kReleased, command.rate);
     return;
   }
   // A move comes too late once a deadline has ended its touch: only a new touch starts the clock.
@@ -238,6 +242,11 @@ void SamplePlayer::fade(FadeCause cause, RampRate rate) {
   ramp_left_ = rate_.samples;
   handover_.fade_cause.store(cause, std::memory_order_release);
   handover_.output.store(Output::kFading, std::memory_order_release);
+}
+
+void SamplePlayer::fade_soon(FadeCause cause) {
+  const bool is_sooner = output() == Output::kFading && settings_.fade.samples < ramp_left_;
+  if (is_playing() || is_sooner) fade(cause, settings_.fade);
 }
 
 int32_t SamplePlayer::step(int32_t from, int32_t to) const {
@@ -295,7 +304,7 @@ void SamplePlayer::catch_up(uint32_t missed) {
   // A ramp ends when it should, however few samples were made of it.
   const auto left = static_cast<uint32_t>(ramp_left_);
   ramp_left_ = static_cast<int32_t>(left - (missed < left ? missed : left));
-  if (missed >= settings_.most_late && is_playing()) fade(FadeCause::kLate, settings_.fade);
+  if (missed >= settings_.most_late) fade_soon(FadeCause::kLate);
 }
 
 void SamplePlayer::miss_deadline() {

@@ -40,7 +40,8 @@ class SamplePlayer {
   void sample(const Hal& hal, uint32_t missed);
 
   // What a channel's pin has got since start, whoever played: its duty's square (in steps, over
-  // 2^kSquareShift) for every sample that the duty stood. It wraps around after 13 s of full duty.
+  // 2^kSquareShift) for every sample that the duty stood. It wraps around after 13 s of full duty,
+  // and outputs outlast a main loop by 6 s at most.
   uint32_t square_sum(uint32_t channel) const {
     return __atomic_load_n(&channels_[channel].square_sum, __ATOMIC_RELAXED);
   }
@@ -78,6 +79,8 @@ class SamplePlayer {
   bool can_take(const Command& command) const;
   void take(const Command& command);
   void fade(FadeCause cause, RampRate rate);
+  // In the settings' ramp, if outputs would be on for longer.
+  void fade_soon(FadeCause cause);
   void go_off();
   // A ramp's step from one value to another.
   int32_t step(int32_t from, int32_t to) const;

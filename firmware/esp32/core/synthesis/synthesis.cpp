@@ -268,6 +268,11 @@ bool Synthesis::release(uint32_t ramp_us) {
   return post(command);
 }
 
+void Synthesis::stop() {
+  handover().must_stop.store(1, std::memory_order_release);
+  announce();
+}
+
 bool Synthesis::post(const Command& command) {
   handover().command = command;
   // What ended the last touch must not be taken for the end of this one.

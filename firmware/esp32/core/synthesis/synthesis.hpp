@@ -64,6 +64,8 @@ class Synthesis {
   bool play_stream();
   // Fade out.
   bool release(uint32_t ramp_us);
+  // Fade out in the settings' ramp, whatever plays or waits.
+  void stop();
   // The finger, or the host, is still there.
   void keep_alive();
 
@@ -93,7 +95,10 @@ class Synthesis {
  private:
   Handover& handover() { return player_.handover(); }
   const Handover& handover() const { return player_.handover(); }
-  bool has_command() const { return handover().command_waits.load(std::memory_order_acquire) != 0; }
+  bool has_command() const {
+    return handover().command_waits.load(std::memory_order_acquire) != 0 ||
+           handover().must_stop.load(std::memory_order_acquire) != 0;
+  }
   RampRate ramp_rate(uint32_t ramp_us) const;
   using Sizes = std::array<uint32_t, kMaxChannels>;
   uint32_t fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform);
