@@ -36,7 +36,7 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
     layer.test_an_interrupt_just_before_the_next_drops_a_duty_and_waits_for_nothing(chip_program)
     for option in ("mute", "stuck"):
         layer.test_a_panel_that_fails_is_looked_for_and_the_link_goes_on(chip_program, option)
-    for call in ("esp_partition_erase_range:1", "esp_partition_write:2"):
+    for call in ("esp_partition_erase_range:1", "esp_partition_write:3"):
         layer.test_flash_that_fails_refuses_a_configuration_and_keeps_the_old(chip_program, call)
     if chip_program.name == "esp32":  # which alone has two groups of channels
         carrier.test_sixteen_channels_play_on_both_groups(chip_program)

@@ -21,7 +21,7 @@ MOST_PER_LOOKUP, MOST_PER_CHANNEL = 600, 85
 """Of five channels, and of each further one."""
 MOST_RAM = 40 * 1024
 MOST_PER_SAMPLE = {
-    "sine_steady": 210, "sine_ramping": 270, "others_steady": 420, "others_ramping": 420,
+    "sine_steady": 240, "sine_ramping": 305, "others_steady": 420, "others_ramping": 420,
     "with_news": 1000,
 }  # fmt: skip
 """Of five channels. A sample has 12,288 cycles."""
