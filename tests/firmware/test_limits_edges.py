@@ -138,7 +138,7 @@ def test_an_end_that_no_one_asked_for_takes_no_release(end: str) -> None:
 
 @pytest.mark.parametrize(("frequency_hz", "waveform"), [(60.0, "sine"), (40.0, "ramp")])
 def test_a_host_that_turns_with_the_wave_gains_little(frequency_hz: float, waveform: str) -> None:
-    """It stays at the crest, which no mean foretells: the meter ends it. 10 % is what it gains."""
+    """It stays at the crest until the meter ends it. 10 % is what it gains."""
     bench = JudgedDevice(hot_board(**COOL), loud_table(Limits(500, 100_000, 10_000_000)))
     begun_us = bench.core.now_us
     for turn in range(400):

@@ -32,7 +32,7 @@ class Walk(JudgedDevice):
         self.crashes = 0
 
     def ask(self, work: Callable[[Device], object]) -> None:
-        """Of either host. One that the device no longer knows begins anew."""
+        """Of either host. One that the device no longer knows begins again."""
         if self.is_hung:
             return
         is_near = self.random.random() < 0.6 or self.core.network_port == 0
@@ -120,7 +120,6 @@ class Walk(JudgedDevice):
         self.stop()
         self.touch(is_down=False)
         self.run(10.0)
-
         if self.core.save_config(pack_config(wanted)) == "ok":
             self.next_config = wanted
             self.restart("software")

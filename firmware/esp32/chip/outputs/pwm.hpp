@@ -15,7 +15,8 @@ void gates_low(const Config& config);
 esp_err_t pwm_start(const Config& config);
 
 // Hand over all duties for the next carrier period. Safe with the flash cache off; neither spins
-// nor locks. What a channel has not yet taken is not overwritten: the new one is dropped, counted.
+// nor locks. What a channel has not yet taken is not overwritten: the new one is dropped and
+// counted, and the one that stays takes its place in `duties`.
 void pwm_set_duties(uint32_t* duties);
 
 // Duties dropped since start.

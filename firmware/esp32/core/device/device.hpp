@@ -45,7 +45,6 @@ class Device {
     if (input_.is_held_by(host)) lift();
   }
   void lift();
-  // Of a host or the console, so far: the number of the one that is held, until it lifts.
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }

@@ -50,8 +50,8 @@ class TouchPlayback {
     kNothing,
     kChange,  // to another drive of the same touch
     kStart,   // of a touch
-    kFade,
-    kStop,
+    kFade,    // in the release's time
+    kStop,    // at once
   };
 
   // To another place or line; a start that the interrupt was not told yet stays one.

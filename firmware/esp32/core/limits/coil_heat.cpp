@@ -85,8 +85,8 @@ int32_t CoilHeat::lead_uk(uint32_t channel, uint32_t reaction_ms) const {
   const uint32_t share_q10 =
       reaction_ms < heating_ms ? reaction_ms * 1024U / heating_ms + 1U : 1024U;
   const uint32_t scaled = (full_dk * share_q10 + 63U) / 64U;  // 0.1 K in sixteenths
-  constexpr uint32_t kMost = kMostUk / 6250U;
-  return static_cast<int32_t>((scaled < kMost ? scaled : kMost) * 6250U);
+  constexpr uint32_t kMost = kMostUk / kUkPerSixteenth;
+  return static_cast<int32_t>((scaled < kMost ? scaled : kMost) * kUkPerSixteenth);
 }
 
 bool CoilHeat::add(const Squares& squares, uint32_t milliseconds) {

@@ -11,7 +11,6 @@
 #include "core/generated/config_format.hpp"
 #include "core/storage/retained.hpp"
 #include "core/synthesis/drive.hpp"
-#include "core/synthesis/synthesis.hpp"
 
 namespace chladni {
 

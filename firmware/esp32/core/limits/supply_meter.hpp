@@ -21,9 +21,8 @@ class SupplyMeter {
   // How long outputs take to fade once the limit is passed.
   void set_fade(uint32_t ramp_us) { fade_ms_ = ramp_us / 1000U + 1U; }
 
-  // What the pins got in the last milliseconds.
+  // What the pins got in the last milliseconds, one at least.
   void add(const Squares& squares, uint32_t milliseconds) {
-    if (milliseconds == 0) return;
     uint32_t sum_q8 = 0;
     for (uint32_t k = 0; k < channels_; ++k) {
       sum_q8 += (squares[k] / milliseconds) * full_current_ma_[k] >> 8;
