@@ -38,8 +38,7 @@ class Judge:
         self.over_k = self.most_k = self.most_ma = self.over_ma = 0.0
         self.on_s = 0.0
         self.sees_supply = True
-        """Not while samples are late by more than a millisecond: a duty is held then. A supply's
-        limit has no reserve for it (docs/reliability.md)."""
+        """Not across a restart: what came before was under other limits."""
         self._before = np.zeros(0)
 
     def take(self, recording: Recording, config: DeviceConfig) -> None:
@@ -125,7 +124,7 @@ class JudgedDevice:
         self.run(0.1)
         self.core.restart(cause)
         self.config = self.next_config
-        self.judge.sees_supply = False  # what came before was under other limits
+        self.judge.sees_supply = False
         self.run(0.1)
         self.judge.sees_supply = True
 

@@ -69,14 +69,14 @@ def test_an_interrupt_that_comes_back_finds_its_gates_cut(table: Table) -> None:
     assert emulator.run(60.0).duty_steps[-1].any()
 
 
-@pytest.mark.parametrize("milliseconds", [0.5, 0.9, 3.0])
+@pytest.mark.parametrize("milliseconds", [0.2, 0.4, 3.0])
 def test_a_short_stall_is_no_death(table: Table, milliseconds: float) -> None:
-    """Beyond 1 ms outputs fade, as they did; the gates stay with the timer."""
+    """Beyond 0.5 ms outputs fade, as they did; the gates stay with the timer."""
     emulator = playing(table)
     emulator.core.delay_next_sample(milliseconds * 1e3)
     emulator.run(40.0)
     assert "interrupt stopped" not in causes(emulator)
-    assert ("interrupt late" in causes(emulator)) == (milliseconds > 1.0)
+    assert ("interrupt late" in causes(emulator)) == (milliseconds > 0.5)
 
 
 def test_an_idle_device_says_that_its_interrupt_is_dead(table: Table) -> None:
