@@ -75,9 +75,7 @@ class Walk(JudgedDevice):
         late_us = self.random.choice([60.0, 500.0, 4_500.0])
         self.core.delay_next_sample(late_us)
         if late_us > 1_000.0:
-            self.judge.sees_supply = False
             self.run(10.0)
-            self.judge.sees_supply = True
 
     def drop(self) -> None:
         self.core.drop_next_duties(self.random.randrange(32))
@@ -88,12 +86,10 @@ class Walk(JudgedDevice):
 
     def dead(self) -> None:
         """For longer than a missed sample only where the main loop can cut the gates."""
-        self.judge.sees_supply = False
         self.core.kill_interrupt(True)
         self.run(dead_ms := 0.5 if self.is_hung else self.random.choice([0.3, 2.0, 8.0]))
         self.core.kill_interrupt(False)
         self.run(2.0)
-        self.judge.sees_supply = True
         if dead_ms > 5.0:
             self.reset()  # which alone gives the gates back
 

@@ -70,7 +70,6 @@ void Device::start_outputs() {
   touch_.start(config(), timing.ramp_us);
   const uint32_t ramp_ms = timing.ramp_us / 1000U + 1U;
   const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
-  supply_.set_fade(timing.ramp_us);
   heat_.set_reaction(timing.touch_timeout_us / 1000U + release_ms);
 }
 

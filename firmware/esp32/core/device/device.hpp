@@ -138,6 +138,7 @@ class Device {
 
   // In a turn.
   void watch_samples();
+  void cut_outputs(uint32_t stopped_us);
   void watch_outputs();
   void watch_limits(uint32_t passed_ms);
   void handle(const TouchEvent& event);

@@ -8,7 +8,11 @@ namespace chladni {
 // cut past it, and only a start gives them back.
 void Device::watch_samples() {
   const uint32_t stopped_us = output_watch_.stopped_us(synthesis_, now_us());
-  if (stopped_us == 0 || faults_.stands(FaultCause::kInterruptStopped)) return;
+  if (stopped_us != 0) cut_outputs(stopped_us);
+}
+
+void Device::cut_outputs(uint32_t stopped_us) {
+  if (faults_.stands(FaultCause::kInterruptStopped)) return;
   hal_.cut_outputs(hal_.context);
   stand(FaultCause::kInterruptStopped, stopped_us / 1000U);
 }
@@ -47,8 +51,10 @@ void Device::watch_outputs() {
 
 void Device::watch_limits(uint32_t passed_ms) {
   if (passed_ms > 0) {
-    Squares squares;
-    synthesis_.take_squares(squares);
+    Squares squares{};
+    // Where the gates are cut nothing comes of the duties.
+    const bool is_cut = faults_.stands(FaultCause::kInterruptStopped);
+    if (!is_cut) synthesis_.take_squares(squares, passed_ms);
     supply_.add(squares, passed_ms);
     if (heat_.add(squares, passed_ms)) keep_retained(!is_quiet());
   }
@@ -57,7 +63,11 @@ void Device::watch_limits(uint32_t passed_ms) {
     stand(FaultCause::kCoilHot, hot);
   }
   // Waves are reckoned when they are posted, and frames when they are pushed: this is for the rest.
-  if (supply_.is_passed()) stand_supply();
+  if (!supply_.is_passed()) return;
+  stand_supply();
+  if (is_quiet()) return;
+  synthesis_.stop(Stop::kAtOnce);
+  if (synthesis_.is_stuck()) cut_outputs(1000U * passed_ms);
 }
 
 void Device::stand_supply() {

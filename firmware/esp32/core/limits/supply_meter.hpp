@@ -18,9 +18,6 @@ class SupplyMeter {
     limit_ma_ = config.supply_ma;
   }
 
-  // How long outputs take to fade once the limit is passed.
-  void set_fade(uint32_t ramp_us) { fade_ms_ = ramp_us / 1000U + 1U; }
-
   // What the pins got in the last milliseconds, one at least.
   void add(const Squares& squares, uint32_t milliseconds) {
     uint32_t sum_q8 = 0;
@@ -43,21 +40,22 @@ class SupplyMeter {
   uint32_t mean_ma() const {
     return charge_q4(sums_q4_, kSupplyWindowMs) / (16U * kSupplyWindowMs);
   }
-  // No wave that was reckoned gets there. A host that turns phases against the wave does, and so do
-  // late samples: then outputs fade before what they deliver meanwhile comes to a twentieth more.
+  // Nothing that was reckoned gets there (`reckoned_limit`). A host that turns phases against the
+  // wave does, and so do late samples. Outputs then go off at once: at the crest of a triangle,
+  // three times its mean, a turn and half a millisecond more deliver 7 % of a window, so that no
+  // window has a twentieth more than the limit.
   bool is_passed() const {
-    const uint32_t charge = charge_q4(sums_q4_, kSupplyWindowMs);
-    const uint32_t fade = charge_q4(sums_q4_, 1) * (fade_ms_ / 3U + 1U);
-    return charge > limit_q4() && charge + fade > limit_q4() + limit_q4() / 20U;
+    return charge_q4(sums_q4_, kSupplyWindowMs) > limit_q4() - limit_q4() / 40U;
   }
   // A stream may use a window up in a moment, and a wave then finds none of it left.
   void note_stream() { has_streamed_ = true; }
   bool may_start_wave() const { return !has_streamed_; }
   // Whether the window that ends with a stream's last frame would pass the limit, if those held
-  // take so much, mA times ms, in so long. A thirty-second is for rounding.
+  // take so much, mA times ms, in so long.
   bool would_pass(uint32_t ahead, uint32_t ahead_ms) const {
     const uint32_t passed_ms = ahead_ms < kSupplyWindowMs ? kSupplyWindowMs - ahead_ms : 0U;
-    return charge_q4(late_q4_, passed_ms) + 16U * ahead > limit_q4() + limit_q4() / 32U;
+    return charge_q4(late_q4_, passed_ms) + 16U * ahead >
+           16U * reckoned_limit(limit_ma_) * kSupplyWindowMs;
   }
 
  private:
@@ -74,7 +72,6 @@ class SupplyMeter {
   uint32_t channels_ = 0;
   std::array<uint16_t, kMaxChannels> full_current_ma_{};
   uint32_t limit_ma_ = 0;
-  uint32_t fade_ms_ = 1;
   bool has_streamed_ = false;
   // Since start, after each of the last milliseconds: what came in a turn of the main loop evenly
   // over it, and all of it at its end, since no one knows when it came.

@@ -27,6 +27,12 @@ enum class FadeCause : uint8_t {
   kUnderrun,      // the stream has run dry
 };
 
+enum class Stop : uint8_t {
+  kNo,
+  kFade,    // in the settings' ramp
+  kAtOnce,  // in the next sample
+};
+
 // How far a ramp goes per sample, without a division: (way >> 16) * factor >> shift.
 struct RampRate {
   int32_t samples = 1;
@@ -58,8 +64,8 @@ struct Handover {
   // Set by the main loop once `command` is written, and cleared by the interrupt that has taken it:
   // the main loop writes only while it is 0, the interrupt reads only while it is 1.
   std::atomic<uint32_t> command_waits{0};
-  // Fade out at once; a command that waits is void. Cleared by the interrupt.
-  std::atomic<uint32_t> must_stop{0};
+  // Whatever plays or waits; a command that waits is void. Cleared by the interrupt.
+  std::atomic<Stop> must_stop{Stop::kNo};
 
   // Interrupt to main loop.
   std::atomic<uint32_t> samples{0};  // since start

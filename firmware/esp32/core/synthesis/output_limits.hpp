@@ -11,6 +11,9 @@ constexpr uint32_t kMaxChannels = 16;
 // What a supply delivers is limited as its mean over any time so long.
 constexpr uint32_t kSupplyWindowMs = 64;
 
+// What drives and streams are reckoned against. The rest is for what is not known beforehand.
+constexpr uint32_t reckoned_limit(uint32_t supply_ma) { return supply_ma - supply_ma / 32U; }
+
 struct OutputLimits {
   uint32_t max_duty_q15 = 32768;  // ceiling of every duty
   uint32_t min_on_steps = 0;      // shortest pulse that still switches: the least of a wave

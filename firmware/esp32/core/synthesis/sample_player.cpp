@@ -94,10 +94,15 @@ void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
     seen_beats_ = beats;
     quiet_end_ = samples_ + settings_.touch_timeout;
   }
-  if (handover_.must_stop.load(std::memory_order_acquire) != 0) {
-    fade_soon(FadeCause::kReleased);
+  const Stop stop = handover_.must_stop.load(std::memory_order_acquire);
+  if (stop != Stop::kNo) {
+    if (stop == Stop::kAtOnce) {
+      go_off();
+    } else {
+      fade_soon(FadeCause::kReleased);
+    }
     handover_.command_waits.store(0, std::memory_order_release);
-    handover_.must_stop.store(0, std::memory_order_release);
+    handover_.must_stop.store(Stop::kNo, std::memory_order_release);
   }
   if (handover_.command_waits.load(std::memory_order_acquire) != 0) consider_command();
   if (ramp_left_ == 0) still_silent_channels();
@@ -281,9 +286,9 @@ void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t 
 void SamplePlayer::go_off() {
   meter_all(1);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    // A fade has brought the rest to 0.
-    channels_[k].second = 0;
-    channels_[k].errors = {};
+    const uint32_t sum = channels_[k].square_sum;
+    channels_[k] = Channel{};
+    channels_[k].square_sum = sum;
     duties_[k] = 0;
   }
   stream_gain_q15_ = stream_step_q30_ = 0;

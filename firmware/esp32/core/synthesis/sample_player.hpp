@@ -46,6 +46,11 @@ class SamplePlayer {
     return __atomic_load_n(&channels_[channel].square_sum, __ATOMIC_RELAXED);
   }
   static constexpr uint32_t kSquareShift = 8;
+  // What it gets with each sample for as long as no other comes.
+  uint32_t square(uint32_t channel) const {
+    const uint32_t duty = __atomic_load_n(&duties_[channel], __ATOMIC_RELAXED);
+    return duty * duty >> kSquareShift;
+  }
 
  private:
   // Gains and amplitudes are in duty steps times 2^(fraction_bits - 15), so that the wave in Q15

@@ -9,6 +9,8 @@ namespace {
 
 using Kind = Command::Kind;
 
+// Half of the meter's range: no sum of one turn is larger.
+constexpr uint32_t kMostSquares = 0x80000000U;
 // A ramp of fewer samples would need a factor beyond 15 bits.
 constexpr uint32_t kShortestRamp = 4;
 
@@ -172,12 +174,13 @@ uint32_t Synthesis::fitting_level(const Sizes& sizes, uint32_t level_q15, Wavefo
   const uint32_t taken = 2U * kBiasMarginSteps + limits.min_on_steps;
   const uint32_t peak_room = max_duty > taken ? (max_duty - taken) / 2U : 0U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
-  if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > limits.supply_ma) {
+  const uint32_t most_ma = reckoned_limit(limits.supply_ma);
+  if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > most_ma) {
     // Bit by bit: the largest level that the supply allows.
     uint32_t fitting = 0;
     for (uint32_t bit = 1U << 14; bit != 0; bit >>= 1) {
       const uint32_t trial = fitting | bit;
-      if (trial > level || delivered_ma(sizes, trial, waveform) > limits.supply_ma) continue;
+      if (trial > level || delivered_ma(sizes, trial, waveform) > most_ma) continue;
       fitting = trial;
     }
     level = fitting;
@@ -268,8 +271,10 @@ bool Synthesis::release(uint32_t ramp_us) {
   return post(command);
 }
 
-void Synthesis::stop() {
-  handover().must_stop.store(1, std::memory_order_release);
+void Synthesis::stop(Stop stop) {
+  // What is to end at once does so, whoever asks for less.
+  if (handover().must_stop.load(std::memory_order_relaxed) >= stop) return;
+  handover().must_stop.store(stop, std::memory_order_release);
   announce();
 }
 
@@ -304,14 +309,18 @@ uint32_t Synthesis::stream_charge(const uint16_t* duties_q16) {
   return held + last_ma * (settings_.ramp_us / 3000U + 1U);
 }
 
-void Synthesis::take_squares(Squares& squares) {
+void Synthesis::take_squares(Squares& squares, uint32_t milliseconds) {
   stream().forget_played();
   const uint32_t now = samples(), passed = now - seen_samples_;
   seen_samples_ = now;
+  is_stuck_ = passed == 0;
+  const uint32_t held_for = is_stuck_ ? samples_in(1000U * milliseconds, settings_.pwm_bits) : 0U;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const uint32_t sum = player_.square_sum(k);
-    uint32_t more = sum - seen_squares_[k];
-    seen_squares_[k] = sum;
+    uint32_t more = player_.square_sum(k) - seen_squares_[k];
+    // What was reckoned while none came is metered when the next one comes.
+    if (more > kMostSquares) more = 0;
+    more += player_.square(k) * held_for;
+    seen_squares_[k] += more;
     // What the shift has cut off each time, at most.
     if (more > 0) more += passed;
     // A sample lasts 2^bits/20,000 ms: of 10 bits 512/625 of a sum, of more bits less.

@@ -47,7 +47,7 @@ uint32_t samples_in(uint32_t microseconds, uint32_t pwm_bits);
 const char* to_text(FadeCause cause);
 
 // A coil stands under the last duty while samples are missing; it may for so long.
-constexpr uint32_t kMostLateUs = 1000;
+constexpr uint32_t kMostLateUs = 500;
 
 class Synthesis {
  public:
@@ -64,8 +64,8 @@ class Synthesis {
   bool play_stream();
   // Fade out.
   bool release(uint32_t ramp_us);
-  // Fade out in the settings' ramp, whatever plays or waits.
-  void stop();
+  // Whatever plays or waits.
+  void stop(Stop stop = Stop::kFade);
   // The finger, or the host, is still there.
   void keep_alive();
 
@@ -83,8 +83,11 @@ class Synthesis {
   uint32_t missed() const { return handover().missed.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.
   uint32_t limited() const { return limited_; }
-  // What the pins got since the last call, as the interrupt metered it.
-  void take_squares(Squares& squares);
+  // What the pins got since the last call, as the interrupt metered it. Where no sample came in
+  // these milliseconds, what the duties make that still stand there.
+  void take_squares(Squares& squares, uint32_t milliseconds);
+  // Whether none came.
+  bool is_stuck() const { return is_stuck_; }
   // What a stream would hold with one more frame: how long it would last, ms, and what the supply
   // would deliver to it, mA times ms.
   uint32_t stream_ms() const { return ((stream().ahead() + 1U) << settings_.pwm_bits) / 10000U; }
@@ -97,7 +100,7 @@ class Synthesis {
   const Handover& handover() const { return player_.handover(); }
   bool has_command() const {
     return handover().command_waits.load(std::memory_order_acquire) != 0 ||
-           handover().must_stop.load(std::memory_order_acquire) != 0;
+           handover().must_stop.load(std::memory_order_acquire) != Stop::kNo;
   }
   RampRate ramp_rate(uint32_t ramp_us) const;
   using Sizes = std::array<uint32_t, kMaxChannels>;
@@ -118,6 +121,7 @@ class Synthesis {
   // What was read of the interrupt's meter.
   std::array<uint32_t, kMaxChannels> seen_squares_{};
   uint32_t seen_samples_ = 0;
+  bool is_stuck_ = false;
 };
 
 }  // namespace chladni

@@ -25,6 +25,8 @@ SPAN_MARGIN_STEPS = 3
 """What an amplitude of full scale lacks of half the carrier period."""
 SUPPLY_WINDOW_S = 0.064
 """A supply's limit holds for the mean over any time so long (core/synthesis/output_limits.hpp)."""
+SUPPLY_RECKONED = 31.0 / 32.0
+"""Of the limit, against which waves are reckoned: the rest is for what no one knows beforehand."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,10 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
             (own.max_duty - rest - ROUNDING_STEPS / steps) / 2.0 - 1.0 / steps,
         ),
         "supply": _by_supply(
-            own.supply_limit_ma * 1e-3 / full_current, shares[plays], rest, frequency_hz
+            SUPPLY_RECKONED * own.supply_limit_ma * 1e-3 / full_current,
+            shares[plays],
+            rest,
+            frequency_hz,
         ),
         "heat": _by_heat(own.coil_limit_k / own.coil_k_per_w, own.supply_v**2 / own.coil_ohm, rest),
     }
