@@ -81,6 +81,16 @@ class Electronics:
         return self.drive == "bridge"
 
     @property
+    def full_current_a(self) -> float:
+        """What a coil draws at a duty of 1."""
+        return self.supply_v / (self.coil_ohm + self.bridge_ohm * self.is_bridge)
+
+    @property
+    def full_heat_w(self) -> float:
+        """What it then heats with: all of it but what a bridge takes itself."""
+        return self.full_current_a**2 * self.coil_ohm
+
+    @property
     def shortest_on_ns(self) -> float:
         """What no pulse of a wave is shorter than, by switch and diode; 0 of a bridge."""
         if self.is_bridge:
