@@ -1,4 +1,4 @@
-"""Boards with so many coils, on so many pins."""
+"""Boards with so many coils, on so many pins; and boards with bridges in place of switches."""
 
 from __future__ import annotations
 
@@ -22,3 +22,12 @@ def board_with(
         board.electronics, pwm_pins=CHIPS["esp32"].gates[:count] if pins else (), **electronics
     )
     return replace(board, actuators=actuators, electronics=wired, screws=(), coil=None)
+
+
+def with_bridges(board: Board, **electronics: Any) -> Board:
+    """Of a board with switches, without pins; all that only switches have is as by default."""
+    values: dict[str, Any] = {
+        "drive": "bridge", "diode_v": type(board.electronics).diode_v, "least_duty": 0.0,
+        "pwm_pins": (),
+    }  # fmt: skip
+    return replace(board, electronics=replace(board.electronics, **(values | electronics)))

@@ -93,14 +93,20 @@ def test_a_pressing_finger_leaves_micrometres_everywhere(made: Made) -> None:
 
 
 def test_pins_play_what_the_table_says_for_the_place(made: Made) -> None:
-    """Within a thousandth of the loudest coil, for the pixel of the panel that was touched."""
+    """Within a thousandth of the loudest coil, for the pixel of the panel that was touched.
+
+    Through a diode whose drop grows with the current within 2 % of it, and one gain for all coils.
+    """
     board, table = made
+    straight = replace(board, electronics=replace(board.electronics, diode_v=0.0))
     places = [(1.3e-3, -20.1e-3), (-2.9e-3, 4.4e-3)]
-    for (x, y), played in zip(places, played_drives(table, board, places), strict=True):
-        pixel = reported_um(emulated_config(board), (x * 1e3, y * 1e3))
-        said = table.drive_at(table.section(), *pixel)
-        turn = np.vdot(played, said)
-        assert np.abs(played * turn / abs(turn) - said).max() < 1e-3 * np.abs(said).max()
+    for own, exact, within in ((straight, True, 1e-3), (board, False, 0.02)):
+        for (x, y), played in zip(places, played_drives(table, own, places), strict=True):
+            pixel = reported_um(emulated_config(own), (x * 1e3, y * 1e3))
+            said = table.drive_at(table.section(), *pixel)
+            turn = np.vdot(played, said)
+            turn /= abs(turn) if exact else np.vdot(played, played).real
+            assert np.abs(played * turn - said).max() < within * np.abs(said).max()
 
 
 @pytest.mark.parametrize("made", ["strip5"], indirect=True)
@@ -138,7 +144,7 @@ def test_a_diode_without_a_floor_bends_what_the_pins_say() -> None:
     straight, bent = (
         score_table(table, own, size=0, samples=0, pitch=12e-3) for own in (board, bare)
     )
-    assert straight.second_harmonic.other_20mm_db.p90 < -80.0
+    assert straight.second_harmonic.other_20mm_db.p90 < -50.0
     assert bent.second_harmonic.other_20mm_db.median > -50.0
     assert bent.second_harmonic.own_db.median > -25.0
     assert bent.second_finger_20mm_db is not None

@@ -207,7 +207,7 @@ def test_full_drive_keeps_every_limit_and_uses_one_up(
     crest = 2.0 * np.maximum(delivered - delivered.mean(), 0.0).mean() / (160.0 * 0.064)
     used = {
         "duty": duty.max() / own.max_duty,
-        "supply": (delivered.mean() + crest) * 1e3 / (31 / 32 * own.supply_limit_ma),
+        "supply": (delivered.mean() + crest) * 1e3 / (own.supply_limit_ma * 31.0 / 32.0),
         "heat": (current**2).mean(axis=1).max()
         * own.coil_ohm
         * own.coil_k_per_w

@@ -15,7 +15,7 @@ from chladni.host.emulation._emulator import half_span_steps
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.config import coil_gains
 from chladni.sim.board.board import Board
-from chladni.sim.coil.flyback import FlybackCircuit, circuit_of
+from chladni.sim.coil.circuit import CoilCircuit, circuit_of
 from chladni.tables.table import Section
 
 FloatArray = NDArray[np.float64]
@@ -46,12 +46,12 @@ def phasors(
     recording: Recording,
     play: Play,
     frequency_hz: float,
-    circuit: FlybackCircuit | None = None,
+    circuit: CoilCircuit | None = None,
 ) -> ComplexArray:
     """Complex amplitude of every channel's sine, duty as a share of 1, shape (channels,).
 
     With a circuit it is that of the current in place of the duty, by what a duty more drives while
-    the current flows; the pins then say what a flyback diode leaves of their sine.
+    the current flows; the pins then say what a flyback diode leaves of their sine, or a bridge.
 
     Phase 0 is a cosine at the first sample of the recording. The least squares of
     c + a cos ωt + b sin ωt, weighted by a Blackman–Harris window: any stretch will do, of no whole

@@ -61,7 +61,8 @@ class TableScore(Score):
     bytes, bits, pitch_mm
         Of the table: its size, the width of its integers, and from one region to the next.
     second_harmonic
-        What a flyback diode's bend leaves at twice the frequency, which no drive focuses.
+        What a flyback diode's bend leaves at twice the frequency, which no drive focuses; bridges
+        have no diode.
     error_estimate
         Of the fields.
     """

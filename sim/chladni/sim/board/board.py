@@ -157,6 +157,8 @@ def _read_by_focus(board: Board) -> dict[str, Any]:
             own.max_duty, own.supply_v, own.supply_limit_ma, own.coil_ohm, own.coil_k_per_w,
             own.coil_limit_k,
         ]  # fmt: skip
+        if own.is_bridge:
+            numbers["full_drive"] += [own.drive, own.bridge_ohm]
     return numbers
 
 

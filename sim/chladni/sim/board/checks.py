@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from chladni.sim.board.coil_checks import check_coil
-from chladni.sim.board.electronics import CHIP_NAMES, PANEL_KINDS
+from chladni.sim.board.electronics import (
+    CHIP_NAMES,
+    DRIVER_KINDS,
+    ONLY_OF,
+    PANEL_KINDS,
+    Electronics,
+)
 from chladni.sim.board.foundation_checks import SAME_PLACE, check_foundation
-from chladni.sim.board.gpio import CHIPS, pin_fault
+from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
 from chladni.sim.board.panel_layer import check_layer
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ConflictError, InputError, MissingError
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
@@ -53,6 +60,7 @@ def check_board(board: BoardParts) -> None:
     _check_panel(board)
     _check_focus(board)
     _check_actuators(board)
+    check_driver(board.electronics)
     _check_pins(board)
     _check_places(board)
     check_foundation(board, [disc for disc in _discs(board) if disc[2] > 0.0])
@@ -93,10 +101,49 @@ def _check_focus(board: BoardParts) -> None:
         raise InputError("active.margin_mm", active.margin / MM, expected)
 
 
+def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
+    """Refuse what only the other kind of driver has, and more bridges than a chip has pins for.
+
+    Parameters
+    ----------
+    given
+        Keys that stand in the board file; with those a default is refused too.
+    """
+    if own.drive not in DRIVER_KINDS:
+        expected = "one of: " + ", ".join(map(repr, DRIVER_KINDS))
+        raise InputError("electronics.drive", own.drive, expected)
+    for key, (kind, why) in ONLY_OF.items():
+        value = getattr(own, key)
+        is_said = value != getattr(Electronics, key) or (key in given and value)
+        if kind != own.drive and is_said:
+            raise ConflictError(
+                f"electronics.{key}", f'electronics.drive = "{own.drive}"',
+                hint=f"{why}: leave it out, or set electronics.drive to '{kind}'",
+            )  # fmt: skip
+    if not own.is_bridge:
+        return
+    if len(own.pwm_pins) > MOST_BRIDGES:
+        raise InputError(
+            "electronics.drive",
+            f"{len(own.pwm_pins)} bridges",
+            f"at most {MOST_BRIDGES} bridges",
+            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge",
+        )
+    if own.pwm_pins and not own.sign_pins:
+        raise MissingError(
+            "electronics.sign_pins",
+            f"{len(own.pwm_pins)} GPIOs, one per bridge",
+            hint="a bridge's PWM pin has the magnitude, another pin the sign",
+        )
+    if len(own.sign_pins) != len(own.pwm_pins) or len(set(own.sign_pins)) != len(own.sign_pins):
+        expected = f"{len(own.pwm_pins)} different pins, one for each of pwm_pins"
+        raise InputError("electronics.sign_pins", list(own.sign_pins), expected)
+
+
 def _check_pins(board: BoardParts) -> None:
     """Every pin can be on the chip what the board file makes it, and is one thing only."""
     own = board.electronics
-    if own.diode_v >= own.supply_v:
+    if not own.is_bridge and own.diode_v >= own.supply_v:
         expected = f"less than supply_v, {own.supply_v:g}"
         raise InputError("electronics.diode_v", own.diode_v, expected)
     panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
@@ -114,13 +161,22 @@ def _check_pins(board: BoardParts) -> None:
         "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
         "reset": panel.reset_pin,
     }  # fmt: skip
-    fault = pin_fault(gates, chip=chip, **bus)
+    fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
     if fault is not None:
-        keys = {"panel's data line": "panel.sda_pin", "panel's clock": "panel.scl_pin",
-                "panel's interrupt line": "panel.interrupt_pin",
-                "panel's reset line": "panel.reset_pin"}  # fmt: skip
-        where = keys.get(fault.role, "electronics.pwm_pins")
-        raise InputError(where, fault.pin, fault.expected, hint=fault.hint)
+        raise InputError(_key_of(fault), fault.pin, fault.expected, hint=fault.hint)
+
+
+def _key_of(fault: PinFault) -> str:
+    """Of a board file: where the pin stands."""
+    if fault.role.startswith("sign"):
+        return "electronics.sign_pins"
+    keys = {
+        "panel's data line": "panel.sda_pin",
+        "panel's clock": "panel.scl_pin",
+        "panel's interrupt line": "panel.interrupt_pin",
+        "panel's reset line": "panel.reset_pin",
+    }
+    return keys.get(fault.role, "electronics.pwm_pins")
 
 
 def _check_supports(board: BoardParts) -> None:

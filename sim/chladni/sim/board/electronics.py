@@ -15,6 +15,16 @@ NOT_WIRED = 255
 PanelKind = Literal["find", "ft6x36", "gt911"]
 ChipName = Literal["esp32", "esp32s3"]
 CHIP_NAMES: tuple[ChipName, ...] = ("esp32", "esp32s3")
+DriverKind = Literal["switch", "bridge"]
+DRIVER_KINDS: tuple[DriverKind, ...] = ("switch", "bridge")
+ONLY_OF: dict[str, tuple[DriverKind, str]] = {
+    "diode_v": ("switch", "a bridge's current passes no diode"),
+    "least_duty": ("switch", "a bridge's current never stops"),
+    "sign_pins": ("bridge", "a switch drives one way"),
+    "lost_ns": ("bridge", "of a switch it is min_on_ns"),
+    "bridge_ohm": ("bridge", "a switch counts as without resistance"),
+}
+"""Keys that mean nothing with the other kind of driver, and why."""
 PanelPlace = Literal["", "on", "in", "beside"]
 PANEL_PLACES: tuple[PanelPlace, ...] = ("", "on", "in", "beside")
 PANEL_SIDES = ("top", "under")
@@ -25,14 +35,21 @@ PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 class Electronics:
     """PWM outputs and the limits the firmware keeps. Times in the unit of their name.
 
-    `chip` is what makes the PWM. `diode_v` is the drop of a coil's flyback diode. `pwm_pins` is
-    empty on a board that is only computed. The carrier is 80 MHz / 2^pwm_bits (LEDC of either
-    chip). `max_duty` is the ceiling of every duty. A pulse shorter than `min_on_ns` does not switch
-    the transistor; every wave stays above it, and above `least_duty`, which keeps a coil's current
-    flowing through its diode. `supply_limit_ma` holds for what the supply delivers to all coils,
-    as a mean over any 64 ms. A coil's rise above the air is that of one thermal resistance and one
-    time constant: 60 K/W and 30 s are estimates for a coil of 15 mm in still air, 60 K the rise
-    that class A enamel (105 °C) leaves at 45 °C.
+    `chip` is what makes the PWM. `pwm_pins` is empty on a board that is only computed. The carrier
+    is 80 MHz / 2^pwm_bits (LEDC of either chip). `max_duty` is the ceiling of every duty.
+    `supply_limit_ma` holds for what the supply delivers to all coils, as a mean over any 64 ms. A
+    coil's rise above the air is that of one thermal resistance and one time constant: 60 K/W and
+    30 s are estimates for a coil of 15 mm in still air, 60 K the rise that class A enamel (105 °C)
+    leaves at 45 °C.
+
+    `drive` says what stands between a pin and its coil. A "switch" to ground drives the current one
+    way, so a wave is a sine on a bias. A pulse shorter than `min_on_ns` does not switch the
+    transistor; every wave stays above it, and above `least_duty`, which keeps a coil's current
+    flowing through its flyback diode, of which `diode_v` is the drop. A full "bridge" drives the
+    current both ways and needs no bias: the PWM pin has the magnitude of the duty, a pin of
+    `sign_pins` its sign (empty where `pwm_pins` is). Each pulse loses `lost_ns` to dead time and
+    slow edges: 40 ns is an estimate. `bridge_ohm` is the resistance of the two transistors in the
+    current's way: 0.28 Ω is typical of a DRV8838 (TI, SLVSBA4).
     """
 
     pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
@@ -51,10 +68,33 @@ class Electronics:
     diode_v: float = quantity("diode_v", 1.0, 0.0, 5.0, default=0.25)
     least_duty: float = quantity("least_duty", 1.0, 0.0, 0.5, default=0.0)
     chip: ChipName = "esp32"
+    drive: DriverKind = "switch"
+    sign_pins: tuple[int, ...] = quantity(
+        "sign_pins", 1.0, 0, 48, count=0, integer=True, default=()
+    )
+    lost_ns: float = quantity("lost_ns", 1.0, 0.0, 500.0, default=40.0)
+    bridge_ohm: float = quantity("bridge_ohm", 1.0, 0.0, 20.0, default=0.28)
+
+    @property
+    def is_bridge(self) -> bool:
+        """Whether each coil has a full bridge, which drives its current both ways."""
+        return self.drive == "bridge"
+
+    @property
+    def full_current_a(self) -> float:
+        """What a coil draws at a duty of 1."""
+        return self.supply_v / (self.coil_ohm + self.bridge_ohm * self.is_bridge)
+
+    @property
+    def full_heat_w(self) -> float:
+        """What it then heats with: all of it but what a bridge takes itself."""
+        return self.full_current_a**2 * self.coil_ohm
 
     @property
     def shortest_on_ns(self) -> float:
-        """What no pulse of a wave is shorter than, by the switch and by the diode."""
+        """What no pulse of a wave is shorter than, by switch and diode; 0 of a bridge."""
+        if self.is_bridge:
+            return 0.0
         return max(self.min_on_ns, self.least_duty * (1 << self.pwm_bits) / CLOCK_HZ * 1e9)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.checks import check_driver
 from chladni.sim.board.coil_checks import winding_makes
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import FINGERS, Finger
@@ -220,6 +221,7 @@ def board_from_document(document: dict[str, Any]) -> Board:
     parts: dict[str, Any] = {
         key: part_from(cls, document[key], key) for key, cls in SECTIONS.items()
     }
+    check_driver(parts["electronics"], document["electronics"])
     features: dict[str, Any] = {
         key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
     }

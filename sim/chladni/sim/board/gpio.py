@@ -24,6 +24,9 @@ class Chip:
         PWM outputs of the LEDC.
     gates
         GPIOs that can drive a gate with a pull-down, beside the link and one I²C bus.
+    signs
+        GPIOs that can tell a bridge the sign of its duty. All signs are set by one write to a
+        register, which reaches GPIO 0 to 31. A bridge holds the line low while no one drives it.
     outputs
         And those of a bus, a panel's reset among them.
     inputs
@@ -45,6 +48,7 @@ class Chip:
     module: str
     channels: int
     gates: tuple[int, ...]
+    signs: tuple[int, ...]
     outputs: tuple[int, ...]
     inputs: tuple[int, ...]
     bus: tuple[int, ...]
@@ -59,6 +63,12 @@ _ABSENT = "this chip has no such pin"
 _FLASH = "it is the flash chip's"
 _LINK = "it is UART0's, the link's own line"
 _BUS = "it is left for the panel's bus"
+_BEYOND = "all signs are set by one write, which reaches GPIO 0 to 31"
+MOST_BRIDGES = 8
+"""On either chip: an ESP32-S3 has eight PWM channels, and an ESP32's 17 gates, two for each bridge,
+are enough for eight."""
+SIGNS_BELOW = 32
+"""GPIOs that one write reaches."""
 
 _ESP32_GATES = (2, 4, 5, 12, 13, 14, 15, 16, 17, 18, 19, 23, 25, 26, 27, 32, 33)
 _ESP32_OUTPUTS = (*_ESP32_GATES, 21, 22)
@@ -68,13 +78,14 @@ _ESP32 = Chip(
     module="ESP32-WROOM-32",
     channels=16,
     gates=_ESP32_GATES,
+    signs=tuple(pin for pin in _ESP32_GATES if pin < SIGNS_BELOW),
     outputs=_ESP32_OUTPUTS,
     inputs=(*_ESP32_OUTPUTS, 34, 35, 36, 37, 38, 39),
     bus=tuple(pin for pin in _ESP32_OUTPUTS if pin not in (2, 12)),
     pulled_up=(5, 14, 15),
     not_beside_psram=(16, 17),
     reasons={
-        0: "it must be high at reset, where a gate's pull-down holds it low",
+        0: "it must be high at reset, where a pull-down holds it low",
         1: _LINK,
         2: "it is a strap that the bus's pull-up would hold high",
         3: _LINK,
@@ -90,18 +101,21 @@ _ESP32 = Chip(
 # Of 45 pins those are left out as gates that some module or board of the maker has no use of or
 # moves at power-on: there are more than eight without them.
 _S3_GATES = (1, 2, 4, 5, 6, 7, 10, 11, 12, 13, 14, 15, 16, 17, 38)
+# A sign that is high for a moment at power-on moves nothing: its bridge's gate is low.
+_S3_SIGNS = (*(pin for pin in _S3_GATES if pin < SIGNS_BELOW), 18, 21)
 _S3_OUTPUTS = (*_S3_GATES, 8, 9, 18, 21, 39, 40, 41, 42)
 _ESP32S3 = Chip(
     module="ESP32-S3-WROOM-1",
     channels=8,
     gates=_S3_GATES,
+    signs=_S3_SIGNS,
     outputs=_S3_OUTPUTS,
     inputs=(*_S3_OUTPUTS, 3),
     bus=_S3_OUTPUTS,
     pulled_up=(),
     not_beside_psram=(),
     reasons={
-        0: "it must be high at reset, where a gate's pull-down holds it low",
+        0: "it must be high at reset, where a pull-down holds it low",
         3: "it is a strap that says where JTAG is",
         **dict.fromkeys((8, 9), _BUS),
         **dict.fromkeys((18, 21), "it may be high for a moment at power-on"),
@@ -158,6 +172,7 @@ class PinFault:
 def pin_fault(
     gates: Sequence[int],
     *,
+    signs: Sequence[int] = (),
     chip: ChipName = "esp32",
     sda: int | None = None,
     scl: int | None = None,
@@ -170,6 +185,8 @@ def pin_fault(
     ----------
     gates
         Of the channels in use, in order.
+    signs
+        Of the same channels' bridges; empty with switches.
     sda, scl
         Of the panel's bus; None where there is no panel, whose other pins do not count then.
     """
@@ -177,9 +194,13 @@ def pin_fault(
     if len(gates) > own.channels:
         why = f"{chip} has {own.channels} PWM channels"
         return PinFault(f"gate of channel {own.channels}", gates[own.channels], why, ())
+    if len(signs) > MOST_BRIDGES:
+        why = f"{chip} has pins for {MOST_BRIDGES} bridges"
+        return PinFault(f"sign of channel {MOST_BRIDGES}", signs[MOST_BRIDGES], why, ())
     roles: list[tuple[str, int, tuple[int, ...]]] = [
         (f"gate of channel {k}", pin, own.gates) for k, pin in enumerate(gates)
     ]
+    roles += [(f"sign of channel {k}", pin, own.signs) for k, pin in enumerate(signs)]
     if sda is not None and scl is not None:
         roles += [("panel's data line", sda, own.bus), ("panel's clock", scl, own.bus)]
         if interrupt != NOT_WIRED:
@@ -192,7 +213,9 @@ def pin_fault(
         if pin == NOT_WIRED:
             return PinFault(role, pin, "no pin is given", free)
         if pin not in allowed:
-            return PinFault(role, pin, own.reasons.get(pin, _ABSENT), free)
+            is_beyond = allowed is own.signs and pin in own.gates
+            why = _BEYOND if is_beyond else own.reasons.get(pin, _ABSENT)
+            return PinFault(role, pin, why, free)
         if pin in taken[:k]:
             other = roles[taken.index(pin)][0]
             return PinFault(role, pin, f"the {other} has it", free)

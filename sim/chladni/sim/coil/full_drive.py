@@ -1,8 +1,9 @@
 """The most that a board's coils can be given: duty, supply and heat, as the firmware keeps them.
 
-A duty d is bias + amplitude · sin, the bias being the amplitude and a rest for rounding and for the
-shortest pulse. A coil's current is d V/R, and the supply feeds it only while its switch is on: it
-delivers d² V/R.
+A duty d is bias + amplitude · sin. A switch's bias is the amplitude and a rest for rounding and for
+the shortest pulse. A bridge has no bias: its d has either sign. A coil's current is d V/R, where R
+has a bridge's two transistors in it, and the supply feeds it only during pulses: it delivers
+d² V/R. What a bridge loses of each pulse (`lost_ns`) is left out: 0.4 % of a full amplitude.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import CLOCK_HZ
+from chladni.sim.board.electronics import CLOCK_HZ, Electronics
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -22,7 +23,7 @@ ROUNDING_STEPS = 2
 """Duty steps below a wave, and as many above, by which error feedback may round. The firmware
 counts an amplitude a step larger than it is."""
 SPAN_MARGIN_STEPS = 3
-"""What an amplitude of full scale lacks of half the carrier period."""
+"""What an amplitude of full scale lacks of half the carrier period, with bridges of all of it."""
 SUPPLY_WINDOW_S = 0.064
 """A supply's limit holds for the mean over any time so long (core/synthesis/output_limits.hpp)."""
 SUPPLY_RECKONED = 31.0 / 32.0
@@ -36,7 +37,7 @@ class FullDrive:
     Attributes
     ----------
     duty
-        Amplitude of that coil's duty, 0 to 0.5.
+        Amplitude of that coil's duty: 0 to 0.5, with bridges to 1.
     limited_by
         What keeps it there: "duty", "supply" or "heat".
     volts, amperes
@@ -44,7 +45,7 @@ class FullDrive:
     newtons
         Peak of its force if it were held still.
     bias
-        Mean duty of every coil, shape (actuators,).
+        Mean duty of every coil, shape (actuators,); 0 with bridges.
     bias_newtons
         Steady force of every coil, shape (actuators,), N.
     """
@@ -64,7 +65,9 @@ def lowest_duty(shortest_on_ns: float, pwm_bits: int) -> float:
 
 
 def least_duty(board: Board) -> float:
-    """The lowest duty of a board's waves."""
+    """The lowest duty of a board's waves; 0 with bridges, whose waves pass through it."""
+    if board.electronics.is_bridge:
+        return 0.0
     return lowest_duty(board.electronics.shortest_on_ns, board.electronics.pwm_bits)
 
 
@@ -83,30 +86,26 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     if coil is None or not sizes.max() > 0.0:
         return None
     shares = sizes / sizes.max()
-    steps = 2**own.pwm_bits
-    rest = least_duty(board)
     plays = shares > 0.0
-    full_current = own.supply_v / own.coil_ohm
+    swing = _Swing(biased=not own.is_bridge, rest=least_duty(board))
     limits = {
-        "duty": min(
-            0.5 - SPAN_MARGIN_STEPS / steps,
-            (own.max_duty - rest - ROUNDING_STEPS / steps) / 2.0 - 1.0 / steps,
-        ),
+        "duty": _by_duty(own, swing.rest),
         "supply": _by_supply(
-            SUPPLY_RECKONED * own.supply_limit_ma * 1e-3 / full_current,
+            SUPPLY_RECKONED * own.supply_limit_ma * 1e-3 / own.full_current_a,
             shares[plays],
-            rest,
+            swing,
             frequency_hz,
         ),
-        "heat": _by_heat(own.coil_limit_k / own.coil_k_per_w, own.supply_v**2 / own.coil_ohm, rest),
+        "heat": swing.by_heat(own.coil_limit_k / own.coil_k_per_w / own.full_heat_w),
     }
     limited_by = min(limits, key=lambda name: limits[name])
     duty = max(0.0, float(limits[limited_by]))
     volts = duty * own.supply_v
     omega = 2.0 * np.pi * frequency_hz
-    amperes = volts / abs(coil.resistance + 1j * omega * coil.inductance)
-    bias = np.where(plays, duty * shares + rest, 0.0) if duty > 0.0 else np.zeros(shares.shape)
-    steady = coil.force_factor * own.supply_v / coil.resistance
+    ohm = coil.resistance + own.bridge_ohm * own.is_bridge
+    amperes = volts / abs(ohm + 1j * omega * coil.inductance)
+    bias = np.where(plays, swing.bias(duty * shares), 0.0) if duty > 0.0 else np.zeros(shares.shape)
+    steady = coil.force_factor * own.supply_v / ohm
     return FullDrive(
         duty=duty,
         limited_by=limited_by,
@@ -118,24 +117,52 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     )
 
 
-def _by_supply(most: float, shares: FloatArray, rest: float, frequency_hz: float) -> float:
+@dataclass(frozen=True)
+class _Swing:
+    """What a coil's duty swings about: its amplitude and a rest, or with bridges nothing."""
+
+    biased: bool
+    rest: float
+
+    def bias(self, amplitude: FloatArray) -> FloatArray:
+        return amplitude * self.biased + self.rest
+
+    def by_heat(self, most: float) -> float:
+        """The amplitude a of which the mean square (b a + r)² + a²/2 of the duty is `most`.
+
+        b is 1 with a bias and 0 without.
+        """
+        return _root(self.biased + 0.5, 2.0 * self.biased * self.rest, most - self.rest**2)
+
+
+def _by_duty(own: Electronics, rest: float) -> float:
+    """The amplitude of which the crest, rounded up, just keeps `max_duty`."""
+    steps = 1 << own.pwm_bits
+    crest = own.max_duty - ROUNDING_STEPS / steps
+    if own.is_bridge:
+        return min(1.0 - SPAN_MARGIN_STEPS / steps, crest - 1.0 / steps)
+    return min(0.5 - SPAN_MARGIN_STEPS / steps, (crest - rest) / 2.0 - 1.0 / steps)
+
+
+def _by_supply(most: float, shares: FloatArray, swing: _Swing, frequency_hz: float) -> float:
     """The amplitude a of the loudest coil at which no window's Σ d² is above `most`.
 
-    Of coil k with its amplitude a_k = a s_k and bias a_k + r the mean of d² is
-    (a_k + r)² + a_k²/2. A window may have more of the crest than of the trough, by half a period's
-    area: of the wave 1/π of a period, of its square about the mean 1/(4 π). The firmware allows for
-    that twice, where one touch follows another. Below some hertz a window sees nothing but the
-    crest, (2 a_k + r)².
+    Of coil k with its amplitude a_k = a s_k and bias b a_k + r, b being 1 with a bias and 0
+    without, the mean of d² is (b a_k + r)² + a_k²/2. A window may have more of the crest than of
+    the trough, by half a period's area: of the wave 1/π of a period, of its square about the mean
+    1/(4 π). The firmware allows for that twice, where one touch follows another. Below some hertz a
+    window sees nothing but the crest, ((1 + b) a_k + r)².
     """
     periods = 2.0 / (frequency_hz * SUPPLY_WINDOW_S)
     squares, sums = float((shares**2).sum()), float(shares.sum())
-    rests = rest**2 * shares.size
+    biased, rest = float(swing.biased), swing.rest
+    rests, crest = rest**2 * shares.size, 1.0 + biased
     swinging = _root(
-        squares * (1.5 + periods * 9.0 / (4.0 * np.pi)),
-        sums * rest * (2.0 + 2.0 * periods / np.pi),
+        squares * (biased + 0.5 + periods * (8.0 * biased + 1.0) / (4.0 * np.pi)),
+        sums * rest * (2.0 * biased + 2.0 * periods / np.pi),
         most - rests,
     )
-    return max(swinging, _root(4.0 * squares, 4.0 * sums * rest, most - rests))
+    return max(swinging, _root(crest**2 * squares, 2.0 * crest * sums * rest, most - rests))
 
 
 def _root(square: float, linear: float, room: float) -> float:
@@ -143,11 +170,3 @@ def _root(square: float, linear: float, room: float) -> float:
     if room <= 0.0:
         return 0.0
     return float((np.sqrt(linear**2 + 4.0 * square * room) - linear) / (2.0 * square))
-
-
-def _by_heat(watts: float, full_watts: float, rest: float) -> float:
-    """The amplitude a of which the mean square (a + r)² + a²/2 of the duty heats no more."""
-    # 1.5 a² + 2 r a + r² = share
-    share = watts / full_watts
-    inner = rest**2 - 1.5 * (rest**2 - share)
-    return float((np.sqrt(inner) - rest) / 1.5) if inner > rest**2 else 0.0

@@ -1,4 +1,4 @@
-"""What a steady force of each coil does: a duty never goes below zero, so a bias rides under it."""
+"""What a steady force of each coil does: that of the bias of switches, which drive one way."""
 
 from __future__ import annotations
 

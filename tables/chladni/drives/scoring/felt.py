@@ -45,7 +45,8 @@ class Felt:
         `finger_um` above the detection threshold at the drive's frequency; None outside 40 to 800
         Hz.
     static_um
-        Deflection under the finger by the coils' bias; None where nothing holds the board.
+        Deflection under the finger by the coils' bias; None where nothing holds the board, and with
+        bridges, which have no bias.
     finger_load
         What the finger of the board file changes, or the usual one.
     """
@@ -89,7 +90,7 @@ def felt(problem: Problem, drive: ComplexArray) -> Felt:
 
 def _static_um(problem: Problem, full: FullDrive | None) -> float | None:
     static = problem.solved.static
-    if full is None or static is None:
+    if full is None or static is None or problem.board.electronics.is_bridge:
         return None
     deflection = np.tensordot(full.bias_newtons, static[:, problem.disc].mean(axis=1), axes=1)
     return float(deflection) / MICROMETRE

@@ -61,7 +61,7 @@ def warm(board: Board, drive: ComplexArray) -> Warm | None:
     own = board.electronics
     sizes = np.abs(drive)
     amplitude = full.duty * sizes / sizes.max()
-    cold = (full.bias**2 + amplitude**2 / 2.0) * own.supply_v**2 / own.coil_ohm
+    cold = (full.bias**2 + amplitude**2 / 2.0) * own.full_heat_w
     rise = (np.sqrt(1.0 + 4.0 * COPPER * own.coil_k_per_w * cold) - 1.0) / (2.0 * COPPER)
     resistance = 1.0 + COPPER * rise
     magnet = 1.0 + REMANENCE * MAGNET_SHARE * rise

@@ -10,8 +10,9 @@ import numpy as np
 from chladni.drives.scoring.as_built import AsBuilt
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import CLOCK_HZ
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.flyback import circuit_of
+from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.full_drive import least_duty
 from chladni.sim.fields.neighbours import MATTERS, Neighbours
 from chladni.sim.image import metrics
@@ -27,24 +28,37 @@ STIFF_LAYER = 2.0
 
 
 def current_report(board: Board) -> dict[str, Any]:
-    """Where a coil's current stops in every carrier period, and what that does to a soft sine.
+    """What becomes of a soft sine as a coil's current, and why: a diode's drop, a bridge's loss.
 
-    A tenth is of the largest amplitude that the duty allows, the bias as the firmware adds it.
+    A tenth is of the largest amplitude that the duty allows, with a switch's bias as the firmware
+    adds it.
     """
     circuit = circuit_of(board)
     assert circuit is not None
+    if board.electronics.is_bridge:
+        wave = current_wave(circuit, 0.1, 0.0)
+        return {
+            "lost_duty": board.electronics.lost_ns
+            * 1e-9
+            * CLOCK_HZ
+            / 2**board.electronics.pwm_bits,
+            "level_db_at_tenth": metrics.decibel(wave.gain**2),
+            "third_harmonic_at_tenth": wave.third,
+        }
     edge, rest = circuit.continuous_from(), least_duty(board)
-    gain, second = circuit.wave(0.05, rest)
+    wave = current_wave(circuit, 0.05, 0.05 + rest)
     return {
         "continuous_from_duty": edge,
         "least_duty": rest,
-        "level_db_at_tenth": metrics.decibel(gain**2),
-        "second_harmonic_at_tenth": second,
+        "level_db_at_tenth": metrics.decibel(wave.gain**2),
+        "second_harmonic_at_tenth": wave.second,
     }
 
 
 def say_current(board: Board) -> None:
     """Where a flyback diode bends soft waves."""
+    if board.electronics.is_bridge:
+        return
     found = current_report(board)
     if found["least_duty"] < found["continuous_from_duty"]:
         say(

@@ -70,6 +70,8 @@ WORDS = {
     "continuous_from_duty": "duty from which a coil's current never stops",
     "least_duty": "lowest duty of a wave",
     "level_db_at_tenth": "level at a tenth of full amplitude, dB of what it should be",
+    "lost_duty": "duty that a bridge loses of each pulse",
+    "third_harmonic_at_tenth": "its third harmonic (share), if nothing makes up for that",
     "second_harmonic": "twice the frequency",
     "own_db": "under the finger, dB of its own",
     "other_20mm_db": "under the loudest finger 20 mm away, dB of the own",
