@@ -116,6 +116,7 @@ def config_numbers() -> dict[str, int | str]:
         "kVersionMajor": device_config.VERSION_MAJOR,
         "kVersionMinor": device_config.VERSION_MINOR,
         "kRecordBytes": device_config.RECORD_BYTES,
+        "kLeastRecordBytes": device_config.LEAST_RECORD_BYTES,
         "kCrcBytes": device_config.CRC_BYTES,
     }
 

@@ -21,7 +21,7 @@ def gpio_header() -> str:
         return f"0x{sum(1 << pin for pin in pins):010X}ULL"
 
     def row(name: str, own: gpio.Chip) -> str:
-        masks = ", ".join(mask(pins) for pins in (own.gates, own.bus, own.outputs, own.inputs))
+        masks = ", ".join(mask(pins) for pins in (own.gates, own.signs, own.bus, own.outputs, own.inputs))
         return f"    {{{own.channels}U, {masks}}},  // {name}"
 
     pins = 1 + max(max(chip.inputs) for chip in gpio.CHIPS.values())
@@ -35,12 +35,13 @@ def gpio_header() -> str:
             "// PWM channels, and a bit per GPIO.",
             "struct Abilities {",
             "  uint32_t channels;",
-            "  uint64_t gates, bus, outputs, inputs;",
+            "  uint64_t gates, signs, bus, outputs, inputs;",
             "};",
             "// By chip.",
             f"constexpr std::array<Abilities, {len(gpio.CHIPS)}> kAbilities{{{{",
             *(row(name, own) for name, own in gpio.CHIPS.items()),
             "}};",
+            f"constexpr uint32_t kMostBridges = {gpio.MOST_BRIDGES}U;  // of either",
             f"constexpr uint32_t kPins = {pins}U;  // of the chip that has most",
             f"constexpr uint32_t kNotWired = {NOT_WIRED}U;",
         ],

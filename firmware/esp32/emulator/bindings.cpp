@@ -49,12 +49,11 @@ Flash& area(Emulator& self, const std::string& name) {
   throw nb::value_error("area: tables, config, network or boots");
 }
 
-using Duties = nb::ndarray<nb::numpy, uint16_t, nb::ndim<2>>;
+using Duties = nb::ndarray<nb::numpy, int16_t, nb::ndim<2>>;
 
 Duties take_duties(Emulator& self) {
-  auto* record = new std::vector<uint16_t>(self.pwm().take_record());
-  nb::capsule owner(record,
-                    [](void* p) noexcept { delete static_cast<std::vector<uint16_t>*>(p); });
+  auto* record = new std::vector<int16_t>(self.pwm().take_record());
+  nb::capsule owner(record, [](void* p) noexcept { delete static_cast<std::vector<int16_t>*>(p); });
   const size_t channels = self.pwm().channels();
   return Duties(record->data(), {record->size() / channels, channels}, owner);
 }
@@ -113,7 +112,9 @@ void bind_functions(nb::module_& m) {
   m.attr("SECTOR_BYTES") = chladni::kSectorBytes;
   m.attr("STREAM_TARGET") = chladni::kStreamTarget;
   m.def("half_span_steps", &chladni::half_span_steps, nb::arg("pwm_bits"),
-        "Largest amplitude of an output in duty steps.");
+        "Largest amplitude of a switch's wave in duty steps.");
+  m.def("full_span_steps", &chladni::full_span_steps, nb::arg("pwm_bits"), nb::arg("lost_steps"),
+        "The same of a bridge.");
   m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_millihertz"),
         nb::arg("pwm_bits"), "Phase advance per sample in 2^-32 turns.");
   m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");
@@ -171,7 +172,9 @@ void bind_wires(nb::class_<Emulator>& emulator) {
   emulator
       .def(
           "uart_write",
-          [](Emulator& self, nb::bytes data) { self.uart_write({data.c_str(), data.size()}); },
+          [](Emulator& self, nb::bytes data) {
+            self.uart_write({data.c_str(), data.size()});
+          },
           nb::arg("data"), "Bytes onto the wire to the device.")
       .def(
           "uart_read",

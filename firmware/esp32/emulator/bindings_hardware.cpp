@@ -54,17 +54,17 @@ void bind_pwm(nb::module_& m) {
   nb::class_<Pwm>(m, "Pwm")
       .def(
           "__init__",
-          [](Pwm* self, uint32_t channels, uint32_t bits) {
+          [](Pwm* self, uint32_t channels, uint32_t bits, bool has_signs) {
             if (channels < 1 || channels > kMaxChannels) {
               throw nb::value_error("channels: 1 to 16");
             }
             if (bits < 10 || bits > 12) throw nb::value_error("bits: 10 to 12");
-            new (self) Pwm(channels, bits);
+            new (self) Pwm(channels, bits, has_signs);
           },
-          nb::kw_only(), nb::arg("channels"), nb::arg("bits"))
+          nb::kw_only(), nb::arg("channels"), nb::arg("bits"), nb::arg("has_signs") = false)
       .def(
           "write",
-          [](Pwm& self, uint64_t period, std::vector<uint32_t> duties) {
+          [](Pwm& self, uint64_t period, std::vector<int32_t> duties) {
             raise_if(self.write(period, duties.data(), static_cast<uint32_t>(duties.size())));
           },
           nb::kw_only(), nb::arg("period"), nb::arg("duties"));

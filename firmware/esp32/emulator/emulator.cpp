@@ -69,10 +69,12 @@ void Emulator::boot(ResetCause cause) {
   datagrams_.start();
   if (datagrams_.state().is_on) datagrams_.set_address(kLoopback);
   const Config& config = device_.config();
-  if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits()) {
+  const bool has_signs = config.driver == kBridge;
+  if (config.channels != pwm_.channels() || config.pwm_bits != pwm_.bits() ||
+      has_signs != pwm_.has_signs()) {
     begun_ns_ = now_ns();
     begun_period_ = period_;
-    pwm_ = Pwm(config.channels, config.pwm_bits);
+    pwm_ = Pwm(config.channels, config.pwm_bits, has_signs);
   }
   pwm_.reset();
   panel_.mount(config.panel == 0 ? PanelModel::kNone : hardware_.panel, config,

@@ -15,7 +15,7 @@ Hal Emulator::hal() {
   hal.context = this;
   hal.chip = from(this).hardware_.chip;
   hal.now_us = [](void* context) { return static_cast<uint32_t>(from(context).now_us()); };
-  hal.set_duties = [](void* context, uint32_t* duties) {
+  hal.set_duties = [](void* context, int32_t* duties) {
     Emulator& self = from(context);
     self.note(self.pwm_.write(self.period_, duties, self.pwm_.channels()));
   };

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -15,20 +16,27 @@ constexpr uint64_t kNever = UINT64_MAX;
 
 class Pwm {
  public:
-  Pwm(uint32_t channels, uint32_t bits) : channels_(channels), bits_(bits) {}
+  Pwm(uint32_t channels, uint32_t bits, bool has_signs = false)
+      : channels_(channels), bits_(bits), has_signs_(has_signs) {}
 
   // Write all duties in carrier period `period`; they are latched when the next one begins. A
   // channel that takes none now keeps its own, which is put in place of what was written.
   // Returns what is wrong, or an empty string.
-  std::string write(uint64_t period, uint32_t* duties, uint32_t count) {
+  std::string write(uint64_t period, int32_t* duties, uint32_t count) {
     if (count != channels_) return "duties for " + std::to_string(count) + " channels";
     if (written_ == period) {
       return "duties written twice in carrier period " + std::to_string(period);
     }
     written_ = period;
     for (uint32_t k = 0; k < count; ++k) {
-      if (duties[k] >= (1U << bits_)) {
+      if (std::abs(duties[k]) >= (1 << bits_)) {
         return "duty " + std::to_string(duties[k]) + " overflows the timer";
+      }
+      if (duties[k] < 0 && !has_signs_) return "a negative duty of a switch";
+      // A sign changes at once: the pulse that is on would drive the other way.
+      const bool does_turn = duties[k] * latched_[k] < 0;
+      if (does_turn && std::abs(latched_[k]) > 3 << (bits_ - 3)) {
+        return "the sign of channel " + std::to_string(k) + " changes within a pulse";
       }
       if (((deaf_ >> k) & 1U) != 0) duties[k] = next_[k];
       next_[k] = duties[k];
@@ -47,8 +55,8 @@ class Pwm {
   }
 
   // Latched duties since the last call, channel by channel within each carrier period.
-  std::vector<uint16_t> take_record() {
-    std::vector<uint16_t> taken;
+  std::vector<int16_t> take_record() {
+    std::vector<int16_t> taken;
     taken.swap(record_);
     return taken;
   }
@@ -66,16 +74,18 @@ class Pwm {
 
   uint32_t channels() const { return channels_; }
   uint32_t bits() const { return bits_; }
+  bool has_signs() const { return has_signs_; }
 
  private:
   uint32_t channels_;
   uint32_t bits_;
-  std::array<uint32_t, kMaxChannels> next_{};
-  std::array<uint32_t, kMaxChannels> latched_{};
+  bool has_signs_;
+  std::array<int32_t, kMaxChannels> next_{};
+  std::array<int32_t, kMaxChannels> latched_{};
   uint64_t written_ = kNever;
   bool is_cut_ = false;
   uint32_t deaf_ = 0;
-  std::vector<uint16_t> record_;
+  std::vector<int16_t> record_;
 };
 
 }  // namespace chladni::emulator

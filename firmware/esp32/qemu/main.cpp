@@ -107,7 +107,7 @@ class Scenario {
     chladni::Hal hal{};
     hal.context = this;
     hal.now_us = [](void* context) { return static_cast<Scenario*>(context)->now_us_; };
-    hal.set_duties = [](void* context, uint32_t* duties) {
+    hal.set_duties = [](void* context, int32_t* duties) {
       auto& own = *static_cast<Scenario*>(context);
       own.duties_ = duties;
     };
@@ -152,7 +152,7 @@ class Scenario {
       uint8_t bytes[2 * CHANNELS];
       uint32_t all = 0;
       for (uint32_t k = 0; k < CHANNELS; ++k) {
-        all |= duties_[k];
+        all |= static_cast<uint32_t>(duties_[k]);
         bytes[2 * k] = static_cast<uint8_t>(duties_[k]);
         bytes[2 * k + 1] = static_cast<uint8_t>(duties_[k] >> 8);
       }
@@ -172,7 +172,7 @@ class Scenario {
                                             "touch 5000 -60000"};
   uint32_t overhead_ = 0;
   uint32_t now_us_ = 0;
-  const uint32_t* duties_ = nullptr;  // the core's own, until the next sample
+  const int32_t* duties_ = nullptr;  // the core's own, until the next sample
   uint32_t crc_ = chladni::kCrc32Start;
 };
 

@@ -158,13 +158,14 @@ esp_err_t gpio_isr_handler_add(gpio_num_t, void (*handler)(void*), void* argumen
 }
 void REG_WRITE(uint32_t address, uint32_t value) {
   const bool is_high = address == GPIO_OUT1_W1TC_REG || address == GPIO_ENABLE1_W1TS_REG;
-  const bool is_level = address == GPIO_OUT_W1TC_REG || address == GPIO_OUT1_W1TC_REG;
+  const bool is_set = address == GPIO_OUT_W1TS_REG;
+  const bool is_level = is_set || address == GPIO_OUT_W1TC_REG || address == GPIO_OUT1_W1TC_REG;
   const bool is_enable = address == GPIO_ENABLE_W1TS_REG || address == GPIO_ENABLE1_W1TS_REG;
   if (is_level || is_enable) {
     for (uint32_t bit = 0; bit < 32; ++bit) {
       if (((value >> bit) & 1U) == 0) continue;
       fake::Pin& pin = chip.pins.at(bit + (is_high ? 32U : 0U));
-      if (is_level) pin.level = false;
+      if (is_level) pin.level = is_set;
       if (is_enable) pin.is_output = true;
     }
     return;

@@ -77,6 +77,7 @@ esp_err_t gpio_set_direction(gpio_num_t pin, int mode);
 int gpio_get_level(gpio_num_t pin);
 esp_err_t gpio_install_isr_service(int flags);
 esp_err_t gpio_isr_handler_add(gpio_num_t pin, void (*handler)(void*), void* argument);
+constexpr uint32_t GPIO_OUT_W1TS_REG = 0x3FF44008;
 constexpr uint32_t GPIO_OUT_W1TC_REG = 0x3FF4400C, GPIO_OUT1_W1TC_REG = 0x3FF44018;
 constexpr uint32_t GPIO_ENABLE_W1TS_REG = 0x3FF44024, GPIO_ENABLE1_W1TS_REG = 0x3FF44030;
 constexpr uint32_t GPIO_FUNC0_OUT_SEL_CFG_REG = 0x3FF44530, SIG_GPIO_OUT_IDX = 256;

@@ -5,6 +5,7 @@
 
 #include "board.hpp"
 #include "core/generated/gpio.hpp"
+#include "core/storage/config.hpp"
 #include "core/synthesis/output_limits.hpp"
 #include "driver/gpio.h"
 #include "driver/ledc.h"
@@ -36,6 +37,10 @@ constexpr int32_t kMostLag = 16;
 DRAM_ATTR uint32_t channels = 0;
 DRAM_ATTR uint32_t first_channels = 0;
 DRAM_ATTR uint64_t gates = 0;
+// With bridges: each channel's sign pin as a bit of GPIO 0 to 31, and which are high.
+DRAM_ATTR bool has_bridges = false;
+DRAM_ATTR std::array<uint32_t, kMaxChannels> sign_bits{};
+DRAM_ATTR uint32_t signs = 0;
 // What a channel is told so that it takes its duty over, and a low-speed one so that it hears of
 // it: the register's other bits stay as the driver set them. Made once, so that the interrupt
 // stores whole words and reads none back but `conf1`.
@@ -47,10 +52,11 @@ DRAM_ATTR std::atomic<uint32_t> written_at{kNeverWritten};
 int32_t group_lag = 0;
 portMUX_TYPE start_lock = portMUX_INITIALIZER_UNLOCKED;
 
-uint64_t pins_of(const Config& config) {
+template <typename Pins>
+uint64_t pins_of(const Pins& numbers, uint32_t count) {
   uint64_t pins = 0;
-  for (uint32_t k = 0; k < config.channels; ++k) {
-    if (config.pwm_pins[k] < GPIO_NUM_MAX) pins |= 1ULL << config.pwm_pins[k];
+  for (uint32_t k = 0; k < count; ++k) {
+    if (numbers[k] < GPIO_NUM_MAX) pins |= 1ULL << numbers[k];
   }
   return pins;
 }
@@ -90,14 +96,18 @@ esp_err_t start_timer(ledc_mode_t mode, uint32_t pwm_bits) {
 }  // namespace
 
 void gates_low(const Config& config) {
-  gates = pins_of(config);
+  gates = pins_of(config.pwm_pins, config.channels);
   if (gates == 0) return;
+  has_bridges = config.driver == kBridge;
+  const uint64_t low = gates | (has_bridges ? pins_of(config.sign_pins, config.channels) : 0U);
   // The level first: the register may still hold a 1 from before a software reset.
   for (uint32_t pin = 0; pin < GPIO_NUM_MAX; ++pin) {
-    if (((gates >> pin) & 1U) != 0) gpio_set_level(static_cast<gpio_num_t>(pin), 0);
+    if (((low >> pin) & 1U) != 0) gpio_set_level(static_cast<gpio_num_t>(pin), 0);
   }
+  for (uint32_t k = 0; k < config.channels; ++k) sign_bits[k] = 1U << (config.sign_pins[k] & 31U);
+  signs = 0;
   gpio_config_t setting{};
-  setting.pin_bit_mask = gates;
+  setting.pin_bit_mask = low;
   setting.mode = GPIO_MODE_OUTPUT;
   setting.pull_up_en = GPIO_PULLUP_DISABLE;
   setting.pull_down_en = GPIO_PULLDOWN_ENABLE;
@@ -143,23 +153,54 @@ namespace {
 // The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits for
 // the last duty to be taken over: so look first, and never wait.
 template <ledc_mode_t kMode>
-[[gnu::always_inline]] inline void write_group(uint32_t* duties, uint32_t begin, uint32_t end) {
+[[gnu::always_inline]] inline void write_group(int32_t* duties, uint32_t begin, uint32_t end) {
   auto* own = &LEDC.channel_group[kMode].channel[0];
   for (uint32_t k = begin; k < end; ++k, ++own) {
     if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
       dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
-      duties[k] = own->duty.val >> kDutyFractionBits;  // the last one, which is still to be taken
+      // The last one, which is still to be taken.
+      duties[k] = static_cast<int32_t>(own->duty.val >> kDutyFractionBits);
       continue;
     }
-    own->duty.val = duties[k] << kDutyFractionBits;
+    own->duty.val = static_cast<uint32_t>(duties[k]) << kDutyFractionBits;
     own->conf1.val = start_words[k];
     if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = update_words[k];
   }
 }
 
+// Bridges, all in the first group: the magnitudes, and all signs by one write each.
+[[gnu::always_inline]] inline void write_bridges(int32_t* duties) {
+  constexpr ledc_mode_t kMode = kLedcGroups.front();
+  auto* own = &LEDC.channel_group[kMode].channel[0];
+  uint32_t negative = 0, positive = 0;
+  for (uint32_t k = 0; k < channels; ++k, ++own) {
+    const uint32_t bit = sign_bits[k];
+    if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
+      dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+      const auto kept = static_cast<int32_t>(own->duty.val >> kDutyFractionBits);
+      duties[k] = (signs & bit) != 0 ? -kept : kept;
+      continue;
+    }
+    const int32_t duty = duties[k];
+    if (duty < 0) negative |= bit;
+    if (duty > 0) positive |= bit;
+    own->duty.val = static_cast<uint32_t>(duty < 0 ? -duty : duty) << kDutyFractionBits;
+    own->conf1.val = start_words[k];
+    if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = update_words[k];
+  }
+  signs = (signs | negative) & ~positive;
+  REG_WRITE(GPIO_OUT_W1TS_REG, negative);
+  REG_WRITE(GPIO_OUT_W1TC_REG, positive);
+}
+
 }  // namespace
 
-void IRAM_ATTR pwm_set_duties(uint32_t* duties) {
+void IRAM_ATTR pwm_set_duties(int32_t* duties) {
+  if (has_bridges) {
+    write_bridges(duties);
+    written_at.store(pwm_position(), std::memory_order_relaxed);
+    return;
+  }
   write_group<kLedcGroups.front()>(duties, 0, first_channels);
   if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   written_at.store(pwm_position(), std::memory_order_relaxed);

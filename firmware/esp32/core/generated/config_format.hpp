@@ -53,14 +53,18 @@ struct Config {
   uint16_t wire_supply_ma = 20000;  // The same.
   uint16_t wire_limit_rise_dk = 3000;  // The same.
   std::array<uint8_t, 24> board_id = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};  // Board file it was set from: fingerprint and name, as in a table's header.
+  uint16_t driver = 0;  // 0 switch, 1 bridge.
+  uint16_t lost_ns = 0;  // What a bridge loses of each pulse.
+  std::array<uint8_t, 16> sign_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers, 0 to 31, of a bridge's directions.
 };
 
 namespace config_format {
 
 constexpr uint32_t kMagic = 0x434C4843U;
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 0U;
-constexpr uint32_t kRecordBytes = 224U;
+constexpr uint32_t kVersionMinor = 1U;
+constexpr uint32_t kRecordBytes = 244U;
+constexpr uint32_t kLeastRecordBytes = 224U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
 constexpr uint32_t kAtVersionMajor = 4U;  // u8
@@ -112,7 +116,10 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 190, 1638, 32768, config.wire_max_duty_q15) &&
          take(record + 192, 1, 20000, config.wire_supply_ma) &&
          take(record + 194, 10, 3000, config.wire_limit_rise_dk) &&
-         take(record + 196, 0, 255, config.board_id);
+         take(record + 196, 0, 255, config.board_id) &&
+         take(record + 220, 0, 1, config.driver) &&
+         take(record + 222, 0, 500, config.lost_ns) &&
+         take(record + 224, 0, 255, config.sign_pins);
 }
 
 // What a host on a network may set as it likes.
@@ -199,7 +206,10 @@ inline bool are_same(const Config& one, const Config& other) {
          is_same(one.wire_max_duty_q15, other.wire_max_duty_q15) &&
          is_same(one.wire_supply_ma, other.wire_supply_ma) &&
          is_same(one.wire_limit_rise_dk, other.wire_limit_rise_dk) &&
-         is_same(one.board_id, other.board_id);
+         is_same(one.board_id, other.board_id) &&
+         is_same(one.driver, other.driver) &&
+         is_same(one.lost_ns, other.lost_ns) &&
+         is_same(one.sign_pins, other.sign_pins);
 }
 
 template <typename Put>
@@ -246,6 +256,9 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 192, config.wire_supply_ma);
   put(record + 194, config.wire_limit_rise_dk);
   put(record + 196, config.board_id);
+  put(record + 220, config.driver);
+  put(record + 222, config.lost_ns);
+  put(record + 224, config.sign_pins);
 }
 
 }  // namespace config_format

@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 2U;
+constexpr uint32_t kVersionMinor = 3U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;
@@ -36,6 +36,7 @@ enum class Status : uint8_t {
   kNoOther = 10,  // no other table
   kNotNow = 11,  // not in this state
   kTooOften = 12,  // flash was written 5 times since power came on, or 60 times within an hour; try again in a minute
+  kOtherDriver = 13,  // duties for switches do not suit bridges, nor the other way round
 };
 
 }  // namespace chladni::link_format

@@ -271,12 +271,14 @@ constexpr uint32_t kCode = 14U;
 namespace stream_begin {
 constexpr uint32_t kCode = 15U;
 struct Request {
-  static constexpr uint32_t kBytes = 2U;
+  static constexpr uint32_t kBytes = 3U;
   uint16_t target;  // Frames kept in the ring, 16 to 384.
+  uint8_t is_signed;  // 1: frames for bridges, two's complement. Left out: 0.
 };
 template <typename Take> Request read_request(const uint8_t* from, Take take) {
   Request found{};
   take(from + 0, found.target);
+  take(from + 2, found.is_signed);
   return found;
 }
 }  // namespace stream_begin

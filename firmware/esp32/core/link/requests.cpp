@@ -137,12 +137,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::waveform::kCode: return select_waveform(request);
     case f::config_set::kCode: return set_config(request);
     case f::restart::kCode: device_.restart_soon(); return Status::kOk;
-    case f::stream_begin::kCode: {
-      if (request.size != f::stream_begin::Request::kBytes) return Status::kMalformed;
-      const uint32_t target = f::stream_begin::read_request(request.fields, Take{}).target;
-      if (target < f::kLeastTarget || target > f::kMostTarget) return Status::kMalformed;
-      return device_.stream_begin(target) ? Status::kOk : Status::kNotNow;
-    }
+    case f::stream_begin::kCode: return begin_stream(request);
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;
     case f::live::kCode: return take_live(request);
@@ -272,6 +267,19 @@ Status Requests::set_network(const Request& request) {
     return Status::kMalformed;
   }
   return device_.set_network(request.fields, request.size) ? Status::kOk : Status::kFlashFailed;
+}
+
+// A host of link 2.2 and before knows nothing of bridges, and leaves the sign out.
+Status Requests::begin_stream(const Request& request) {
+  using R = f::stream_begin::Request;
+  std::array<uint8_t, R::kBytes> fields{};
+  if (request.size != R::kBytes && request.size != R::kBytes - 1U) return Status::kMalformed;
+  for (uint32_t k = 0; k < request.size; ++k) fields[k] = request.fields[k];
+  const auto asked = f::stream_begin::read_request(fields.data(), Take{});
+  if (asked.target < f::kLeastTarget || asked.target > f::kMostTarget) return Status::kMalformed;
+  const bool has_bridges = device_.config().driver == kBridge;
+  if ((asked.is_signed != 0) != has_bridges) return Status::kOtherDriver;
+  return device_.stream_begin(asked.target) ? Status::kOk : Status::kNotNow;
 }
 
 Status Requests::take_stream(const Request& request) {

@@ -60,6 +60,7 @@ class Requests {
   link_format::Status put_config();
   link_format::Status put_network();
   link_format::Status set_network(const Request& request);
+  link_format::Status begin_stream(const Request& request);
   link_format::Status take_stream(const Request& request);
   link_format::Status take_live(const Request& request);
   uint8_t* append(uint32_t bytes);

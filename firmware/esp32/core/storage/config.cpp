@@ -41,6 +41,12 @@ struct TakeWithin {
   }
 };
 
+// What a shorter record of an earlier minor version lacks counts as 0.
+bool take_all(Record& record, uint32_t total, Config& config) {
+  for (uint32_t k = total - f::kCrcBytes; k < f::kRecordBytes; ++k) record[k] = 0;
+  return f::take_fields(record.data(), config, TakeWithin{});
+}
+
 struct Found {
   ConfigStatus status;
   uint32_t sequence;
@@ -52,7 +58,7 @@ uint32_t total_of(const uint8_t* record, uint32_t most) {
   const uint32_t total = read_u16(record + f::kAtTotalBytes);
   const bool is_one =
       read_u32(record + f::kAtMagic) == f::kMagic && record[f::kAtVersionMajor] == f::kVersionMajor;
-  return is_one && total >= f::kRecordBytes && total <= most ? total : 0U;
+  return is_one && total >= f::kLeastRecordBytes && total <= most ? total : 0U;
 }
 
 Found read_sector(const Hal& hal, uint32_t sector) {
@@ -78,7 +84,7 @@ Found read_sector(const Hal& hal, uint32_t sector) {
       check_flash_crc(hal, FlashArea::kConfig, offset, total, crc) != FlashCrc::kRight) {
     return found;
   }
-  if (!f::take_fields(record.data(), found.config, TakeWithin{})) return found;
+  if (!take_all(record, total, found.config)) return found;
   found.sequence = word(record.data() + f::kAtSequence, 4);
   found.status = ConfigStatus::kOk;
   return found;
@@ -140,6 +146,10 @@ uint32_t bad_pin(const Config& config, gpio::Chip chip) {
   if (config.channels > able.channels) return config.pwm_pins[able.channels];
   PinCheck check;
   for (uint32_t k = 0; k < config.channels; ++k) check.take(config.pwm_pins[k], able.gates);
+  if (config.driver == kBridge) {
+    if (config.channels > gpio::kMostBridges) return config.sign_pins[gpio::kMostBridges];
+    for (uint32_t k = 0; k < config.channels; ++k) check.take(config.sign_pins[k], able.signs);
+  }
   if (config.panel != 0) {
     check.take(config.sda_pin, able.bus);
     check.take(config.scl_pin, able.bus);
@@ -169,13 +179,16 @@ ConfigStatus load_config(const Hal& hal, Config& config) {
 }
 
 ConfigStatus parse_settings(const uint8_t* record, uint32_t bytes, Config& config) {
-  if (bytes < f::kRecordBytes) return ConfigStatus::kDamaged;
+  if (bytes < f::kLeastRecordBytes) return ConfigStatus::kDamaged;
   const uint32_t total = total_of(record, bytes);
   if (total == 0) return ConfigStatus::kDamaged;
   const uint32_t covered = total - f::kCrcBytes;
   const uint32_t crc = crc32(record, covered);
   if (word(record + covered, 4) != crc) return ConfigStatus::kDamaged;
-  return f::take_fields(record, config, TakeWithin{}) ? ConfigStatus::kOk : ConfigStatus::kDamaged;
+  Record copy{};
+  const uint32_t most = f::kRecordBytes;
+  for (uint32_t k = 0; k < (total < most ? total : most); ++k) copy[k] = record[k];
+  return take_all(copy, total, config) ? ConfigStatus::kOk : ConfigStatus::kDamaged;
 }
 
 ConfigStatus parse_record(const uint8_t* record, uint32_t bytes, gpio::Chip chip, Config& config) {

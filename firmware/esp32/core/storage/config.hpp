@@ -11,6 +11,9 @@
 
 namespace chladni {
 
+// A configuration's `driver`: what stands between a pin and its coil.
+constexpr uint32_t kBridge = 1;
+
 // The newest whole record, or the defaults; says which. kOlder with a record that a newer one has
 // replaced, which cannot be read any more.
 ConfigStatus load_config(const Hal& hal, Config& config);

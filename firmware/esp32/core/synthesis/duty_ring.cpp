@@ -21,8 +21,9 @@ int32_t clamp_to(int32_t value, int32_t most) {
 
 }  // namespace
 
-void DutyRing::start(uint32_t channels, const uint16_t* full_current_ma) {
+void DutyRing::start(uint32_t channels, const uint16_t* full_current_ma, bool is_signed) {
   channels_ = channels;
+  sign_bit_ = is_signed ? 0x8000 : 0;
   full_current_ma_ = full_current_ma;
   clear();
 }
@@ -61,7 +62,11 @@ void DutyRing::forget_played() {
 uint32_t DutyRing::frame_ma(const uint16_t* duties_q16) const {
   uint32_t sum_q12 = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
-    const uint32_t duty = duties_q16[k];
+    const auto word = static_cast<int32_t>(duties_q16[k]);
+    const int32_t value = (word ^ sign_bit_) - sign_bit_;
+    const uint32_t size = static_cast<uint32_t>(value < 0 ? -value : value);
+    const uint32_t twice = size < 0x8000U ? 2U * size : 0xFFFFU;
+    const uint32_t duty = sign_bit_ == 0 ? size : twice;
     sum_q12 += (duty * duty >> 16) * full_current_ma_[k] >> 4;
   }
   return (sum_q12 + 4095U) >> 12;
@@ -78,21 +83,21 @@ void DutyRing::steer() {
   rate_.store(kHalf + static_cast<uint32_t>(drift), std::memory_order_relaxed);
 }
 
-bool DutyRing::next(uint32_t* duties_q16) {
+bool DutyRing::next(int32_t* duties_q15) {
   const uint32_t tail = tail_.load(std::memory_order_relaxed);
   const uint32_t held = head_.load(std::memory_order_acquire) - tail;
   const Frame& low = frames_[tail % kStreamFrames];
-  if (held < 2) {
-    for (uint32_t k = 0; k < channels_; ++k) duties_q16[k] = low[k];
-    return false;
-  }
-  const Frame& high = frames_[(tail + 1U) % kStreamFrames];
+  const Frame& high = held < 2 ? low : frames_[(tail + 1U) % kStreamFrames];
   const auto share_q15 = static_cast<int32_t>(between_u32_ >> 17);
+  const int32_t sign_bit = sign_bit_, unsigned_shift = sign_bit == 0 ? 1 : 0;
   for (uint32_t k = 0; k < channels_; ++k) {
+    const int32_t from = (static_cast<int32_t>(low[k]) ^ sign_bit) - sign_bit;
+    const int32_t to = (static_cast<int32_t>(high[k]) ^ sign_bit) - sign_bit;
     // A difference of 17 bits with its sign, times 15, fits once a bit is dropped.
-    const int32_t step = (static_cast<int32_t>(high[k]) - static_cast<int32_t>(low[k])) >> 1;
-    duties_q16[k] = static_cast<uint32_t>(low[k] + ((step * share_q15) >> 14));
+    const int32_t step = (to - from) >> 1;
+    duties_q15[k] = (from + ((step * share_q15) >> 14)) >> unsigned_shift;
   }
+  if (held < 2) return false;
   const uint32_t next = between_u32_ + rate_u32();
   if (next < between_u32_) tail_.store(tail + 1U, std::memory_order_release);
   between_u32_ = next;

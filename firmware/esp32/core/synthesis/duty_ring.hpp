@@ -20,10 +20,11 @@ constexpr uint32_t kStreamTarget = 96;
 
 class DutyRing {
  public:
-  // `full_current_ma` of each channel stays where it is.
-  void start(uint32_t channels, const uint16_t* full_current_ma);
+  // `full_current_ma` of each channel stays where it is. With bridges a frame's duties are signed.
+  void start(uint32_t channels, const uint16_t* full_current_ma, bool is_signed);
 
-  // Main loop: append a frame of duties (65536 would be 1). False if the ring is full.
+  // Main loop: append a frame of duties (65536 would be 1; of signed ones 32768). False if the ring
+  // is full.
   bool push(const uint16_t* duties_q16);
   // Main loop: frames that were not metered yet, and what the supply is to deliver to them, mA
   // times frames; and to one more.
@@ -43,8 +44,9 @@ class DutyRing {
   // Forget everything; only while the interrupt does not read.
   void clear();
 
-  // Interrupt: interpolated duties of this sample. False if the ring is empty; then they hold.
-  bool next(uint32_t* duties_q16);
+  // Interrupt: interpolated duties of this sample, 15 bits. False if the ring is empty; then they
+  // hold.
+  bool next(int32_t* duties_q15);
 
  private:
   static constexpr uint32_t kHalf = 0x80000000U;
@@ -54,6 +56,7 @@ class DutyRing {
   uint32_t rate_u32() const { return rate_.load(std::memory_order_relaxed); }
 
   uint32_t channels_ = 0;
+  int32_t sign_bit_ = 0;  // of a frame's word, if it has one
   const uint16_t* full_current_ma_ = nullptr;
   uint32_t target_ = kStreamTarget;
   std::array<Frame, kStreamFrames> frames_{};

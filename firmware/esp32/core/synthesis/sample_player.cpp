@@ -14,12 +14,25 @@ constexpr uint32_t kFarAway = 1687500000U;
 
 }  // namespace
 
-template <bool kIsRamping>
+// A bridge's pulse loses so much of itself, which is given back. A sign changes at once and a duty
+// when the carrier period ends: a long pulse first ends, in a sample of 0.
+template <bool kHasBridges>
+int32_t SamplePlayer::next_duty(const Shaper& shaper, Channel& channel, int32_t before,
+                                int32_t wanted) const {
+  if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
+  const int32_t own = shaper.shape_signed(channel.errors, wanted);
+  const int32_t sign = own >> 31;
+  const int32_t duty = own == 0 ? 0 : own + ((settings_.lost ^ sign) - sign);
+  const bool does_turn = (duty ^ before) < 0;
+  return does_turn && (before ^ (before >> 31)) > settings_.most_turned ? 0 : duty;
+}
+
+template <bool kIsRamping, bool kHasBridges>
 void SamplePlayer::sines() {
   const SineCosine wave = sine_cosine(phase_u32_);
   const Shaper shaper = settings_.shaper;
   const int32_t left = ramp_left_;
-  uint32_t* duty = duties_.data();
+  int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
     int32_t in_phase = channel->first, quadrature = channel->second, wanted = channel->bias;
@@ -30,7 +43,7 @@ void SamplePlayer::sines() {
     }
     wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
     meter(*channel, *duty, 1);
-    *duty = shaper.shape(channel->errors, wanted);
+    *duty = next_duty<kHasBridges>(shaper, *channel, *duty, wanted);
   }
 }
 
@@ -48,10 +61,19 @@ void SamplePlayer::others() {
 
 template <bool kIsRamping, typename Wave>
 void SamplePlayer::like(Wave wave_q15) {
+  if (settings_.has_bridges) {
+    like_with<kIsRamping, true>(wave_q15);
+  } else {
+    like_with<kIsRamping, false>(wave_q15);
+  }
+}
+
+template <bool kIsRamping, bool kHasBridges, typename Wave>
+void SamplePlayer::like_with(Wave wave_q15) {
   const Shaper shaper = settings_.shaper;
   const uint32_t phase_now = phase_u32_;
   const int32_t left = ramp_left_;
-  uint32_t* duty = duties_.data();
+  int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
     int32_t amplitude = channel->first, wanted = channel->bias;
@@ -62,7 +84,8 @@ void SamplePlayer::like(Wave wave_q15) {
       wanted -= channel->bias_step * left;
     }
     meter(*channel, *duty, 1);
-    *duty = shaper.shape(channel->errors, wanted + amplitude * wave_q15(phase));
+    wanted += amplitude * wave_q15(phase);
+    *duty = next_duty<kHasBridges>(shaper, *channel, *duty, wanted);
   }
 }
 
@@ -72,12 +95,12 @@ void SamplePlayer::sample(const Hal& hal, uint32_t missed) {
   }
   advance(1);
   if (is_past_deadline()) return sample_at_deadline(hal);
-  if (!plays_sines()) return other_sample(hal);
+  if (!plays_sines() || settings_.has_bridges) return other_sample(hal);
   if (ramp_left_ > 0) {
     --ramp_left_;
-    sines<true>();
+    sines<true, false>();
   } else if (mode_ == Mode::kSines) {
-    sines<false>();
+    sines<false, false>();
   } else {
     return other_sample(hal);
   }
@@ -113,7 +136,9 @@ void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
 // Errors that were left when a channel fell silent would go on being fed back.
 void SamplePlayer::still_silent_channels() {
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    if (channels_[k].bias == 0) channels_[k].errors = {};
+    const Channel& own = channels_[k];
+    const bool is_silent = own.first == 0 && (own.second == 0 || !plays_sines());
+    if (own.bias == 0 && is_silent) channels_[k].errors = {};
   }
 }
 
@@ -124,8 +149,10 @@ void SamplePlayer::sample_at_deadline(const Hal& hal) {
 
 template <bool kIsRamping>
 void SamplePlayer::play_mode() {
-  if (plays_sines()) {
-    sines<kIsRamping>();
+  if (plays_sines() && settings_.has_bridges) {
+    sines<kIsRamping, true>();
+  } else if (plays_sines()) {
+    sines<kIsRamping, false>();
   } else if (mode_ == Mode::kOthers) {
     others<kIsRamping>();
   } else if (mode_ == Mode::kStream) {
@@ -166,14 +193,16 @@ void SamplePlayer::finish(const Hal& hal) {
 
 void SamplePlayer::streamed() {
   meter_all(1);
-  const bool has_frame = handover_.stream.next(duties_.data());
+  std::array<int32_t, kMaxChannels> frame;
+  const bool has_frame = handover_.stream.next(frame.data());
   if (!has_frame && is_playing()) fade(FadeCause::kUnderrun, settings_.fade);
   const Shaper shaper = settings_.shaper;
   const int32_t gain_q15 = stream_gain_q15_ - ((stream_step_q30_ * ramp_left_) >> 15);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    // A duty of 16 bits halved times a gain of 15 is one with 30 bits: a step has the rest.
-    duties_[k] =
-        shaper.shape(channels_[k].errors, static_cast<int32_t>(duties_[k] >> 1) * gain_q15);
+    // A duty of 15 bits times a gain of 15 is one with 30 bits: a step has the rest.
+    const int32_t wanted = frame[k] * gain_q15;
+    duties_[k] = settings_.has_bridges ? next_duty<true>(shaper, channels_[k], duties_[k], wanted)
+                                       : next_duty<false>(shaper, channels_[k], duties_[k], wanted);
   }
 }
 
@@ -257,7 +286,8 @@ void SamplePlayer::fade_soon(FadeCause cause) {
 int32_t SamplePlayer::step(int32_t from, int32_t to) const {
   // The upper 16 bits alone: what is lost, an eighth of a duty step at 10 bits, is made up for at
   // once when the ramp begins.
-  return (((to - from) >> 16) * rate_.factor) >> rate_.shift;
+  // Halved first: a bridge's way is up to twice its range.
+  return (((to >> 1) - (from >> 1)) >> 15) * rate_.factor >> rate_.shift;
 }
 
 // From where a channel is to a new drive; `first` and a sine's `second` with 15 bits more.

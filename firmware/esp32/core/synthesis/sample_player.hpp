@@ -20,6 +20,10 @@ namespace chladni {
 struct PlayerSettings {
   uint32_t channels;
   Shaper shaper;
+  // With bridges, in duty steps: what each pulse loses, and the longest that a sign may cut short.
+  bool has_bridges;
+  int32_t lost;
+  int32_t most_turned;
   RampRate fade;
   // In samples: what the interrupt counts by itself.
   uint32_t touch_timeout;
@@ -48,8 +52,8 @@ class SamplePlayer {
   static constexpr uint32_t kSquareShift = 8;
   // What it gets with each sample for as long as no other comes.
   uint32_t square(uint32_t channel) const {
-    const uint32_t duty = __atomic_load_n(&duties_[channel], __ATOMIC_RELAXED);
-    return duty * duty >> kSquareShift;
+    const int32_t duty = __atomic_load_n(&duties_[channel], __ATOMIC_RELAXED);
+    return static_cast<uint32_t>(duty * duty) >> kSquareShift;
   }
 
  private:
@@ -93,8 +97,8 @@ class SamplePlayer {
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
   // its place; `duties_` is what the pins have, since what was not taken is put back there.
-  [[gnu::always_inline]] static void meter(Channel& channel, uint32_t duty, uint32_t samples) {
-    channel.square_sum += (duty * duty >> kSquareShift) * samples;
+  [[gnu::always_inline]] static void meter(Channel& channel, int32_t duty, uint32_t samples) {
+    channel.square_sum += (static_cast<uint32_t>(duty * duty) >> kSquareShift) * samples;
   }
   void meter_all(uint32_t samples);
   void stay_off();
@@ -122,12 +126,19 @@ class SamplePlayer {
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void play_mode();
   [[gnu::always_inline]] inline void finish(const Hal& hal);
-  template <bool kIsRamping>
+  // A coil's switch has duties from 0 on, a bridge signed ones.
+  template <bool kIsRamping, bool kHasBridges>
   [[gnu::always_inline]] inline void sines();
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void others();
   template <bool kIsRamping, typename Wave>
   [[gnu::always_inline]] inline void like(Wave wave_q15);
+  template <bool kIsRamping, bool kHasBridges, typename Wave>
+  [[gnu::always_inline]] inline void like_with(Wave wave_q15);
+  // What a channel's pin gets next, after `before`.
+  template <bool kHasBridges>
+  [[gnu::always_inline]] inline int32_t next_duty(const Shaper& shaper, Channel& channel,
+                                                  int32_t before, int32_t wanted) const;
   void streamed();
 
   // What every sample needs, where its instructions reach.
@@ -140,7 +151,7 @@ class SamplePlayer {
   int32_t ramp_left_ = 0;  // samples
   uint32_t phase_u32_ = 0;
   uint32_t phase_step_u32_ = 0;
-  std::array<uint32_t, kMaxChannels> duties_{};
+  std::array<int32_t, kMaxChannels> duties_{};
   std::array<Channel, kMaxChannels> channels_{};
   PlayerSettings settings_{};
   // And what only some need.

@@ -29,6 +29,18 @@ struct Shaper {
     }
     return static_cast<uint32_t>(duty);
   }
+
+  // The same of a bridge's duty, which may be negative.
+  [[gnu::always_inline]] int32_t shape_signed(RoundingErrors& errors, int32_t wanted) const {
+    const int32_t fed = wanted + 2 * errors.last - errors.older;
+    const int32_t duty = fed >> fraction_bits;
+    errors.older = errors.last;
+    errors.last = fed & mask;
+    if (static_cast<uint32_t>(duty + max_duty) > 2U * static_cast<uint32_t>(max_duty)) {
+      return duty < 0 ? -max_duty : max_duty;
+    }
+    return duty;
+  }
 };
 
 }  // namespace chladni

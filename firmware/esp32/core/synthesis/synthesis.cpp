@@ -116,18 +116,27 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   if (settings.touch_timeout_us > f::kMaxTouchTimeoutUs) return false;
   if (settings.max_on_us > f::kMaxOnUs) return false;
   if (settings.limits.max_duty_q15 > 32768U) return false;
+  // A bridge loses less than a twentieth of a carrier period.
+  if (settings.lost_steps > 1U << (settings.pwm_bits - 4U)) return false;
   settings_ = settings;
+  if (!settings.has_bridges) settings_.lost_steps = 0;
+  if (settings.has_bridges) settings_.limits.min_on_steps = 0;
+  const auto lost = static_cast<int32_t>(settings_.lost_steps);
   set_frequency(settings.frequency_millihertz);
   const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
   player_.start({
       settings.channels,
-      {fraction_bits, (1 << fraction_bits) - 1, static_cast<int32_t>(max_duty_steps(settings))},
+      {fraction_bits, (1 << fraction_bits) - 1,
+       static_cast<int32_t>(max_duty_steps(settings)) - lost},
+      settings.has_bridges,
+      lost,
+      static_cast<int32_t>(most_turned_steps(settings.pwm_bits)),
       ramp_rate(settings.ramp_us),
       samples_in(settings.touch_timeout_us, settings.pwm_bits),
       samples_in(settings.max_on_us, settings.pwm_bits),
       samples_in(kMostLateUs, settings.pwm_bits),
   });
-  stream().start(settings.channels, settings_.limits.full_current_ma.data());
+  stream().start(settings.channels, settings_.limits.full_current_ma.data(), settings.has_bridges);
   return true;
 }
 
@@ -145,7 +154,7 @@ RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
 
 uint32_t Synthesis::amplitude_steps(uint32_t size_q15, uint32_t level_q15) const {
   const uint32_t share = (size_q15 * level_q15) >> 15, full = kOneQ15;
-  return ((share < full ? share : full) * half_span_steps(settings_.pwm_bits) >> 15) + 1U;
+  return ((share < full ? share : full) * span_steps() >> 15) + 1U;
 }
 
 uint32_t Synthesis::delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const {
@@ -154,9 +163,10 @@ uint32_t Synthesis::delivered_ma(const Sizes& sizes, uint32_t level_q15, Wavefor
   uint32_t sum = 0;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     if (sizes[k] == 0) continue;
-    const uint32_t steps = amplitude_steps(sizes[k], level_q15);
+    const uint32_t steps = amplitude_steps(sizes[k], level_q15) + settings_.lost_steps;
+    const uint32_t bias = settings_.has_bridges ? 0U : steps + rest;
     const uint32_t square_q15 =
-        largest_square_q15(waveform, steps << to_q15, (steps + rest) << to_q15, period_q12_);
+        largest_square_q15(waveform, steps << to_q15, bias << to_q15, period_q12_);
     sum += square_q15 * settings_.limits.full_current_ma[k];
   }
   return (sum >> 15) + 1U;
@@ -172,7 +182,9 @@ uint32_t Synthesis::fitting_level(const Sizes& sizes, uint32_t level_q15, Wavefo
   uint32_t level = level_q15;
   const uint32_t max_duty = max_duty_steps(settings_);
   const uint32_t taken = 2U * kBiasMarginSteps + limits.min_on_steps;
-  const uint32_t peak_room = max_duty > taken ? (max_duty - taken) / 2U : 0U;
+  const uint32_t swing = max_duty > taken ? max_duty - taken : 0U;
+  const uint32_t both_ways = swing > settings_.lost_steps ? swing - settings_.lost_steps : 0U;
+  const uint32_t peak_room = settings_.has_bridges ? both_ways : swing / 2U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
   const uint32_t most_ma = reckoned_limit(limits.supply_ma);
   if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > most_ma) {
@@ -208,7 +220,7 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
   const uint32_t asked = options.level_q15 > 32767U ? 32767U : options.level_q15;
   const auto level = static_cast<int32_t>(fitting_level(sizes, asked, command.waveform));
   // Gains times this are duty steps with the shaper's fraction.
-  const auto half_span = static_cast<int32_t>(half_span_steps(settings_.pwm_bits));
+  const auto span = static_cast<int32_t>(span_steps());
   const uint32_t fraction_bits = fraction_bits_of(settings_.pwm_bits);
   const uint32_t shift = fraction_bits - 15U;
   const auto rest = static_cast<int32_t>(kBiasMarginSteps + settings_.limits.min_on_steps);
@@ -223,15 +235,15 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
       size = kOneQ15;
     }
     if (command.waveform == Waveform::kSine) {
-      command.first[k] = in_phase * half_span * (1 << shift);
-      command.second[k] = quadrature * half_span * (1 << shift);
+      command.first[k] = in_phase * span * (1 << shift);
+      command.second[k] = quadrature * span * (1 << shift);
     } else {
-      command.first[k] = size * half_span * (1 << shift);
+      command.first[k] = size * span * (1 << shift);
       command.second[k] = static_cast<int32_t>(phase_of(in_phase, quadrature));
     }
     // A silent channel needs no bias; any other needs its amplitude, rounded up, and the rest.
-    if (sizes[k] > 0 && level > 0) {
-      command.bias[k] = (size + 1) * half_span * (1 << shift) + rest * (1 << fraction_bits);
+    if (sizes[k] > 0 && level > 0 && !settings_.has_bridges) {
+      command.bias[k] = (size + 1) * span * (1 << shift) + rest * (1 << fraction_bits);
     }
   }
   return post(command);

@@ -3,8 +3,8 @@
 // frequency, 20 to 1000 Hz, from one 32-bit phase, or a host's stream of duties instead
 // (duty_ring.hpp).
 //
-// The outputs switch current one way only, so a bias rides under every wave, as large as its
-// amplitude needs and ramped with it.
+// A switch drives current one way only, so a bias rides under every wave, as large as its amplitude
+// needs and ramped with it. A bridge drives it both ways: its duties have a sign and no bias.
 #pragma once
 
 #include <array>
@@ -26,6 +26,8 @@ struct SynthesisSettings {
   uint32_t ramp_us;               // a stream fades in and anything fades out in this time
   uint32_t touch_timeout_us;      // outputs fade out when "still touched" is not said for this long
   uint32_t max_on_us;             // and after this in any case
+  bool has_bridges;               // coils are driven both ways, without a bias
+  uint32_t lost_steps;            // of a bridge's pulse
   OutputLimits limits;
 };
 
@@ -39,6 +41,12 @@ struct PlayOptions {
 // Largest amplitude in duty steps. Two steps above and below are the shaper's own.
 constexpr uint32_t half_span_steps(uint32_t pwm_bits) { return (1U << (pwm_bits - 1)) - 3U; }
 constexpr uint32_t kBiasMarginSteps = 2;
+// Duties are set in the middle of a carrier period or later; a pulse so long has ended by then.
+constexpr uint32_t most_turned_steps(uint32_t pwm_bits) { return 3U << (pwm_bits - 3); }
+// The same of a bridge, which has the whole range.
+constexpr uint32_t full_span_steps(uint32_t pwm_bits, uint32_t lost_steps) {
+  return (1U << pwm_bits) - 3U - lost_steps;
+}
 
 // Sample rate 80 MHz / 2^bits / 4; `frequency_millihertz` must be below half of it.
 uint32_t phase_step_u32(uint32_t frequency_millihertz, uint32_t pwm_bits);
@@ -105,6 +113,11 @@ class Synthesis {
   RampRate ramp_rate(uint32_t ramp_us) const;
   using Sizes = std::array<uint32_t, kMaxChannels>;
   uint32_t fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform);
+  // Of a drive's gain of 1, in duty steps.
+  uint32_t span_steps() const {
+    return settings_.has_bridges ? full_span_steps(settings_.pwm_bits, settings_.lost_steps)
+                                 : half_span_steps(settings_.pwm_bits);
+  }
   uint32_t amplitude_steps(uint32_t size_q15, uint32_t level_q15) const;
   uint32_t delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const;
   bool post(const Command& command);

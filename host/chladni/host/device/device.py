@@ -253,8 +253,14 @@ class Device:
     ) -> Iterator[StreamStep]:
         """The same, piece by piece: what a request came to."""
         self._keeper.end()  # its answers would come in between
-        rate_hz = self.config().frame_rate_hz
-        return stream_steps(self.link, duties, rate_hz=rate_hz, buffer_s=buffer_s)
+        config = self.config()
+        return stream_steps(
+            self.link,
+            duties,
+            rate_hz=config.frame_rate_hz,
+            buffer_s=buffer_s,
+            has_bridges=config.has_bridges,
+        )
 
     def stop(self) -> None:
         """End a live drive or a stream."""

@@ -25,10 +25,12 @@ def try_channel(
         `channel`, `ok`, and in mA `supply_ma`, `expected_ma` and `full_current_ma`.
     """
     full_ma = config["full_current_ma"][channel]
-    # A gain of 1 is an amplitude of half a duty of 1, and the bias as much above a wave's lowest
-    # duty. A supply delivers the mean square of the duty.
-    amplitude = SELF_TEST_GAIN / 2.0 * abs(config["coil_gain_q15"][channel]) / 32767.0
-    expected = round(full_ma * ((amplitude + config.least_duty) ** 2 + amplitude**2 / 2.0))
+    # A gain of 1 is a bridge's amplitude of a duty of 1. Of a switch's it is half of one, and the
+    # bias as much above a wave's lowest duty. A supply delivers the mean square of the duty.
+    gain = SELF_TEST_GAIN * abs(config["coil_gain_q15"][channel]) / 32767.0
+    amplitude = gain if config.has_bridges else gain / 2.0
+    bias = 0.0 if config.has_bridges else amplitude + config.least_duty
+    expected = round(full_ma * (bias**2 + amplitude**2 / 2.0))
     for _ in range(SELF_TEST_TRIES):
         drawn = _draw(device, channel, config["channels"], seconds)
         is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)

@@ -49,9 +49,16 @@ class StreamStep:
 
 
 def stream_steps(
-    link: Link, duties: NDArray[np.float64], *, rate_hz: float, buffer_s: float
+    link: Link,
+    duties: NDArray[np.float64],
+    *,
+    rate_hz: float,
+    buffer_s: float,
+    has_bridges: bool = False,
 ) -> Iterator[StreamStep]:
     """Send duties, shares of a carrier period of shape (frames, channels), piece by piece.
+
+    A bridge's are from -1 to 1.
 
     Raises
     ------
@@ -59,11 +66,11 @@ def stream_steps(
         The wire is too slow for so many channels, or the device ended the stream.
     """
     now_s = link.wire.now_s
-    words = np.clip(np.rint(np.asarray(duties) * 1024.0), 0, 1023).astype(np.uint16)
+    words = stream_words(np.asarray(duties), has_bridges)
     piece = _piece_of(link, len(words), words.shape[1], rate_hz)
     # On a slow wire pieces are long, and the ring has to hold one while the next travels.
     target = int(np.clip(round(buffer_s * rate_hz), max(LEAST_TARGET, piece), MOST_TARGET))
-    link.request("stream_begin", target=target)
+    link.request("stream_begin", target=target, is_signed=int(has_bridges))
     # Each piece goes out so early that the ring holds its target on the average. How long the
     # device takes to begin shows in what it holds then, and is made up for; later on what the
     # ring holds on the average is, a little with each piece.
@@ -90,6 +97,14 @@ def stream_steps(
         if answer["taken"] < len(part):
             # The ring was full: this machine was late, and caught up too fast.
             link.wait(piece / rate_hz)
+
+
+def stream_words(duties: NDArray[np.float64], has_bridges: bool) -> NDArray[np.uint16]:
+    """Ten bits of each duty; of a bridge's in two's complement."""
+    if not has_bridges:
+        return np.clip(np.rint(duties * 1024.0), 0, 1023).astype(np.uint16)
+    signed = np.clip(np.rint(duties * 512.0), -511, 511).astype(np.int16)
+    return (signed & 1023).astype(np.uint16)
 
 
 def pack_frames(words: NDArray[np.uint16]) -> bytes:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.emulation._emulator import half_span_steps
+from chladni.host.emulation._emulator import full_span_steps, half_span_steps
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.config import coil_gains
 from chladni.sim.board.board import Board
@@ -72,6 +72,19 @@ def phasors(
     return np.asarray((cosine - 1j * sine) / hold(frequency_hz, recording.carrier_hz))
 
 
+def span_steps(board: Board) -> int:
+    """Amplitude of a drive's gain of 1 on a board's pins, duty steps."""
+    own = board.electronics
+    if not own.is_bridge:
+        return int(half_span_steps(own.pwm_bits))
+    return int(full_span_steps(own.pwm_bits, lost_steps(own.lost_ns)))
+
+
+def lost_steps(lost_ns: float) -> int:
+    """What the firmware gives back of each of a bridge's pulses, as it rounds."""
+    return int(2.0 * round(lost_ns) + 12.0) // 25
+
+
 def hold(frequency_hz: float, carrier_hz: float) -> complex:
     """Gain of holding each sample for four carrier periods, sampled once per period."""
     step = 2.0 * np.pi * frequency_hz / carrier_hz
@@ -115,7 +128,7 @@ def _made(
     board: Board,
     level: float,
 ) -> ComplexArray:
-    span = half_span_steps(recording.pwm_bits) / float(1 << recording.pwm_bits)
+    span = span_steps(board) / float(1 << recording.pwm_bits)
     found = phasors(recording, play, frequency_hz, circuit_of(board)) / (span * level)
     # The device makes up for polarity and trim, which the coils themselves then undo.
     return np.asarray(section.full_scale_gain * found / np.array(coil_gains(board)))

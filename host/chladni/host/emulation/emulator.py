@@ -101,7 +101,8 @@ class Recording:
     Attributes
     ----------
     duty_steps
-        Latched duties, uint16, one row per carrier period, shape (periods, channels).
+        Latched duties, int16, one row per carrier period, shape (periods, channels); a bridge's
+        have its sign.
     carrier_hz
         Carrier frequency.
     pwm_bits
@@ -110,14 +111,14 @@ class Recording:
         Carrier periods in which the panel had news of fingers.
     """
 
-    duty_steps: NDArray[np.uint16]
+    duty_steps: NDArray[np.int16]
     carrier_hz: float
     pwm_bits: int
     panel_reports: tuple[int, ...] = ()
 
     @property
     def duty(self) -> FloatArray:
-        """Duties from 0 to 1, shape (periods, channels)."""
+        """Duties from 0 to 1, a bridge's from -1, shape (periods, channels)."""
         return self.duty_steps / float(1 << self.pwm_bits)
 
     @property

@@ -24,9 +24,10 @@ from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS, Field, offsets
 
 MAGIC = b"CHLC"
-VERSION_MAJOR, VERSION_MINOR = 2, 0
+VERSION_MAJOR, VERSION_MINOR = 2, 1
 PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
+DRIVERS = ("switch", "bridge")
 
 TIMER_HZ = int(CLOCK_HZ)
 """Clock of the LEDC's timers, on either chip."""
@@ -111,6 +112,11 @@ SETTINGS = (
     _setting("wire_limit_rise_dk", "u16", 10, 3000, 3000, "The same."),
     _setting("board_id", f"u8x{ID_BYTES}", 0, 255, (0,) * ID_BYTES,
              "Board file it was set from: fingerprint and name, as in a table's header."),
+    # From here on since 2.1: a shorter record has zeros, which are a switch.
+    _setting("driver", "u16", 0, len(DRIVERS) - 1, 0, f"{numbered(DRIVERS)}."),
+    _setting("lost_ns", "u16", 0, 500, 0, "What a bridge loses of each pulse."),
+    _setting("sign_pins", "u8x16", 0, 255, (NOT_WIRED,) * MAX_ACTUATORS,
+             "GPIO numbers, 0 to 31, of a bridge's directions."),
 )  # fmt: skip
 CEILINGS = {
     "max_duty_q15": "wire_max_duty_q15",
@@ -129,6 +135,8 @@ FIELDS = (*HEADER_FIELDS, *(setting.field for setting in SETTINGS))
 _STRUCT = struct.Struct("<" + "".join(field.code for field in FIELDS))
 CRC_BYTES = 4
 RECORD_BYTES = _STRUCT.size + CRC_BYTES
+LEAST_RECORD_BYTES = offsets(FIELDS)["driver"] + CRC_BYTES
+"""Of version 2.0."""
 
 
 class DeviceConfig:
@@ -173,8 +181,13 @@ class DeviceConfig:
 
     @property
     def least_duty(self) -> float:
-        """The lowest duty of a wave, of which its bias has so much more than its amplitude."""
+        """The lowest duty of a switch's wave: its bias has so much more than its amplitude."""
         return lowest_duty(self["min_on_ns"], self["pwm_bits"])
+
+    @property
+    def has_bridges(self) -> bool:
+        """Whether coils are driven both ways, by signed duties."""
+        return bool(self["driver"] == DRIVERS.index("bridge"))
 
     def pin_fault(self, chip: ChipName = "esp32") -> PinFault | None:
         """The first pin that a chip cannot use so: a device would not start with it."""
@@ -182,7 +195,8 @@ class DeviceConfig:
         if self["panel"] != PANELS.index("none"):
             bus = {"sda": self["sda_pin"], "scl": self["scl_pin"],
                    "interrupt": self["interrupt_pin"], "reset": self["reset_pin"]}  # fmt: skip
-        return pin_fault(self["pwm_pins"][: self["channels"]], chip=chip, **bus)
+        signs = self["sign_pins"][: self["channels"]] if self.has_bridges else ()
+        return pin_fault(self["pwm_pins"][: self["channels"]], signs=signs, chip=chip, **bus)
 
     def check_pins(self, chip: ChipName = "esp32") -> None:
         """Raise `InputError` if there is one, or if the chip has fewer PWM channels."""
@@ -248,8 +262,8 @@ def board_settings(board: Board) -> dict[str, Any]:
     """The settings that a board's file knows."""
     electronics = board.electronics
     count = len(board.actuators)
-    full_a = electronics.supply_v / electronics.coil_ohm
-    rise_k = full_a * electronics.supply_v * electronics.coil_k_per_w
+    full_a = electronics.full_current_a
+    rise_k = electronics.full_heat_w * electronics.coil_k_per_w
     pins = electronics.pwm_pins or (NOT_WIRED,) * count
     values: dict[str, Any] = {
         "channels": count,
@@ -268,6 +282,13 @@ def board_settings(board: Board) -> dict[str, Any]:
             *(32767,) * (MAX_ACTUATORS - count),
         ),
     }
+    if electronics.is_bridge:
+        signs = electronics.sign_pins or (NOT_WIRED,) * count
+        values |= {
+            "driver": DRIVERS.index("bridge"),
+            "lost_ns": round(electronics.lost_ns),
+            "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
+        }
     panel = board.panel
     if panel is not None:
         values |= {
@@ -315,20 +336,21 @@ def unpack_config(data: bytes) -> tuple[DeviceConfig, int]:
     InputError
         Another magic or version, damaged bytes, a value out of its range.
     """
-    if len(data) < RECORD_BYTES:
-        raise InputError("configuration", f"{len(data)} bytes", f"{RECORD_BYTES} at least")
+    if len(data) < LEAST_RECORD_BYTES:
+        raise InputError("configuration", f"{len(data)} bytes", f"{LEAST_RECORD_BYTES} at least")
     places = offsets(FIELDS)
     if data[:4] != MAGIC or data[places["version_major"]] != VERSION_MAJOR:
         expected = f"a configuration of version {VERSION_MAJOR}"
         raise InputError("configuration", data[:6].hex(), expected)
     total = int.from_bytes(data[places["total_bytes"] :][:2], "little")
-    if not RECORD_BYTES <= total <= len(data):
-        raise InputError("total_bytes", total, f"{RECORD_BYTES} to {len(data)}")
+    if not LEAST_RECORD_BYTES <= total <= len(data):
+        raise InputError("total_bytes", total, f"{LEAST_RECORD_BYTES} to {len(data)}")
     if zlib.crc32(data[: total - CRC_BYTES]) != int.from_bytes(
         data[total - CRC_BYTES : total], "little"
     ):
         raise InputError("configuration", "a wrong CRC", "undamaged bytes")
-    items = list(_STRUCT.unpack_from(data))[len(HEADER_FIELDS) :]
+    known = data[: min(total - CRC_BYTES, _STRUCT.size)].ljust(_STRUCT.size, b"\0")
+    items = list(_STRUCT.unpack(known))[len(HEADER_FIELDS) :]
     values: dict[str, Any] = {}
     for setting in SETTINGS:
         count = setting.field.count

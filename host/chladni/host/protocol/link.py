@@ -19,7 +19,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 2
+VERSION_MAJOR, VERSION_MINOR = 2, 3
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -55,6 +55,7 @@ class Status(IntEnum):
     NO_OTHER = 10
     NOT_NOW = 11
     TOO_OFTEN = 12
+    OTHER_DRIVER = 13
 
 
 STATUS_TEXT = {
@@ -72,6 +73,7 @@ STATUS_TEXT = {
     Status.NOT_NOW: "not in this state",
     Status.TOO_OFTEN: "flash was written 5 times since power came on, or 60 times within an hour; "
     "try again in a minute",
+    Status.OTHER_DRIVER: "duties for switches do not suit bridges, nor the other way round",
 }
 
 
@@ -160,8 +162,9 @@ MESSAGES = (
             (Field("config_status", "u8", "0 is ok."),), "", "In force from the next start."),
     Message(14, "restart", (), "", (), "", "Answered first."),
     Message(15, "stream_begin",
-            (Field("target", "u16", f"Frames kept in the ring, {LEAST_TARGET} to {MOST_TARGET}."),),
-            "", (), "", "Takes over from a finger."),
+            (Field("target", "u16", f"Frames kept in the ring, {LEAST_TARGET} to {MOST_TARGET}."),
+             Field("is_signed", "u8", "1: frames for bridges, two's complement. Left out: 0.")),
+            "", (), "", "Takes over from a finger. Refuses frames for the other driver."),
     Message(16, "stream_data", (), "frames of duties, 10 bits each, packed from the lowest bit",
             (Field("taken", "u16", "Frames."), Field("filled", "u16", "Frames in the ring.")), "",
             "As many as the ring has room for."),
