@@ -15,7 +15,7 @@ using namespace chladni;
 SamplePlayer player;
 int main() {
   Hal hal{};
-  hal.set_duties = [](void*, uint32_t*) {};
+  hal.set_duties = [](void*, int32_t*) {};
   const uint32_t rate = 19531;  // samples a second at 10 bits
   PlayerSettings settings{};
   settings.channels = 1;
@@ -25,7 +25,7 @@ int main() {
   player.start(settings);
   Handover& handover = player.handover();
   const uint16_t full = 32768, current = 0;
-  handover.stream.start(1, &current);
+  handover.stream.start(1, &current, false);
   auto play = [&](uint32_t seconds) {
     for (int k = 0; k < 64; ++k) handover.stream.push(&full);
     handover.news.store(handover.news.load() + 1);

@@ -24,7 +24,7 @@ int32_t SamplePlayer::next_duty(const Shaper& shaper, Channel& channel, int32_t 
   const int32_t sign = own >> 31;
   const int32_t duty = own == 0 ? 0 : own + ((settings_.lost ^ sign) - sign);
   const bool does_turn = (duty ^ before) < 0;
-  return does_turn && (before ^ (before >> 31)) > settings_.most_turned ? 0 : duty;
+  return does_turn && (before ^ (before >> 31)) >= settings_.most_turned ? 0 : duty;
 }
 
 template <bool kIsRamping, bool kHasBridges>

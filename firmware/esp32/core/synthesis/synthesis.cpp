@@ -181,10 +181,12 @@ uint32_t Synthesis::fitting_level(const Sizes& sizes, uint32_t level_q15, Wavefo
   }
   uint32_t level = level_q15;
   const uint32_t max_duty = max_duty_steps(settings_);
-  const uint32_t taken = 2U * kBiasMarginSteps + limits.min_on_steps;
+  // Rounding needs room above a wave, and below a switch's.
+  const bool has_bridges = settings_.has_bridges;
+  const uint32_t taken = has_bridges ? kBiasMarginSteps + settings_.lost_steps
+                                     : 2U * kBiasMarginSteps + limits.min_on_steps;
   const uint32_t swing = max_duty > taken ? max_duty - taken : 0U;
-  const uint32_t both_ways = swing > settings_.lost_steps ? swing - settings_.lost_steps : 0U;
-  const uint32_t peak_room = settings_.has_bridges ? both_ways : swing / 2U;
+  const uint32_t peak_room = has_bridges ? swing : swing / 2U;
   if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
   const uint32_t most_ma = reckoned_limit(limits.supply_ma);
   if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > most_ma) {

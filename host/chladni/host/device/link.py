@@ -47,6 +47,7 @@ TRY_AGAIN = "try again, or restart the device"
 REMEDIES = {
     Status.BUSY: TRY_AGAIN,
     Status.UNKNOWN: "give the device newer firmware",
+    Status.OTHER_DRIVER: "update chladni on this computer, and use the device's own board file",
     Status.MALFORMED: "give device and host the same version",
     Status.INCOMPATIBLE: "give device and host the same version",
     Status.WRONG_OFFSET: TRY_AGAIN,
