@@ -25,6 +25,11 @@ FULL_K, HEATING_S, FULL_MA = 1000.0, 8.0, 333.0
 """Of every coil at a duty of 1."""
 LIMIT_K, SUPPLY_MA = 60.0, 500
 PINS = (2, 4, 13, 14, 16)
+BRIDGES = {
+    "driver": 1,
+    "lost_ns": 40,
+    "sign_pins": (17, 18, 19, 23, 25, *(NOT_WIRED,) * 11),
+}
 KEY = bytes(range(1, 33))
 PATIENT = Limits(LIMITS.ramp_us, LIMITS.touch_timeout_us, 10_000_000)
 """Touches may last."""
@@ -154,8 +159,13 @@ class JudgedDevice:
         assert self.judge.over_ma <= 0.0, f"{self.judge.most_ma:.0f} mA"
 
     def push(self, duty: float, frames: int) -> int:
+        """Of a bridge's duties every second frame is negative."""
         shape = frames, self.config["channels"]
-        return self.core.stream_push(np.full(shape, duty * 65535, np.uint16))
+        if not self.config.has_bridges:
+            return self.core.stream_push(np.full(shape, duty * 65535, np.uint16))
+        words = np.full(shape, duty * 32767, np.int16)
+        words[1::2] *= -1
+        return self.core.stream_push(words.view(np.uint16))
 
     def live(self, amplitudes: list[float], frequency_hz: float, waveform: str) -> bool:
         gains = [(round(32767 * amplitude), 0) for amplitude in amplitudes]

@@ -23,17 +23,15 @@ from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.table import Limits
-from firmware.judged_device import PINS, JudgedDevice, hot_board, loud_table
+from firmware.judged_device import BRIDGES, PINS, JudgedDevice, hot_board, loud_table
 
-SIGNS = (17, 18, 19, 23, 25)
 LOST_STEPS = 3
 """40 ns in steps of 12.5."""
 COOL = {"limit_rise_dk": 3000, "full_rise_dk": (10,) * 5 + (0,) * 11}
 
 
 def bridged(**settings: object) -> DeviceConfig:
-    wired = {"sign_pins": (*SIGNS, *(NOT_WIRED,) * 11), "driver": 1, "lost_ns": 40}
-    return hot_board(**{**COOL, "supply_ma": 20_000, **wired, **settings})
+    return hot_board(**{**COOL, "supply_ma": 20_000, **BRIDGES, **settings})
 
 
 def harmonics(current: np.ndarray, carrier_hz: float) -> np.ndarray:
