@@ -163,13 +163,13 @@ A tail has at most {payload} bytes. A frame that stops for {silence} ms is dropp
 frames are text: the boot loader's, a panic's, the console's. Garbage costs at most the frame that
 follows it.
 
-The last request, if it comes again byte by byte, is answered again and not done twice. Another
-request of the same kind and number, of a second program at the port, is a request of its own. Lines
-of text that come faster than half the wire takes their answers are not run.
-Up to {window} `table_data` may be under way at once. They carry their offset, so one that comes
-twice or out of order does no harm. The host waits for the answer of any other request before it
-sends the next one. An update that gets no data for {update} s is dropped, and the old table plays
-on.
+A request that comes again byte by byte is answered again and not done twice. One of the same kind
+and number with other bytes, of another program, is a request of its own. Lines of text that come
+faster than half the wire takes their answers are not run.
+
+Up to {window} `table_data` may be under way at once. One that comes twice or out of order does no
+harm. The host waits for the answer of any other request before it sends the next one. An update
+that gets no data for {update} s is dropped, and the old table plays on.
 """
 
 
