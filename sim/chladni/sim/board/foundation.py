@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from chladni.sim.board.quantity import MM, quantity
 
 ATMOSPHERE = 1.4 * 101325.0
@@ -130,3 +132,11 @@ class Foundation:
         if own is None:
             own = MATERIALS[self.material].loss_factor if self.material else 0.0
         return own * self.sheet_stiffness / self.total_stiffness
+
+    def decay_length(self, bending_stiffness: float) -> float:
+        """λ = (D/k)^¼ of the Kelvin function that a point force makes on an endless plate, m."""
+        return float((bending_stiffness / self.total_stiffness) ** 0.25)
+
+    def cut_off_hz(self, areal_mass: float) -> float:
+        """√(k/ρh)/2π of a plate of that mass, kg/m², below which no wave travels."""
+        return float(np.sqrt(self.total_stiffness / areal_mass) / (2.0 * np.pi))

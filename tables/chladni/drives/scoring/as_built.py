@@ -29,7 +29,7 @@ from chladni.drives.scoring.survey import (
     statistics,
 )
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
-from chladni.drives.scoring.warm import Warm, board_rise_k, warm
+from chladni.drives.scoring.warm import ROOM_C, Warm, board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
@@ -108,6 +108,11 @@ class AsBuilt:
     board_w: Spread | None
     board_k: Spread | None
     magnet_k: Spread | None
+
+    @property
+    def warm_magnet_c(self) -> float | None:
+        """Of the warmest magnet in a room, at the worst tenth of places, °C; None without coils."""
+        return None if self.magnet_k is None else ROOM_C + self.magnet_k.p90
 
 
 def score_as_built(
