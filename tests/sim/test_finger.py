@@ -16,7 +16,7 @@ from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Actuator, Edges, Pin, Screw, Spring
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import coil_coupling, driven_fields
+from chladni.sim.fields.driven import back_emf_coupling, driven_fields
 from chladni.sim.fields.static import is_held, static_fields
 from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.finger import dynamic_stiffness, pressed, sensation_db, threshold_um
@@ -153,7 +153,7 @@ def test_a_coil_that_moves_is_driven_as_its_circuit_says(paper: Board) -> None:
     board = rigid_board(paper, coil, mass)
     board = dataclasses.replace(board, drive=dataclasses.replace(board.drive, frequency_hz=hz))
     plain, driven = transfer_fields(board), driven_fields(board)
-    assert np.linalg.norm(coil_coupling(board, plain)) > 0.5
+    assert np.linalg.norm(back_emf_coupling(board, plain)) > 0.5
     blocked = coil.force_factor / (coil.resistance + 2j * np.pi * hz * coil.inductance)
     found = complex(driven.values[0, 10, 10] * blocked)  # metres per volt
     omega = 2.0 * np.pi * hz
@@ -176,7 +176,7 @@ def test_a_coil_that_moves_is_driven_as_its_circuit_says(paper: Board) -> None:
 def test_forces_take_no_notice_of_motion_below_the_tolerance(prototype: Board) -> None:
     """6.6e-4 on `prototype`: fields stay what they were, to the bit."""
     plain = transfer_fields(prototype, model=(model := plate_model(prototype)))
-    assert np.linalg.norm(coil_coupling(prototype, plain), 2) == pytest.approx(6.6e-4, rel=0.05)
+    assert np.linalg.norm(back_emf_coupling(prototype, plain), 2) == pytest.approx(6.6e-4, rel=0.05)
     assert np.array_equal(driven_fields(prototype, model=model).values, plain.values)
 
 

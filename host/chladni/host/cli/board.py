@@ -22,8 +22,8 @@ from chladni.host.cli.common.board_reports import (
     foundation_report,
     panel_report,
     say_current,
-    say_neighbours,
     say_panel,
+    say_softening,
     say_vent,
     say_warm_magnets,
     winding_report,
@@ -59,7 +59,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.neighbours import neighbours
+from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
 
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
@@ -99,10 +99,10 @@ def board_show(
         say_current(wave)
     if loaded.winding:
         result["winding"] = winding_report(loaded)
-    pushes = neighbours(loaded, model)
-    if pushes:
-        result["neighbours"] = asdict(pushes)
-        say_neighbours(pushes)
+    softening = magnet_softening(loaded, model)
+    if softening:
+        result["neighbours"] = asdict(softening)
+        say_softening(softening)
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
 
 

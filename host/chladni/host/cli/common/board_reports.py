@@ -14,7 +14,7 @@ from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.neighbours import MATTERS, Neighbours
+from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.magnetics.windings import force_over_stroke
 
 
@@ -88,11 +88,11 @@ def winding_report(board: Board) -> dict[str, Any]:
     return result
 
 
-def say_neighbours(pushes: Neighbours) -> None:
+def say_softening(softening: MagnetSoftening) -> None:
     """Warn where magnets take away much of what holds them."""
-    if pushes.softened is not None and pushes.softened > MATTERS:
+    if softening.softened is not None and softening.softened > MATTERS:
         say(
-            f"the magnets push each other out of their plane and take {pushes.softened:.0%} of "
+            f"the magnets push each other out of their plane and take {softening.softened:.0%} of "
             "what holds them: put them farther apart, or turn every other one over"
         )
 
