@@ -19,7 +19,12 @@ from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.driven import back_emf_coupling, driven_fields
 from chladni.sim.fields.static import is_held, static_fields
 from chladni.sim.fields.transfer import transfer_fields
-from chladni.sim.image.finger import dynamic_stiffness, pressed, sensation_db, threshold_um
+from chladni.sim.image.finger import (
+    dynamic_stiffness,
+    fields_under_finger,
+    sensation_db,
+    threshold_um,
+)
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
@@ -49,7 +54,7 @@ def test_a_pressing_finger_is_a_spring_and_a_mass_built_in(stiffness: float, mas
     plain, expected = fields(bare), fields(built_in)
     # A built-in spring loses what the plate does, η of its force.
     z = dynamic_stiffness(Finger(mass, 0.02 * stiffness / (2.0 * np.pi * hz), stiffness), hz)
-    found = pressed(plain, plain[:, i, j], plain[1], complex(plain[1, i, j]), z)
+    found = fields_under_finger(plain, plain[:, i, j], plain[1], complex(plain[1, i, j]), z)
     assert np.abs(expected - plain).max() > 0.02 * np.abs(plain).max()  # it does change something
     # Each is asked for 1e-5.
     assert np.abs(found - expected).max() < 2e-5 * np.abs(expected).max()
@@ -59,12 +64,12 @@ def test_a_finger_of_pure_damping_takes_energy_and_one_of_infinite_stiffness_hol
     own, means = 2e-4 - 1e-6j, np.array([3e-4 + 1e-5j])
     fields = means[:, None, None] * np.ones((1, 2, 2), complex)
     answer = own * np.ones((2, 2), complex)
-    held = pressed(fields, means, answer, own, 1e12)
+    held = fields_under_finger(fields, means, answer, own, 1e12)
     assert np.abs(held).max() < 1e-6 * np.abs(means[0])
     damper = 1j * 2.0 * np.pi * 160.0 * 5.0
-    force = damper * pressed(fields, means, answer, own, damper)[0, 0, 0]
+    braked = fields_under_finger(fields, means, answer, own, damper)[0, 0, 0]
     # Power into the damper, ½ Re(F* iω w): never negative.
-    assert np.real(np.conj(force) * 1j * pressed(fields, means, answer, own, damper)[0, 0, 0]) > 0.0
+    assert np.real(np.conj(damper * braked) * 1j * braked) > 0.0
 
 
 def test_detection_thresholds_meet_their_anchors() -> None:

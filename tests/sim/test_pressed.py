@@ -1,4 +1,4 @@
-"""A pressed sheet: against the differential equations on a round one, closed forms and itself."""
+"""A sheet under a press: the differential equations on a round one, closed forms and itself."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from chladni.sim.board.file import load_board
-from chladni.sim.fields.pressed import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
 from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.finger import pressing_stiffness
 from chladni.sim.plate.geometry import FoundationLayer, PlateGeometry

@@ -80,13 +80,13 @@ class OneFrequency:
         checkpoint: Part | None,
         jobs: int | None,
         *,
-        pressed: bool = False,
+        with_finger: bool = False,
         scheduler: str | None = None,
     ) -> OneFrequency:
         """Find every region's drive, and phases and labels over the whole board.
 
-        `pressed` drives are best with the finger on its place. With a `scheduler` a Dask cluster's
-        workers find them.
+        Drives `with_finger` make up for what the finger on its place changes. With a `scheduler` a
+        Dask cluster's workers find them.
         """
         grid = regions.grid
         targets = [grid.centre_mm(int(region)) for region in regions.numbers]
@@ -105,7 +105,7 @@ class OneFrequency:
             options,
             checkpoint or Checkpoint(None, {}),
             jobs,
-            pressed=pressed,
+            with_finger=with_finger,
             scheduler=scheduler,
         )
         level = solved.space.nearest_level(HALFWAY_STEP)
@@ -223,12 +223,12 @@ def _solve(
     checkpoint: Checkpoint | Part,
     jobs: int | None,
     *,
-    pressed: bool,
+    with_finger: bool,
     scheduler: str | None,
 ) -> list[ComplexArray]:
     """Every target's drive in units of the largest gain; fields go into `kept`."""
     if scheduler is not None:
-        own = partial_function(_drive_of, replace(options, progress=None), pressed)
+        own = partial_function(_drive_of, replace(options, progress=None), with_finger)
         with Workers(scheduler=scheduler) as workers:
             on_workers(
                 workers,
@@ -236,7 +236,7 @@ def _solve(
                 targets,
                 own,
                 checkpoint,
-                with_finger=pressed,
+                with_finger=with_finger,
                 progress=options.progress,
             )
     searched = set(targets)
@@ -245,7 +245,7 @@ def _solve(
         kept.keep(problem)
         if problem.target_mm not in searched:
             return {}
-        return _drive_of(options, pressed, problem)
+        return _drive_of(options, with_finger, problem)
 
     # Making the others' fields takes the time in which the last drives are searched.
     besides = solved.problems(others, tolerance=OWN_TOLERANCE)
@@ -256,7 +256,7 @@ def _solve(
         jobs=jobs,
         checkpoint=checkpoint,
         besides=besides,
-        with_finger=pressed,
+        with_finger=with_finger,
     )
     drives = []
     for result in finished:
@@ -271,8 +271,8 @@ def _solve(
     return drives
 
 
-def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
-    problem = pressed_problem(problem) if pressed else problem
+def _drive_of(options: Options, with_finger: bool, problem: Problem) -> Result:
+    problem = pressed_problem(problem) if with_finger else problem
     drive = tie_break(problem, OBJECTIVES[options.objective](problem, options).drive)
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive

@@ -29,8 +29,8 @@ NEARLY_SOLID = 0.9
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """A sheet at rest under a finger.
+class Equilibrium:
+    """A sheet at rest, under a finger or with nothing on it.
 
     Attributes
     ----------
@@ -45,14 +45,14 @@ class Pressed:
     tension: FloatArray
 
 
-def flat(sheet: Sheet) -> Pressed:
+def flat(sheet: Sheet) -> Equilibrium:
     """The sheet with nothing on it."""
-    return Pressed(
+    return Equilibrium(
         np.zeros(2 * sheet.size), np.zeros(sheet.size), np.zeros((3, sheet.weights.size))
     )
 
 
-def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pressed:
+def press(sheet: Sheet, load: FloatArray, newtons: float, start: Equilibrium) -> Equilibrium:
     """The sheet at rest under a press, by Newton's method.
 
     Parameters
@@ -82,7 +82,7 @@ def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pre
         )
         left = float(np.hypot(np.linalg.norm(force_along), np.linalg.norm(force))) / scale
         if left < SETTLED:
-            return Pressed(along, deflection, tension)
+            return Equilibrium(along, deflection, tension)
         foam = sheet.gram(sheet.value, sheet.lies * spring)
         tangent = _tangent(sheet, rows, tension, foam, sheet.sideways)
         step = factor(tangent).solve(-np.concatenate([force_along, force]))
@@ -94,7 +94,7 @@ def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pre
 
 def vibration(
     sheet: Sheet,
-    at: Pressed,
+    at: Equilibrium,
     loads: FloatArray,
     omega: float,
     *,

@@ -35,9 +35,9 @@ from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
-from chladni.sim.fields.pressed import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
 from chladni.sim.image import metrics
-from chladni.sim.image.finger import pressed, pressing_stiffness
+from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -289,7 +289,7 @@ class _Touched:
         answer = solved.under_finger([(place[0] / MM, place[1] / MM)])[0]
         under = values[:, disc].mean(axis=1)
         own = complex(answer[disc].mean())
-        return np.asarray(pressed(values, under, answer, own, stiffness) - values)
+        return np.asarray(fields_under_finger(values, under, answer, own, stiffness) - values)
 
     def measure(self, survey: Survey, newtons: float, counted: _Counted) -> FloatArray:
         """Rows of a press at all places that are their own."""
