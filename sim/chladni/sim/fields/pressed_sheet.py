@@ -18,7 +18,7 @@ from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.parts import FEATURES
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.pressed.press import Equilibrium, flat, press, vibration
-from chladni.sim.pressed.sheet import Foam, Sheet
+from chladni.sim.pressed.sheet import Foam, SplineSheet
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -65,7 +65,7 @@ class PressedSheet:
     def __init__(self, board: Board) -> None:
         assert board.magnet is not None
         self.board = board
-        self._sheet = Sheet(
+        self._sheet = SplineSheet(
             plate_geometry(board),
             board.section.stretching_stiffness,
             foam_of(board),

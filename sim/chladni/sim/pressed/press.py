@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from chladni.sim.errors import ToleranceError
-from chladni.sim.pressed.sheet import Matrix, Sheet
+from chladni.sim.pressed.sheet import Matrix, SplineSheet
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -45,14 +45,14 @@ class Equilibrium:
     tension: FloatArray
 
 
-def flat(sheet: Sheet) -> Equilibrium:
+def flat(sheet: SplineSheet) -> Equilibrium:
     """The sheet with nothing on it."""
     return Equilibrium(
         np.zeros(2 * sheet.size), np.zeros(sheet.size), np.zeros((3, sheet.weights.size))
     )
 
 
-def press(sheet: Sheet, load: FloatArray, newtons: float, start: Equilibrium) -> Equilibrium:
+def press(sheet: SplineSheet, load: FloatArray, newtons: float, start: Equilibrium) -> Equilibrium:
     """The sheet at rest under a press, by Newton's method.
 
     Parameters
@@ -93,7 +93,7 @@ def press(sheet: Sheet, load: FloatArray, newtons: float, start: Equilibrium) ->
 
 
 def vibration(
-    sheet: Sheet,
+    sheet: SplineSheet,
     at: Equilibrium,
     loads: FloatArray,
     omega: float,
@@ -139,7 +139,7 @@ def vibration(
 
 
 def _stretched(
-    sheet: Sheet, along: FloatArray, deflection: FloatArray
+    sheet: SplineSheet, along: FloatArray, deflection: FloatArray
 ) -> tuple[tuple[Matrix, Matrix, Matrix], FloatArray]:
     """By which w's splines strain the sheet about a deflection, and the tension there."""
     (gx, gy), slopes = sheet.slope, [own @ deflection for own in sheet.slope]
@@ -150,7 +150,9 @@ def _stretched(
     return rows, np.asarray(sheet.membrane * (sheet.elastic @ strain))
 
 
-def _work(sheet: Sheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray) -> FloatArray:
+def _work(
+    sheet: SplineSheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray
+) -> FloatArray:
     """What tension does to the splines, by their strains."""
     return np.asarray(
         sum(own.T @ (sheet.weights * part) for own, part in zip(rows, tension, strict=True))
@@ -158,7 +160,7 @@ def _work(sheet: Sheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray
 
 
 def _tangent(
-    sheet: Sheet,
+    sheet: SplineSheet,
     rows: tuple[Matrix, Matrix, Matrix],
     tension: FloatArray,
     foam: Matrix,
@@ -178,7 +180,7 @@ def _tangent(
     return sparse.block_array([[sheet.stretch + sideways, both], [both.T, own]], format="csr")
 
 
-def _share(sheet: Sheet, deflection: FloatArray, step: FloatArray) -> float:
+def _share(sheet: SplineSheet, deflection: FloatArray, step: FloatArray) -> float:
     """How much of a step may be taken before foam is solid."""
     foam = sheet.foam
     if not foam.thickness:
