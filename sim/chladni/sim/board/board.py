@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.sim.board.checks import check_board
 from chladni.sim.board.finger import FINGERS, USUAL
 from chladni.sim.board.focus import Focus
-from chladni.sim.board.panel_layer import Section, plate_section
+from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import quantities
 
@@ -46,7 +46,7 @@ class Board(BoardParts):
         return _axis(self.plate.size[1], self.image.points[1])
 
     @cached_property
-    def section(self) -> Section:
+    def section(self) -> PlateSection:
         """The plate as it bends and moves: with the layer of a touch panel, if that is glued on."""
         return plate_section(self)
 

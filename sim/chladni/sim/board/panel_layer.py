@@ -36,7 +36,7 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Section:
+class PlateSection:
     """What bends and moves, as one plate.
 
     Attributes
@@ -60,7 +60,7 @@ class Section:
     stretching_stiffness: float
 
 
-def section_of(layers: Sequence[Layer]) -> Section:
+def section_of(layers: Sequence[Layer]) -> PlateSection:
     """Layers from the bottom up, as one plate that is free to stretch.
 
     Classical laminate theory. For isotropic layers the stiffnesses of equal curvatures, with
@@ -76,7 +76,7 @@ def section_of(layers: Sequence[Layer]) -> Section:
     even = _reduced(layers, total, -1.0)
     odd = _reduced(layers, total, 1.0)
     d11, d12 = (even + odd) / 2.0, (even - odd) / 2.0
-    return Section(
+    return PlateSection(
         d11.real,
         d12.real / d11.real,
         sum(layer.density * layer.thickness for layer in layers),
@@ -101,11 +101,11 @@ def _reduced(layers: Sequence[Layer], total: float, sign: float) -> complex:
     return d - b**2 / a
 
 
-def plate_section(board: BoardParts) -> Section:
+def plate_section(board: BoardParts) -> PlateSection:
     """A board's plate with its panel's layer, as one plate."""
     plate, panel = board.plate, board.panel
     if panel is None or not panel.layer_thickness:
-        return Section(
+        return PlateSection(
             plate.bending_stiffness,
             plate.poissons_ratio,
             plate.areal_mass,
