@@ -25,14 +25,14 @@ from chladni.tables.halfway_points import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
-    drawn,
     halfway_places,
+    measured_indices,
     own_places,
     target_of,
 )
 from chladni.tables.lookup import mixing
 from chladni.tables.phase_synchronisation import Synchronised, in_phase_at_targets, synchronise
-from chladni.tables.quantisation_loss import Losses, Point, losses
+from chladni.tables.quantisation_loss import Losses, MeasuredPoint, losses
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Section, quantise
 
@@ -67,8 +67,8 @@ class OneFrequency:
     synchronised: Synchronised
     measured: NDArray[np.intp]
     error_estimate: float
-    at_regions: list[Point]
-    halfway: list[Point]
+    at_regions: list[MeasuredPoint]
+    halfway: list[MeasuredPoint]
     jobs: int | None
 
     @classmethod
@@ -91,7 +91,7 @@ class OneFrequency:
         grid = regions.grid
         targets = [grid.centre_mm(int(region)) for region in regions.numbers]
         centres = dict(zip(regions.centres, targets, strict=True))
-        measured = drawn(len(targets))
+        measured = measured_indices(len(targets))
         places = halfway_places(regions)
         own = {place: target_of(grid, place) for place in own_places(solved.board, regions, places)}
         # Of which the fields between regions are found.
@@ -120,11 +120,11 @@ class OneFrequency:
             measured,
             kept.error_estimate,
             [
-                Point(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
+                MeasuredPoint(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
                 for k in measured.tolist()
             ],
             [
-                Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
+                MeasuredPoint(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
                 for place in places
             ],
             jobs,
@@ -162,7 +162,7 @@ class OneFrequency:
         return np.bincount(self.regions.everywhere.stored)[self.measured]
 
     def _losses(
-        self, points: Sequence[Point], reader: FirmwareReader, until_beyond: bool
+        self, points: Sequence[MeasuredPoint], reader: FirmwareReader, until_beyond: bool
     ) -> Losses:
         x_um, y_um = np.array([point.place_um for point in points], np.int64).reshape(-1, 2).T
         actuators = self.synchronised.drives.shape[1]
