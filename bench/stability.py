@@ -58,7 +58,7 @@ class Case:
     refused: str = ""
 
 
-def board_of(seed: int) -> Board:
+def board_of_seed(seed: int) -> Board:
     """The board of a seed."""
     return board_from_document(Draw(seed).document())
 
@@ -68,7 +68,7 @@ def tried(seed: int) -> Case:
     kind = KINDS[seed % len(KINDS)]
     begun = time.perf_counter()
     try:
-        board = board_of(seed)
+        board = board_of_seed(seed)
         geometry, loss = plate_geometry(board), board.plate.loss_factor
         loads = [*actuator_loads(board)[:4], Load(*(board.plate.size[k] * 0.21 for k in (0, 1)))]
         asked = {"frequency_hz": board.drive.frequency_hz, "x": board.x, "y": board.y}

@@ -21,7 +21,9 @@ def gpio_header() -> str:
         return f"0x{sum(1 << pin for pin in pins):010X}ULL"
 
     def row(name: str, own: gpio.Chip) -> str:
-        masks = ", ".join(mask(pins) for pins in (own.gates, own.signs, own.bus, own.outputs, own.inputs))
+        masks = ", ".join(
+            mask(pins) for pins in (own.gates, own.signs, own.bus, own.outputs, own.inputs)
+        )
         return f"    {{{own.channels}U, {masks}}},  // {name}"
 
     pins = 1 + max(max(chip.inputs) for chip in gpio.CHIPS.values())

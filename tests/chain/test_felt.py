@@ -152,14 +152,15 @@ def test_drives_for_a_pressing_finger_are_better_with_it(prototype: Board) -> No
     assert max(gained) > 0.002
 
 
-def test_pressed_tables_store_other_drives(prototype: Board) -> None:
+def test_tables_for_a_pressing_finger_store_other_drives(prototype: Board) -> None:
     board = dataclasses.replace(thin(prototype, 0.4e-3), finger=FINGERS["firm"])
     solved, regions = solved_board(board), stored_regions(board)
-    plain, pressed = (
-        board_drives(solved, regions, (160.0,), Options("ssim", 1, None), pressed=is_pressed)[0]
-        for is_pressed in (False, True)
+    options = Options("ssim", 1, None)
+    (plain,), (aware,) = (
+        board_drives(solved, regions, (160.0,), options, with_finger=is_pressing)
+        for is_pressing in (False, True)
     )
-    assert np.abs(plain.synchronised.drives - pressed.synchronised.drives).max() > 0.01
+    assert np.abs(plain.synchronised.drives - aware.synchronised.drives).max() > 0.01
 
 
 def test_solving_again_finds_the_same_numbers(prototype: Board) -> None:

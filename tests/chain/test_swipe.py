@@ -135,7 +135,7 @@ def test_a_sine_is_found_in_any_stretch(waves: float) -> None:
     sample = np.arange(1000, 1000 + count) // 4 * 4
     turns = 2.0 * np.pi * frequency_hz * sample / carrier_hz
     duty = 0.45 + (np.exp(1j * turns)[:, None] * known).real
-    steps = np.zeros((1000 + count, 3), np.uint16)
+    steps = np.zeros((1000 + count, 3), np.int16)
     steps[1000:] = np.rint(duty * 65536.0)
     found = phasors(Recording(steps, carrier_hz, 16), Play(1000, 1000 + count), frequency_hz)
     # Of the window's end a whole sample may be missing.

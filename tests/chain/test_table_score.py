@@ -33,8 +33,8 @@ KNOWN = {
     "pad16": ((4.2, 2.6), (8.9, 7.5), (15.5, 13.3), 1.5),
     "quiet16": ((5.9, 4.1), (13.8, 10.7), (22.0, 18.0), 2.0),
 }
-FLOOR_UM, PRESSED_UM = 5.0, 3.0
-PRESSED = 40
+FLOOR_UM, PRESSING_UM = 5.0, 3.0
+PLACES = 40
 
 
 # Of the two pads the searched one is in `make soak`: the same code plays both.
@@ -80,7 +80,7 @@ def test_a_pressing_finger_leaves_micrometres_everywhere(made: Made) -> None:
     """The usual finger on the very place, the loudest coil at its limit."""
     board, table = made
     every = active_lattice(board, PITCH).with_halfway().places
-    places = [every[k] for k in np.random.default_rng(6).permutation(len(every))[:PRESSED]]
+    places = [every[k] for k in np.random.default_rng(6).permutation(len(every))[:PLACES]]
     drives = played_drives(table, board, places)
     targets = [(x * 1e3, y * 1e3) for x, y in places]
     problems = solved_board(board).problems(targets, with_finger=True)
@@ -89,7 +89,7 @@ def test_a_pressing_finger_leaves_micrometres_everywhere(made: Made) -> None:
         assert full is not None
         field = np.tensordot(drive / np.abs(drive).max(), problem.transfer, axes=1)
         under = abs(with_finger(problem, field)[problem.disc].mean()) * full.newtons
-        assert under * 1e6 >= PRESSED_UM
+        assert under * 1e6 >= PRESSING_UM
 
 
 def test_pins_play_what_the_table_says_for_the_place(made: Made) -> None:

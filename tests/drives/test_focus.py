@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import Options
 from chladni.drives.methods.focus import GAP_DB, SHARE, Focused, focus_at, shortfall
-from chladni.drives.methods.minimax import in_phase, minimax
+from chladni.drives.methods.minimax import equal_gain, minimax
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.solve import solve, solve_problem
@@ -62,7 +62,7 @@ def test_a_general_cone_solver_finds_the_same_minimum_of_random_forms(seed: int)
     far, near = random_forms(rng, int(rng.integers(1, 30)), n), random_forms(rng, 6, n)
     mean = rng.normal(size=n) + 1j * rng.normal(size=n)
     mean *= rng.uniform(1.1, 8.0) / np.abs(mean).sum()
-    plain = in_phase(mean)
+    plain = equal_gain(mean)
     cap = float(max(np.vdot(plain, form @ plain).real for form in near)) * rng.uniform(1.0, 2.0)
     found = minimax(mean, far, near, cap, tolerance=2e-3)
     exact = cone_program(mean, far, near, cap, 1.0)

@@ -165,7 +165,7 @@ def test_a_duty_that_is_not_taken_is_counted_as_the_one_that_stands(bench: Judge
     assert max(shown) < 2.0 * max(judged)
 
 
-def late(bench: JudgedDevice, milliseconds: float, late_us: float) -> Iterator[NDArray[np.uint16]]:
+def late(bench: JudgedDevice, milliseconds: float, late_us: float) -> Iterator[NDArray[np.int16]]:
     """Duties, while each sample comes so late."""
     for _ in range(round(milliseconds * 1e3 / late_us)):
         bench.core.delay_next_sample(late_us)

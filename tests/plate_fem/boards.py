@@ -11,8 +11,8 @@ from chladni.drives.methods.focus import focus_at
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation_checks import cut_outs
-from chladni.sim.fields.beside import beside, couple_fields, couple_loads
 from chladni.sim.fields.driven import answered
+from chladni.sim.fields.magnetic_coupling import couple_fields, couple_loads, magnetic_coupling
 from chladni.sim.image import metrics
 from plate_fem.mesh import Disc, plate_mesh
 from plate_fem.plate import ArgyrisPlate, Inclusion, Material
@@ -101,7 +101,7 @@ def compared_second_fingers(
     count = len(board.actuators)
     bare = replace(solved.fields, values=values[:count])
     driven = answered(
-        board, bare, beside(board), couple_fields(board, values[:count], values[count:])
+        board, bare, magnetic_coupling(board), couple_fields(board, values[:count], values[count:])
     ).values
     discs = metrics.FingertipDiscs(board.x, board.y)
     rows = []

@@ -16,10 +16,15 @@ from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Actuator, Edges, Pin, Screw, Spring
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import coil_coupling, driven_fields
+from chladni.sim.fields.driven import back_emf_coupling, driven_fields
 from chladni.sim.fields.static import is_held, static_fields
 from chladni.sim.fields.transfer import transfer_fields
-from chladni.sim.image.finger import dynamic_stiffness, pressed, sensation_db, threshold_um
+from chladni.sim.image.finger import (
+    dynamic_stiffness,
+    fields_under_finger,
+    sensation_db,
+    threshold_um,
+)
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
@@ -49,7 +54,7 @@ def test_a_pressing_finger_is_a_spring_and_a_mass_built_in(stiffness: float, mas
     plain, expected = fields(bare), fields(built_in)
     # A built-in spring loses what the plate does, η of its force.
     z = dynamic_stiffness(Finger(mass, 0.02 * stiffness / (2.0 * np.pi * hz), stiffness), hz)
-    found = pressed(plain, plain[:, i, j], plain[1], complex(plain[1, i, j]), z)
+    found = fields_under_finger(plain, plain[:, i, j], plain[1], complex(plain[1, i, j]), z)
     assert np.abs(expected - plain).max() > 0.02 * np.abs(plain).max()  # it does change something
     # Each is asked for 1e-5.
     assert np.abs(found - expected).max() < 2e-5 * np.abs(expected).max()
@@ -59,12 +64,12 @@ def test_a_finger_of_pure_damping_takes_energy_and_one_of_infinite_stiffness_hol
     own, means = 2e-4 - 1e-6j, np.array([3e-4 + 1e-5j])
     fields = means[:, None, None] * np.ones((1, 2, 2), complex)
     answer = own * np.ones((2, 2), complex)
-    held = pressed(fields, means, answer, own, 1e12)
+    held = fields_under_finger(fields, means, answer, own, 1e12)
     assert np.abs(held).max() < 1e-6 * np.abs(means[0])
     damper = 1j * 2.0 * np.pi * 160.0 * 5.0
-    force = damper * pressed(fields, means, answer, own, damper)[0, 0, 0]
+    braked = fields_under_finger(fields, means, answer, own, damper)[0, 0, 0]
     # Power into the damper, ½ Re(F* iω w): never negative.
-    assert np.real(np.conj(force) * 1j * pressed(fields, means, answer, own, damper)[0, 0, 0]) > 0.0
+    assert np.real(np.conj(damper * braked) * 1j * braked) > 0.0
 
 
 def test_detection_thresholds_meet_their_anchors() -> None:
@@ -153,7 +158,7 @@ def test_a_coil_that_moves_is_driven_as_its_circuit_says(paper: Board) -> None:
     board = rigid_board(paper, coil, mass)
     board = dataclasses.replace(board, drive=dataclasses.replace(board.drive, frequency_hz=hz))
     plain, driven = transfer_fields(board), driven_fields(board)
-    assert np.linalg.norm(coil_coupling(board, plain)) > 0.5
+    assert np.linalg.norm(back_emf_coupling(board, plain)) > 0.5
     blocked = coil.force_factor / (coil.resistance + 2j * np.pi * hz * coil.inductance)
     found = complex(driven.values[0, 10, 10] * blocked)  # metres per volt
     omega = 2.0 * np.pi * hz
@@ -176,7 +181,7 @@ def test_a_coil_that_moves_is_driven_as_its_circuit_says(paper: Board) -> None:
 def test_forces_take_no_notice_of_motion_below_the_tolerance(prototype: Board) -> None:
     """6.6e-4 on `prototype`: fields stay what they were, to the bit."""
     plain = transfer_fields(prototype, model=(model := plate_model(prototype)))
-    assert np.linalg.norm(coil_coupling(prototype, plain), 2) == pytest.approx(6.6e-4, rel=0.05)
+    assert np.linalg.norm(back_emf_coupling(prototype, plain), 2) == pytest.approx(6.6e-4, rel=0.05)
     assert np.array_equal(driven_fields(prototype, model=model).values, plain.values)
 
 

@@ -1,4 +1,4 @@
-"""A pressed sheet: against the differential equations on a round one, closed forms and itself."""
+"""A sheet under a press: the differential equations on a round one, closed forms and itself."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from chladni.sim.board.file import load_board
-from chladni.sim.fields.pressed import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
 from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.finger import pressing_stiffness
 from chladni.sim.plate.geometry import FoundationLayer, PlateGeometry
 from chladni.sim.pressed.press import flat, press, vibration
-from chladni.sim.pressed.sheet import SHEAR_OF_FOAM, Foam, Sheet
+from chladni.sim.pressed.sheet import SHEAR_OF_FOAM, Foam, SplineSheet
 
 SIDE, THICKNESS, MODULUS, POISSON = 50e-3, 0.1e-3, 22e9, 0.15
 STIFFNESS = 4e7
@@ -22,12 +22,12 @@ FINGER = 6e-3
 OPEN = Foam(STIFFNESS, 0.2, 0.0, 0.7)
 
 
-def sheet(element: float = 2e-3, foam: Foam = OPEN) -> Sheet:
+def sheet(element: float = 2e-3, foam: Foam = OPEN) -> SplineSheet:
     """`quiet16` without its magnets and the holes round them."""
     geometry = PlateGeometry(
         SIDE, SIDE, BENDING, POISSON, 0.19, foundation=FoundationLayer(STIFFNESS, 0.2)
     )
-    return Sheet(geometry, MEMBRANE, foam, element)
+    return SplineSheet(geometry, MEMBRANE, foam, element)
 
 
 def round_sheet(newtons: float) -> tuple[float, float]:
@@ -99,7 +99,7 @@ def test_vibration_about_a_press_is_the_press_of_a_little_more() -> None:
     at = press(own, load, 1.0, flat(own))
     more = press(own, load, 1.001, at)
     still = vibration(own, at, load[:, None], 0.0, loss_factor=0.0)[:, 0]
-    lossless = Sheet(own.geometry, MEMBRANE, Foam(STIFFNESS, 0.0, 0.0, 0.7), 2e-3)
+    lossless = SplineSheet(own.geometry, MEMBRANE, Foam(STIFFNESS, 0.0, 0.0, 0.7), 2e-3)
     still = vibration(lossless, at, load[:, None], 0.0, loss_factor=0.0)[:, 0]
     assert np.abs(still.imag).max() == 0.0
     slope = (more.deflection - at.deflection) / 1e-3

@@ -20,14 +20,14 @@ from chladni.tables.format import pack
 from chladni.tables.halfway_points import (
     MOST_POINTS,
     HalfwayFields,
-    drawn,
     halfway_places,
+    measured_indices,
     own_places,
     target_of,
 )
 from chladni.tables.lookup import mixing
 from chladni.tables.one_frequency import HALFWAY_STEP, OneFrequency
-from chladni.tables.quantisation_loss import LIMITS, Point, losses
+from chladni.tables.quantisation_loss import LIMITS, MeasuredPoint, losses
 from chladni.tables.report import TableReport
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
@@ -80,18 +80,20 @@ def test_what_is_interpolated_stands_for_the_points_own(prototype: Board, pitch_
 
 
 def test_all_points_are_measured_or_a_thousand_of_them() -> None:
-    assert drawn(315).tolist() == list(range(315))
-    some = drawn(2664)
+    assert measured_indices(315).tolist() == list(range(315))
+    some = measured_indices(2664)
     assert some.size == np.unique(some).size == MOST_POINTS
     assert np.all(np.diff(some) > 0)
-    assert np.array_equal(some, drawn(2664))
+    assert np.array_equal(some, measured_indices(2664))
 
 
 def test_losses_are_of_ssim_and_of_the_field(coarse_board: Board) -> None:
     """Against skimage's SSIM and the definition; a drive twice as loud has the same image."""
     solved = solved_board(coarse_board)
     problem = solved.problem((10.0, 25.0))
-    point = Point((10_000, 25_000), solved.space.levels[-1], problem.image.astype(np.float32))
+    point = MeasuredPoint(
+        (10_000, 25_000), solved.space.levels[-1], problem.image.astype(np.float32)
+    )
     best = np.array([1.0, 0.4j, -0.3, 0.2, 0.5 - 0.1j])
     other = best + np.array([0.0, 0.02, 0.0, -0.01j, 0.0])
     drives = np.array([best, best]), np.array([2.0 * best, other])

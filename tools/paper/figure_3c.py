@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import solved_board
 from chladni.host.figures.fields import INK, draw_board, draw_displacement, save
-from chladni.sim.fields.driven import coil_coupling
+from chladni.sim.fields.driven import back_emf_coupling
 from chladni.sim.image.energy import compose
 from paper import boards
 from paper.numbers import Numbers, fixed, rounded
@@ -76,7 +76,7 @@ def numbers() -> Numbers:
     board = boards.computed()
     every = play(board, np.ones(len(board.actuators), dtype=np.complex128))
     pairs = [_pair(other) for other in PAIRS.values()]
-    coupling = np.linalg.norm(coil_coupling(board, solved_board(board).fields), 2)
+    coupling = np.linalg.norm(back_emf_coupling(board, solved_board(board).fields), 2)
     return {
         "duties": fixed(sum(pair.duties for pair in pairs)),
         "different_duties": fixed(sum(pair.different_duties for pair in pairs)),

@@ -15,7 +15,7 @@ from playwright.sync_api import sync_playwright
 
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "images" / "studio.png"
 WIDTH, HEIGHT = 1180, 780
-PRESSED = 0.64, 0.33
+PRESS_AT = 0.64, 0.33
 """Share of the board from its left and from its top: 10 mm right and 25 mm up of its centre."""
 BUILT_MS = 300_000
 
@@ -44,7 +44,7 @@ def main() -> None:
                 *(
                     begin + share * side
                     for begin, share, side in zip(
-                        (box["x"], box["y"]), PRESSED, (box["width"], box["height"]), strict=True
+                        (box["x"], box["y"]), PRESS_AT, (box["width"], box["height"]), strict=True
                     )
                 )
             )

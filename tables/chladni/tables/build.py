@@ -116,7 +116,7 @@ def build_table(
         seen = survey_of(drives[0])
         compensates = needs_compensation(board, seen)
         if compensates:
-            drives = make(pressed=True)
+            drives = make(with_finger=True)
             seen = survey_of(drives[0])
         for width in widths:
             table = table_of(board, regions, [one.section(width) for one in drives], width)
@@ -138,12 +138,12 @@ def board_drives(
     *,
     checkpoint: Checkpoint | None = None,
     jobs: int | None = None,
-    pressed: bool = False,
+    with_finger: bool = False,
     scheduler: str | None = None,
 ) -> list[OneFrequency]:
     """Find the drives of every region, one frequency after the other on the same plate.
 
-    `pressed` drives are best with the finger on its place.
+    Drives `with_finger` make up for what the finger on its place changes.
     """
     found = []
     for number, frequency in enumerate(frequencies_hz):
@@ -151,10 +151,13 @@ def board_drives(
         if options.progress:
             span = number * regions.count, len(frequencies_hz) * regions.count
             own = replace(options, progress=partial_function(_tell, options.progress, *span))
-        kept = checkpoint.part(f"{frequency!r} Hz{', pressed' * pressed}:") if checkpoint else None
+        part = f"{frequency!r} Hz{', pressed' * with_finger}:"
+        kept = checkpoint.part(part) if checkpoint else None
         one = solved.at_frequency(frequency)
         found.append(
-            OneFrequency.solve(one, regions, own, kept, jobs, pressed=pressed, scheduler=scheduler)
+            OneFrequency.solve(
+                one, regions, own, kept, jobs, with_finger=with_finger, scheduler=scheduler
+            )
         )
     return found
 

@@ -33,7 +33,7 @@ from chladni.tables.layout import (
     check_header,
     check_section,
     record_bytes,
-    stored_regions,
+    stored_region_count,
 )
 from chladni.tables.mirror_symmetry import (
     MirrorSymmetry,
@@ -267,7 +267,7 @@ def _read_section(
     data: bytes, at: int, head: dict[str, Any], number: int, file: str | None
 ) -> tuple[Section, int]:
     """The section that begins at a byte, and where the next one would."""
-    bits, actuators, cells = head["bits"], head["actuators"], stored_regions(head)
+    bits, actuators, cells = head["bits"], head["actuators"], stored_region_count(head)
     record, end = record_bytes(actuators, bits), len(data) - CRC_BYTES
     left, name = end - at, f"section {number}"
     if left < SECTION_BYTES:

@@ -40,7 +40,7 @@ Field = NDArray[np.complex64]
 Lines = tuple[list[int], list[int]]
 
 
-def drawn(count: int) -> NDArray[np.intp]:
+def measured_indices(count: int) -> NDArray[np.intp]:
     """Which of so many points are measured, ascending: all, or `MOST_POINTS` at random."""
     if count <= MOST_POINTS:
         return np.arange(count)
@@ -53,7 +53,7 @@ def halfway_places(regions: StoredRegions) -> list[HalfPlace]:
     every = [
         (i + right, j + up) for right, up in ((1, 0), (0, 1), (1, 1)) for i, j in regions.centres
     ]
-    return [every[k] for k in drawn(len(every)).tolist()]
+    return [every[k] for k in measured_indices(len(every)).tolist()]
 
 
 def own_places(board: Board, regions: StoredRegions, places: list[HalfPlace]) -> list[HalfPlace]:

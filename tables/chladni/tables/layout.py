@@ -151,7 +151,7 @@ def record_bytes(actuators: int, bits: int) -> int:
     return 1 + actuators * gain_bytes(bits)
 
 
-def stored_regions(head: dict[str, Any]) -> int:
+def stored_region_count(head: dict[str, Any]) -> int:
     """Records of every section, by a header's fields."""
     columns, rows = (
         stored_cells(head[name], bool(head["mirrors"] >> bit & 1))

@@ -100,7 +100,7 @@ def mixing(
     bottom = ONE * ONE - top
     right = [(row * x.fraction) >> FRACTION_BITS for row in (bottom, top)]
     weights = np.stack((bottom - right[0], right[0], top - right[1], right[1]))
-    weights = _given_way(weights, labels == label)
+    weights = _within_label(weights, labels == label)
     turned = np.stack((x.is_flipped, y.is_flipped), axis=-1)
     of_place = symmetry.channels(actuators, turned)
     channels = [
@@ -149,14 +149,14 @@ def images(
     return np.asarray((iq[cells.stored[:, None], channels] * sign[:, None, None]).astype(np.int16))
 
 
-def _given_way(weights: IntArray, member: NDArray[np.bool_]) -> IntArray:
-    """Weights (4, places), those of corners that are no members handed to one that is.
+def _within_label(weights: IntArray, has_label: NDArray[np.bool_]) -> IntArray:
+    """Weights (4, places), those of corners of other labels handed to one of the label.
 
-    To the corner next along x, else along y, else across; the nearest one is always a member.
+    To the corner next along x, else along y, else across; the nearest one always has it.
     """
     result = np.zeros_like(weights)
     every = np.arange(weights.shape[1])
     for k in range(4):
-        others = np.where(member[k ^ 1], k ^ 1, np.where(member[k ^ 2], k ^ 2, k ^ 3))
-        result[np.where(member[k], k, others), every] += weights[k]
+        others = np.where(has_label[k ^ 1], k ^ 1, np.where(has_label[k ^ 2], k ^ 2, k ^ 3))
+        result[np.where(has_label[k], k, others), every] += weights[k]
     return result

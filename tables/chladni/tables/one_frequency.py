@@ -25,14 +25,14 @@ from chladni.tables.halfway_points import (
     OWN_TOLERANCE,
     Field,
     HalfwayFields,
-    drawn,
     halfway_places,
+    measured_indices,
     own_places,
     target_of,
 )
 from chladni.tables.lookup import mixing
 from chladni.tables.phase_synchronisation import Synchronised, in_phase_at_targets, synchronise
-from chladni.tables.quantisation_loss import Losses, Point, losses
+from chladni.tables.quantisation_loss import Losses, MeasuredPoint, losses
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import Section, quantise
 
@@ -67,8 +67,8 @@ class OneFrequency:
     synchronised: Synchronised
     measured: NDArray[np.intp]
     error_estimate: float
-    at_regions: list[Point]
-    halfway: list[Point]
+    at_regions: list[MeasuredPoint]
+    halfway: list[MeasuredPoint]
     jobs: int | None
 
     @classmethod
@@ -80,18 +80,18 @@ class OneFrequency:
         checkpoint: Part | None,
         jobs: int | None,
         *,
-        pressed: bool = False,
+        with_finger: bool = False,
         scheduler: str | None = None,
     ) -> OneFrequency:
         """Find every region's drive, and phases and labels over the whole board.
 
-        `pressed` drives are best with the finger on its place. With a `scheduler` a Dask cluster's
-        workers find them.
+        Drives `with_finger` make up for what the finger on its place changes. With a `scheduler` a
+        Dask cluster's workers find them.
         """
         grid = regions.grid
         targets = [grid.centre_mm(int(region)) for region in regions.numbers]
         centres = dict(zip(regions.centres, targets, strict=True))
-        measured = drawn(len(targets))
+        measured = measured_indices(len(targets))
         places = halfway_places(regions)
         own = {place: target_of(grid, place) for place in own_places(solved.board, regions, places)}
         # Of which the fields between regions are found.
@@ -105,7 +105,7 @@ class OneFrequency:
             options,
             checkpoint or Checkpoint(None, {}),
             jobs,
-            pressed=pressed,
+            with_finger=with_finger,
             scheduler=scheduler,
         )
         level = solved.space.nearest_level(HALFWAY_STEP)
@@ -120,11 +120,11 @@ class OneFrequency:
             measured,
             kept.error_estimate,
             [
-                Point(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
+                MeasuredPoint(_um(targets[k]), solved.space.levels[-1], kept.images[targets[k]])
                 for k in measured.tolist()
             ],
             [
-                Point(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
+                MeasuredPoint(_um(grid.halfway_mm(*place)), level, _image_of(fields.at(place)))
                 for place in places
             ],
             jobs,
@@ -162,7 +162,7 @@ class OneFrequency:
         return np.bincount(self.regions.everywhere.stored)[self.measured]
 
     def _losses(
-        self, points: Sequence[Point], reader: FirmwareReader, until_beyond: bool
+        self, points: Sequence[MeasuredPoint], reader: FirmwareReader, until_beyond: bool
     ) -> Losses:
         x_um, y_um = np.array([point.place_um for point in points], np.int64).reshape(-1, 2).T
         actuators = self.synchronised.drives.shape[1]
@@ -223,12 +223,12 @@ def _solve(
     checkpoint: Checkpoint | Part,
     jobs: int | None,
     *,
-    pressed: bool,
+    with_finger: bool,
     scheduler: str | None,
 ) -> list[ComplexArray]:
     """Every target's drive in units of the largest gain; fields go into `kept`."""
     if scheduler is not None:
-        own = partial_function(_drive_of, replace(options, progress=None), pressed)
+        own = partial_function(_drive_of, replace(options, progress=None), with_finger)
         with Workers(scheduler=scheduler) as workers:
             on_workers(
                 workers,
@@ -236,7 +236,7 @@ def _solve(
                 targets,
                 own,
                 checkpoint,
-                with_finger=pressed,
+                with_finger=with_finger,
                 progress=options.progress,
             )
     searched = set(targets)
@@ -245,7 +245,7 @@ def _solve(
         kept.keep(problem)
         if problem.target_mm not in searched:
             return {}
-        return _drive_of(options, pressed, problem)
+        return _drive_of(options, with_finger, problem)
 
     # Making the others' fields takes the time in which the last drives are searched.
     besides = solved.problems(others, tolerance=OWN_TOLERANCE)
@@ -256,7 +256,7 @@ def _solve(
         jobs=jobs,
         checkpoint=checkpoint,
         besides=besides,
-        with_finger=pressed,
+        with_finger=with_finger,
     )
     drives = []
     for result in finished:
@@ -271,8 +271,8 @@ def _solve(
     return drives
 
 
-def _drive_of(options: Options, pressed: bool, problem: Problem) -> Result:
-    problem = pressed_problem(problem) if pressed else problem
+def _drive_of(options: Options, with_finger: bool, problem: Problem) -> Result:
+    problem = pressed_problem(problem) if with_finger else problem
     drive = tie_break(problem, OBJECTIVES[options.objective](problem, options).drive)
     largest = np.abs(drive).max()
     drive = drive / largest if largest > 0.0 else drive

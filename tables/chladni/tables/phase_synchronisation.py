@@ -92,13 +92,13 @@ def synchronise(space: FieldSpace, regions: StoredRegions, drives: ComplexArray)
     near = neighbours(columns, rows, diagonal=True)
     alone = np.array([space.coordinates(drive) for drive in turned])
     before = _steps(alone, pairs)
-    distance, reach = distances(_overlaps(units, near)), _reach(near, columns)
+    distance, longest = distances(_overlaps(units, near)), _longest_steps(near, columns)
     apart = np.zeros(len(near), dtype=bool)
     while True:
-        labels, tree = _components(units, near, apart | (distance > reach))
+        labels, tree = _components(units, near, apart | (distance > longest))
         phases = _phases(units, labels, pairs, tree)
         stepped = _steps(units * phases[:, None], near)
-        frustrated = (labels[near[:, 0]] == labels[near[:, 1]]) & (stepped > reach)
+        frustrated = (labels[near[:, 0]] == labels[near[:, 1]]) & (stepped > longest)
         if not np.any(frustrated & ~apart):
             break
         apart |= frustrated
@@ -107,7 +107,9 @@ def synchronise(space: FieldSpace, regions: StoredRegions, drives: ComplexArray)
     after = _steps(placed, pairs)
     same = labels[pairs[:, 0]] == labels[pairs[:, 1]]
     synchronised = drives * phases[:, None]
-    labels, crossings = _few(labels, _crossings(space, regions, synchronised, labels), near)
+    labels, crossings = _shared_labels(
+        labels, _crossings(space, regions, synchronised, labels), near
+    )
     return Synchronised(
         drives=synchronised,
         labels=labels.astype(np.uint8),
@@ -152,7 +154,7 @@ def distances(overlaps: ComplexArray | complex) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(2.0 - 2.0 * np.abs(overlaps), 0.0)))
 
 
-def _reach(near: IndexArray, columns: int) -> FloatArray:
+def _longest_steps(near: IndexArray, columns: int) -> FloatArray:
     """The largest step two neighbours may have; those across a corner are √2 as far away."""
     across = np.abs(near[:, 1] - near[:, 0])
     return np.where((across == 1) | (across == columns), JOIN, np.sqrt(2.0) * JOIN)
@@ -169,10 +171,10 @@ def _components(
     count = len(units)
     is_bad = apart | ~np.any(units, axis=1)[near].any(axis=1)
     root = list(range(count))
-    enemies: list[set[int]] = [set() for _ in range(count)]
+    kept_apart: list[set[int]] = [set() for _ in range(count)]
     for a, b in near[is_bad].tolist():
-        enemies[a].add(b)
-        enemies[b].add(a)
+        kept_apart[a].add(b)
+        kept_apart[b].add(a)
 
     def find(k: int) -> int:
         while root[k] != k:
@@ -185,16 +187,16 @@ def _components(
     order = np.argsort(np.where(is_bad, np.inf, distance), kind="stable")
     for a, b in near[order[: np.count_nonzero(~is_bad)]].tolist():
         one, other = find(a), find(b)
-        if one == other or other in enemies[one]:
+        if one == other or other in kept_apart[one]:
             continue
-        if len(enemies[one]) < len(enemies[other]):
+        if len(kept_apart[one]) < len(kept_apart[other]):
             one, other = other, one
         root[other] = one
-        for enemy in enemies[other]:
-            enemies[enemy].discard(other)
-            enemies[enemy].add(one)
-        enemies[one] |= enemies[other]
-        enemies[other] = set()
+        for third in kept_apart[other]:
+            kept_apart[third].discard(other)
+            kept_apart[third].add(one)
+        kept_apart[one] |= kept_apart[other]
+        kept_apart[other] = set()
         tree.append((a, b))
     _, labels = np.unique([find(k) for k in range(count)], return_inverse=True)
     return np.asarray(labels), tree
@@ -277,7 +279,7 @@ def _crossings(
     return result
 
 
-def _few(
+def _shared_labels(
     labels: IndexArray, crossings: IndexArray, near: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
     """At most `MAX_LABELS` labels: more share one where they are no neighbours and cross alike."""

@@ -35,7 +35,7 @@ LIMITS = LossLimits()
 
 
 @dataclass(frozen=True)
-class Point:
+class MeasuredPoint:
     """A place at which losses are measured: where it is, and the image wanted there."""
 
     place_um: tuple[int, int]
@@ -79,7 +79,7 @@ class Losses:
 
 def losses(
     solved: SolvedBoard,
-    points: Sequence[Point],
+    points: Sequence[MeasuredPoint],
     exact: ComplexArray,
     got: ComplexArray,
     *,
@@ -101,7 +101,7 @@ def losses(
     if is_focus:
         _ = solved.second_fingers  # found once, before there are threads
 
-    def one(case: tuple[Point, ComplexArray, ComplexArray]) -> tuple[float, ...]:
+    def one(case: tuple[MeasuredPoint, ComplexArray, ComplexArray]) -> tuple[float, ...]:
         point, *drives = case
         wanted = space.objective_of(point.level, point.image.astype(np.float64))
         best, kept = (space.value(wanted, drive) for drive in drives)

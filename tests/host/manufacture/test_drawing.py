@@ -28,7 +28,7 @@ BOARDS = ("strip5", "pad16", "phone15", "prototype", "everything")
 Circles = set[tuple[str, float, float, float]]
 
 
-def board_of(name: str) -> Board:
+def board_to_draw(name: str) -> Board:
     """A shipped board, or one that has everything there is."""
     if name != "everything":
         return load_board(name)
@@ -87,7 +87,7 @@ def svg(board: Board, folder: Path) -> ElementTree.Element:
 
 @pytest.mark.parametrize("name", BOARDS)
 def test_every_circle_of_a_dxf_is_the_board_file_s(name: str, tmp_path: Path) -> None:
-    board = board_of(name)
+    board = board_to_draw(name)
     document = dxf(board, tmp_path)
     circles = {
         circle(own.dxf.layer, own.dxf.center.x, own.dxf.center.y, own.dxf.radius)
@@ -102,7 +102,7 @@ def test_every_circle_of_a_dxf_is_the_board_file_s(name: str, tmp_path: Path) ->
 @pytest.mark.parametrize("name", BOARDS)
 def test_an_svg_has_the_same_circles_at_one_to_one(name: str, tmp_path: Path) -> None:
     """A unit of the view box is a millimetre of the page; y goes down."""
-    board = board_of(name)
+    board = board_to_draw(name)
     root = svg(board, tmp_path)
     circles = {
         circle(group.get("id"), x, -y, radius)
@@ -138,7 +138,7 @@ def test_a_drawing_is_the_same_bytes_in_every_run(tmp_path: Path) -> None:
 
 def test_an_outline_has_round_corners_and_foam_its_strips(tmp_path: Path) -> None:
     """The area of a polyline with arcs: ab − (4 − π) r²; strips are 12 and 5 mm wide."""
-    board = board_of("everything")
+    board = board_to_draw("everything")
     space = dxf(board, tmp_path).modelspace()
     (outline,) = space.query('LWPOLYLINE[layer=="plate"]')
     points = outline.get_points("xyb")  # type: ignore[attr-defined]
@@ -162,7 +162,8 @@ def test_an_outline_has_round_corners_and_foam_its_strips(tmp_path: Path) -> Non
 
 def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) -> None:
     texts = [
-        "".join(own.itertext()) for own in svg(board_of("everything"), tmp_path).iter(f"{SVG}text")
+        "".join(own.itertext())
+        for own in svg(board_to_draw("everything"), tmp_path).iter(f"{SVG}text")
     ]
     for expected in (
         "everything", "plate: FR4 (1/1), 0.2 thick, corners R4", "40", "60", "24", "-24",

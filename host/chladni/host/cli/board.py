@@ -15,15 +15,15 @@ from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
+from chladni.drives.scoring.soft_wave import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.board_reports import (
-    current_report,
     foundation_report,
     panel_report,
     say_current,
-    say_neighbours,
     say_panel,
+    say_softening,
     say_vent,
     say_warm_magnets,
     winding_report,
@@ -56,9 +56,10 @@ from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.wiring import channels, wiring_figure
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.file import load_board
+from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.neighbours import neighbours
+from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
 
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
@@ -89,18 +90,19 @@ def board_show(
     if loaded.foundation:
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)
-    if loaded.panel is not None:
-        result["panel"] = panel_report(loaded)
-        say_panel(loaded)
-    if loaded.coil:
-        result["coil_current"] = current_report(loaded)
-        say_current(loaded)
+    layered, wave = layered_plate(loaded), soft_wave(loaded)
+    if layered:
+        result["panel"] = panel_report(layered)
+        say_panel(layered)
+    if wave:
+        result["coil_current"] = asdict(wave)
+        say_current(wave)
     if loaded.winding:
         result["winding"] = winding_report(loaded)
-    pushes = neighbours(loaded, model)
-    if pushes:
-        result["neighbours"] = asdict(pushes)
-        say_neighbours(pushes)
+    softening = magnet_softening(loaded, model)
+    if softening:
+        result["neighbours"] = asdict(softening)
+        say_softening(softening)
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
 
 

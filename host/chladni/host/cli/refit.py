@@ -44,7 +44,7 @@ def board_refit(
         raise MissingError("foundation", "a sheet of foam, whose stiffness was measured")
     path = file_of(board, shipped_boards(), "board", "a board file")
     text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
-    ratio = foam * loaded.foundation.stiffness_ratio
+    ratio = foam * loaded.foundation.measured_ratio
     written = refitted(text, ratio)
     own = parse_board(written.decode(), file=str(output))
     assert own.foundation is not None

@@ -33,8 +33,8 @@ LENGTH_MS = 300.0
 
 
 @dataclass(frozen=True)
-class Played:
-    """What came of one board."""
+class BoardRun:
+    """What came of one board in the whole chain."""
 
     board: Board
     built: TableReport
@@ -57,14 +57,14 @@ def run(folder: Path) -> None:
     """Build tables, flash them into the emulator, touch the boards, score what the pins do."""
     folder.mkdir(parents=True, exist_ok=True)
     console = Console()
-    played = [_played(console, folder, name) for name in TOUCHES_MM]
-    console.print(_scorecard(played))
+    runs = [_run_board(console, folder, name) for name in TOUCHES_MM]
+    console.print(_scorecard(runs))
     picture = folder / "demo.png"
-    save(chains_figure([one.chain for one in played]), picture)
+    save(chains_figure([one.chain for one in runs]), picture)
     console.print(f"figure: {picture}")
 
 
-def _played(console: Console, folder: Path, name: str) -> Played:
+def _run_board(console: Console, folder: Path, name: str) -> BoardRun:
     """One board's chain."""
     board, touched = load_board(name), TOUCHES_MM[name]
     fields = solved_board(board).fields
@@ -85,15 +85,15 @@ def _played(console: Console, folder: Path, name: str) -> Played:
     card = score_field(
         solved_board(board), loop.field, loop.target_field, loop.target_mm, drive=loop.played
     )
-    return Played(board, built, loop, card)
+    return BoardRun(board, built, loop, card)
 
 
-def _scorecard(played: list[Played]) -> RichTable:
+def _scorecard(runs: list[BoardRun]) -> RichTable:
     """The demo's numbers, with what each is to be compared with."""
     sheet = RichTable(title="What the pins really do", title_justify="left")
-    for heading in ("", *(one.board.name for one in played), "compare"):
+    for heading in ("", *(one.board.name for one in runs), "compare"):
         sheet.add_column(heading)
-    columns = [_column(one) for one in played]
+    columns = [_column(one) for one in runs]
     for row, compare in _COMPARE.items():
         sheet.add_row(row, *(column[row] for column in columns), compare)
     return sheet
@@ -119,7 +119,7 @@ _COMPARE = {
 """Rows, and what each number is to be compared with."""
 
 
-def _column(one: Played) -> dict[str, str]:
+def _column(one: BoardRun) -> dict[str, str]:
     """A board's numbers by row."""
     loop, card = one.loop, one.card
     worst_gain = max(abs(c.gain_error_db or 0.0) for c in loop.channels)
@@ -146,7 +146,7 @@ def _column(one: Played) -> dict[str, str]:
     }
 
 
-def _from_20_mm(one: Played) -> float:
+def _from_20_mm(one: BoardRun) -> float:
     """RMS under the finger over the loudest fingertip 20 mm away or more, dB."""
     board, (x, y) = one.board, one.loop.target_mm
     discs = metrics.FingertipDiscs(board.x, board.y)

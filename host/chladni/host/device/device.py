@@ -103,7 +103,7 @@ class Device:
 
     def close(self) -> None:
         """Lift a finger that is held, within 0.3 s or not at all, and let go of the wire."""
-        if self._keeper.is_at_it:
+        if self._keeper.is_holding:
             self._keeper.end()
             with contextlib.suppress(ChladniError):
                 self.link.request("lift", tries=BRIEF_TRIES, first_wait_s=BRIEF_WAIT_S)

@@ -90,11 +90,11 @@ def load_script(path: Path) -> Duties:
     try:
         exec(compile(source, str(path), "exec"), names)
     except (Exception, SystemExit) as error:
-        raise ArgumentError("script", _told(error), "a file that runs", file=str(path)) from None
+        raise ArgumentError("script", _message(error), "a file that runs", file=str(path)) from None
     function = names.get("duties")
     if not callable(function):
         raise ArgumentError("script", "no duties(t)", "a function of that name", file=str(path))
-    return _Named(function, path)
+    return _ScriptFunction(function, path)
 
 
 def scripted_duties(function: Duties, rate_hz: float, seconds: float) -> FloatArray:
@@ -118,7 +118,7 @@ def _are_duties(values: FloatArray) -> bool:
     return bool(np.all((values >= 0.0) & (values <= 1.0)))
 
 
-class _Named:
+class _ScriptFunction:
     """A script's function, whose errors name its file."""
 
     def __init__(self, function: Duties, path: Path) -> None:
@@ -129,10 +129,10 @@ class _Named:
             return np.asarray(self._function(t), dtype=np.float64)
         except (Exception, SystemExit) as error:
             expected = "an array of times taken, one of duties given back"
-            raise InputError("duties(t)", _told(error), expected, file=str(self._path)) from None
+            raise InputError("duties(t)", _message(error), expected, file=str(self._path)) from None
 
 
-def _told(error: BaseException) -> str:
+def _message(error: BaseException) -> str:
     line = getattr(error, "lineno", None)
     where = f" in line {line}" if line else ""
     return f"{type(error).__name__}{where}: {error}"

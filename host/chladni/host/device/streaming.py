@@ -24,15 +24,15 @@ WAIT_S = 0.03
 BUFFER_S = 0.007
 """Of frames that the device keeps in its ring on the average: then 99 of 100 reach the pins within
 10 ms. A host that is late for longer than this less a piece makes an underrun."""
-RING = 512
+RING_FRAMES = 512
 """Frames that it holds; so many may come on any wire."""
-TURNS = 9
+ROUND_TRIPS = 9
 """Requests of which the middle one says how long an answer takes."""
-SHARE = 0.8
+SENDING_SHARE = 0.8
 """Of the time that a piece takes to play, for sending it and hearing of it."""
-SETTLED = 8
+SETTLED_PIECES = 8
 """Pieces after which the device plays for certain."""
-MEAN, FOLLOW = 0.1, 0.02
+MEAN_SHARE, CORRECTED_SHARE = 0.1, 0.02
 """A piece's share in the mean of what the ring holds, and what it makes up for of its error:
 half of it is gone after 35 pieces, and single late ones do not matter."""
 SMALLEST_PIECE = 16
@@ -89,11 +89,11 @@ def stream_steps(
         yield StreamStep(answer["taken"], answer["filled"], now_s() - asked)
         # As if it had gone out in time: a late one must not make the others earlier.
         in_time = answer["filled"] + max(asked - due, 0.0) * rate_hz
-        if number == SETTLED:
+        if number == SETTLED_PIECES:
             begun += (in_time - lead) / rate_hz
-        elif number > SETTLED:
-            held += MEAN * (in_time - held)
-            begun += FOLLOW * (held - lead) / rate_hz
+        elif number > SETTLED_PIECES:
+            held += MEAN_SHARE * (in_time - held)
+            begun += CORRECTED_SHARE * (held - lead) / rate_hz
         if answer["taken"] < len(part):
             # The ring was full: this machine was late, and caught up too fast.
             link.wait(piece / rate_hz)
@@ -118,11 +118,11 @@ def _piece_of(link: Link, frames: int, channels: int, rate_hz: float) -> int:
     # Whole frames that fill whole bytes: four of any number of channels do.
     most = MAX_PAYLOAD * 8 // (10 * channels) // 4 * 4
     least = min(SMALLEST_PIECE, most)
-    spare_s = SHARE / rate_hz - link.wire_time(1) * 10 * channels / 8.0
+    spare_s = SENDING_SHARE / rate_hz - link.wire_time(1) * 10 * channels / 8.0
     if spare_s > 0.0:
-        return int(np.clip(_turn_s(link) / spare_s // 4 * 4 + 4, least, most))
-    if frames > RING:
-        needed = 1.25 * 10 * channels * rate_hz / SHARE
+        return int(np.clip(_round_trip_s(link) / spare_s // 4 * 4 + 4, least, most))
+    if frames > RING_FRAMES:
+        needed = 1.25 * 10 * channels * rate_hz / SENDING_SHARE
         raise LinkError(
             f"{channels} channels need a wire of {needed:,.0f} baud, and this has "
             f"{link.wire.baud:,.0f}",
@@ -131,13 +131,13 @@ def _piece_of(link: Link, frames: int, channels: int, rate_hz: float) -> int:
     return least
 
 
-def _turn_s(link: Link) -> float:
+def _round_trip_s(link: Link) -> float:
     """From a small request to its answer: the way there and back, and the device's main loop.
 
     Over a radio that is some milliseconds, on one machine a part of one.
     """
     seconds = []
-    for _ in range(TURNS):
+    for _ in range(ROUND_TRIPS):
         asked = link.wire.now_s()
         link.request("hello", major=VERSION_MAJOR, minor=VERSION_MINOR)
         seconds.append(link.wire.now_s() - asked)

@@ -25,7 +25,7 @@ class TouchKeeper:
         self._ended.set()
 
     @property
-    def is_at_it(self) -> bool:
+    def is_holding(self) -> bool:
         """Whether a touch is held."""
         return self._link.holds_touch
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.sim.board.checks import check_board
 from chladni.sim.board.finger import FINGERS, USUAL
 from chladni.sim.board.focus import Focus
-from chladni.sim.board.panel_layer import Section, plate_section
+from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import quantities
 
@@ -46,7 +46,7 @@ class Board(BoardParts):
         return _axis(self.plate.size[1], self.image.points[1])
 
     @cached_property
-    def section(self) -> Section:
+    def section(self) -> PlateSection:
         """The plate as it bends and moves: with the layer of a touch panel, if that is glued on."""
         return plate_section(self)
 
@@ -56,8 +56,8 @@ class Board(BoardParts):
         return float(2.0 * np.pi * (own.bending_stiffness / own.areal_mass / omega**2) ** 0.25)
 
     @property
-    def pulls_beside(self) -> bool:
-        """Whether it is known what coils and magnets do to those beside them."""
+    def has_magnetic_coupling(self) -> bool:
+        """Whether it is known what coils and magnets do to those of other actuators."""
         return bool(
             len(self.actuators) > 1
             and self.winding
@@ -117,7 +117,7 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
     # Without a finger of its own a board is pressed by the usual one.
     numbers["finger"] = dataclasses.astuple(board.finger or FINGERS[USUAL])
     if board.magnet is not None:
-        # How strong a magnet is matters to those beside it; that it is known, to how it tilts.
+        # How strong a magnet is matters to the others; that it is known, to how it tilts.
         numbers["magnet"]["remanence_t"] = bool(board.magnet.remanence)
     if board.foundation is not None:
         own = board.foundation
@@ -133,7 +133,8 @@ def _of_layer_and_coils(board: Board) -> dict[str, Any]:
     numbers: dict[str, Any] = {}
     if board.panel is not None and board.panel.layer_thickness:
         numbers["section"] = dataclasses.astuple(board.section)
-    if board.pulls_beside:
+    if board.has_magnetic_coupling:
+        # A fingerprint is of the key, too.
         numbers["beside"] = [
             dataclasses.astuple(part) for part in (board.winding, board.magnet) if part
         ]

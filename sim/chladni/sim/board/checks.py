@@ -27,7 +27,7 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
 """Of a feature that are looked at for the closest one; a small one has no more that are close."""
-ROOM = 0.6e-3
+SOLVABLE_GAP = 0.6e-3
 """Gap between features, m, at which every pair that was tried could be followed."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
@@ -311,7 +311,7 @@ def closest(board: BoardParts) -> str:
             if other != k
         ]
     gap, one, other = min(gaps)
-    hint = f", {ROOM / MM:g} mm would do" if gap < ROOM else ""
+    hint = f", {SOLVABLE_GAP / MM:g} mm would do" if gap < SOLVABLE_GAP else ""
     return f"{one} and {other} are {gap / MM:.3g} mm apart{hint}"
 
 

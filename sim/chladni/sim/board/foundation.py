@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from chladni.sim.board.quantity import MM, quantity
 
 ATMOSPHERE = 1.4 * 101325.0
@@ -86,8 +88,8 @@ class Foundation:
     """A soft sheet under the plate that resists deflection, k(1 + iη) per area. SI units.
 
     Either `stiffness` is given, or `material` (a key of `MATERIALS`) with `thickness`. At the
-    drive's frequency it is `stiffness_ratio` times as stiff, if that was measured. Air that cannot
-    escape from under the plate adds γp over the gap `sealed_air`. `coil_cut_out` is the
+    drive's frequency it is `measured_ratio` times as stiff, 1 where that was not measured. Air that
+    cannot escape from under the plate adds γp over the gap `sealed_air`. `coil_cut_out` is the
     radius of a hole in the sheet round every actuator.
     """
 
@@ -97,13 +99,13 @@ class Foundation:
     thickness: float = quantity("thickness_mm", MM, 0.0, 500.0, default=0.0)
     sealed_air: float = quantity("sealed_air_mm", MM, 0.0, 500.0, default=0.0)
     coil_cut_out: float = quantity("coil_cut_out_mm", MM, 0.0, 500.0, default=0.0)
-    stiffness_ratio: float = quantity("stiffness_ratio", 1.0, 0.05, 50.0, default=1.0)
+    measured_ratio: float = quantity("stiffness_ratio", 1.0, 0.05, 50.0, default=1.0)
     strips: Strips = Strips()
     cut_outs: tuple[CutOut, ...] = ()
 
     def stiffer(self, factor: float) -> Foundation:
         """The same with a sheet so many times as stiff; shut-in air stays as it is."""
-        return replace(self, stiffness_ratio=factor * self.stiffness_ratio)
+        return replace(self, measured_ratio=factor * self.measured_ratio)
 
     @property
     def sheet_stiffness(self) -> float:
@@ -111,7 +113,7 @@ class Foundation:
         slow = self.stiffness
         if self.material:
             slow = MATERIALS[self.material].modulus / self.thickness
-        return self.stiffness_ratio * slow
+        return self.measured_ratio * slow
 
     @property
     def air_stiffness(self) -> float:
@@ -130,3 +132,11 @@ class Foundation:
         if own is None:
             own = MATERIALS[self.material].loss_factor if self.material else 0.0
         return own * self.sheet_stiffness / self.total_stiffness
+
+    def decay_length(self, bending_stiffness: float) -> float:
+        """λ = (D/k)^¼ of the Kelvin function that a point force makes on an endless plate, m."""
+        return float((bending_stiffness / self.total_stiffness) ** 0.25)
+
+    def cut_off_hz(self, areal_mass: float) -> float:
+        """√(k/ρh)/2π of a plate of that mass, kg/m², below which no wave travels."""
+        return float(np.sqrt(self.total_stiffness / areal_mass) / (2.0 * np.pi))

@@ -18,6 +18,8 @@ from chladni.sim.errors import InputError, MissingError
 
 GLUE_DENSITY = 1000.0
 """kg/m³, of acrylic glues."""
+STIFF_LAYER = 2.0
+"""From this bending ratio on a layer takes the focus: a point's answer on foam is 1/√D, so 3 dB."""
 NUMBERS = ("youngs_modulus", "poissons_ratio", "density", "loss_factor")
 KEYS = ("youngs_modulus_gpa", "poissons_ratio", "density_kg_m3", "loss_factor")
 
@@ -34,7 +36,7 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Section:
+class PlateSection:
     """What bends and moves, as one plate.
 
     Attributes
@@ -58,7 +60,7 @@ class Section:
     stretching_stiffness: float
 
 
-def section_of(layers: Sequence[Layer]) -> Section:
+def section_of(layers: Sequence[Layer]) -> PlateSection:
     """Layers from the bottom up, as one plate that is free to stretch.
 
     Classical laminate theory. For isotropic layers the stiffnesses of equal curvatures, with
@@ -74,7 +76,7 @@ def section_of(layers: Sequence[Layer]) -> Section:
     even = _reduced(layers, total, -1.0)
     odd = _reduced(layers, total, 1.0)
     d11, d12 = (even + odd) / 2.0, (even - odd) / 2.0
-    return Section(
+    return PlateSection(
         d11.real,
         d12.real / d11.real,
         sum(layer.density * layer.thickness for layer in layers),
@@ -99,11 +101,11 @@ def _reduced(layers: Sequence[Layer], total: float, sign: float) -> complex:
     return d - b**2 / a
 
 
-def plate_section(board: BoardParts) -> Section:
+def plate_section(board: BoardParts) -> PlateSection:
     """A board's plate with its panel's layer, as one plate."""
     plate, panel = board.plate, board.panel
     if panel is None or not panel.layer_thickness:
-        return Section(
+        return PlateSection(
             plate.bending_stiffness,
             plate.poissons_ratio,
             plate.areal_mass,
@@ -113,6 +115,45 @@ def plate_section(board: BoardParts) -> Section:
     layers = [_sheet(plate), Layer(panel.glue, 0.0, 0.0, GLUE_DENSITY, 0.0), layer_of(panel)]
     # A section is the same seen from either side.
     return section_of([layer for layer in layers if layer.thickness > 0.0])
+
+
+@dataclass(frozen=True)
+class LayeredPlate:
+    """What a touch panel makes of the plate that carries it.
+
+    Attributes
+    ----------
+    place
+        Where the panel lies; "not said" where nothing tells.
+    layer_thickness
+        m; 0 without a layer on the plate.
+    bending_ratio, mass_ratio
+        Bending stiffness and areal mass over those of the bare plate.
+    """
+
+    place: str
+    layer_thickness: float
+    bending_ratio: float
+    mass_ratio: float
+
+    @property
+    def is_stiff(self) -> bool:
+        """Whether the layer takes the focus."""
+        return self.bending_ratio >= STIFF_LAYER
+
+
+def layered_plate(board: BoardParts) -> LayeredPlate | None:
+    """A board's plate with its panel; None without a panel."""
+    panel, plate = board.panel, board.plate
+    if panel is None:
+        return None
+    section = plate_section(board)
+    return LayeredPlate(
+        panel.place or ("on" if panel.layer_thickness else "not said"),
+        panel.layer_thickness,
+        section.bending_stiffness / plate.bending_stiffness,
+        section.areal_mass / plate.areal_mass,
+    )
 
 
 def _stretching(layer: Layer) -> float:

@@ -5,7 +5,7 @@
 Fᵇ is the force of a coil on its own magnet if that were held still, and goes with the duty. M are
 the forces of every coil on every magnet, Z = iω BL²/(R + iωL) + K brakes a coil that moves, K < 0
 being the magnets' push out of their plane, H is what unit forces at the magnets do to them, and w_c
-what the couples do that coils exert beside them. So F = (1 + Z H)⁻¹ (M Fᵇ − Z w_c).
+what the couples do that coils exert on other magnets. So F = (1 + Z H)⁻¹ (M Fᵇ − Z w_c).
 """
 
 from __future__ import annotations
@@ -17,8 +17,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from chladni.sim.board.board import Board
-from chladni.sim.fields.beside import Beside, beside, couple_fields, couple_loads
 from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.magnetic_coupling import (
+    MagneticCoupling,
+    couple_fields,
+    couple_loads,
+    magnetic_coupling,
+)
 from chladni.sim.fields.transfer import (
     TOLERANCE,
     TransferFields,
@@ -50,21 +55,24 @@ def driven_fields(
     """
     model = model or plate_model(board)
     bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
-    around, coupling = beside(board), coil_coupling(board, bare)
-    is_still = np.linalg.norm(coupling, 2) <= tolerance
-    if is_still and (around is None or around.largest(board) <= tolerance):
+    coupling, back_emf = magnetic_coupling(board), back_emf_coupling(board, bare)
+    is_still = np.linalg.norm(back_emf, 2) <= tolerance
+    if is_still and (coupling is None or coupling.largest(board) <= tolerance):
         return bare
-    if around is None:
+    if coupling is None:
         return answered(board, bare, None, None)
     arms = fields_of_loads(
         board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=allow_unmet
     )
     middles = np.asarray(bare.values, np.complex128)
-    return answered(board, bare, around, couple_fields(board, middles, arms.values))
+    return answered(board, bare, coupling, couple_fields(board, middles, arms.values))
 
 
 def answered(
-    board: Board, bare: TransferFields, around: Beside | None, couples: ComplexArray | None
+    board: Board,
+    bare: TransferFields,
+    coupling: MagneticCoupling | None,
+    couples: ComplexArray | None,
 ) -> TransferFields:
     """Fields as coils and magnets answer to one another.
 
@@ -72,18 +80,18 @@ def answered(
     ----------
     bare
         Fields of a unit force on each magnet.
-    around, couples
-        What they do to those beside them, and fields of unit couples, (magnets, 2, nx, ny).
+    coupling, couples
+        Their magnetic coupling, and fields of unit couples, (magnets, 2, nx, ny).
     """
     count = len(board.actuators)
     own: ComplexArray = np.asarray(bare.values)
     motion, pulls = _compliance(board, own), np.eye(count, dtype=np.complex128)
     turned = np.zeros_like(own)
     resists = _per_velocity(board, bare.frequency_hz) * np.eye(count)
-    if around is not None and couples is not None:
-        turned = np.einsum("mca,ma...->c...", around.couples, couples)
-        pulls = around.forces.astype(np.complex128)
-        resists = resists + around.stiffness
+    if coupling is not None and couples is not None:
+        turned = np.einsum("mca,ma...->c...", coupling.couples, couples)
+        pulls = coupling.forces.astype(np.complex128)
+        resists = resists + coupling.stiffness
     answers = np.linalg.inv(np.eye(count) + resists @ motion)
     forces = answers @ (pulls - resists @ _compliance(board, turned))
     return replace(
@@ -113,7 +121,7 @@ def _per_velocity(board: Board, frequency_hz: float) -> complex:
     return 1j * omega * coil.force_factor**2 / electrical
 
 
-def coil_coupling(board: Board, fields: TransferFields) -> ComplexArray:
+def back_emf_coupling(board: Board, fields: TransferFields) -> ComplexArray:
     """iω BL²/(R + iωL) H, shape (actuators, actuators); zeros without coils that are known."""
     coil, count = board.coil, len(board.actuators)
     if coil is None or not coil.motion_acts_back:

@@ -25,7 +25,7 @@ cautious: the error itself comes out around 1e-4 on `prototype`, a fortieth of a
 step, and 1e-3 of the amplitude is 0.01 dB against the 2.3 dB a finger tells apart."""
 
 
-BESIDE = 1.5
+OFF_A_SCREW = 1.5
 """Radii from a screw's centre: the plate is clamped up to 1."""
 
 
@@ -257,7 +257,7 @@ def off_screws(
         # In the middle of a screw every direction is as near: inwards there is plate for certain.
         ahead = offset if apart > 0.0 else -np.array(screw.at)
         ahead = ahead if np.hypot(*ahead) > 0.0 else np.array((1.0, 0.0))
-        found = np.array(screw.at) + BESIDE * screw.radius * ahead / np.hypot(*ahead)
+        found = np.array(screw.at) + OFF_A_SCREW * screw.radius * ahead / np.hypot(*ahead)
         if board.contains(*found):
             return float(found[0] / MM), float(found[1] / MM)
     return place_mm

@@ -50,7 +50,7 @@ def dynamic_stiffness(finger: Finger, frequency_hz: float) -> complex:
     return finger.stiffness + 1j * omega * finger.damping - omega**2 * finger.mass
 
 
-def pressed(
+def fields_under_finger(
     fields: ComplexArray,
     means: ComplexArray,
     answer: ComplexArray,

@@ -17,6 +17,8 @@ COPPER_OHM_M = 1.68e-8
 COPPER_KG_M3 = 8960.0
 WHEELER = 0.8e-6 / 0.0254
 """H/m: Wheeler's 0.8 µH with lengths in inches."""
+STROKE = 1e-4
+"""m, either way: far more than a board vibrates, less than a finger presses."""
 GAUSS_POINTS = 24
 """Each way over the winding's cross-section. Where the magnet keeps a third of its height away they
 leave 2e-9 of the force, at a tenth 2e-5, and 1e-3 where both touch."""
@@ -111,3 +113,37 @@ def force_per_ampere(
         for beyond in (0.0, height)
     )
     return float(winding.turns * remanence / mu_0 * (near - far))
+
+
+@dataclass(frozen=True)
+class ForceOverStroke:
+    """How force per ampere changes as the magnet moves along its axis by `STROKE`.
+
+    Attributes
+    ----------
+    force_factor
+        In the middle, N/A.
+    nearer, farther
+        By what share it is more at the ends of the stroke.
+    """
+
+    force_factor: float
+    nearer: float
+    farther: float
+
+
+def force_over_stroke(
+    winding: RoundWinding, *, remanence: float, radius: float, height: float, gap: float
+) -> ForceOverStroke:
+    """Force per ampere at a gap and `STROKE` to either side of it.
+
+    Parameters
+    ----------
+    winding, remanence, radius, height, gap
+        As of `force_per_ampere`.
+    """
+    nearer, middle, farther = (
+        force_per_ampere(winding, remanence=remanence, radius=radius, height=height, gap=gap + off)
+        for off in (-STROKE, 0.0, STROKE)
+    )
+    return ForceOverStroke(middle, nearer / middle - 1.0, farther / middle - 1.0)

@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from chladni.sim.errors import ToleranceError
-from chladni.sim.pressed.sheet import Matrix, Sheet
+from chladni.sim.pressed.sheet import Matrix, SplineSheet
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -29,8 +29,8 @@ NEARLY_SOLID = 0.9
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """A sheet at rest under a finger.
+class Equilibrium:
+    """A sheet at rest, under a finger or with nothing on it.
 
     Attributes
     ----------
@@ -45,14 +45,14 @@ class Pressed:
     tension: FloatArray
 
 
-def flat(sheet: Sheet) -> Pressed:
+def flat(sheet: SplineSheet) -> Equilibrium:
     """The sheet with nothing on it."""
-    return Pressed(
+    return Equilibrium(
         np.zeros(2 * sheet.size), np.zeros(sheet.size), np.zeros((3, sheet.weights.size))
     )
 
 
-def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pressed:
+def press(sheet: SplineSheet, load: FloatArray, newtons: float, start: Equilibrium) -> Equilibrium:
     """The sheet at rest under a press, by Newton's method.
 
     Parameters
@@ -82,7 +82,7 @@ def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pre
         )
         left = float(np.hypot(np.linalg.norm(force_along), np.linalg.norm(force))) / scale
         if left < SETTLED:
-            return Pressed(along, deflection, tension)
+            return Equilibrium(along, deflection, tension)
         foam = sheet.gram(sheet.value, sheet.lies * spring)
         tangent = _tangent(sheet, rows, tension, foam, sheet.sideways)
         step = factor(tangent).solve(-np.concatenate([force_along, force]))
@@ -93,8 +93,8 @@ def press(sheet: Sheet, load: FloatArray, newtons: float, start: Pressed) -> Pre
 
 
 def vibration(
-    sheet: Sheet,
-    at: Pressed,
+    sheet: SplineSheet,
+    at: Equilibrium,
     loads: FloatArray,
     omega: float,
     *,
@@ -139,7 +139,7 @@ def vibration(
 
 
 def _stretched(
-    sheet: Sheet, along: FloatArray, deflection: FloatArray
+    sheet: SplineSheet, along: FloatArray, deflection: FloatArray
 ) -> tuple[tuple[Matrix, Matrix, Matrix], FloatArray]:
     """By which w's splines strain the sheet about a deflection, and the tension there."""
     (gx, gy), slopes = sheet.slope, [own @ deflection for own in sheet.slope]
@@ -150,7 +150,9 @@ def _stretched(
     return rows, np.asarray(sheet.membrane * (sheet.elastic @ strain))
 
 
-def _work(sheet: Sheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray) -> FloatArray:
+def _work(
+    sheet: SplineSheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray
+) -> FloatArray:
     """What tension does to the splines, by their strains."""
     return np.asarray(
         sum(own.T @ (sheet.weights * part) for own, part in zip(rows, tension, strict=True))
@@ -158,7 +160,7 @@ def _work(sheet: Sheet, rows: tuple[Matrix, Matrix, Matrix], tension: FloatArray
 
 
 def _tangent(
-    sheet: Sheet,
+    sheet: SplineSheet,
     rows: tuple[Matrix, Matrix, Matrix],
     tension: FloatArray,
     foam: Matrix,
@@ -178,7 +180,7 @@ def _tangent(
     return sparse.block_array([[sheet.stretch + sideways, both], [both.T, own]], format="csr")
 
 
-def _share(sheet: Sheet, deflection: FloatArray, step: FloatArray) -> float:
+def _share(sheet: SplineSheet, deflection: FloatArray, step: FloatArray) -> float:
     """How much of a step may be taken before foam is solid."""
     foam = sheet.foam
     if not foam.thickness:

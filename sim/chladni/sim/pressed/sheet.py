@@ -76,7 +76,7 @@ def axis(length: float, elements: int) -> tuple[BSpline, FloatArray, FloatArray]
     return splines, points, np.tile(half * weight, elements)
 
 
-class Sheet:
+class SplineSheet:
     """A rectangle on foam with rigid discs on it, in bicubic splines.
 
     Parameters

@@ -31,7 +31,7 @@ from chladni.sim.ritz.basis.resolution import (
     wave_number_of_mode,
 )
 from chladni.sim.ritz.load_cases import LoadCase
-from chladni.sim.ritz.solver import Estimate, Image, Solver
+from chladni.sim.ritz.solver import Estimate, ParityFields, Solver
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -149,7 +149,7 @@ class RitzPlate(PlateModel):
         )
 
     @in_turn
-    def _image(self, asked: Excitation) -> tuple[int, Image, float]:
+    def _image(self, asked: Excitation) -> tuple[int, ParityFields, float]:
         """The size of the basis that suffices, the image and its error.
 
         Polynomials and functions on circles grow apart, each while its share of the error is too

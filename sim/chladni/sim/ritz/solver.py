@@ -81,7 +81,7 @@ class _Class:
 
 
 @dataclass(frozen=True)
-class Image:
+class ParityFields:
     """A case's fields at one frequency, still split by parity."""
 
     _table: GridTable
@@ -207,7 +207,7 @@ class Solver:
         loss_factor: float,
         x: FloatArray,
         y: FloatArray,
-    ) -> Image:
+    ) -> ParityFields:
         """The case's solution on the grid x × y."""
         table = self._grid(x, y)
         parts = (np.real, np.imag) if self.is_lossy(loss_factor) else (np.real,)
@@ -219,7 +219,7 @@ class Solver:
         own_field: ComplexArray | None = None
         if not case.is_direct:
             own_field = np.asarray(case.field_on(x, y) / (1.0 + 1j * loss_factor))
-        return Image(table, shares, own_field)
+        return ParityFields(table, shares, own_field)
 
     def mode_shapes(
         self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray

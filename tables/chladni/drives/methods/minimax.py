@@ -135,7 +135,7 @@ def minimax(
         It ends as soon as a drive has no higher level.
     """
     own, n = _Constraints(far, near, cap), mean.size
-    u = in_phase(mean) if start is None else start
+    u = equal_gain(mean) if start is None else start
     loudest = float(own.images(u)[1][: own.far].max())
     x = np.concatenate((u.real, u.imag, (2.0 * loudest + SILENT,)))
     cost = np.zeros(x.size)
@@ -166,7 +166,7 @@ def minimax(
     return best
 
 
-def in_phase(mean: ComplexArray) -> ComplexArray:
+def equal_gain(mean: ComplexArray) -> ComplexArray:
     """The drive with Σ mₙuₙ = 1 whose loudest coil is quietest: all alike, none against another."""
     sizes = np.abs(mean)
     return np.asarray(mean.conj() / np.where(sizes > 0.0, sizes, 1.0) / sizes.sum())

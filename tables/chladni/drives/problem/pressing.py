@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import Problem, SolvedBoard, SolvedPlate
 from chladni.sim.board.finger import FINGERS, NO_FINGER, USUAL, Finger
-from chladni.sim.image.finger import dynamic_stiffness, pressed
+from chladni.sim.image.finger import dynamic_stiffness, fields_under_finger
 
 ComplexArray = NDArray[np.complex128]
 
@@ -25,7 +25,7 @@ def with_finger(problem: Problem, fields: ComplexArray) -> ComplexArray:
     answer, own = problem.pressing
     stiffness = dynamic_stiffness(finger_of(problem), problem.solved.fields.frequency_hz)
     means = fields[..., problem.disc].mean(axis=-1)
-    return pressed(fields, means, answer, own, stiffness)
+    return fields_under_finger(fields, means, answer, own, stiffness)
 
 
 def pressed_problem(problem: Problem) -> Problem:

@@ -29,15 +29,15 @@ from chladni.drives.scoring.survey import (
     statistics,
 )
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
-from chladni.drives.scoring.warm import Warm, board_rise_k, warm
+from chladni.drives.scoring.warm import ROOM_C, Warm, board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
-from chladni.sim.fields.pressed import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
 from chladni.sim.image import metrics
-from chladni.sim.image.finger import pressed, pressing_stiffness
+from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -109,6 +109,11 @@ class AsBuilt:
     board_k: Spread | None
     magnet_k: Spread | None
 
+    @property
+    def warm_magnet_c(self) -> float | None:
+        """Of the warmest magnet in a room, at the worst tenth of places, °C; None without coils."""
+        return None if self.magnet_k is None else ROOM_C + self.magnet_k.p90
+
 
 def score_as_built(
     board: Board,
@@ -141,18 +146,18 @@ def score_as_built(
     check_press(newtons)
     lattice = active_lattice(board, pitch, samples=samples)
     places = lattice.places + border_places(board, pitch)
-    own = _Driven(board, places, objective, seed)
+    own = _DrivenBoard(board, places, objective, seed)
     alone = Survey(board, places, nearest_coils(board, places))
-    film = None if _has_layer(board) else _Driven(_filmed(board), places, objective, seed)
+    film = None if _has_layer(board) else _DrivenBoard(_filmed(board), places, objective, seed)
     most = film or own
-    counted = _Counted(progress, 2 + len(PRESSES) * len(own.touched.places) + samples)
+    counter = _StepCounter(progress, 2 + len(PRESSES) * len(own.presses.places) + samples)
     nominal = _kept(own.survey.measure(own.values))
     nearest = _kept(alone.measure(own.values))
     warm_rows = [own.survey.one(own.values, k, forces) for k, forces in enumerate(own.forces)]
-    counted.step()
+    counter.step()
     stiffer = driven_fields(with_foam(board, FOAM_TWICE), allow_unmet=True).values
     foam = _kept(own.survey.measure(stiffer))
-    counted.step()
+    counter.step()
     return AsBuilt(
         places=len(places),
         samples=samples,
@@ -162,18 +167,18 @@ def score_as_built(
         nearest_coil=nearest,
         film=None if film is None else _kept(film.survey.measure(film.values)),
         pressed={
-            f"{press:g}": _kept(own.touched.measure(own.survey, press, counted))
+            f"{press:g}": _kept(own.presses.measure(own.survey, press, counter))
             for press in PRESSES
         },
-        pressed_mm=own.touched.deflections_mm(newtons),
+        pressed_mm=own.presses.deflections_mm(newtons),
         warm=_kept(np.array(warm_rows)),
         foam_twice=foam,
-        together=_kept(_together(most, newtons, samples, seed, counted)),
+        together=_kept(_together(most, newtons, samples, seed, counter)),
         **_heat(board, own.heat),
     )
 
 
-class _Driven:
+class _DrivenBoard:
     """A board with the drives of its places, and how warm each makes it."""
 
     def __init__(self, board: Board, places: Sequence[Place], objective: str, seed: int) -> None:
@@ -181,27 +186,27 @@ class _Driven:
         drives = best_drives(solved, places, objective, seed)
         self.board, self.values = board, solved.fields.values
         self.survey = Survey(board, places, drives)
-        self.touched = _Touched(solved, places)
+        self.presses = _Presses(solved, places)
         self.heat = [warm(board, drive) for drive in drives]
         coils = np.ones(len(board.actuators))
         self.forces = [coils if found is None else found.forces for found in self.heat]
 
 
 def _together(
-    own: _Driven, newtons: float, samples: int, seed: int, counted: _Counted
+    own: _DrivenBoard, newtons: float, samples: int, seed: int, counter: _StepCounter
 ) -> FloatArray:
     """Rows of boards within tolerances, on stiffer foam, warm, some places of each pressed."""
     rows, rng = [], np.random.default_rng(seed)
-    places = own.touched.places
+    places = own.presses.places
     for drawn in drawn_boards(own.board, samples, seed):
         factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
         with one_blas_thread():
             stiffer = with_foam(drawn.board, factor)
             found = driven_fields(stiffer, tolerance=DRAWN_TOLERANCE, allow_unmet=True).values
         for k in rng.choice(places, min(PLACES_A_BOARD, len(places)), replace=False):
-            under = found + own.touched.change(k, newtons, factor)
+            under = found + own.presses.change(k, newtons, factor)
             rows.append(own.survey.one(under, k, drawn.forces * own.forces[k]))
-        counted.step()
+        counter.step()
     return np.array(rows)
 
 
@@ -214,8 +219,8 @@ def score_together(
 ) -> Kept:
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
-    own = _Driven(board if _has_layer(board) else _filmed(board), places, "focus", seed)
-    return _kept(_together(own, PRESS, samples, seed, _Counted(None, samples)))
+    own = _DrivenBoard(board if _has_layer(board) else _filmed(board), places, "focus", seed)
+    return _kept(_together(own, PRESS, samples, seed, _StepCounter(None, samples)))
 
 
 def check_press(newtons: float) -> None:
@@ -260,7 +265,7 @@ def _filmed(board: Board) -> Board:
     return replace(board, panel=replace(own, place="on", film=FILM))
 
 
-class _Touched:
+class _Presses:
     """A finger that presses at each place, by whatever way its board needs."""
 
     def __init__(self, solved: SolvedBoard, places: Sequence[Place]) -> None:
@@ -284,14 +289,14 @@ class _Touched:
         answer = solved.under_finger([(place[0] / MM, place[1] / MM)])[0]
         under = values[:, disc].mean(axis=1)
         own = complex(answer[disc].mean())
-        return np.asarray(pressed(values, under, answer, own, stiffness) - values)
+        return np.asarray(fields_under_finger(values, under, answer, own, stiffness) - values)
 
-    def measure(self, survey: Survey, newtons: float, counted: _Counted) -> FloatArray:
+    def measure(self, survey: Survey, newtons: float, counter: _StepCounter) -> FloatArray:
         """Rows of a press at all places that are their own."""
 
         def one(k: int) -> list[float]:
             row = survey.one(self._solved.fields.values + self.change(k, newtons), k)
-            counted.step()
+            counter.step()
             return row
 
         with one_blas_thread():
@@ -307,7 +312,7 @@ class _Touched:
         return Spread.of([self._sheet.deflection(finger) / MM for finger in fingers])
 
 
-class _Counted:
+class _StepCounter:
     """Steps done, told to whoever wants to know."""
 
     def __init__(self, progress: Progress | None, steps: int) -> None:

@@ -129,7 +129,7 @@ def score_on(
     """Score a field on a problem whose null models are known."""
     board, place, disc = problem.board, problem.place, problem.disc
     x, y = board.x, board.y
-    reach = np.abs(problem.at_target).max()
+    loudest = np.abs(problem.at_target).max()
     wavelength = board.wavelength(problem.solved.fields.frequency_hz)
     ssim = metrics.ssim(np.abs(field), np.abs(problem.wanted))
     focal_error_mm = metrics.focal_error(field, x, y, place) / MM
@@ -145,7 +145,7 @@ def score_on(
         louder_fraction=metrics.louder_fraction(field, disc),
         spot_mm2=metrics.spot_area(field, x, y) / MM**2,
         diffraction_spot_mm=DIFFRACTION_SPOT * wavelength / MM,
-        movable=bool(reach > STILL * np.abs(problem.transfer).max()),
+        movable=bool(loudest > STILL * np.abs(problem.transfer).max()),
         nulls=nulls,
         remark=disagreement(ssim, focal_error_mm, second_finger_db),
         felt=felt(problem, drive) if drive is not None else None,

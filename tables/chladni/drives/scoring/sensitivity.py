@@ -94,7 +94,7 @@ def sensitivity(
     cases = [(one["problem"], one["drive"]) for one in found]
     plain = _score_all(cases, solved.fields.values)
     changes: dict[tuple[str, str], list[list[_FocusNumbers]]] = {}
-    variants = _possible(board, np.random.default_rng(seed))
+    variants = _variants(board, np.random.default_rng(seed))
     for number, variant in enumerate(variants, 1):
         values = _fields_of(solved, variant)
         changes.setdefault((variant.name, variant.tolerance), []).append(_score_all(cases, values))
@@ -161,7 +161,7 @@ Change = tuple[str, str, Callable[[], Board]]
 """Name, tolerance, and how the board comes out."""
 
 
-def _possible(board: Board, rng: np.random.Generator) -> list[_Variant]:
+def _variants(board: Board, rng: np.random.Generator) -> list[_Variant]:
     """Every variant that can be built: an end at which parts touch or leave a range is left out."""
     found = []
     for name, tolerance, make in _changes(board, rng):

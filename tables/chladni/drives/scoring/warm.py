@@ -19,6 +19,8 @@ REMANENCE = -1.2e-3
 """Of NdFeB's, per kelvin (makers' data sheets, 20 to 80 °C)."""
 STILL_AIR = 10.0
 """W/(m²·K), convection and radiation of a face a few centimetres wide (5 to 10 and 5)."""
+ROOM_C, MAGNET_C = 25.0, 80.0
+"""°C: of a room, and what sintered NdFeB of plain grade keeps its remanence up to."""
 MAGNET_SHARE = 0.5
 """Of its coil's rise that a magnet has beyond the gap; estimated, like all of a board's heating."""
 

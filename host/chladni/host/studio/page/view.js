@@ -148,7 +148,7 @@ export class View {
   forget() {
     const { parts } = this;
     this.say("");
-    this.pressed = this.scored = 0;
+    this.shownPress = this.scoredPress = 0;
     this.latency = undefined;
     parts.hint.textContent = "Press the board.";
     parts.words.textContent = "";
@@ -166,7 +166,7 @@ export class View {
 
   on_played(message) {
     const done = this.queue.answered(message.number);
-    this.pressed = message.number;
+    this.shownPress = message.number;
     this.drive = message.drive;
     this.newtons = message.newtons_per_gain;
     this.field.add(message.drive);
@@ -190,7 +190,7 @@ export class View {
     showNumbers(this.parts.numbers, numbers);
     if (this.latency !== undefined) showLatency(this.parts.numbers, this.latency);
     this.section.dataset.scored = numbers.number;
-    this.scored = numbers.number;
+    this.scoredPress = numbers.number;
     this.waits();
     this.parts.words.textContent = numbers.words;
   }
@@ -203,12 +203,12 @@ export class View {
 
   // Whether numbers are still to come.
   waits() {
-    this.parts.numbers.setAttribute("aria-busy", this.queue.isBusy || this.scored < this.pressed);
+    this.parts.numbers.setAttribute("aria-busy", this.queue.isBusy || this.scoredPress < this.shownPress);
   }
 
   on_refused({ number, text }) {
     this.queue.answered(number);
-    this.scored = Math.max(this.scored, number ?? 0);
+    this.scoredPress = Math.max(this.scoredPress, number ?? 0);
     this.say(text);
     this.queue.next();
     this.waits();

@@ -52,13 +52,13 @@ class Player:
         self._queue, self._sender = queue, sender
         self._real_device, self._scorer = real_device, scorer
         self.shown: Prepared | None = None
-        self._pressed_mm: Place | None = None
+        self._place_mm: Place | None = None
         # Of its own: what one page asks for takes no thread from another.
         self._thread = ThreadPoolExecutor(1, "touch")
 
     def forget(self) -> None:
         """Show no board: another one is made ready."""
-        self.shown = self._pressed_mm = None
+        self.shown = self._place_mm = None
         self._queue.clear()
         self._scorer.forget()
 
@@ -87,9 +87,9 @@ class Player:
                 played = await self._in_thread(source.apply, touches)
                 if touches:
                     self._real_device.point(played.place_mm if played else None)
-                if moves and played is None and self._pressed_mm is not None:
+                if moves and played is None and self._place_mm is not None:
                     assert isinstance(source, ComputedDrives)
-                    played = await self._in_thread(source.solve, self._pressed_mm)
+                    played = await self._in_thread(source.solve, self._place_mm)
             except ChladniError as error:
                 await self._sender.refuse(error, number)
                 continue
@@ -114,7 +114,7 @@ class Player:
             await self._sender.send({"type": "lifted", "number": number})
             return
         assert self.shown is not None
-        self._pressed_mm = played.place_mm
+        self._place_mm = played.place_mm
         await self._sender.send(played_message(self.shown, number, played))
         self._scorer.put(number, self.shown, played)
 

@@ -17,7 +17,7 @@ from chladni.sim.ritz.circles.derivatives import Derivative
 FloatArray = NDArray[np.float64]
 
 
-class Table(Protocol):
+class FunctionTable(Protocol):
     """Functions of a parity class at fixed points."""
 
     def values(self, parity: ParityBasis, derivative: Derivative) -> FloatArray:
@@ -106,7 +106,7 @@ class TablePart:
 class SharedTable:
     """A table that keeps what it was asked last for one parity class."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: FunctionTable) -> None:
         self._table = table
         self._parity: ParityBasis | None = None
         self._values: dict[Derivative, FloatArray] = {}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis import quadrature
 from chladni.sim.ritz.basis.basis import Basis
-from chladni.sim.ritz.basis.basis_values import Table
+from chladni.sim.ritz.basis.basis_values import FunctionTable
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.basis.quadrature import Points, gauss_points
 from chladni.sim.ritz.circles.derivatives import Derivative
@@ -51,7 +51,7 @@ class Rim:
     angle: FloatArray
     points: Points
 
-    def values(self, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+    def values(self, table: FunctionTable, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
         """W and R ∂w/∂r at the points; each of shape (points, functions)."""
         value = table.values(parity, (0, 0))
         radial_x, radial_y = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
@@ -60,7 +60,7 @@ class Rim:
         )
         return value, slope
 
-    def moments(self, table: Table, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
+    def moments(self, table: FunctionTable, parity: ParityBasis) -> tuple[FloatArray, FloatArray]:
         """Fourier moments of w and of R ∂w/∂r; each of shape (2·orders + 1, functions).
 
         The first axis runs over 1, cos θ, sin θ, cos 2θ, …

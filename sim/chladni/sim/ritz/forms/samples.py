@@ -15,8 +15,8 @@ from chladni.sim.ritz.basis.basis_values import (
     BasisTable,
     Family,
     FamilyTable,
+    FunctionTable,
     SharedTable,
-    Table,
     TablePart,
 )
 from chladni.sim.ritz.basis.parity import Parity, ParityBasis
@@ -31,14 +31,14 @@ FloatArray = NDArray[np.float64]
 class Tables:
     """One set of functions on all quadrature points."""
 
-    edges: list[Table]
-    corners: Table
-    discs: Table
-    foundation: Table
-    offcuts: Table
-    points: Table
-    area: Table
-    rims: dict[int, Table]
+    edges: list[FunctionTable]
+    corners: FunctionTable
+    discs: FunctionTable
+    foundation: FunctionTable
+    offcuts: FunctionTable
+    points: FunctionTable
+    area: FunctionTable
+    rims: dict[int, FunctionTable]
 
 
 class Samples:
@@ -80,10 +80,10 @@ class Samples:
             self._on_discs[parity.parity] = self.discs.project(values)
         return self._on_discs[parity.parity]
 
-    def _make_tables(self, make: Callable[[Points], Table], area: Table) -> Tables:
+    def _make_tables(self, make: Callable[[Points], FunctionTable], area: FunctionTable) -> Tables:
         """Functions on all sets of points, those together that want the same derivatives."""
         sets = self.sets
-        edges: dict[int, Table] = {}
+        edges: dict[int, FunctionTable] = {}
         for axis in (0, 1):
             alike = [k for k, edge in enumerate(sets.edges) if edge.axis == axis]
             edges |= zip(alike, _shared([sets.edges[k].points for k in alike], make), strict=True)
@@ -103,7 +103,7 @@ class Samples:
         )
 
 
-def _shared(groups: list[Points], make: Callable[[Points], Table]) -> list[TablePart]:
+def _shared(groups: list[Points], make: Callable[[Points], FunctionTable]) -> list[TablePart]:
     """Several sets of points as parts of one table."""
     whole = SharedTable(make(quadrature.join(groups)))
     ends = np.cumsum([group.x.size for group in groups]).tolist()

@@ -17,8 +17,8 @@ from chladni.sim.board.finger import FINGERTIP_RADIUS
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.parts import FEATURES
 from chladni.sim.fields.board_plate import plate_geometry
-from chladni.sim.pressed.press import Pressed, flat, press, vibration
-from chladni.sim.pressed.sheet import Foam, Sheet
+from chladni.sim.pressed.press import Equilibrium, flat, press, vibration
+from chladni.sim.pressed.sheet import Foam, SplineSheet
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -65,7 +65,7 @@ class PressedSheet:
     def __init__(self, board: Board) -> None:
         assert board.magnet is not None
         self.board = board
-        self._sheet = Sheet(
+        self._sheet = SplineSheet(
             plate_geometry(board),
             board.section.stretching_stiffness,
             foam_of(board),
@@ -75,14 +75,14 @@ class PressedSheet:
         self._loads = np.stack(
             [self._sheet.mean(*own.at, board.magnet.radius) for own in board.actuators], axis=1
         )
-        self._rest: dict[tuple[Place, float], Pressed] = {}
+        self._rest: dict[tuple[Place, float], Equilibrium] = {}
         self._free: dict[float, ComplexArray] = {}
 
     @cached_property
-    def _flat(self) -> Pressed:
+    def _flat(self) -> Equilibrium:
         return flat(self._sheet)
 
-    def at_rest(self, finger: PressingFinger) -> Pressed:
+    def at_rest(self, finger: PressingFinger) -> Equilibrium:
         """The sheet under a finger; foam gives way as slowly as its data sheet says."""
         key = (finger.place, finger.newtons)
         if key not in self._rest:
@@ -114,7 +114,7 @@ class PressedSheet:
         return np.asarray(under - self._free[foam_factor])
 
     def _fields(
-        self, at: Pressed, foam_factor: float, finger: tuple[FloatArray, complex] | None
+        self, at: Equilibrium, foam_factor: float, finger: tuple[FloatArray, complex] | None
     ) -> ComplexArray:
         board = self.board
         found = vibration(

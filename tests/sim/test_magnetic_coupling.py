@@ -1,4 +1,4 @@
-"""Coils beside magnets, against sums over straight wires, dipoles, and the balance of forces."""
+"""Coils and magnets of other actuators: straight wires, dipoles, and the balance of forces."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from scipy.constants import mu_0
 
 from chladni.sim.board.file import load_board
 from chladni.sim.fields import driven as driven_module
-from chladni.sim.fields.beside import Beside, beside
 from chladni.sim.fields.driven import at_coils, driven_fields, with_coils
+from chladni.sim.fields.magnetic_coupling import MagneticCoupling, magnetic_coupling
 from chladni.sim.fields.transfer import disc_fields, transfer_fields
-from chladni.sim.magnetics.beside import loop_field, pull_beside
+from chladni.sim.magnetics.coil_coupling import force_and_couple, loop_field
 from chladni.sim.magnetics.windings import RoundWinding, force_per_ampere
 
 WINDING = RoundWinding(turns=250, wire=0.1e-3, inner=3e-3, outer=9e-3, height=1.5e-3)
@@ -38,7 +38,7 @@ def test_a_loop_is_many_straight_wires(at: float, up: float) -> None:
 
 
 def test_on_its_own_axis_a_winding_pulls_as_ever() -> None:
-    force, couple = pull_beside(WINDING, gap=GAP, apart=1e-7, **MAGNET)
+    force, couple = force_and_couple(WINDING, gap=GAP, apart=1e-7, **MAGNET)
     own = force_per_ampere(WINDING, gap=GAP, **MAGNET)
     assert force == pytest.approx(own, rel=1e-3)
     assert abs(couple) < 1e-6 * own
@@ -62,14 +62,14 @@ def test_a_neighbour_is_pulled_and_turned_as_by_its_wires() -> None:
                 force += sign * charge * float(field[:, 2].sum())
                 couple += sign * charge * float((field[:, 2] * x + field[:, 0] * depth).sum())
     # 400 points in a face leave a twentieth of what changes across it.
-    assert pull_beside(WINDING, gap=GAP, apart=apart, **MAGNET) == pytest.approx(
+    assert force_and_couple(WINDING, gap=GAP, apart=apart, **MAGNET) == pytest.approx(
         (force, couple), rel=0.05
     )
 
 
 def test_far_away_both_are_dipoles() -> None:
     apart = 0.5
-    force, _ = pull_beside(WINDING, gap=GAP, apart=apart, **MAGNET)
+    force, _ = force_and_couple(WINDING, gap=GAP, apart=apart, **MAGNET)
     radii = 1.5e-3 + 3e-3 * (np.arange(1000) + 0.5) / 1000
     coil = WINDING.turns * np.pi * float(np.mean(radii**2))
     magnet = 1.28 / mu_0 * np.pi * MAGNET["radius"] ** 2 * MAGNET["height"]
@@ -83,8 +83,8 @@ def test_far_away_both_are_dipoles() -> None:
 def test_forces_on_every_magnet_are_in_balance() -> None:
     board = load_board("quiet5")
     bare, driven = transfer_fields(board), driven_fields(board)
-    around = beside(board)
-    assert around is not None
+    coupling = magnetic_coupling(board)
+    assert coupling is not None
     assert driven.reaction is not None
     # The couples' own fields are left over where the forces that fit are taken away.
     own = bare.values.reshape(5, -1)
@@ -94,20 +94,20 @@ def test_forces_on_every_magnet_are_in_balance() -> None:
     omega = 2.0 * np.pi * 160.0
     brake = 1j * omega * coil.force_factor**2 / (coil.resistance + 1j * omega * coil.inductance)
     moved = np.stack([at_coils(board, field) for field in driven.values], axis=1)
-    asked = around.forces - (brake * np.eye(5) + around.stiffness) @ moved
+    asked = coupling.forces - (brake * np.eye(5) + coupling.stiffness) @ moved
     # Couples that forces make up for in the fit are of a twentieth.
     assert np.abs(forces - asked).max() < 0.03
-    assert np.abs(around.forces - np.eye(5)).max() > 0.01
+    assert np.abs(coupling.forces - np.eye(5)).max() > 0.01
 
 
 def test_what_moves_a_magnet_is_what_the_magnet_moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Reciprocity of a plate with its magnets' springs and brakes, without pulls from beside."""
+    """Reciprocity of a plate with its magnets' springs and brakes, each coil on its own magnet."""
     board = load_board("quiet5")
-    around = beside(board)
-    assert around is not None
-    only = Beside(np.eye(5), 0.0 * around.couples, around.stiffness)
-    monkeypatch.setattr(driven_module, "beside", lambda _: only)
-    monkeypatch.setattr(Beside, "largest", lambda *_: 1.0)
+    coupling = magnetic_coupling(board)
+    assert coupling is not None
+    only = MagneticCoupling(np.eye(5), 0.0 * coupling.couples, coupling.stiffness)
+    monkeypatch.setattr(driven_module, "magnetic_coupling", lambda _: only)
+    monkeypatch.setattr(MagneticCoupling, "largest", lambda *_: 1.0)
     driven = driven_fields(board)
     radius = 6e-3
     x, y = np.meshgrid(board.x, board.y, indexing="ij")

@@ -1,4 +1,4 @@
-"""What a coil does to a magnet beside it: a force along the axes, and a couple.
+"""Coupling of a coil to a magnet off its axis: a force along the axes, and a couple.
 
 A magnet is two discs of magnetic charge ±Br/μ₀, so it is pulled by Br/μ₀ ∫ B dA over one face less
 that over the other.
@@ -48,7 +48,7 @@ def loop_field(radius: ArrayLike, at: ArrayLike, apart: ArrayLike) -> tuple[Floa
     return np.asarray(radial), np.asarray(axial)
 
 
-def pull_beside(
+def force_and_couple(
     winding: RoundWinding,
     *,
     remanence: float,
@@ -57,7 +57,7 @@ def pull_beside(
     gap: float,
     apart: float,
 ) -> tuple[float, float]:
-    """Axial force on a magnet whose axis lies beside the winding's, N/A, and couple, N·m/A.
+    """Axial force on a magnet whose axis is not the winding's, N/A, and couple, N·m/A.
 
     The couple acts on a slope of the magnet's far face (the one glued to a plate), away from
     the winding: what follows a slope s there moves up by s x and along by s times its depth.

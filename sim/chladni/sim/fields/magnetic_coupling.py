@@ -1,7 +1,7 @@
-"""What coils and magnets do to those beside them, and what a moving coil does to itself.
+"""Magnetic coupling: what coils and magnets do to those of other actuators.
 
 A coil pulls its neighbours' magnets as well as its own, and turns them. Magnets of one polarity
-push one another out of their plane, which softens what holds them. A coil that moves brakes itself.
+push one another out of their plane, which softens what holds them.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.magnetics.beside import pull_beside
-from chladni.sim.magnetics.neighbours import Magnets
+from chladni.sim.magnetics.coil_coupling import force_and_couple
+from chladni.sim.magnetics.magnet_coupling import Magnets
 from chladni.sim.magnetics.windings import force_per_ampere
 from chladni.sim.plate.loads import Load
 
@@ -28,7 +28,7 @@ force in the middle."""
 
 
 @dataclass(frozen=True)
-class Beside:
+class MagneticCoupling:
     """Forces on all magnets by each coil's unit force on its own, shapes (magnets, coils, …).
 
     Attributes
@@ -52,13 +52,13 @@ class Beside:
         return float(max(abs(off).max(), abs(self.couples).max() / board.magnet.radius))
 
 
-def beside(board: Board) -> Beside | None:
+def magnetic_coupling(board: Board) -> MagneticCoupling | None:
     """What a board's coils and magnets do to their neighbours.
 
     None where windings or remanence are not known, or coils are to be plain forces.
     """
     magnet, winding = board.magnet, board.winding
-    if not board.pulls_beside or magnet is None or winding is None:
+    if not board.has_magnetic_coupling or magnet is None or winding is None:
         return None
     size = {"remanence": magnet.remanence, "radius": magnet.radius, "height": magnet.height}
     own = force_per_ampere(winding.round, gap=winding.gap, **size)
@@ -70,16 +70,16 @@ def beside(board: Board) -> Beside | None:
     keys = np.rint(apart / SAME_PLACE)
     for key in np.unique(keys[keys > 0.0]):
         distance = float(key * SAME_PLACE)
-        pulls = pull_beside(winding.round, gap=winding.gap, apart=distance, **size)
+        pulls = force_and_couple(winding.round, gap=winding.gap, apart=distance, **size)
         pairs = keys == key
         forces[pairs] = pulls[0] / own
         couples[pairs] = pulls[1] / own * away[pairs] / distance
     stiffness = Magnets(places, **size).axial_stiffness()
-    return Beside(forces, couples, stiffness)
+    return MagneticCoupling(forces, couples, stiffness)
 
 
 def couple_loads(board: Board) -> list[Load]:
-    """A disc beside every magnet's middle, along x and then along y."""
+    """A disc off every magnet's middle, along x and then along y."""
     magnet = board.magnet
     assert magnet is not None
     arm = ARM * magnet.radius

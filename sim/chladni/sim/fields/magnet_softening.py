@@ -11,7 +11,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.errors import ToleranceError
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.static import static_fields
-from chladni.sim.magnetics.neighbours import Magnets
+from chladni.sim.magnetics.magnet_coupling import Magnets
 from chladni.sim.plate.response import PlateModel
 
 MATTERS = 0.05
@@ -19,7 +19,7 @@ MATTERS = 0.05
 
 
 @dataclass(frozen=True)
-class Neighbours:
+class MagnetSoftening:
     """Magnets all the same way up; the other way about they attract and stiffen as much.
 
     Attributes
@@ -42,7 +42,7 @@ class Neighbours:
     softened: float | None
 
 
-def neighbours(board: Board, model: PlateModel) -> Neighbours | None:
+def magnet_softening(board: Board, model: PlateModel) -> MagnetSoftening | None:
     """What the magnets of a board do to each other; None where their remanence is not known.
 
     With H, what unit forces at the magnets do to them, and K < 0 their stiffness, the plate
@@ -61,7 +61,7 @@ def neighbours(board: Board, model: PlateModel) -> Neighbours | None:
         compliance = np.stack([at_coils(board, own).real for own in steady], axis=1)
         held = 1e-3 / float(np.diag(compliance).max())
         softened = float(np.abs(np.linalg.eigvals(compliance @ stiffness)).max())
-    return Neighbours(
+    return MagnetSoftening(
         lateral_n=float(np.hypot(*magnets.lateral_forces().T).max()),
         stiffness_n_per_mm=1e-3 * float(np.diag(stiffness).min()),
         held_n_per_mm=held,

@@ -1,4 +1,4 @@
-"""What magnets side by side do to each other, all of them the same way up: a bound.
+"""Coupling of magnets side by side, all of them the same way up: a bound.
 
 Each is a dipole in its middle, and where it is flat an octupole too:
 q = Q₃/Q₁ = (h² − 3R²)/4 of a cylinder's charges. Tall ones (q > 0) act less than their dipoles.

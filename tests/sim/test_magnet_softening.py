@@ -13,8 +13,8 @@ from scipy.special import kei, keip, ker, kerp
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document, load_board
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.neighbours import MATTERS, neighbours
-from chladni.sim.magnetics.neighbours import Magnets
+from chladni.sim.fields.magnet_softening import MATTERS, magnet_softening
+from chladni.sim.magnetics.magnet_coupling import Magnets
 from conftest import ROOT, CommandLine
 
 REMANENCE, RADIUS = 1.28, 3e-3
@@ -94,7 +94,7 @@ def test_two_magnets_soften_foam_as_a_spring_below_zero_would(apart: float) -> N
         {"name": str(side), "at_mm": [0.0, side * apart * 500.0]} for side in (-1, 1)
     ]
     board = board_from_document(document)
-    found = neighbours(board, plate_model(board))
+    found = magnet_softening(board, plate_model(board))
     assert found is not None
     stiffness, share = rigid_disc_on_foam(board, apart)
     assert found.held_n_per_mm == pytest.approx(stiffness * 1e-3, rel=0.03)
@@ -103,14 +103,14 @@ def test_two_magnets_soften_foam_as_a_spring_below_zero_would(apart: float) -> N
 
 
 def test_magnets_that_nothing_is_known_of_are_left_out(prototype: Board) -> None:
-    assert neighbours(prototype, plate_model(prototype)) is None
+    assert magnet_softening(prototype, plate_model(prototype)) is None
 
 
 def test_show_says_what_magnets_take_away_where_it_matters(
     chladni: CommandLine, tmp_path: Path
 ) -> None:
     shipped = load_board("strip5")
-    usual = neighbours(shipped, plate_model(shipped))
+    usual = magnet_softening(shipped, plate_model(shipped))
     assert usual is not None
     assert usual.softened is not None
     assert 0.01 < usual.softened < 0.03 < MATTERS
