@@ -85,7 +85,7 @@ def sixteen(board: Board, foundation: Foundation | None) -> Board:
         magnet=Magnet(3e-3, 4e-3, 7500.0, 1000.0),
         actuators=actuators,
         image=Image((126, 126)),
-        electronics=replace(board.electronics, pwm_pins=()),
+        electronics=replace(board.electronics, pwm_pins=(), sign_pins=()),
         panel=None,
         foundation=foundation,
     )

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import Actuator
+
+SWITCHED = Path(__file__).parent / "boards"
+"""Files of `strip5` and `quiet5` with switches."""
 
 
 def board_with(

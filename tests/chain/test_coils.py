@@ -9,7 +9,7 @@ import pytest
 
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.protocol.config import coil_gains
+from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.tables.report import TableReport

@@ -124,3 +124,52 @@ def test_a_wrong_option_is_told_what_is_wrong(
 def test_an_error_names_what_was_wanted_there() -> None:
     with pytest.raises(InputError, match=r"magnet\.radius_mm"):
         spec_of(small(plate={"poissons_ratio": "free"}))
+
+
+@pytest.mark.parametrize(("number", "drive"), [(0.0, "switch"), (1.0, "bridge")])
+def test_a_driver_may_be_left_open_and_takes_its_own_keys(number: float, drive: str) -> None:
+    electronics = {
+        "drive": {"any": ["switch", "bridge"]}, "least_duty": 0.085, "diode_v": 0.3,
+        "lost_ns": 60.0,
+    }  # fmt: skip
+    spec = spec_of(small(electronics=electronics))
+    assert [own.where for own in spec.variables] == [("electronics", "drive")]
+    found = completed_board(document_of(spec, [number], [(0.0, -9.0), (0.0, 9.0)])).electronics
+    assert found.drive == drive
+    assert len(found.pwm_pins) == 2
+    if drive == "bridge":
+        assert (len(found.sign_pins), found.lost_ns, found.least_duty) == (2, 60.0, 0.0)
+    else:
+        assert (found.sign_pins, found.least_duty, found.diode_v) == ((), 0.085, 0.3)
+
+
+def test_a_given_driver_refuses_what_is_the_other_s() -> None:
+    spec = spec_of(small(electronics={"drive": "bridge", "least_duty": 0.085}))
+    with pytest.raises(InputError, match="least_duty does not go with"):
+        completed_board(document_of(spec, [], [(0.0, 0.0), (0.0, 9.0)]))
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_pins_are_found_for_eight_bridges_and_no_more(chip: str) -> None:
+    """Beside a panel; a large plate, so that only pins are short."""
+    own = {
+        "plate": {"size_mm": [100.0, 100.0]},
+        "electronics": {"drive": "bridge", "chip": chip},
+        "panel": {"pixels": [320, 480], "size_mm": [50.0, 90.0]},
+    }
+    places = [(-30.0 + 20.0 * (k % 4), -10.0 + 20.0 * (k // 4)) for k in range(8)]
+    spec = spec_of(small(**own, design={"coils": 8}))
+    found = completed_board(document_of(spec, [], places)).electronics
+    assert len(set(found.pwm_pins) | set(found.sign_pins)) == 16
+    with pytest.raises(InputError, match="1 to 8 coils"):
+        spec_of(small(**own, design={"coils": 9}))
+
+
+@pytest.mark.parametrize("drive", ["switch", "bridge"])
+def test_free_pins_keep_off_a_panel_that_is_wired_elsewhere(drive: str) -> None:
+    panel = {"pixels": [320, 480], "size_mm": [12.0, 32.0], "sda_pin": 4, "scl_pin": 5}
+    spec = spec_of(small(panel=panel, electronics={"drive": drive}))
+    pins = spec.document["electronics"]
+    assert not {4, 5} & {*pins["pwm_pins"], *pins.get("sign_pins", [])}
+    # Of 17 gates 15 are left, two of them for each bridge.
+    assert len(pins["pwm_pins"]) == (7 if drive == "bridge" else 15)

@@ -23,7 +23,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.readiness import check_ready
 from chladni.host.device.wire import SerialWire
-from chladni.host.protocol.config import config_of
+from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.link import VERSION_MAJOR
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -14,6 +14,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ArgumentError
 from conftest import CommandLine
+from wired_boards import SWITCHED
 
 PITCH, SAMPLES, SEED = 20e-3, 2, 5
 
@@ -45,7 +46,7 @@ def level(kept: Kept | None) -> float:
 
 def test_warm_coils_take_what_their_own_resistance_leaves() -> None:
     """T (1 + αT) = r P₀ for each coil; the device evens out all but what the magnets lose."""
-    own = load_board("strip5")
+    own = load_board(SWITCHED / "strip5.toml")
     drive = np.array([1.0, 0.6, 0.0, 0.3j, -0.1])
     found, full = warm(own, drive), full_drive(own, drive, 160.0)
     assert found is not None

@@ -272,7 +272,7 @@ def test_a_board_without_a_second_finger_has_no_number_for_it() -> None:
         board,
         plate=replace(board.plate, size=(14e-3, 20e-3)),
         actuators=board.actuators[2:3],
-        electronics=replace(board.electronics, pwm_pins=()),
+        electronics=replace(board.electronics, pwm_pins=(), sign_pins=()),
         coil=None,
     )
     score = score_board(short, samples=0)

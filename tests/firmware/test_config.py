@@ -15,6 +15,7 @@ from chladni.host.device.udp import EmulatedPort, UdpWire
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import (
     CEILINGS,
     FIELDS,
@@ -23,7 +24,6 @@ from chladni.host.protocol.config import (
     SETTINGS,
     DeviceConfig,
     Setting,
-    config_of,
     pack_config,
     unpack_config,
 )

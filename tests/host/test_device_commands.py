@@ -9,6 +9,7 @@ import pytest
 
 from conftest import CommandLine
 from made_up import SCRIPT
+from wired_boards import SWITCHED
 
 
 def test_flash_into_the_emulator(chladni: CommandLine, table_file: Path) -> None:
@@ -44,7 +45,8 @@ def test_every_device_command_answers(
 
 def test_coils_with_a_lowest_duty_pass_the_self_test(chladni: CommandLine) -> None:
     """An amplitude of a quarter and 90 steps of 1024 as the rest: (0.338² + 0.031) · 385 mA."""
-    done = chladni("device", "self-test", "--emulator", "--board", "strip5", "--json")
+    file = SWITCHED / "strip5.toml"
+    done = chladni("device", "self-test", "--emulator", "--board", file, "--json")
     assert done.code == 0, done.err
     assert [row["expected_ma"] for row in done.json["channels"]] == [56] * 5
     assert [row["supply_ma"] for row in done.json["channels"]] == pytest.approx([56] * 5, abs=4)

@@ -18,7 +18,7 @@ from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.full_drive import full_drive, least_duty
 from conftest import CommandLine
-from wired_boards import with_bridges
+from wired_boards import SWITCHED, with_bridges
 
 CIRCUIT = BridgeCircuit(10.36, 5.0, 40e-9, 78_125.0)
 DRIVE = np.array([1.0, 0.4j, -0.7, 0.0, 0.2])
@@ -148,7 +148,7 @@ def test_a_board_s_circuit_is_its_drivers(prototype: Board) -> None:
 
 def test_warm_coils_heat_by_their_own_share() -> None:
     """A mean square of a²/2, of which the bridge's resistance takes its part."""
-    board = with_bridges(load_board("strip5"), bridge_ohm=1.0)
+    board = with_bridges(load_board(SWITCHED / "strip5.toml"), bridge_ohm=1.0)
     found, full = warm(board, DRIVE), full_drive(board, DRIVE, 160.0)
     assert found is not None
     assert full is not None
@@ -161,7 +161,7 @@ def test_warm_coils_heat_by_their_own_share() -> None:
 
 
 def test_no_bias_holds_a_finger_down() -> None:
-    switch = load_board("strip5")
+    switch = load_board(SWITCHED / "strip5.toml")
     drive = np.ones(len(switch.actuators), complex)
     rows = []
     for board in (switch, with_bridges(switch)):
@@ -173,7 +173,7 @@ def test_no_bias_holds_a_finger_down() -> None:
 
 
 def test_tables_of_focus_know_a_bridge_from_a_switch_and_others_do_not() -> None:
-    board = load_board("strip5")
+    board = load_board(SWITCHED / "strip5.toml")
     plain = dataclasses.replace(
         board, electronics=dataclasses.replace(board.electronics, least_duty=0.0, min_on_ns=0.0)
     )
@@ -186,7 +186,7 @@ def test_tables_of_focus_know_a_bridge_from_a_switch_and_others_do_not() -> None
 
 def test_board_show_tells_of_a_bridge_and_of_no_diode(chladni: CommandLine, tmp_path: Any) -> None:
     path = tmp_path / "b.toml"
-    path.write_bytes(board_file(with_bridges(load_board("strip5"))))
+    path.write_bytes(board_file(with_bridges(load_board(SWITCHED / "strip5.toml"))))
     answer = chladni("board", "show", path, "--json")
     told = answer.json["coil_current"]
     assert told.keys() == {"lost_duty", "level_db_at_tenth", "third_harmonic_at_tenth"}
@@ -195,3 +195,22 @@ def test_board_show_tells_of_a_bridge_and_of_no_diode(chladni: CommandLine, tmp_
     text = chladni("board", "show", path)
     assert "diode" not in text.err + text.out
     assert "bridge" in text.out
+
+
+@pytest.mark.parametrize("name", ["strip5", "quiet5"])
+def test_shipped_strips_move_half_as_much_again_as_with_switches(name: str) -> None:
+    """At least 4.5 dB more under a finger, by the same heat in the loudest coil."""
+    solved = solved_board(load_board(name))
+    (problem,) = solved.problems([(0.0, 6.0)])
+    switched = load_board(SWITCHED / f"{name}.toml")
+    assert solved.board.electronics.is_bridge
+    assert not switched.electronics.is_bridge
+    drive = np.array([0.1, -0.3, 0.5j, 1.0, -0.4])
+    one, other = (full_drive(own, drive, 160.0) for own in (switched, solved.board))
+    assert one is not None
+    assert other is not None
+    assert one.limited_by == other.limited_by == "heat"
+    assert 20.0 * np.log10(other.newtons / one.newtons) > 4.5
+    assert felt(problem, drive).finger_um == pytest.approx(
+        felt(problem, drive).um_per_newton * other.newtons
+    )

@@ -14,14 +14,14 @@ from chladni.sim.board.file import board_from_document, parse_board
 from chladni.sim.board.gpio import CHIPS, pin_fault
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError
-from conftest import ROOT
+from wired_boards import SWITCHED
 
 SIGNS = [12, 13, 14, 18, 19]
 
 
 def document(**electronics: Any) -> dict[str, Any]:
-    """Of strip5 with bridges; None takes a key away."""
-    made = tomllib.loads((ROOT / "boards" / "strip5.toml").read_text(encoding="utf-8"))
+    """Of `strip5` with bridges; None takes a key away."""
+    made = tomllib.loads((SWITCHED / "strip5.toml").read_text(encoding="utf-8"))
     own = made["electronics"]
     for key in ("least_duty", "diode_v"):
         own.pop(key, None)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.host.protocol.config import config_of
+from chladni.host.protocol.board_config import config_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.circuit import circuit_of, current_wave

@@ -89,7 +89,7 @@ def test_two_magnets_soften_foam_as_a_spring_below_zero_would(apart: float) -> N
     del document["winding"]
     document["foundation"].pop("coil_cut_out_mm")
     document["coil"] |= {"resistance_ohm": 13.0, "inductance_mh": 0.4, "force_factor_n_per_a": 0.6}
-    document["electronics"] |= {"pwm_pins": [], "coil_ohm": 13.0}
+    document["electronics"] |= {"pwm_pins": [], "sign_pins": [], "coil_ohm": 13.0}
     document["actuators"] = [
         {"name": str(side), "at_mm": [0.0, side * apart * 500.0]} for side in (-1, 1)
     ]

@@ -17,6 +17,7 @@ from chladni.tables.build import table_of
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Section, Table
+from wired_boards import SWITCHED
 
 Changes = dict[str, dict[str, Any]]
 
@@ -72,8 +73,8 @@ def cases(changes: Changes) -> list[tuple[str, str, Any]]:
 
 
 def small_document() -> dict[str, Any]:
-    """`strip5` on a few points and with few regions: a table in a quarter of a second."""
-    document = to_document(load_board("strip5"))
+    """`strip5` with switches, few points and few regions: a table in a quarter of a second."""
+    document = to_document(load_board(SWITCHED / "strip5.toml"))
     return document | {"image": {"points": [11, 31]}, "regions": {"pitch_mm": 9.0}}
 
 

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     )
     from chladni.host.emulation.table_score import TableScore, score_table
     from chladni.host.emulation.touches import TouchScore
-    from chladni.host.protocol.config import DeviceConfig, config_of
+    from chladni.host.protocol.board_config import config_of
+    from chladni.host.protocol.config import DeviceConfig
     from chladni.host.protocol.network import NetworkSettings, read_key
 
     __version__: str

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.design.layouts import Place, closest
+from chladni.design.pins import of_its_driver
 from chladni.design.spec import BUILT_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
@@ -61,10 +62,10 @@ def document_of(spec: Spec, numbers: Sequence[float], places: Sequence[Place] | 
         document["actuators"] = [
             {"name": f"coil-{k}", "at_mm": list(place)} for k, place in enumerate(places, 1)
         ]
-        electronics = document.get("electronics")
-        if isinstance(electronics, dict) and electronics.get("pwm_pins"):
-            own = electronics["pwm_pins"][: len(places)]
-            document["electronics"] = electronics | {"pwm_pins": own}
+    electronics, coils = document.get("electronics"), document.get("actuators")
+    if isinstance(electronics, dict) and isinstance(coils, list):
+        is_open = any(own.where == ("electronics", "drive") for own in spec.variables)
+        document["electronics"] = of_its_driver(electronics, len(coils), is_open=is_open)
     return document
 
 

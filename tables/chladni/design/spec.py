@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from chladni.design.pins import chip_of, with_pins
 from chladni.design.variables import Choice, Document, Variable, range_of, variables_of
 from chladni.sim.board.file import (
     file_of,
@@ -17,7 +18,6 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.gpio import CHIPS, Chip
 from chladni.sim.board.quantity import MM, quantity
 from chladni.sim.errors import ArgumentError, InputError, MissingError
 
@@ -203,10 +203,8 @@ def _with_derived(board: Document) -> Document:
     """What follows from the rest where it is left out: the image's points, and the GPIOs."""
     own = dict(board)
     electronics = own.get("electronics")
-    if isinstance(electronics, dict) and electronics.get("pwm_pins", "free") == "free":
-        own["electronics"] = electronics | {
-            "pwm_pins": _gates(_chip(electronics), own.get("panel"))
-        }
+    if isinstance(electronics, dict):
+        own["electronics"] = with_pins(electronics, own.get("panel"))
     if "image" not in own:
         own["image"] = {"points": None}
     return own
@@ -220,18 +218,6 @@ def _spacing_mm(board: Document) -> float:
         widths.append(2.0 * magnet["radius_mm"])
     known = [width + GAP_MM for width in widths if isinstance(width, int | float)]
     return max(known, default=SPACING / MM)
-
-
-def _chip(electronics: Mapping[str, Any]) -> Chip:
-    """The chip that is named, or the default; a board file's own check refuses what is none."""
-    return CHIPS.get(electronics.get("chip", "esp32"), CHIPS["esp32"])
-
-
-def _gates(chip: Chip, panel: object) -> list[int]:
-    """GPIOs for gates, those first that nothing pulls up at reset."""
-    taken = set(panel.values()) if isinstance(panel, dict) else set()
-    free = [pin for pin in chip.gates if pin not in taken]
-    return sorted(free, key=lambda pin: pin in chip.pulled_up)[: chip.channels]
 
 
 def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
@@ -252,7 +238,7 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
         found = [coils]
     electronics = board.get("electronics")
     own = electronics if isinstance(electronics, dict) else {}
-    pins, channels = own.get("pwm_pins", []), _chip(own).channels
+    pins, channels = own.get("pwm_pins", []), chip_of(own).channels
     most = min(channels, len(pins)) if isinstance(pins, list) and pins else COILS
     for count in found:
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:

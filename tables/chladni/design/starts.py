@@ -170,7 +170,7 @@ def _mirrors(spec: Spec, board: Board) -> tuple[bool, bool]:
     middle = replace(
         board,
         actuators=(Actuator("middle", (0.0, 0.0)),),
-        electronics=replace(board.electronics, pwm_pins=()),
+        electronics=replace(board.electronics, pwm_pins=(), sign_pins=()),
     )
     own = board_mirrors(middle)
     areas = {(round(a.at[0], 9), round(a.at[1], 9), a.size) for a in spec.keep_out}

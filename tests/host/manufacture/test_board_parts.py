@@ -85,7 +85,7 @@ def test_the_command_lists_parts_for_programs_and_people(chladni: CommandLine) -
     assert done.code == 0
     assert done.json["moving_mass_g"] == pytest.approx(0.3192 + 5.0 * 0.8482, rel=1e-3)
     assert set(done.json["parts"][0]) == {"part", "count", "value", "why", "mass_g"}
-    assert {"plate", "magnet", "foam", "coil", "N-MOSFET, logic level"} <= {
+    assert {"plate", "magnet", "foam", "coil", "full bridge, PH/EN"} <= {
         part["part"] for part in done.json["parts"]
     }
     plain = chladni("board", "parts", "strip5")

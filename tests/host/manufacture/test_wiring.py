@@ -16,12 +16,13 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Bbox
 
 from chladni.host.figures.fields import save
-from chladni.host.manufacture.wiring import channels, wiring_figure
+from chladni.host.manufacture.wiring import wiring_figure
+from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import CHIPS
 from conftest import ROOT, CommandLine
-from wired_boards import board_with
+from wired_boards import board_with, with_bridges
 
 
 def drawn_texts(board: Board, folder: Path) -> list[str]:
@@ -116,7 +117,11 @@ def test_texts_lie_on_nothing_and_wires_are_straight(
     prototype: Board, count: int, supply_v: float, pins: bool
 ) -> None:
     board = board_with(prototype, count, supply_v=supply_v, pins=pins, name="{} $long_name$ <&>")
-    texts, wires, blocks = extents(wiring_figure(board))
+    check_readable(wiring_figure(board))
+
+
+def check_readable(figure: Figure) -> None:
+    texts, wires, blocks = extents(figure)
     for (one, here), (other, there) in itertools.combinations(texts, 2):
         assert not here.overlaps(there), f"{one!r} lies on {other!r}"
     for one, here in texts:
@@ -203,3 +208,53 @@ def test_the_check_of_the_page_sees_another_value_and_another_pin(tmp_path: Path
     page.write_text(page.read_text(encoding="utf-8").replace("| 3.3 kΩ |", "| 10 kΩ |"), "utf-8")
     picture.write_text(picture.read_text(encoding="utf-8").replace("GPIO 15", "GPIO 18"), "utf-8")
     assert draw_wiring.faults(tmp_path / "docs") == ["docs/images/wiring.svg", "docs/hardware.md"]
+
+
+def bridge_board(board: Board, count: int, *, pins: bool = True, **electronics: object) -> Board:
+    """`board_with`, each coil in a bridge."""
+    chip, plain = CHIPS["esp32"], board_with(board, count)
+    gates = (32, 33, *chip.gates)[:count]
+    signs = tuple(pin for pin in chip.signs if pin not in gates)[:count]
+    return with_bridges(
+        plain,
+        **({"pwm_pins": gates, "sign_pins": signs} if pins else {}),
+        **electronics,
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2, 8])
+def test_both_pins_of_a_bridge_stand_beside_their_ends(prototype: Board, count: int) -> None:
+    """PWM where EN is, sign where PH is, by the height of each text."""
+    board = bridge_board(prototype, count)
+    heights: dict[str, list[float]] = {}
+    for text in wiring_figure(board).axes[0].texts:
+        heights.setdefault(text.get_text(), []).append(text.get_position()[1])
+    for own in channels(board):
+        (gate,), (sign,) = heights[f"GPIO {own.gpio}"], heights[f"GPIO {own.sign_gpio}"]
+        assert gate in heights["EN"]
+        assert sign in heights["PH"]
+    assert len(heights["EN"]) == len(heights["PH"]) == count
+    assert {"OUT1", "OUT2", "VCC, nSLEEP", "VM", "100 nF", "3.3 kΩ"} <= heights.keys()
+    assert not any("Schottky" in text or "MOSFET" in text for text in heights)
+    assert any("nSLEEP" in text and "pull it low" in text for text in heights)
+
+
+@pytest.mark.parametrize(("count", "supply_v"), [(1, 11.0), (2, 3.0), (8, 48.0)])
+@pytest.mark.parametrize("pins", [True, False])
+def test_a_drawing_of_bridges_can_be_read(
+    prototype: Board, count: int, supply_v: float, pins: bool
+) -> None:
+    board = bridge_board(prototype, count, pins=pins, supply_v=supply_v)
+    check_readable(wiring_figure(board))
+
+
+def test_a_coil_hangs_between_the_outputs_of_its_bridge(prototype: Board) -> None:
+    """No coil of a bridge touches the supply's rail: all wires to it come from above or VM."""
+    axes = wiring_figure(bridge_board(prototype, 5)).axes[0]
+    red = [line for line in axes.lines if line.get_color() == "#b03a00"]
+    assert min(float(np.min(line.get_ydata())) for line in red) == 0.0
+
+
+def test_the_command_lists_the_pins_of_signs(chladni: CommandLine, tmp_path: Path) -> None:
+    answer = chladni("board", "wiring", "strip5", "-o", tmp_path / "w.svg", "--json").json
+    assert [own["sign_gpio"] for own in answer["channels"]] == [18, 19, 23, 25, 26]

@@ -13,7 +13,8 @@ from chladni.host.manufacture.wiring_parts import Part, engineering, parts_list
 from chladni.host.manufacture.wiring_values import pull_down_ohm, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import PANEL_KINDS, PanelKind
-from wired_boards import board_with
+from chladni.sim.board.file import load_board
+from wired_boards import SWITCHED, board_with, with_bridges
 
 
 def part_of(board: Board, name: str) -> Part:
@@ -175,3 +176,52 @@ def test_the_coil_of_the_page_has_the_resistance_it_says(prototype: Board) -> No
     ohm = 1.68e-8 * 150 * math.pi * 15e-3 / (math.pi / 4 * (0.1e-3) ** 2)
     assert ohm == pytest.approx(15.12, abs=0.01)
     assert ohm == pytest.approx(prototype.electronics.coil_ohm, rel=0.01)
+
+
+def test_bridges_are_bought_by_name_where_they_bear_it(prototype: Board) -> None:
+    """Ratings of the data sheets: 1.8 A and 11 V, 1.5 A and 11 V; twice a coil's current counts."""
+    both = part_of(with_bridges(prototype), "full bridge, PH/EN")
+    assert both.count == 5
+    assert "DRV8838 or half a DRV8835, its MODE high" in both.value
+    assert "SLVSBA4: 1.8 A, up to 11 V, 280 mΩ" in both.why
+    assert "SLVSB18: 1.5 A, up to 11 V, 305 mΩ" in both.why
+    assert "no IN/IN kind (DRV8833)" in both.why
+    for changes in ({"supply_v": 12.0}, {"coil_ohm": 4.0}):
+        board = with_bridges(replace(prototype, coil=None), **changes)
+        none = part_of(board, "full bridge, PH/EN")
+        assert "none is known here" in none.value
+        assert "SLVS" not in none.why
+
+
+def test_parts_of_a_bridge_board_have_no_switches(prototype: Board) -> None:
+    names = {part.part for part in parts_list(with_bridges(prototype))}
+    switch = {"N-MOSFET, logic level", "flyback diode, Schottky", "gate resistor", "gate pull-down"}
+    assert not names & switch
+    assert {"coil", "EN pull-down", "bridge capacitor, ceramic"} <= names
+
+
+def test_enable_is_pulled_low_as_a_gate_is(prototype: Board) -> None:
+    """A bridge's 100 kΩ against 45 kΩ leave 2.28 V, which is high to any logic."""
+    wired = with_bridges(prototype, pwm_pins=(2, 4, 15, 16, 17), sign_pins=(18, 19, 23, 25, 26))
+    part = part_of(wired, "EN pull-down")
+    assert part.value == "3.3 kΩ"
+    assert "100 kΩ would leave 2.3 V" in part.why
+    plain = with_bridges(prototype, pwm_pins=(2, 4, 13, 16, 17), sign_pins=(18, 19, 23, 25, 26))
+    assert part_of(plain, "EN pull-down").value == "10 kΩ"
+    # A sign on a pin that is pulled up moves nothing, and needs none.
+    signs = with_bridges(prototype, pwm_pins=(2, 4, 13, 16, 17), sign_pins=(5, 14, 15, 18, 19))
+    assert part_of(signs, "EN pull-down").value == "10 kΩ"
+
+
+def test_a_bridge_draws_less_by_its_own_resistance() -> None:
+    """5 V over 13.10 Ω and 0.28 Ω, five coils: 1.869 A at the crest; a switch's 1.908 A."""
+    board = load_board(SWITCHED / "strip5.toml")
+    one, other = wiring_values(board), wiring_values(with_bridges(board))
+    assert one.coil_a == pytest.approx(5.0 / board.electronics.coil_ohm)
+    assert other.coil_a == pytest.approx(5.0 / (board.electronics.coil_ohm + 0.28))
+    assert other.crest_a == pytest.approx(5.0 * other.coil_a)
+
+
+def test_a_sign_on_a_pin_of_the_psram_rules_it_out(prototype: Board) -> None:
+    board = with_bridges(prototype, pwm_pins=(2, 4, 13, 32, 33), sign_pins=(16, 18, 19, 23, 25))
+    assert "GPIO 16 must be free" in part_of(board, "ESP32 module").why

@@ -14,17 +14,11 @@ constexpr uint32_t kFarAway = 1687500000U;
 
 }  // namespace
 
-// A bridge's pulse loses so much of itself, which is given back. A sign changes at once and a duty
-// when the carrier period ends: a long pulse first ends, in a sample of 0.
 template <bool kHasBridges>
 int32_t SamplePlayer::next_duty(const Shaper& shaper, Channel& channel, int32_t before,
                                 int32_t wanted) const {
   if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
-  const int32_t own = shaper.shape_signed(channel.errors, wanted);
-  const int32_t sign = own >> 31;
-  const int32_t duty = own == 0 ? 0 : own + ((settings_.lost ^ sign) - sign);
-  const bool does_turn = (duty ^ before) < 0;
-  return does_turn && (before ^ (before >> 31)) >= settings_.most_turned ? 0 : duty;
+  return settings_.bridge.next(shaper.shape_signed(channel.errors, wanted), before);
 }
 
 template <bool kIsRamping, bool kHasBridges>

@@ -20,10 +20,8 @@ namespace chladni {
 struct PlayerSettings {
   uint32_t channels;
   Shaper shaper;
-  // With bridges, in duty steps: what each pulse loses, and the longest that a sign may cut short.
   bool has_bridges;
-  int32_t lost;
-  int32_t most_turned;
+  Bridge bridge;
   RampRate fade;
   // In samples: what the interrupt counts by itself.
   uint32_t touch_timeout;

@@ -43,4 +43,19 @@ struct Shaper {
   }
 };
 
+// A bridge between its pins and its coil, in duty steps.
+struct Bridge {
+  int32_t lost;         // of each pulse
+  int32_t most_turned;  // the longest pulse that a sign may follow at once
+
+  // What is lost is given back. A sign changes at once and a duty when the carrier period ends: a
+  // long pulse first ends, in a sample of 0.
+  [[gnu::always_inline]] int32_t next(int32_t wanted, int32_t before) const {
+    const int32_t sign = wanted >> 31;
+    const int32_t duty = wanted == 0 ? 0 : wanted + ((lost ^ sign) - sign);
+    const bool does_turn = (duty ^ before) < 0;
+    return does_turn && (before ^ (before >> 31)) >= most_turned ? 0 : duty;
+  }
+};
+
 }  // namespace chladni

@@ -53,7 +53,8 @@ from chladni.host.figures.fields import save
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
-from chladni.host.manufacture.wiring import channels, wiring_figure
+from chladni.host.manufacture.wiring import wiring_figure
+from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.file import load_board
 from chladni.sim.board.panel_layer import layered_plate
@@ -203,7 +204,14 @@ def board_wiring(
     save(wiring_figure(loaded), output)
     result = {
         "path": str(output),
-        "channels": [asdict(channel) for channel in channels(loaded)],
+        "channels": [
+            {
+                key: value
+                for key, value in asdict(channel).items()
+                if key != "sign_gpio" or loaded.electronics.is_bridge
+            }
+            for channel in channels(loaded)
+        ],
         "parts": [
             {key: value for key, value in asdict(part).items() if key != "mass_g"}
             for part in parts_list(loaded)

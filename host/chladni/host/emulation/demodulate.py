@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chladni.host.emulation._emulator import full_span_steps, half_span_steps
 from chladni.host.emulation.emulator import Recording
-from chladni.host.protocol.config import coil_gains
+from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.coil.circuit import CoilCircuit, circuit_of
 from chladni.tables.table import Section

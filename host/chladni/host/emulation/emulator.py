@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from chladni.host.emulation._emulator import Emulator as Core
 from chladni.host.emulation._emulator import Hardware as CoreHardware
 from chladni.host.emulation._emulator import panel_place
-from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, config_of, pack_config
+from chladni.host.protocol.board_config import config_of
+from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board

@@ -1,59 +1,55 @@
-"""A wiring drawing, made from a board file: supply, ESP32, a switch a channel, panel, link."""
+"""A wiring drawing, made from a board file: supply, ESP32, a driver a channel, panel, link."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from matplotlib.figure import Figure
 
+from chladni.host.manufacture.wiring_bridge import draw_bridge_rows, draw_full_bridge, sign_y
+from chladni.host.manufacture.wiring_layout import (
+    BLOCK_WIDTH,
+    BLOCK_X,
+    BUS_PITCH,
+    BUS_X,
+    CHIP_END,
+    CHIP_TOP,
+    CHIP_WIDTH,
+    CHIP_X,
+    COIL_Y,
+    GATE_X,
+    GATE_Y,
+    NAME_X,
+    PANEL_Y,
+    PIN_PITCH,
+    PULL_UP_X,
+    ROW,
+    ROWS_Y,
+    SERIAL_Y,
+    SWITCH_WIDTH,
+    SWITCH_X,
+    channels,
+    gate_start,
+    row_y,
+    say_actuator,
+    say_headings,
+)
 from chladni.host.manufacture.wiring_parts import Part, engineering, parts_list
 from chladni.host.manufacture.wiring_symbols import PLAIN, THICK, Sheet
 from chladni.host.manufacture.wiring_values import Values, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, Panel
 from chladni.sim.board.gpio import CHIPS
-from chladni.sim.board.quantity import MM
 
 UNIT_IN = 0.3
 """Of the sheet, in inches; text is of a fixed size beside it."""
 CHIP, LOGIC, SENSE = "#e6e0f0", "#fcefc9", "#dbe9f6"
 POSITIVE, WARN = "#b03a00", "#c00000"
 
-# Columns, from the left.
-BLOCK_X, BLOCK_WIDTH = 0.6, 4.8
-PULL_UP_X, CHIP_X, CHIP_WIDTH = 7.6, 9.6, 5.2
-CHIP_END = CHIP_X + CHIP_WIDTH
-GATE_X, SWITCH_X, SWITCH_WIDTH = 21.0, 19.2, 3.6
-BUS_X, CHANNEL_X, PLACE_X, NAME_X = 29.4, 30.0, 31.8, 35.6
-# Rows, downwards from the supply's rail at 0.
-CHIP_TOP, COIL_Y, GATE_Y, ROWS_Y, ROW = -3.6, -3.8, -5.7, -10.2, 1.5
-SERIAL_Y, PANEL_Y, BUS_PITCH, PIN_PITCH = -6.0, -12.0, 3.0, 1.2
-
-
-@dataclass(frozen=True)
-class Channel:
-    """An output: its number, its actuator's name and place (mm), its GPIO if it has one."""
-
-    channel: int
-    actuator: str
-    gpio: int | None
-    at_mm: tuple[float, float]
-
-
-def channels(board: Board) -> tuple[Channel, ...]:
-    """A board's channels in order; `gpio` is None where the board file names no pins."""
-    pins = board.electronics.pwm_pins or (None,) * len(board.actuators)
-    return tuple(
-        Channel(k, own.name, pin, (round(own.at[0] / MM, 9), round(own.at[1] / MM, 9)))
-        for k, (own, pin) in enumerate(zip(board.actuators, pins, strict=True))
-    )
-
 
 def wiring_figure(board: Board) -> Figure:
     """Draw how a board is wired.
 
-    Channel 0's switch is drawn in full and the others as a row each. Lines of the panel that are
-    not wired are left out, and a board file without pins gets none.
+    Channel 0's switch or bridge is drawn in full and the others as a row each. Lines of the panel
+    that are not wired are left out, and a board file without pins gets none.
     """
     values = wiring_values(board)
     parts = {part.part: part for part in parts_list(board, values)}
@@ -68,8 +64,12 @@ def wiring_figure(board: Board) -> Figure:
     sheet.text(-0.4, 2.2, f"{board.name}: wiring", size=13.0, bold=True)
     _draw_supply(sheet, board, values, parts)
     _draw_chip(sheet, board, lowest)
-    _draw_full_channel(sheet, board, values)
-    _draw_rows(sheet, board)
+    if board.electronics.is_bridge:
+        draw_full_bridge(sheet, board, values)
+        draw_bridge_rows(sheet, board)
+    else:
+        _draw_full_channel(sheet, board, values)
+        _draw_rows(sheet, board)
     _draw_link(sheet, board)
     if board.panel:
         _draw_panel(sheet, board.panel, parts)
@@ -96,8 +96,11 @@ def _draw_supply(sheet: Sheet, board: Board, values: Values, parts: dict[str, Pa
     sheet.fuse((2.6, 0.0))
     sheet.wire((0.0, 0.0), (2.0, 0.0), width=THICK, colour=POSITIVE)
     last = COIL_Y if len(board.actuators) == 1 else ROWS_Y - ROW * (len(board.actuators) - 2)
-    rail = ((3.2, 0.0), (BUS_X, 0.0), (BUS_X, last))
-    sheet.wire(*rail, width=THICK, colour=POSITIVE)
+    # A bridge takes the supply itself; with switches it goes down to the coils.
+    ends = ((3.2, 0.0), (BUS_X, 0.0)) if board.electronics.is_bridge else (
+        (3.2, 0.0), (BUS_X, 0.0), (BUS_X, last)
+    )  # fmt: skip
+    sheet.wire(*ends, width=THICK, colour=POSITIVE)
     sheet.text(-0.4, 1.2, f"supply {parts['supply'].value}", size=PLAIN)
     sheet.text(-0.2, 0.0, "+", left=False, size=PLAIN)
     sheet.text(-0.2, -1.4, "−", left=False, size=PLAIN)
@@ -136,27 +139,21 @@ def _draw_chip(sheet: Sheet, board: Board, lowest: float) -> None:
     sheet.ground(middle, lowest - 0.4)
     for own in channels(board):
         if own.gpio is not None:
-            sheet.text(CHIP_END - 0.2, _row_y(own.channel), f"GPIO {own.gpio}", left=False)
+            sheet.text(CHIP_END - 0.2, row_y(board, own.channel), f"GPIO {own.gpio}", left=False)
+        if own.sign_gpio is not None:
+            sheet.text(
+                CHIP_END - 0.2, sign_y(board, own.channel), f"GPIO {own.sign_gpio}", left=False
+            )
     if not board.electronics.pwm_pins:
         named = ("no GPIO: pwm_pins of", "the board file is empty")
         sheet.lines(CHIP_END + 0.4, COIL_Y + 0.2, named, colour=WARN)
-
-
-def _row_y(channel: int) -> float:
-    """Height of a channel's gate wire."""
-    return GATE_Y if channel == 0 else ROWS_Y - ROW * (channel - 1)
-
-
-def _gate_start(board: Board) -> float:
-    """Where gate wires begin: at the ESP32, or in the open where the board file names no pins."""
-    return CHIP_END if board.electronics.pwm_pins else CHIP_END + 1.2
 
 
 def _draw_full_channel(sheet: Sheet, board: Board, values: Values) -> None:
     """Channel 0: gate resistor, pull-down, MOSFET, coil with its flyback diode."""
     own, gate = channels(board)[0], values.gate
     node = GATE_X - 0.8
-    sheet.wire((_gate_start(board), GATE_Y), (node - 2.6, GATE_Y))
+    sheet.wire((gate_start(board), GATE_Y), (node - 2.6, GATE_Y))
     sheet.resistor((node - 1.6, GATE_Y), upright=False)
     sheet.text(node - 1.6, GATE_Y + 0.5, engineering(gate.series_ohm, "Ω"), middle=True)
     sheet.wire((node - 0.6, GATE_Y), (GATE_X, GATE_Y))
@@ -192,29 +189,22 @@ def _draw_full_channel(sheet: Sheet, board: Board, values: Values) -> None:
         middle=True,
     )
     sheet.text(middle, COIL_Y - 0.4, f"coil, {board.electronics.coil_ohm:g} Ω", middle=True)
-    for x, heading in ((CHANNEL_X, "channel"), (PLACE_X, "at, mm"), (NAME_X, "actuator")):
-        sheet.text(x, COIL_Y + 0.7, heading, bold=True)
-    _say_actuator(sheet, own, COIL_Y)
+    say_headings(sheet)
+    say_actuator(sheet, own, COIL_Y)
 
 
 def _draw_rows(sheet: Sheet, board: Board) -> None:
     """The other channels, a row each."""
     for own in channels(board)[1:]:
-        y = _row_y(own.channel)
-        sheet.wire((_gate_start(board), y), (SWITCH_X, y))
+        y = row_y(board, own.channel)
+        sheet.wire((gate_start(board), y), (SWITCH_X, y))
         sheet.box(SWITCH_X, y - 0.38, SWITCH_WIDTH, 0.76, fill="white")
         sheet.text(SWITCH_X + SWITCH_WIDTH / 2.0, y, "as channel 0", middle=True)
         sheet.wire((SWITCH_X + 0.5, y - 0.38), (SWITCH_X + 0.5, y - 0.6))
         sheet.ground(SWITCH_X + 0.5, y - 0.6)
         sheet.coil(SWITCH_X + SWITCH_WIDTH, BUS_X, y)
         sheet.dot(BUS_X, y, POSITIVE)
-        _say_actuator(sheet, own, y)
-
-
-def _say_actuator(sheet: Sheet, own: Channel, y: float) -> None:
-    sheet.text(CHANNEL_X, y, str(own.channel), size=PLAIN)
-    sheet.text(PLACE_X, y, "{:.6g}, {:.6g}".format(*own.at_mm).replace("-", "−"), size=PLAIN)
-    sheet.text(NAME_X, y, own.actuator, size=PLAIN)
+        say_actuator(sheet, own, y)
 
 
 def _draw_link(sheet: Sheet, board: Board) -> None:
@@ -275,12 +265,21 @@ def _notes(board: Board) -> list[str]:
         "Values follow from the board file; a module without a development board needs its own "
         "capacitors at 3V3 and EN.",
     ]
-    if len(board.actuators) > 1:
+    if board.electronics.is_bridge:
         notes.insert(
             0,
-            "Every other channel is switched as channel 0: gate resistor, pull-down, "
-            "MOSFET, and a flyback diode across the coil.",
+            "nSLEEP of all bridges is tied to 3.3 V. If a pin of your own drives it, that line is "
+            "one more gate: pull it low.",
         )
+    if len(board.actuators) > 1:
+        first = (
+            "Every other channel is wired as channel 0: PWM to EN with a pull-down, sign to PH, "
+            "and a capacitor at the bridge's supply."
+            if board.electronics.is_bridge
+            else "Every other channel is switched as channel 0: gate resistor, pull-down, "
+            "MOSFET, and a flyback diode across the coil."
+        )
+        notes.insert(0, first)
     if board.panel is None:
         notes.append("The board file has no [panel]: touches come over the link.")
     elif board.panel.interrupt_pin == NOT_WIRED:

@@ -6,7 +6,10 @@ import math
 from dataclasses import dataclass
 
 from chladni.host.manufacture.wiring_values import (
+    BRIDGE_INPUT_OHM,
+    BYPASS_F,
     LOGIC_V,
+    PULL_UP_OHM,
     RADIO_A,
     Values,
     pulled_up_gates,
@@ -45,6 +48,24 @@ LINK_PARTS = {
 """What brings the link to a host, by chip."""
 
 
+@dataclass(frozen=True)
+class BridgePart:
+    """A bridge of the phase/enable kind that can be bought, and its data sheet."""
+
+    name: str
+    ampere: float
+    volts: float
+    ohm: float
+    sheet: str
+
+
+BRIDGE_PARTS = (
+    BridgePart("DRV8838", 1.8, 11.0, 0.28, "TI SLVSBA4"),
+    BridgePart("half a DRV8835, its MODE high", 1.5, 11.0, 0.305, "TI SLVSB18"),
+)
+"""Most current and supply, and the typical resistance of high and low side together."""
+
+
 def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
     """What has to be bought for a board, magnets, plate and screws aside.
 
@@ -61,7 +82,7 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings = board.electronics
     volts, from_coils = f"{settings.supply_v:g} V", engineering(own.logic_a, "A")
     chip = CHIPS[settings.chip]
-    taken = sorted(set(settings.pwm_pins) & set(chip.not_beside_psram))
+    taken = sorted({*settings.pwm_pins, *settings.sign_pins} & set(chip.not_beside_psram))
     free = (
         f"GPIO {' and '.join(map(str, taken))} must be free: no PSRAM" if taken else "any will do"
     )
@@ -91,6 +112,42 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
 
 
 def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
+    settings, count = board.electronics, len(board.actuators)
+    coil = Part(
+        "coil", count, f"{settings.coil_ohm:g} Ω{_wound(board)}",
+        f"the board file's; {engineering(own.coil_a, 'A')} at full duty",
+        mass_g=board.winding.round.mass / 1e-3 if board.winding else None,
+    )  # fmt: skip
+    driver = _bridge_parts if settings.is_bridge else _switch_parts
+    return (coil, *driver(board, own))
+
+
+def _bridge_parts(board: Board, own: Values) -> tuple[Part, ...]:
+    settings, count, gate = board.electronics, len(board.actuators), own.gate
+    able = [part for part in BRIDGE_PARTS
+            if part.ampere >= own.switch_a and part.volts >= settings.supply_v]  # fmt: skip
+    named = " or ".join(part.name for part in able) or "none is known here that bears it"
+    sheets = "; ".join(f"{part.sheet}: {part.ampere:g} A, up to {part.volts:g} V, "
+                       f"{engineering(part.ohm, 'Ω')}" for part in able)  # fmt: skip
+    open_v = LOGIC_V * BRIDGE_INPUT_OHM / (BRIDGE_INPUT_OHM + PULL_UP_OHM)
+    down = (
+        f"the bridge's own {engineering(BRIDGE_INPUT_OHM, 'Ω')} would leave {open_v:.1f} V of a "
+        f"pin that is pulled up through reset, this {gate.reset_v:.2f} V"
+        if gate.reset_v
+        else "no EN's GPIO is pulled up through reset: beside the bridge's own pull-down"
+    )
+    return (
+        Part("full bridge, PH/EN", count,
+             f"{settings.supply_v:g} V, at least {own.switch_a:g} A: {named}",
+             f"twice {engineering(own.coil_a, 'A')}; EN low must pull both outputs low, so no "
+             f"IN/IN kind (DRV8833); logic from 3.3 V{'; ' * bool(sheets)}{sheets}"),
+        Part("EN pull-down", count, engineering(gate.pull_down_ohm, "Ω"), down),
+        Part("bridge capacitor, ceramic", count, engineering(BYPASS_F, "F"),
+             f"at each bridge's {settings.supply_v:g} V, beside the bulk capacitor"),
+    )  # fmt: skip
+
+
+def _switch_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings, count, gate = board.electronics, len(board.actuators), own.gate
     pulled_up = pulled_up_gates(board)
     if pulled_up:
@@ -108,9 +165,6 @@ def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     if not gate.input_f:
         on = ("", "a min_on_ns of 0 leaves no time for its gate")
     return (
-        Part("coil", count, f"{settings.coil_ohm:g} Ω{_wound(board)}",
-             f"the board file's; {engineering(own.coil_a, 'A')} at full duty",
-             mass_g=board.winding.round.mass / 1e-3 if board.winding else None),
         Part("N-MOSFET, logic level", count,
              f"{switch}; at most {engineering(own.switch_ohm, 'Ω')} at 2.5 V{on[0]}",
              f"twice {settings.supply_v:g} V and a diode's drop, twice "

@@ -110,13 +110,14 @@ class Sheet:
         x, y = centre
         self.axes.plot([x - 0.6, x + 0.6], [y, y], color=INK, linewidth=THIN, zorder=2.6)
 
-    def capacitor(self, x: float, y: float) -> None:
-        """A polarised capacitor, its + up; leads end 0.8 above and below."""
+    def capacitor(self, x: float, y: float, *, polarised: bool = True) -> None:
+        """A capacitor, its + up if it has one; leads end 0.8 above and below."""
         self.wire((x, y + 0.8), (x, y + 0.12))
         self.wire((x - 0.5, y + 0.12), (x + 0.5, y + 0.12), width=THICK)
         self.wire((x - 0.5, y - 0.12), (x + 0.5, y - 0.12), width=THICK)
         self.wire((x, y - 0.12), (x, y - 0.8))
-        self.text(x - 0.42, y + 0.42, "+", middle=True)
+        if polarised:
+            self.text(x - 0.42, y + 0.42, "+", middle=True)
 
     def coil(self, left: float, right: float, y: float) -> None:
         """A coil between two places at one height: four turns in the middle, leads beside."""

@@ -28,6 +28,10 @@ GATE_WARM_V = 0.1
 """A threshold falls by about 2 mV/K; 50 K above 25 °C."""
 LEAKY_PULL_DOWN_OHM = 10e3
 """Where no pin is pulled up: it holds 1 mV per 0.1 µA of a gate's leakage, and any value would."""
+BRIDGE_INPUT_OHM = 100e3
+"""From each input of a DRV8838 to ground, about (TI SLVSBA4, 7.3.3)."""
+BYPASS_F = 100e-9
+"""Ceramic, at each bridge's supply pins: the usual value, beside the bulk capacitor."""
 MARGIN = 2.0
 """Of ratings of voltage and current: a stuck output, a cold coil, a ringing lead."""
 DIODE_V = 0.5
@@ -93,14 +97,15 @@ class Values:
     Attributes
     ----------
     coil_a
-        Current of one coil at a duty of 1, V/R.
+        Current of one coil at a duty of 1: V/R, where R has a bridge's resistance in it.
     mean_a, crest_a
         Of all coils from the supply: the mean that the firmware keeps, and the crest of a wave.
     gate
         Of every channel.
     switch_v, switch_a
-        Least voltage of the MOSFET and of the flyback diode, and least current of both. A diode
-        needs no more than twice the supply; the MOSFET bears a diode's drop besides.
+        Least voltage of the MOSFET and of the flyback diode, and least current of both, or of a
+        bridge. A diode needs no more than twice the supply; the MOSFET bears a diode's drop
+        besides.
     switch_ohm
         Largest on-resistance of the MOSFET, at 2.5 V.
     bulk_f, bulk_v, bulk_ripple_a
@@ -183,11 +188,11 @@ def wiring_values(board: Board) -> Values:
         SI units, ratings rounded up to what is made.
     """
     own = board.electronics
-    volts, coil_a = own.supply_v, own.supply_v / own.coil_ohm
+    volts, coil_a = own.supply_v, own.full_current_a
     full_a = len(board.actuators) * coil_a
-    # The firmware keeps the mean of what is delivered, duty² of a coil's full current. A duty
-    # swings from nothing to twice its bias: the crest of its square is three times the mean at
-    # most, in waves with straight flanks. Pulses of all channels begin together.
+    # The firmware keeps the mean of what is delivered, duty² of a coil's full current. A switch's
+    # duty swings from nothing to twice its bias, a bridge's about nothing: the crest of its square
+    # is three times the mean at most, in waves with straight flanks. All pulses begin together.
     mean_a = min(full_a * own.max_duty**2, own.supply_limit_ma * 1e-3)
     crest_a = min(full_a * own.max_duty**2, 3.0 * mean_a)
     regulator, logic_a = _logic_supply(volts)

@@ -15,7 +15,6 @@ from types import MappingProxyType
 from typing import Any
 
 from chladni.host.protocol.codes import numbered
-from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS, PinFault, pin_fault
 from chladni.sim.coil.full_drive import lowest_duty
@@ -60,7 +59,8 @@ def _setting(
     return Setting(Field(name, kind, doc), low, high, default)
 
 
-def _each(value: int, count: int = 5) -> tuple[int, ...]:
+def each(value: int, count: int = 5) -> tuple[int, ...]:
+    """The same for so many channels, and nothing for the others."""
     return (value,) * count + (0,) * (MAX_ACTUATORS - count)
 
 
@@ -101,8 +101,8 @@ SETTINGS = (
     _setting("max_duty_q15", "u16", 1638, 32768, 32768, "Ceiling of every duty."),
     _setting("min_on_ns", "u16", 0, 5000, 100, "Shortest pulse of a wave."),
     _setting("supply_ma", "u16", 1, 20_000, 1000, "Delivered to all coils in any 64 ms, a mean."),
-    _setting("full_current_ma", "u16x16", 0, 4095, _each(333), "A channel's at a duty of 1."),
-    _setting("full_rise_dk", "u16x16", 0, 65535, _each(1000), "Its coil's rise at duty 1, 0.1 K."),
+    _setting("full_current_ma", "u16x16", 0, 4095, each(333), "A channel's at a duty of 1."),
+    _setting("full_rise_dk", "u16x16", 0, 65535, each(1000), "Its coil's rise at duty 1, 0.1 K."),
     _setting("limit_rise_dk", "u16", 10, 3000, 600, "No coil may rise further, 0.1 K."),
     _setting("heating_ds", "u16", 1, 36_000, 300, "Time constant of the rise, 0.1 s."),
     _setting("coil_gain_q15", "i16x16", -32767, 32767, (32767,) * MAX_ACTUATORS,
@@ -236,86 +236,6 @@ def _checked(setting: Setting, value: Any) -> int | tuple[int, ...]:
         if not setting.low <= item <= setting.high:
             raise InputError(name, value, expected)
     return int(items[0]) if count == 1 else tuple(items)
-
-
-def coil_gains(board: Board) -> tuple[float, ...]:
-    """What the device multiplies each drive with, so that coils do what they are drawn with.
-
-    Polarity and trim, all of them lowered until none is above 1: no coil can do more than all.
-    """
-    wanted = [1.0 / actuator.strength for actuator in board.actuators]
-    most = max(1.0, *map(abs, wanted))
-    return tuple(gain / most for gain in wanted)
-
-
-def board_id(fingerprint: int, name: str) -> tuple[int, ...]:
-    """Who a board is, as a table's header has it."""
-    return tuple(fingerprint.to_bytes(8, "little") + name.encode().ljust(BOARD_NAME_BYTES, b"\0"))
-
-
-def config_of(board: Board, **changes: Any) -> DeviceConfig:
-    """What a board's file says of its device; `changes` by a setting's name."""
-    return DeviceConfig(**{**board_settings(board), **changes})
-
-
-def board_settings(board: Board) -> dict[str, Any]:
-    """The settings that a board's file knows."""
-    electronics = board.electronics
-    count = len(board.actuators)
-    full_a = electronics.full_current_a
-    rise_k = electronics.full_heat_w * electronics.coil_k_per_w
-    pins = electronics.pwm_pins or (NOT_WIRED,) * count
-    values: dict[str, Any] = {
-        "channels": count,
-        "pwm_bits": electronics.pwm_bits,
-        "pwm_pins": (*pins, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
-        "max_duty_q15": round(electronics.max_duty * 32768.0),
-        "min_on_ns": round(electronics.shortest_on_ns),
-        "supply_ma": round(electronics.supply_limit_ma),
-        "full_current_ma": _each(round(full_a * 1e3), count),
-        "full_rise_dk": _each(min(round(rise_k * 10.0), 65535), count),
-        "limit_rise_dk": round(electronics.coil_limit_k * 10.0),
-        "heating_ds": round(electronics.coil_heating_s * 10.0),
-        "board_id": board_id(board.fingerprint(), board.name),
-        "coil_gain_q15": (
-            *(round(gain * 32767.0) for gain in coil_gains(board)),
-            *(32767,) * (MAX_ACTUATORS - count),
-        ),
-    }
-    if electronics.is_bridge:
-        signs = electronics.sign_pins or (NOT_WIRED,) * count
-        values |= {
-            "driver": DRIVERS.index("bridge"),
-            "lost_ns": round(electronics.lost_ns),
-            "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
-        }
-    panel = board.panel
-    if panel is not None:
-        values |= {
-            "panel": PANELS.index(panel.controller),
-            "panel_turns": panel.rotation_deg // 90,
-            "panel_mirrored": int(panel.mirrored),
-            "sda_pin": panel.sda_pin,
-            "scl_pin": panel.scl_pin,
-            "interrupt_pin": panel.interrupt_pin,
-            "reset_pin": panel.reset_pin,
-            "report_ms": panel.report_ms,
-            "panel_columns": panel.pixels[0],
-            "panel_rows": panel.pixels[1],
-            "panel_width_um": round(panel.size[0] * 1e6),
-            "panel_length_um": round(panel.size[1] * 1e6),
-            "panel_x_um": round(panel.offset[0] * 1e6),
-            "panel_y_um": round(panel.offset[1] * 1e6),
-        }
-    return values
-
-
-def check_chip(own: ChipName, board: Board | None) -> None:
-    """Raise `InputError` where a board's file is of another chip than a device's own."""
-    if board is not None and board.electronics.chip != own:
-        name, expected = board.electronics.chip, f"{own!r}, which the device is"
-        hint = "its pins are other ones: use a board file of that chip"
-        raise InputError("electronics.chip", name, expected, hint=hint)
 
 
 def pack_config(config: DeviceConfig, sequence: int = 1) -> bytes:

@@ -12,7 +12,8 @@ from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
-from chladni.host.protocol.config import DeviceConfig, board_settings, check_chip
+from chladni.host.protocol.board_config import board_settings, check_chip
+from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

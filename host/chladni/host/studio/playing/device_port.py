@@ -12,7 +12,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.info_rows import info_rows
 from chladni.host.device.self_test import SELF_TEST_S, try_channel
 from chladni.host.device.wire import USB_VENDORS, SerialWire
-from chladni.host.protocol.config import board_settings, check_chip
+from chladni.host.protocol.board_config import board_settings, check_chip
 from chladni.host.protocol.settings import SHOWN, parse_setting
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, MissingError
