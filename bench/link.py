@@ -169,10 +169,10 @@ def bench_stream() -> None:
     """How early frames reach the pins, and what that costs."""
     print("## The link: raw duties over UDP\n")
     print(
-        f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, on loopback on an idle "
-        "machine. Latency is from the host's call to the pin, the answer's way included. The "
-        "paper's host needed 10 ms. The last column is how late a bare timer of 1 ms was, at most, "
-        f"in the {TIMED_S:.0f} s after: a pause longer than the ring is an underrun.\n"
+        f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, loopback, idle machine. "
+        "Latency: from the host's call to the pin, the answer's way included (the paper's host: "
+        f"10 ms). Last column: how late a timer of 1 ms was, at most, in the {TIMED_S:.0f} s after. "
+        "A pause longer than the ring is an underrun.\n"
     )
     print("| in the ring | frames | lost | underruns | latency p50 | p99 | timer late by |")
     print("|---|---|---|---|---|---|---|")
