@@ -170,21 +170,20 @@ def main() -> None:
     print("## Drives that focus: certified gap against time\n")
     print("![What a drive lacks of the bound, against time](../images/focus.png)\n")
     print(
-        "*Below the bound* is how far a drive's silence or margin lies below the bound that our "
-        f"solver proves, on all discs 1 mm apart. The limit is {GAP_DB:g} dB. Places are drawn "
-        "from the active area. Clarabel, a general solver of second-order cones, gets the largest "
-        "possible margin, and discs at the spacing in its row. Its time leaves out making them. "
-        "Times are the processor's, which other programs lengthen less.\n"
+        "*Below the bound*: a drive's silence or margin below the bound that our solver proves, "
+        f"on discs 1 mm apart (limit {GAP_DB:g} dB). Places are drawn from the active area. "
+        "Clarabel, a general cone solver, gets the largest possible margin. Its time leaves out "
+        "making the discs. Times are the processor's.\n"
     )
     print(
         "| board | solver | ms, median | ms, largest | below the bound, dB: median | largest "
         "| times ours |\n|---|---|---|---|---|---|---|"
     )
     found = {name: board_rows(name) for name in PLACES}
-    print("\nThe goal is 20 ms a place on 5 coils and 100 ms on 16.\n")
+    print("\nGoal: 20 ms a place on 5 coils, 100 ms on 16.\n")
     print(
-        "`chladni board score` at 6 mm pitch, without tolerances, as a process of its own. The "
-        "goal is 3 s for 5 coils and 15 s for 16:\n"
+        "`chladni board score` at 6 mm pitch, without tolerances. Goal: 3 s for 5 coils, 15 s "
+        "for 16:\n"
     )
     print("| board | coils | processor s | wall clock s |\n|---|---|---|---|")
     for name in SCORED:

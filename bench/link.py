@@ -28,7 +28,6 @@ from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.device.wire import EmulatorWire, WireError
 from chladni.host.emulation.emulator import Emulator, Hardware
 from chladni.host.protocol.network import NetworkSettings
-from chladni.host.protocol.table_store import TRAILER_OFFSET
 from chladni.tables.format import pack
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -72,8 +71,8 @@ def bench_goodput() -> None:
     data = pack(random_table(60, 50, 5, 3))
     print("## The link: goodput\n")
     print(
-        f"A table of {len(data):,} bytes (a slot holds {TRAILER_OFFSET:,}), erase time left out; "
-        "share of the wire's bytes that are the table's. Three pieces of 1,024 bytes under way.\n"
+        f"The table's share of the wire's bytes: {len(data):,} bytes, erase time left out, three "
+        "pieces of 1,024 bytes under way.\n"
     )
     print("| baud | no loss | 1 % of frames lost | 5 % |")
     print("|---|---|---|---|")
@@ -170,11 +169,10 @@ def bench_stream() -> None:
     """How early frames reach the pins, and what that costs."""
     print("## The link: raw duties over UDP\n")
     print(
-        f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, on loopback, both ends on "
-        "this machine, which had nothing else to do; from the host's call to the pin, the answer's "
-        "way counted as well. The paper's host needed 10 ms. After each minute a bare timer of "
-        f"1 ms was late by the last column within {TIMED_S:.0f} s, at most: an underrun is such a "
-        "pause that is longer than the ring.\n"
+        f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, loopback, idle machine. "
+        "Latency: from the host's call to the pin, the answer's way included (the paper's host: "
+        f"10 ms). Last column: how late a timer of 1 ms was, at most, in the {TIMED_S:.0f} s after. "
+        "A pause longer than the ring is an underrun.\n"
     )
     print("| in the ring | frames | lost | underruns | latency p50 | p99 | timer late by |")
     print("|---|---|---|---|---|---|---|")
@@ -187,8 +185,8 @@ def bench_lateness() -> None:
     """How late a host may be, by the emulator's clock."""
     print("## The link: a host that is late\n")
     print(
-        f"Such a stream for {STREAM_S:.0f} s of virtual time, by a host that comes too late one "
-        "time in ten. A ring bears what it holds less one piece of 1.6 ms.\n"
+        f"The same for {STREAM_S:.0f} s of virtual time, with a host that is late one time in "
+        "ten. A ring bears what it holds less one piece of 1.6 ms.\n"
     )
     print("| in the ring | host late by | frames | lost | underruns | latency p50 | p99 |")
     print("|---|---|---|---|---|---|---|")

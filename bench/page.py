@@ -29,8 +29,8 @@ def run(command: str) -> None:
     done = subprocess.run(bench, stdout=subprocess.PIPE, text=True, check=True)
     title = re.search(r"^## (.*?)(?::.*)?$", done.stdout, re.MULTILINE)
     head = (
-        f"# {title[1] if title else name}: all rows\n\nWritten by `bench/{name}.py`. "
-        "[Performance](../performance.md) has the rows that matter.\n\n"
+        f"# {title[1] if title else name}: all rows\n\n"
+        f"Written by `bench/{name}.py` for [performance](../performance.md).\n\n"
     )
     (DATA / f"{name}.md").write_text(head + done.stdout.strip() + "\n", encoding="utf-8")
 

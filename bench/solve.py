@@ -216,8 +216,8 @@ def main() -> None:
     figure, settled = traces(problems[0])
     ratio = settled / statistics.median(r.seconds for r in default)
     print(
-        f"\nOn (10, 25) our fast annealing reaches its final value after {settled:.2f} s, "
-        f"{ratio:,.0f} times later than the default ends.\n"
+        f"\nOn (10, 25) our annealing reaches its final value after {settled:.2f} s, "
+        f"{ratio:,.0f} times the default's time.\n"
     )
     print("What a coarser last image costs:\n")
     level_table(problems, best)

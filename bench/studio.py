@@ -98,7 +98,7 @@ def bench(board: str) -> None:
 def main() -> None:
     """Print the table."""
     print("\n## Studio: frames, and from a press to its picture\n")
-    print("Measured in the page, Chromium without a graphics card (`bench/studio.py`).\n")
+    print("Measured in the page, Chromium without a graphics card.\n")
     print("| board | what | frames a second | median, ms | 99th percentile, ms | pictures |")
     print("|---|---|---|---|---|---|", flush=True)
     for board in sys.argv[1:] or BOARDS:

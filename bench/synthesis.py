@@ -164,9 +164,9 @@ def bench_variants() -> None:
     """A row per variant, and the figure."""
     print("## Synthesis: purity against instructions\n")
     print(
-        "Sine of 160 Hz, duties measured as docs/metrics.md says. Instructions are the most that a "
-        "five-channel sample takes from phase to duties, counted under QEMU; they are not cycles. "
-        "The bold row is the firmware's way.\n"
+        "Sine of 160 Hz, duties [measured](../metrics.md#of-the-pins). Instructions (not cycles) "
+        "are the most of a five-channel sample from phase to duties, under QEMU. Bold: the "
+        "firmware.\n"
     )
     print(
         "| points | interpolated | bits | order | SFDR, 0 dB | SFDR, −24 dB | SNDR, 0 dB | "
@@ -240,8 +240,8 @@ def bench_firmware() -> None:
     for name, key in zip(names, SAMPLES, strict=True):
         print(f"| {name} | " + " | ".join(str(getattr(c, key)) for c in counts) + " |")
     print(
-        "\nThe budget is 12,288 cycles of 240 MHz per sample. Two seconds of touches give the "
-        "same duties on both processors and here.\n"
+        "\nBudget: 12,288 cycles of 240 MHz per sample. Two seconds of touches give the same "
+        "duties on both processors and here.\n"
     )
     print("| level | SFDR | edge SFDR | SNDR | THD |")
     print("|---|---|---|---|---|")
@@ -257,10 +257,7 @@ def bench_firmware() -> None:
             f"| {name} | {found.sfdr:.1f} | {found.edge_sfdr:.1f} | {found.sndr:.1f} | "
             f"{found.thd:.1f} |"
         )
-    print(
-        "\nThe edges of left-aligned pulses carry a second harmonic that no shaping of the "
-        "duties removes; it falls with the amplitude.\n"
-    )
+    print()
 
 
 if __name__ == "__main__":

@@ -176,10 +176,9 @@ def print_tables(tables: list[Built]) -> None:
     print("## Tables: bytes against what they lose\n")
     print("![Worst field error and SSIM loss against bytes](../images/tables.png)\n")
     print(
-        f"Limits: {LIMITS.ssim:g} of SSIM and {LIMITS.field_db:g} dB of field, at regions and "
-        "half-way between them. The narrowest width that keeps to them is built by default. "
-        "Seconds are from the board to the measured table of 8 bits, on all cores; further "
-        "widths take the drives that are there.\n"
+        f"[Limits](../tables.md#the-width-and-what-it-loses): {LIMITS.ssim:g} of SSIM and "
+        f"{LIMITS.field_db:g} dB of field. Seconds are from the board to the measured table of "
+        "8 bits, on all cores.\n"
     )
     print(
         "| board | pitch, mm | objective | bits | bytes | SSIM loss | field, dB "
@@ -197,8 +196,8 @@ def print_tables(tables: list[Built]) -> None:
             f"| {report.sections[0].labels} | {seconds} |"
         )
     print(
-        "\nSteps between the unit fields of neighbouring regions: every drive turned by itself, "
-        "then phases chosen over the whole board, then within labels only.\n"
+        "\nSteps between the unit fields of neighbouring regions: each drive turned by itself, "
+        "phases chosen over the board, within labels only.\n"
     )
     print(
         "| board | pitch, mm | objective | median before, after, within "
@@ -215,8 +214,7 @@ def print_tables(tables: list[Built]) -> None:
         ]
         print(f"| {one.board.name} | {one.pitch_mm:g} | {one.objective} | {' | '.join(cells)} |")
     print(
-        f"\nSSIM lost at {PLACES} places drawn at random, against the best drive for the very "
-        "place, in 12 bits: what a pitch costs a finger between regions.\n"
+        f"\nSSIM lost at {PLACES} random places against the best drive for the place, in 12 bits.\n"
     )
     print("| board | pitch, mm | median | 90 % | worst |\n|---|---|---|---|---|")
     for one in tables:
@@ -232,7 +230,7 @@ def print_counts(tables: list[Built]) -> None:
         return
     print(
         "\nInstructions (not cycles: no cache, no pipeline) under QEMU. Loading checks every "
-        "byte once; a lookup reads the four records around a place.\n"
+        "byte once.\n"
     )
     print("| table | bits | processor | loading | per byte | lookup, worst of 4000 | mean |")
     print("|---|---|---|---|---|---|---|")

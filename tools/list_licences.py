@@ -180,18 +180,17 @@ HEAD = """# Licences of what Chladni uses
 
 <!-- Written by tools/list_licences.py from pyproject.toml and installed packages' metadata. -->
 
-Chladni is under the MIT licence. What it needs to run is under permissive ones, and a test fails
-where that changes or is not known. esptool is under the GPL, so it is an extra: `pip install
-'chladni[rom]'` adds it, for devices that do not run ([flash.md](flash.md)). All else works without.
+Chladni is under the MIT licence. What it needs to run is under permissive ones (a test checks).
+esptool is under the GPL, so it is an extra: `pip install 'chladni[rom]'` adds it, for devices that
+do not run ([flash.md](flash.md)). All else works without.
 
 - *Runtime* comes with `pip install chladni`, *extra* with `chladni[NAME]`.
-- *Build* makes the wheel. nanobind's sources and the robin-map in them are compiled into the
-  extension modules. Their licences (BSD-3-Clause, MIT) stand in `licences/` and in the wheel.
-- *Development* is used on this repository and comes to no user. platformio (Apache-2.0) builds the
-  firmware. clang-format and clang-tidy (Apache-2.0 with LLVM's exception) check its sources.
+- *Build* makes the wheel. nanobind and its robin-map (BSD-3-Clause, MIT) are compiled into the
+  extension modules. Their licences stand in `licences/` and in the wheel.
+- *Development* comes to no user. platformio (Apache-2.0) builds the firmware. clang-format and
+  clang-tidy (Apache-2.0 with LLVM's exception) check its sources.
 
-The firmware links ESP-IDF (Apache-2.0) when it is built for a chip. What a package asks for in turn
-differs between versions and systems: below is what an installation on Linux has.
+The firmware for a chip links ESP-IDF (Apache-2.0). This is what an installation on Linux has:
 
 | package | asked for | use | licence | |
 |---|---|---|---|---|
