@@ -43,7 +43,8 @@ _PLACES = {
     "emulation.emulator": ("Emulator", "EmulatorError", "Recording", "TouchEvent", "emulate"),
     "emulation.table_score": ("TableScore", "score_table"),
     "emulation.touches": ("TouchScore",),
-    "protocol.config": ("DeviceConfig", "config_of"),
+    "protocol.board_config": ("config_of",),
+    "protocol.config": ("DeviceConfig",),
     "protocol.network": ("NetworkSettings", "read_key"),
 }
 

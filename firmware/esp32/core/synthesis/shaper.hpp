@@ -51,10 +51,10 @@ struct Bridge {
   // What is lost is given back. A sign changes at once and a duty when the carrier period ends: a
   // long pulse first ends, in a sample of 0.
   [[gnu::always_inline]] int32_t next(int32_t wanted, int32_t before) const {
-    const int32_t sign = wanted >> 31;
-    const int32_t duty = wanted == 0 ? 0 : wanted + ((lost ^ sign) - sign);
-    const bool does_turn = (duty ^ before) < 0;
-    return does_turn && (before ^ (before >> 31)) >= most_turned ? 0 : duty;
+    const int32_t own = wanted < 0 ? -lost : lost;
+    const int32_t duty = wanted == 0 ? 0 : wanted + own;
+    const bool does_turn = (duty < 0) != (before < 0);
+    return does_turn && (before < 0 ? -before : before) > most_turned ? 0 : duty;
   }
 };
 
