@@ -171,8 +171,8 @@ def bench_stream() -> None:
     print(
         f"Five channels at carrier/8 for {STREAM_S:.0f} s of real time, loopback, idle machine. "
         "Latency: from the host's call to the pin, the answer's way included (the paper's host: "
-        f"10 ms). Last column: how late a timer of 1 ms was, at most, in the {TIMED_S:.0f} s after. "
-        "A pause longer than the ring is an underrun.\n"
+        f"10 ms). Last column: how late a timer of 1 ms was, at most, in the {TIMED_S:.0f} s "
+        "after. A pause longer than the ring is an underrun.\n"
     )
     print("| in the ring | frames | lost | underruns | latency p50 | p99 | timer late by |")
     print("|---|---|---|---|---|---|---|")

@@ -313,8 +313,7 @@ def main() -> None:
         f"Peak memory at the default tolerance: {', '.join(peaks)}.\n"
         "Errors are against a converged solution; on `prototype` ours and the tests' own\n"
         "elements, which share no code, meet at 2e-5. scikit-fem spends two thirds of its time on\n"
-        "probing the image, and shares curvatures at vertices, which costs it accuracy at rigid\n"
-        "magnets. *New loads* asks a kept plate for five other places.\n"
+        "probing the image. *New loads* asks a kept plate for five other places.\n"
     )
     print_full_boards()
     save(draw(rows), ROOT / "docs" / "images" / "plate.png")

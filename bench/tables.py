@@ -228,10 +228,7 @@ def print_counts(tables: list[Built]) -> None:
     if missing():
         print(f"\nInstructions not counted: {', '.join(missing())} not installed.")
         return
-    print(
-        "\nInstructions (not cycles: no cache, no pipeline) under QEMU. Loading checks every "
-        "byte once.\n"
-    )
+    print("\nInstructions (not cycles: no cache, no pipeline) under QEMU.\n")
     print("| table | bits | processor | loading | per byte | lookup, worst of 4000 | mean |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:

@@ -182,15 +182,14 @@ HEAD = """# Licences of what Chladni uses
 
 Chladni is under the MIT licence. What it needs to run is under permissive ones (a test checks).
 esptool is under the GPL, so it is an extra: `pip install 'chladni[rom]'` adds it, for devices that
-do not run ([flash.md](flash.md)). All else works without.
+do not run ([flash.md](flash.md)).
 
 - *Runtime* comes with `pip install chladni`, *extra* with `chladni[NAME]`.
 - *Build* makes the wheel. nanobind and its robin-map (BSD-3-Clause, MIT) are compiled into the
   extension modules. Their licences stand in `licences/` and in the wheel.
-- *Development* comes to no user. platformio (Apache-2.0) builds the firmware. clang-format and
-  clang-tidy (Apache-2.0 with LLVM's exception) check its sources.
+- *Development* comes to no user. clang-format and clang-tidy have LLVM's exception.
 
-The firmware for a chip links ESP-IDF (Apache-2.0). This is what an installation on Linux has:
+The firmware for a chip links ESP-IDF (Apache-2.0). An installation on Linux has:
 
 | package | asked for | use | licence | |
 |---|---|---|---|---|

@@ -172,9 +172,7 @@ void bind_wires(nb::class_<Emulator>& emulator) {
   emulator
       .def(
           "uart_write",
-          [](Emulator& self, nb::bytes data) {
-            self.uart_write({data.c_str(), data.size()});
-          },
+          [](Emulator& self, nb::bytes data) { self.uart_write({data.c_str(), data.size()}); },
           nb::arg("data"), "Bytes onto the wire to the device.")
       .def(
           "uart_read",
