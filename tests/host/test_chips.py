@@ -9,7 +9,8 @@ import pytest
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent, emulate
-from chladni.host.protocol.board_config import check_chip, config_of
+from chladni.host.protocol.board_config import board_settings, check_chip, config_of
+from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.tables.build import build_table
@@ -77,3 +78,20 @@ def test_wiring_and_parts_are_those_of_the_chip(
     assert "USB–serial bridge" not in values
     drawing = tmp_path / "w.svg"
     assert chladni("board", "wiring", s3_file, "-o", drawing).code == 0
+
+
+def test_a_device_changes_its_driver_only_by_a_word_of_its_own(chladni: CommandLine) -> None:
+    asked = ("device", "config", "set", "--from", "strip5", "--yes", "--emulator")
+    refused = chladni(*asked)
+    assert refused.code == 2
+    assert "electronics.drive: expected 'switch', which the device is set to drive" in refused.err
+    assert "--change-driver" in refused.err
+    done = chladni(*asked, "--change-driver", "--json")
+    assert done.code == 0
+    assert "driver" in {row["name"] for row in done.json["changed"]}
+
+
+def test_a_board_with_switches_ends_what_one_with_bridges_set() -> None:
+    bridges, switches = board_settings(load_board("strip5")), board_settings(load_board("pad16"))
+    assert DeviceConfig(**bridges).has_bridges
+    assert not DeviceConfig(**(bridges | switches)).has_bridges

@@ -55,13 +55,12 @@ def board_settings(board: Board) -> dict[str, Any]:
             *(32767,) * (MAX_ACTUATORS - count),
         ),
     }
-    if electronics.is_bridge:
-        signs = electronics.sign_pins or (NOT_WIRED,) * count
-        values |= {
-            "driver": DRIVERS.index("bridge"),
-            "lost_ns": round(electronics.lost_ns),
-            "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - count)),
-        }
+    signs = electronics.sign_pins if electronics.is_bridge else ()
+    values |= {
+        "driver": DRIVERS.index(electronics.drive),
+        "lost_ns": round(electronics.lost_ns) if electronics.is_bridge else 0,
+        "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - len(signs))),
+    }
     panel = board.panel
     if panel is not None:
         values |= {

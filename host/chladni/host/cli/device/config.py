@@ -13,7 +13,7 @@ from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip
-from chladni.host.protocol.config import DeviceConfig
+from chladni.host.protocol.config import DRIVERS, DeviceConfig
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -36,6 +36,10 @@ def config(
         str | None, typer.Option("--from", metavar="BOARD", help="Set all that a board file has.")
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask first.")] = False,
+    change_driver: Annotated[
+        bool,
+        typer.Option("--change-driver", help="From switches to bridges, or back: it is rewired."),
+    ] = False,
     rom: Annotated[
         bool, typer.Option("--rom", help="Set through the ROM's loader: the device need not run.")
     ] = False,
@@ -55,7 +59,15 @@ def config(
             raise ConflictError("--rom", "get", hint="reading needs a running device")
         _show(connection, names, as_json=as_json)
     else:
-        _set(connection, names, source, yes=yes, rom=rom, as_json=as_json)
+        _set(
+            connection,
+            names,
+            source,
+            yes=yes,
+            rom=rom,
+            change_driver=change_driver,
+            as_json=as_json,
+        )
 
 
 def _describe(names: list[str], *, as_json: bool) -> None:
@@ -100,6 +112,7 @@ def _set(
     *,
     yes: bool,
     rom: bool,
+    change_driver: bool,
     as_json: bool,
 ) -> None:
     board = None if source is None else _board(source)
@@ -119,6 +132,8 @@ def _set(
             after = after.by_wire()
         changed = changes(before, after)
         never = device.info()["config_status"] != "ok"
+        if not (never or change_driver):
+            _check_driver(before, after)
         if not never and before == after:
             answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
             return
@@ -132,6 +147,19 @@ def _set(
     if as_json and source is None:
         result |= {name: list(v) if isinstance(v, tuple) else v for name, v in wanted.items()}
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
+
+
+def _check_driver(before: DeviceConfig, after: DeviceConfig) -> None:
+    """Switches that get a bridge's duties pull at both halves of a wave, and no limit sees it."""
+    own, other = DRIVERS[before["driver"]], DRIVERS[after["driver"]]
+    if own == other:
+        return
+    expected = f"{own!r}, which the device is set to drive"
+    hint = (
+        "with the wrong one coils pull at both halves of a wave, or one way only; "
+        "add --change-driver once the board has been rewired"
+    )
+    raise InputError("electronics.drive", other, expected, hint=hint)
 
 
 def _board(name: str) -> Board:
