@@ -127,7 +127,7 @@ def test_nothing_is_scored_after_the_longest_time(coarse_board: Board, coarse_ta
 
 @pytest.mark.parametrize("waves", [0.5, 0.64, 1.0, 1.7, 8.0])
 def test_a_sine_is_found_in_any_stretch(waves: float) -> None:
-    """Known amplitudes and phases on a bias, rounded to steps of 2^-16: within 2e-4 of them."""
+    """Known amplitudes and phases on a bias, rounded to steps of 2^-15: within 2e-4 of them."""
     carrier_hz, frequency_hz = 78125.0, 160.0
     count = int(waves / frequency_hz * carrier_hz)
     known = np.array([0.3, 0.05 * np.exp(1.1j), 0.2 * np.exp(-2.5j)])
@@ -136,8 +136,8 @@ def test_a_sine_is_found_in_any_stretch(waves: float) -> None:
     turns = 2.0 * np.pi * frequency_hz * sample / carrier_hz
     duty = 0.45 + (np.exp(1j * turns)[:, None] * known).real
     steps = np.zeros((1000 + count, 3), np.int16)
-    steps[1000:] = np.rint(duty * 65536.0)
-    found = phasors(Recording(steps, carrier_hz, 16), Play(1000, 1000 + count), frequency_hz)
+    steps[1000:] = np.rint(duty * 32768.0)
+    found = phasors(Recording(steps, carrier_hz, 15), Play(1000, 1000 + count), frequency_hz)
     # Of the window's end a whole sample may be missing.
     assert np.abs(found - known).max() < (2e-3 if waves < 1.0 else 2e-4)
 
