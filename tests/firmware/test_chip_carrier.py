@@ -39,6 +39,31 @@ def test_sixteen_channels_play_on_both_groups(chip_program: Path) -> None:
         assert chip.down("panic") == set()
 
 
+def test_bridges_turn_by_their_signs(chip_program: Path) -> None:
+    """Signs follow the wave, a duty that is not taken keeps its own, and a panic brakes all."""
+    gates, signs = (4, 5, 12, 6, 14), (15, 16, 17, 1, 2)
+    if chip_program.name == "esp32":
+        gates, signs = (2, 4, 5, 26, 14), (15, 18, 19, 23, 25)
+    bridges = DeviceConfig(
+        channels=5, pwm_pins=(*gates, *(255,) * 11), driver=1, lost_ns=40,
+        sign_pins=(*signs, *(255,) * 11), full_current_ma=(50,) * 5 + (0,) * 11,
+        full_rise_dk=(100,) * 5 + (0,) * 11,
+    )  # fmt: skip
+    table = pack(make_table(np.array([[10.0, -9.0, 8.0, -7.0, 0.0]])))
+    with started(chip_program, config=bridges, tables=table) as chip:
+        device = Device(chip)
+        assert device.info()["state"] == "idle", device.faults()
+        device.touch(0.0, 0.0)
+        seen = []
+        for _ in range(60):
+            chip.run(1)
+            seen.append(frozenset(chip.on))
+        assert {pin for on in seen for pin in on} >= {*gates[:4], *signs[:4]}
+        assert all(any(sign not in on for on in seen) for sign in signs)
+        assert not any(gates[4] in on for on in seen)
+        assert not chip.down("panic") & set(gates)
+
+
 @pytest.mark.parametrize("read_cycles", [8, 60, 150])
 @pytest.mark.parametrize("apart", [0, -7, 9])
 def test_the_lag_that_is_printed_is_that_of_the_groups(
