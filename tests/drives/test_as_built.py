@@ -74,7 +74,12 @@ def test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be(built: AsBu
     # Copper at a rise of 40 to 50 K, and little of a magnet's.
     assert 0.75 < um(built.warm) / um(built.nominal) < 0.9
     assert level(built.warm) == pytest.approx(level(built.nominal), abs=0.5)
-    assert um(built.film) < um(built.nominal)
+    # Of eleven places the median is within 2 %: the loudest tenth says it.
+    assert built.film is not None
+    filmed, drawn = built.film.finger_um, built.nominal.finger_um
+    assert filmed is not None
+    assert drawn is not None
+    assert filmed.p90 < drawn.p90
     assert um(built.together) < min(um(built.film), um(built.warm), presses[1])
     assert level(built.nominal) > level(built.nearest_coil)
     assert built.pressed_mm is None
