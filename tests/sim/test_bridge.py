@@ -18,7 +18,7 @@ from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.full_drive import full_drive, least_duty
 from conftest import CommandLine
-from wired_boards import SWITCHED, with_bridges
+from wired_boards import SWITCHED, limits_used, with_bridges
 
 CIRCUIT = BridgeCircuit(10.36, 5.0, 40e-9, 78_125.0)
 DRIVE = np.array([1.0, 0.4j, -0.7, 0.0, 0.2])
@@ -86,17 +86,7 @@ def test_full_drive_keeps_every_limit_of_a_bridge_and_uses_one_up(
     assert full.limited_by == limited_by
     amplitude = full.duty * np.abs(DRIVE)
     duty = amplitude[:, None] * np.sin(2.0 * np.pi * np.arange(1000) / 1000.0)
-    current = own.supply_v * duty / (own.coil_ohm + own.bridge_ohm)
-    # Delivered, and what a window has more where it holds half a period more of the crest, twice.
-    delivered = (duty * current).sum(axis=0)
-    # Of two crests a period the area of one is half of what stands above the mean.
-    crest = np.maximum(delivered - delivered.mean(), 0.0).mean() / (160.0 * 0.064)
-    used = {
-        "duty": duty.max() / own.max_duty,
-        "supply": (delivered.mean() + crest) * 1e3 / (own.supply_limit_ma * 31.0 / 32.0),
-        "heat": (current**2).mean(axis=1).max() * own.coil_ohm * own.coil_k_per_w
-        / own.coil_limit_k,
-    }  # fmt: skip
+    used = limits_used(own, duty, own.coil_ohm + own.bridge_ohm, crests=2)
     # The amplitude leaves three steps of 1024 of the duty.
     assert used[limited_by] == pytest.approx(1.0, abs=0.01)
     assert max(used.values()) < 1.0 + 1e-9

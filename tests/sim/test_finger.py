@@ -28,6 +28,7 @@ from chladni.sim.image.finger import (
 from chladni.sim.plate.geometry import PlateGeometry, PointFeature, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.ritz.plate import RitzPlate
+from wired_boards import limits_used
 
 
 @pytest.mark.parametrize(("stiffness", "mass_g"), [(600.0, 2.0), (0.0, 5.0), (3000.0, 0.0)])
@@ -206,18 +207,7 @@ def test_full_drive_keeps_every_limit_and_uses_one_up(
     amplitude = full.duty * np.abs(drive)
     t = np.arange(1000) / 1000.0
     duty = full.bias[:, None] + amplitude[:, None] * np.sin(2.0 * np.pi * t)
-    current = own.supply_v * duty / own.coil_ohm
-    # Delivered, and what a window has more where it holds half a period more of the crest, twice.
-    delivered = (duty * current).sum(axis=0)
-    crest = 2.0 * np.maximum(delivered - delivered.mean(), 0.0).mean() / (160.0 * 0.064)
-    used = {
-        "duty": duty.max() / own.max_duty,
-        "supply": (delivered.mean() + crest) * 1e3 / (own.supply_limit_ma * 31.0 / 32.0),
-        "heat": (current**2).mean(axis=1).max()
-        * own.coil_ohm
-        * own.coil_k_per_w
-        / own.coil_limit_k,
-    }
+    used = limits_used(own, duty, own.coil_ohm, crests=1)
     assert duty.min() >= 0.0
     assert full.bias[3] == 0.0
     # The amplitude leaves up to five steps of 1024 of the duty.

@@ -115,6 +115,8 @@ void bind_functions(nb::module_& m) {
         "Largest amplitude of a switch's wave in duty steps.");
   m.def("full_span_steps", &chladni::full_span_steps, nb::arg("pwm_bits"), nb::arg("lost_steps"),
         "The same of a bridge.");
+  m.def("lost_steps", &chladni::lost_steps, nb::arg("lost_ns"),
+        "What the firmware gives back of each of a bridge's pulses.");
   m.def("phase_step_u32", &chladni::phase_step_u32, nb::arg("frequency_millihertz"),
         nb::arg("pwm_bits"), "Phase advance per sample in 2^-32 turns.");
   m.def("transitions", &transitions, "(state, event, next state) of all that is allowed.");

@@ -151,21 +151,25 @@ esp_err_t pwm_start(const Config& config) {
 namespace {
 
 // The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits for
-// the last duty to be taken over: so look first, and never wait.
+// the last duty to be taken over: so look first, and never wait. False where the last one is still
+// to be taken, which then stands in place of this one.
+template <ledc_mode_t kMode, typename Channel>
+[[gnu::always_inline]] inline bool write_duty(Channel& own, uint32_t k, int32_t& duty) {
+  if ((own.conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
+    dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+    duty = static_cast<int32_t>(own.duty.val >> kDutyFractionBits);
+    return false;
+  }
+  own.duty.val = static_cast<uint32_t>(duty) << kDutyFractionBits;
+  own.conf1.val = start_words[k];
+  if (kMode == LEDC_LOW_SPEED_MODE) own.conf0.val = update_words[k];
+  return true;
+}
+
 template <ledc_mode_t kMode>
 [[gnu::always_inline]] inline void write_group(int32_t* duties, uint32_t begin, uint32_t end) {
   auto* own = &LEDC.channel_group[kMode].channel[0];
-  for (uint32_t k = begin; k < end; ++k, ++own) {
-    if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
-      dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
-      // The last one, which is still to be taken.
-      duties[k] = static_cast<int32_t>(own->duty.val >> kDutyFractionBits);
-      continue;
-    }
-    own->duty.val = static_cast<uint32_t>(duties[k]) << kDutyFractionBits;
-    own->conf1.val = start_words[k];
-    if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = update_words[k];
-  }
+  for (uint32_t k = begin; k < end; ++k, ++own) write_duty<kMode>(*own, k, duties[k]);
 }
 
 // Bridges, all in the first group: the magnitudes, and all signs by one write each.
@@ -175,18 +179,14 @@ template <ledc_mode_t kMode>
   uint32_t negative = 0, positive = 0;
   for (uint32_t k = 0; k < channels; ++k, ++own) {
     const uint32_t bit = sign_bits[k];
-    if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
-      dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
-      const auto kept = static_cast<int32_t>(own->duty.val >> kDutyFractionBits);
-      duties[k] = (signs & bit) != 0 ? -kept : kept;
+    const int32_t duty = duties[k];
+    int32_t size = duty < 0 ? -duty : duty;
+    if (!write_duty<kMode>(*own, k, size)) {
+      duties[k] = (signs & bit) != 0 ? -size : size;
       continue;
     }
-    const int32_t duty = duties[k];
     if (duty < 0) negative |= bit;
     if (duty > 0) positive |= bit;
-    own->duty.val = static_cast<uint32_t>(duty < 0 ? -duty : duty) << kDutyFractionBits;
-    own->conf1.val = start_words[k];
-    if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = update_words[k];
   }
   signs = (signs | negative) & ~positive;
   REG_WRITE(GPIO_OUT_W1TS_REG, negative);
@@ -198,11 +198,10 @@ template <ledc_mode_t kMode>
 void IRAM_ATTR pwm_set_duties(int32_t* duties) {
   if (has_bridges) {
     write_bridges(duties);
-    written_at.store(pwm_position(), std::memory_order_relaxed);
-    return;
+  } else {
+    write_group<kLedcGroups.front()>(duties, 0, first_channels);
+    if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   }
-  write_group<kLedcGroups.front()>(duties, 0, first_channels);
-  if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   written_at.store(pwm_position(), std::memory_order_relaxed);
 }
 

@@ -50,11 +50,12 @@ void Device::watch_outputs() {
 }
 
 void Device::watch_limits(uint32_t passed_ms) {
+  bool is_stuck = false;
   if (passed_ms > 0) {
     Squares squares{};
     // Where the gates are cut nothing comes of the duties.
     const bool is_cut = faults_.stands(FaultCause::kInterruptStopped);
-    if (!is_cut) synthesis_.take_squares(squares, passed_ms);
+    if (!is_cut) is_stuck = !synthesis_.take_squares(squares, passed_ms);
     supply_.add(squares, passed_ms);
     if (heat_.add(squares, passed_ms)) keep_retained(!is_quiet());
   }
@@ -67,7 +68,7 @@ void Device::watch_limits(uint32_t passed_ms) {
   stand_supply();
   if (is_quiet()) return;
   synthesis_.stop(Stop::kAtOnce);
-  if (synthesis_.is_stuck()) cut_outputs(1000U * passed_ms);
+  if (is_stuck) cut_outputs(1000U * passed_ms);
 }
 
 void Device::stand_supply() {

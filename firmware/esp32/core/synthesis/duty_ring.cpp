@@ -62,12 +62,10 @@ void DutyRing::forget_played() {
 uint32_t DutyRing::frame_ma(const uint16_t* duties_q16) const {
   uint32_t sum_q12 = 0;
   for (uint32_t k = 0; k < channels_; ++k) {
-    const auto word = static_cast<int32_t>(duties_q16[k]);
-    const int32_t value = (word ^ sign_bit_) - sign_bit_;
+    const int32_t value = value_of(duties_q16[k]);
     const uint32_t size = static_cast<uint32_t>(value < 0 ? -value : value);
-    const uint32_t twice = size < 0x8000U ? 2U * size : 0xFFFFU;
-    const uint32_t duty = sign_bit_ == 0 ? size : twice;
-    sum_q12 += (duty * duty >> 16) * full_current_ma_[k] >> 4;
+    // A signed duty has a bit less.
+    sum_q12 += (size * size >> (sign_bit_ == 0 ? 16U : 14U)) * full_current_ma_[k] >> 4;
   }
   return (sum_q12 + 4095U) >> 12;
 }
@@ -89,12 +87,11 @@ bool DutyRing::next(int32_t* duties_q15) {
   const Frame& low = frames_[tail % kStreamFrames];
   const Frame& high = held < 2 ? low : frames_[(tail + 1U) % kStreamFrames];
   const auto share_q15 = static_cast<int32_t>(between_u32_ >> 17);
-  const int32_t sign_bit = sign_bit_, unsigned_shift = sign_bit == 0 ? 1 : 0;
+  const int32_t unsigned_shift = sign_bit_ == 0 ? 1 : 0;
   for (uint32_t k = 0; k < channels_; ++k) {
-    const int32_t from = (static_cast<int32_t>(low[k]) ^ sign_bit) - sign_bit;
-    const int32_t to = (static_cast<int32_t>(high[k]) ^ sign_bit) - sign_bit;
+    const int32_t from = value_of(low[k]);
     // A difference of 17 bits with its sign, times 15, fits once a bit is dropped.
-    const int32_t step = (to - from) >> 1;
+    const int32_t step = (value_of(high[k]) - from) >> 1;
     duties_q15[k] = (from + ((step * share_q15) >> 14)) >> unsigned_shift;
   }
   if (held < 2) return false;

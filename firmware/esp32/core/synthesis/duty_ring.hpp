@@ -52,6 +52,9 @@ class DutyRing {
   static constexpr uint32_t kHalf = 0x80000000U;
   using Frame = std::array<uint16_t, kMaxChannels>;
 
+  int32_t value_of(uint16_t word) const {
+    return (static_cast<int32_t>(word) ^ sign_bit_) - sign_bit_;
+  }
   uint32_t tail() const { return tail_.load(std::memory_order_acquire); }
   uint32_t rate_u32() const { return rate_.load(std::memory_order_relaxed); }
 

@@ -19,10 +19,7 @@ struct Shaper {
   int32_t max_duty;
 
   [[gnu::always_inline]] uint32_t shape(RoundingErrors& errors, int32_t wanted) const {
-    const int32_t fed = wanted + 2 * errors.last - errors.older;
-    const int32_t duty = fed >> fraction_bits;
-    errors.older = errors.last;
-    errors.last = fed & mask;
+    const int32_t duty = rounded(errors, wanted);
     // What is cut off is not fed back: it could only grow.
     if (static_cast<uint32_t>(duty) > static_cast<uint32_t>(max_duty)) {
       return duty < 0 ? 0U : static_cast<uint32_t>(max_duty);
@@ -32,14 +29,18 @@ struct Shaper {
 
   // The same of a bridge's duty, which may be negative.
   [[gnu::always_inline]] int32_t shape_signed(RoundingErrors& errors, int32_t wanted) const {
-    const int32_t fed = wanted + 2 * errors.last - errors.older;
-    const int32_t duty = fed >> fraction_bits;
-    errors.older = errors.last;
-    errors.last = fed & mask;
+    const int32_t duty = rounded(errors, wanted);
     if (static_cast<uint32_t>(duty + max_duty) > 2U * static_cast<uint32_t>(max_duty)) {
       return duty < 0 ? -max_duty : max_duty;
     }
     return duty;
+  }
+
+  [[gnu::always_inline]] int32_t rounded(RoundingErrors& errors, int32_t wanted) const {
+    const int32_t fed = wanted + 2 * errors.last - errors.older;
+    errors.older = errors.last;
+    errors.last = fed & mask;
+    return fed >> fraction_bits;
   }
 };
 

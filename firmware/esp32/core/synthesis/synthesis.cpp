@@ -322,12 +322,12 @@ uint32_t Synthesis::stream_charge(const uint16_t* duties_q16) {
   return held + last_ma * (settings_.ramp_us / 3000U + 1U);
 }
 
-void Synthesis::take_squares(Squares& squares, uint32_t milliseconds) {
+bool Synthesis::take_squares(Squares& squares, uint32_t milliseconds) {
   stream().forget_played();
   const uint32_t now = samples(), passed = now - seen_samples_;
   seen_samples_ = now;
-  is_stuck_ = passed == 0;
-  const uint32_t held_for = is_stuck_ ? samples_in(1000U * milliseconds, settings_.pwm_bits) : 0U;
+  const bool has_come = passed != 0;
+  const uint32_t held_for = has_come ? 0U : samples_in(1000U * milliseconds, settings_.pwm_bits);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     uint32_t more = player_.square_sum(k) - seen_squares_[k];
     // What was reckoned while none came is metered when the next one comes.
@@ -339,6 +339,7 @@ void Synthesis::take_squares(Squares& squares, uint32_t milliseconds) {
     // A sample lasts 2^bits/20,000 ms: of 10 bits 512/625 of a sum, of more bits less.
     squares[k] = (more / 625U * 512U + more % 625U * 512U / 625U) >> (settings_.pwm_bits - 10U);
   }
+  return has_come;
 }
 
 }  // namespace chladni

@@ -47,6 +47,8 @@ constexpr uint32_t most_turned_steps(uint32_t pwm_bits) { return 3U << (pwm_bits
 constexpr uint32_t full_span_steps(uint32_t pwm_bits, uint32_t lost_steps) {
   return (1U << pwm_bits) - 3U - lost_steps;
 }
+// What a bridge loses of a pulse, rounded; a step is 12.5 ns.
+constexpr uint32_t lost_steps(uint32_t lost_ns) { return (lost_ns * 2U + 12U) / 25U; }
 
 // Sample rate 80 MHz / 2^bits / 4; `frequency_millihertz` must be below half of it.
 uint32_t phase_step_u32(uint32_t frequency_millihertz, uint32_t pwm_bits);
@@ -92,10 +94,8 @@ class Synthesis {
   // Drives whose level a limit lowered.
   uint32_t limited() const { return limited_; }
   // What the pins got since the last call, as the interrupt metered it. Where no sample came in
-  // these milliseconds, what the duties make that still stand there.
-  void take_squares(Squares& squares, uint32_t milliseconds);
-  // Whether none came.
-  bool is_stuck() const { return is_stuck_; }
+  // these milliseconds, what the duties make that still stand there. Whether one came.
+  bool take_squares(Squares& squares, uint32_t milliseconds);
   // What a stream would hold with one more frame: how long it would last, ms, and what the supply
   // would deliver to it, mA times ms.
   uint32_t stream_ms() const { return ((stream().ahead() + 1U) << settings_.pwm_bits) / 10000U; }
@@ -134,7 +134,6 @@ class Synthesis {
   // What was read of the interrupt's meter.
   std::array<uint32_t, kMaxChannels> seen_squares_{};
   uint32_t seen_samples_ = 0;
-  bool is_stuck_ = false;
 };
 
 }  // namespace chladni

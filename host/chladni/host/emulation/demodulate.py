@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.emulation._emulator import full_span_steps, half_span_steps
+from chladni.host.emulation._emulator import full_span_steps, half_span_steps, lost_steps
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
@@ -76,13 +76,8 @@ def span_steps(board: Board) -> int:
     """Amplitude of a drive's gain of 1 on a board's pins, duty steps."""
     own = board.electronics
     if not own.is_bridge:
-        return int(half_span_steps(own.pwm_bits))
-    return int(full_span_steps(own.pwm_bits, lost_steps(own.lost_ns)))
-
-
-def lost_steps(lost_ns: float) -> int:
-    """What the firmware gives back of each of a bridge's pulses, as it rounds."""
-    return int(2.0 * round(lost_ns) + 12.0) // 25
+        return half_span_steps(own.pwm_bits)
+    return full_span_steps(own.pwm_bits, lost_steps(round(own.lost_ns)))
 
 
 def hold(frequency_hz: float, carrier_hz: float) -> complex:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from chladni.host.protocol.config import DRIVERS, PANELS, DeviceConfig, each
+from chladni.host.protocol.config import PANELS, DeviceConfig, each
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import NOT_WIRED, ChipName
+from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED, ChipName
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS
 
@@ -57,7 +57,7 @@ def board_settings(board: Board) -> dict[str, Any]:
     }
     signs = electronics.sign_pins if electronics.is_bridge else ()
     values |= {
-        "driver": DRIVERS.index(electronics.drive),
+        "driver": DRIVER_KINDS.index(electronics.drive),
         "lost_ns": round(electronics.lost_ns) if electronics.is_bridge else 0,
         "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - len(signs))),
     }

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from chladni.host.protocol.codes import numbered
-from chladni.sim.board.electronics import CLOCK_HZ, NOT_WIRED, ChipName
+from chladni.sim.board.electronics import CLOCK_HZ, DRIVER_KINDS, NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS, PinFault, pin_fault
 from chladni.sim.coil.full_drive import lowest_duty
 from chladni.sim.coil.waveforms import WAVEFORMS
@@ -26,7 +26,6 @@ MAGIC = b"CHLC"
 VERSION_MAJOR, VERSION_MINOR = 2, 1
 PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
-DRIVERS = ("switch", "bridge")
 
 TIMER_HZ = int(CLOCK_HZ)
 """Clock of the LEDC's timers, on either chip."""
@@ -113,7 +112,7 @@ SETTINGS = (
     _setting("board_id", f"u8x{ID_BYTES}", 0, 255, (0,) * ID_BYTES,
              "Board file it was set from: fingerprint and name, as in a table's header."),
     # From here on since 2.1: a shorter record has zeros, which are a switch.
-    _setting("driver", "u16", 0, len(DRIVERS) - 1, 0, f"{numbered(DRIVERS)}."),
+    _setting("driver", "u16", 0, len(DRIVER_KINDS) - 1, 0, f"{numbered(DRIVER_KINDS)}."),
     _setting("lost_ns", "u16", 0, 500, 0, "What a bridge loses of each pulse."),
     _setting("sign_pins", "u8x16", 0, 255, (NOT_WIRED,) * MAX_ACTUATORS,
              "GPIO numbers, 0 to 31, of a bridge's directions."),
@@ -187,7 +186,7 @@ class DeviceConfig:
     @property
     def has_bridges(self) -> bool:
         """Whether coils are driven both ways, by signed duties."""
-        return bool(self["driver"] == DRIVERS.index("bridge"))
+        return bool(self["driver"] == DRIVER_KINDS.index("bridge"))
 
     def pin_fault(self, chip: ChipName = "esp32") -> PinFault | None:
         """The first pin that a chip cannot use so: a device would not start with it."""

@@ -81,9 +81,14 @@ class Electronics:
         return self.drive == "bridge"
 
     @property
+    def driver_ohm(self) -> float:
+        """Resistance in a coil's way, besides its own: a switch counts as without."""
+        return self.bridge_ohm if self.is_bridge else 0.0
+
+    @property
     def full_current_a(self) -> float:
         """What a coil draws at a duty of 1."""
-        return self.supply_v / (self.coil_ohm + self.bridge_ohm * self.is_bridge)
+        return self.supply_v / (self.coil_ohm + self.driver_ohm)
 
     @property
     def full_heat_w(self) -> float:

@@ -102,7 +102,7 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     duty = max(0.0, float(limits[limited_by]))
     volts = duty * own.supply_v
     omega = 2.0 * np.pi * frequency_hz
-    ohm = coil.resistance + own.bridge_ohm * own.is_bridge
+    ohm = coil.resistance + own.driver_ohm
     amperes = volts / abs(ohm + 1j * omega * coil.inductance)
     bias = np.where(plays, swing.bias(duty * shares), 0.0) if duty > 0.0 else np.zeros(shares.shape)
     steady = coil.force_factor * own.supply_v / ohm

@@ -13,9 +13,10 @@ from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip
-from chladni.host.protocol.config import DRIVERS, DeviceConfig
+from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import DRIVER_KINDS
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -151,7 +152,7 @@ def _set(
 
 def _check_driver(before: DeviceConfig, after: DeviceConfig) -> None:
     """Switches that get a bridge's duties pull at both halves of a wave, and no limit sees it."""
-    own, other = DRIVERS[before["driver"]], DRIVERS[after["driver"]]
+    own, other = DRIVER_KINDS[before["driver"]], DRIVER_KINDS[after["driver"]]
     if own == other:
         return
     expected = f"{own!r}, which the device is set to drive"
