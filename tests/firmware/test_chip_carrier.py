@@ -61,6 +61,10 @@ def test_bridges_turn_by_their_signs(chip_program: Path) -> None:
         assert {pin for on in seen for pin in on} >= {*gates[:4], *signs[:4]}
         assert all(any(sign not in on for on in seen) for sign in signs)
         assert not any(gates[4] in on for on in seen)
+        for cycles in range(2_000, 16_288, 64):  # some so late that the next finds duties waiting
+            chip.tell(f"late {cycles}")
+            chip.run(3)
+            assert chip.ended == ""
         assert not chip.down("panic") & set(gates)
 
 
