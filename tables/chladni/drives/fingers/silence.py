@@ -1,0 +1,201 @@
+"""The drive of each of several fingers: the loudest that leaves all the others still.
+
+With h(p) what each coil does at a place, and the points of all fingers but A as rows of H,
+
+    d_A = h̄_A* − Hᴴ (H Hᴴ + λ I)⁻¹ H h̄_A* = λ (Hᴴ H + λ I)⁻¹ h̄_A*
+
+is the loudest drive for A but for what of it the others would feel: pressure matching with a target
+of zero (Kirkeby and Nelson, J. Acoust. Soc. Am. 94, 1993, 2992-3000), and the limit of acoustic
+contrast control (Choi and Kim, the same, 111, 2002, 1695-1700). Pantera, Hudin and others do so
+with filters inverted from measured responses of glass (docs/fingers.md). The form on the right
+needs a matrix of the coils' size alone, and its sum over all fingers' points is found once: for A
+its own are left out.
+
+Fingers are on the plate. Finger j pushes back with Z times its displacement u_j, and so
+
+    u = (1 + Z g)⁻¹ h̄,   h′(p) = h(p) − Σ_j g(p, j) Z u_j,
+
+where g(a, b) = h(a)ᵀ M h̄(b) between fingers (coupling.py) and the place's own compliance under one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.errors import ArgumentError
+from chladni.sim.image.metrics import FINGERTIP_RADIUS
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Place = tuple[float, float]
+
+MOST_FINGERS = 5
+"""That a GT911 reports."""
+RING_RADIUS, RING_POINTS = 5e-3, 6
+"""m. A ring of six at 5 mm and the centre keep a disc of 6 mm still: four points at 4 mm lose
+10 dB at the worst tenth of places, eight gain 0.2 dB (bench/fingers.py)."""
+CENTRE_WEIGHT = 1.0 - 0.5 * (FINGERTIP_RADIUS / RING_RADIUS) ** 2
+"""Of the centre in a disc's mean, the ring having the rest: exact for fields of second order, whose
+mean over a disc of radius a is w(0) + a² ∇²w/8, and over the ring w(0) + r² ∇²w/4."""
+REGULARISATION = 1e-3
+"""λ over the mean square of a point's responses: levels at the worst tenth of places stay within
+18 dB of the loudest, at 1e-5 within 30."""
+
+
+class Plate(Protocol):
+    """What is known of a plate: from its model, or as a table has it."""
+
+    @property
+    def coupling(self) -> ComplexArray:
+        """M, shape (actuators, actuators), N/m."""
+        ...
+
+    def at(self, places: FloatArray) -> ComplexArray:
+        """What each coil does at places (k, 2), m; shape (k, actuators), m/N."""
+        ...
+
+    def own_at(self, places: FloatArray) -> ComplexArray:
+        """A fingertip's own compliance at places (k, 2), m; shape (k,), m/N."""
+        ...
+
+
+@dataclass(frozen=True)
+class FingerDrives:
+    """A drive for each finger of a set, and what the plate that is known says of them.
+
+    Attributes
+    ----------
+    drives
+        complex128, shape (fingers, actuators), newtons; the largest of each is 1 times its level.
+    means
+        Mean displacement under each finger by each drive, with all fingers on the plate, m, shape
+        (drives, fingers).
+    shares
+        RMS of the drive's displacement over each finger's points, m, shape (drives, fingers).
+    below_loudest_db
+        How far each drive's own displacement is below that of the loudest drive, dB, shape
+        (fingers,); at most 0.
+    """
+
+    drives: ComplexArray
+    means: ComplexArray
+    shares: FloatArray
+    below_loudest_db: FloatArray
+
+    @property
+    def isolation_db(self) -> FloatArray:
+        """Own share over the largest among the other fingers, dB, shape (fingers,); alone, 300."""
+        own = np.diag(self.shares)
+        others = np.where(np.eye(len(own), dtype=bool), 0.0, self.shares).max(axis=1)
+        ratio = np.maximum(own, 1e-300) / np.maximum(others, own * 1e-15)
+        return np.asarray(20.0 * np.log10(ratio))
+
+
+def drives_for(
+    plate: Plate,
+    fingers: Sequence[Place],
+    *,
+    levels: Sequence[float] | None = None,
+    stiffness: complex = 0.0,
+    regularisation: float | Sequence[float] = REGULARISATION,
+) -> FingerDrives:
+    """A drive for each finger that leaves the others still.
+
+    Parameters
+    ----------
+    plate
+        What is known of the plate.
+    fingers
+        Middles of the fingertips, m from the plate's centre, one to five.
+    levels
+        Largest force of each drive, N; 1 each if left out.
+    stiffness
+        Force over displacement of each finger, N/m (`pressing_stiffness`); 0 for a free plate.
+    regularisation
+        λ over the mean square of a point's responses, positive; one for all, or one a finger.
+
+    Returns
+    -------
+    FingerDrives
+
+    Raises
+    ------
+    ArgumentError
+        No finger or more than five, or a λ that is not positive.
+
+    References
+    ----------
+    The module's equations; docs/fingers.md.
+    """
+    centres = np.asarray(fingers, dtype=np.float64).reshape(-1, 2)
+    count = len(centres)
+    if not 1 <= count <= MOST_FINGERS:
+        raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS} of them")
+    shares = np.broadcast_to(np.asarray(regularisation, dtype=np.float64), (count,))
+    if not np.all((shares > 0.0) & np.isfinite(shares)):
+        raise ArgumentError("regularisation", regularisation, "a positive number")
+    sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
+    points = loaded_points(plate, centres, stiffness)
+    means = np.einsum("p,fpa->fa", disc_weights(), points)
+    grams = np.einsum("fpa,fpb->fab", points.conj(), points)
+    others = grams.sum(axis=0) - grams
+    found = np.empty((count, points.shape[2]), dtype=np.complex128)
+    for own in range(count):
+        found[own] = _loudest_but(others[own], means[own], shares[own], count - 1)
+        found[own] *= sizes[own] / max(float(np.abs(found[own]).max()), 1e-300)
+    moved = np.einsum("da,fpa->dfp", found, points)
+    loudest = np.abs(means).sum(axis=1) * sizes
+    reached = np.abs(np.einsum("da,da->d", found, means)) / np.maximum(loudest, 1e-300)
+    return FingerDrives(
+        drives=found,
+        means=np.einsum("da,fa->df", found, means),
+        shares=np.sqrt(np.einsum("p,dfp->df", disc_weights(), np.abs(moved) ** 2)),
+        below_loudest_db=20.0 * np.log10(np.maximum(reached, 1e-300)),
+    )
+
+
+def loaded_points(plate: Plate, centres: FloatArray, stiffness: complex) -> ComplexArray:
+    """h′ at each finger's points, with all fingers on the plate; (fingers, points, actuators)."""
+    count = len(centres)
+    offsets = ring_offsets()
+    free = plate.at((centres[:, None] + offsets).reshape(-1, 2)).reshape(count, len(offsets), -1)
+    if not stiffness:
+        return free
+    means = np.einsum("p,fpa->fa", disc_weights(), free)
+    between = np.einsum("fpa,ja->fpj", free, means @ plate.coupling)
+    own = plate.own_at(centres)
+    for k in range(count):
+        between[k, :, k] = own[k]
+    pairs = np.einsum("p,fpj->fj", disc_weights(), between)
+    pushed = stiffness * np.linalg.solve(np.eye(count) + stiffness * pairs, means)
+    return np.asarray(free - between @ pushed)
+
+
+def ring_offsets() -> FloatArray:
+    """From a finger's middle to its points, m, shape (7, 2): the centre and a ring."""
+    turns = np.arange(RING_POINTS) * (2.0 * np.pi / RING_POINTS)
+    ring = RING_RADIUS * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    return np.concatenate((np.zeros((1, 2)), ring))
+
+
+def disc_weights() -> FloatArray:
+    """Of a finger's points in the mean over its disc, shape (7,)."""
+    ring = np.full(RING_POINTS, (1.0 - CENTRE_WEIGHT) / RING_POINTS)
+    return np.concatenate(((CENTRE_WEIGHT,), ring))
+
+
+def _loudest_but(
+    gram: ComplexArray, own: ComplexArray, regularisation: float, others: int
+) -> ComplexArray:
+    """λ (Hᴴ H + λ I)⁻¹ h̄*; with no other finger the loudest drive itself."""
+    if others == 0:
+        return own.conj()
+    mean_square = float(np.trace(gram).real) / (others * (RING_POINTS + 1))
+    raised = max(regularisation * mean_square, 1e-300)
+    whole = gram + raised * np.eye(len(gram))
+    return np.asarray(raised * np.linalg.solve(whole, own.conj()))
