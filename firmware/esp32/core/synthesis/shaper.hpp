@@ -52,11 +52,11 @@ struct Bridge {
     if (rounded < 0) {
       if (is_rare(-before < least_kept)) return 0;
       const int32_t duty = rounded - lost;
-      return is_rare(duty < least_duty) ? least_duty : duty;
+      return duty < least_duty ? least_duty : duty;
     }
     if (rounded == 0 || is_rare(before < least_kept)) return 0;
     const int32_t duty = rounded + lost;
-    return is_rare(duty > max_duty) ? max_duty : duty;
+    return duty > max_duty ? max_duty : duty;
   }
 
   [[gnu::always_inline]] static bool is_rare(bool condition) {
