@@ -1,6 +1,6 @@
 """Run the firmware core on an emulated Xtensa lx106 and RISC-V rv32imc, and count instructions.
 
-    python tools/instruction_counts.py TABLE.chl   take it, look 4000 places up, play 2 s
+    python tools/instruction_counts.py TABLE.chl   take it, look 4000 places up, play 4 s
 
 Both programs are compiled from the core as it is and run under QEMU. They must give the drives that
 the Python reference gives, and the duties that the same program gives on this machine. What is
@@ -83,6 +83,8 @@ class Counts:
     others_steady: int | None
     others_ramping: int | None
     with_news: int | None
+    bridges: dict[str, int]
+    """Those of `SAMPLES` with bridges; empty for a table of other channels."""
 
 
 def missing() -> list[str]:
@@ -139,8 +141,9 @@ def count(
     if not lookups_only:
         own = ["g++", "-DON_THIS_MACHINE", *FLAGS]
         here = run(path, own, [*CORE, HERE / "this_machine.cpp"], [])
-        if said.get("duties_crc") != here.get("duties_crc"):
-            raise ChladniError(f"{processor.name}: other duties than on this machine")
+        for name in ("duties_crc", "bridge_duties_crc"):
+            if said.get(name) != here.get(name):
+                raise ChladniError(f"{processor.name}: other {name} than on this machine")
 
     def of_sample(name: str) -> int | None:
         return round(said[name] / processor.per_instruction) if name in said else None
@@ -152,6 +155,7 @@ def count(
         round(said["lookup_most"] / processor.per_instruction),
         said["lookup_sum"] / processor.per_instruction / said["lookups"],
         *map(of_sample, SAMPLES),
+        {name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None},
     )
 
 
@@ -206,6 +210,7 @@ def main() -> int:
             f"of other waves; {found.with_news} "
             "with news from the main loop"
         )
+        print(f"    with bridges: {', '.join(f'{n} {own}' for n, own in found.bridges.items())}")
         parts = ", ".join(f"{name.replace('_', ' ')} {size}" for name, size in found.ram.items())
         print(f"    RAM: {sum(found.ram.values())} bytes: {parts}")
     return 0

@@ -24,7 +24,9 @@ MOST_PER_SAMPLE = {
     "sine_steady": 240, "sine_ramping": 305, "others_steady": 420, "others_ramping": 420,
     "with_news": 1000,
 }  # fmt: skip
-"""Of five channels. A sample has 12,288 cycles."""
+"""Of five channels, with switches or bridges. A sample has 12,288 cycles."""
+MORE_PER_BRIDGE, MORE_PER_SAMPLE = 4, 1
+"""Of sines: instructions for each channel, and once."""
 
 
 @pytest.fixture(scope="module", params=PROCESSORS, ids=lambda processor: str(processor.name))
@@ -44,6 +46,10 @@ def test_a_built_table_is_read_and_looked_up_alike_and_in_time(
     assert sum(found.ram.values()) <= MOST_RAM
     for name, most in MOST_PER_SAMPLE.items():
         assert 0 < getattr(found, name) <= most, name
+        assert 0 < found.bridges[name] <= most + 5 * MORE_PER_BRIDGE, name
+    for name in ("sine_steady", "sine_ramping"):
+        more = found.bridges[name] - getattr(found, name)
+        assert more <= 5 * MORE_PER_BRIDGE + MORE_PER_SAMPLE, name
 
 
 def test_stacks_stay_as_small_as_the_documentation_says() -> None:

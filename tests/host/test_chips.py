@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from chladni.host.device.configure import change_settings
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent, emulate
@@ -89,6 +90,16 @@ def test_a_device_changes_its_driver_only_by_a_word_of_its_own(chladni: CommandL
     done = chladni(*asked, "--change-driver", "--json")
     assert done.code == 0
     assert "driver" in {row["name"] for row in done.json["changed"]}
+
+
+def test_a_page_of_the_studio_changes_no_driver() -> None:
+    own, other = load_board("prototype"), load_board("strip5")
+    with Device(EmulatorWire(Emulator(own, None, must_play=False))) as device:
+        device.set_config(config_of(own))
+        with pytest.raises(InputError, match=r"electronics\.drive: expected 'switch'.*, got 'brid"):
+            change_settings(device, board_settings(other))
+        assert not device.config().has_bridges
+        assert change_settings(device, {"level_q15": 16384})[0]["to"] == "0.5"
 
 
 def test_a_board_with_switches_ends_what_one_with_bridges_set() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.sim.board.file import load_board
 from conftest import CommandLine
 from made_up import SCRIPT
 from wired_boards import SWITCHED
@@ -50,6 +51,22 @@ def test_coils_with_a_lowest_duty_pass_the_self_test(chladni: CommandLine) -> No
     assert done.code == 0, done.err
     assert [row["expected_ma"] for row in done.json["channels"]] == [56] * 5
     assert [row["supply_ma"] for row in done.json["channels"]] == pytest.approx([56] * 5, abs=4)
+
+
+@pytest.mark.parametrize("board", ["strip5", "quiet5"])
+def test_bridges_draw_in_the_self_test_what_is_expected_of_them(
+    chladni: CommandLine, board: str
+) -> None:
+    """Half amplitude is a duty's sine of 0.5 without a bias: an eighth of the full current.
+
+    Reckoned as a switch's it would be 0.094 of it, 35 mA on `strip5`.
+    """
+    full_ma = 1e3 * load_board(board).electronics.full_current_a
+    done = chladni("device", "self-test", "--emulator", "--board", board, "--json")
+    assert done.code == 0, done.err
+    rows = done.json["channels"]
+    assert [row["expected_ma"] for row in rows] == pytest.approx([full_ma / 8.0] * 5, abs=1)
+    assert [row["supply_ma"] for row in rows] == pytest.approx([full_ma / 8.0] * 5, abs=2)
 
 
 def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> None:

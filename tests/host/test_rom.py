@@ -13,10 +13,12 @@ from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.rom_loader import TABLE_OFFSET
+from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.board.electronics import ChipName
+from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import CHIPS
 from chladni.tables.format import pack
 from conftest import CommandLine
@@ -213,6 +215,44 @@ def test_a_configuration_that_stopped_a_device_is_changed_without_it(
         assert config_in(chip)[0]["channels"] == 4
     conflict = chladni("device", "config", "get", "--rom", "--port", "nowhere")
     assert conflict.code == 2
+
+
+@pytest.mark.parametrize(("stored", "asked"), [("prototype", "strip5"), ("strip5", "prototype")])
+def test_the_loader_changes_a_driver_only_by_a_word_of_its_own(
+    chladni: CommandLine, stored: str, asked: str
+) -> None:
+    with chip_with_chladni().running() as chip:
+        record = pack_config(config_of(load_board(stored)), 7)
+        chip.flash[CONFIG_AT : CONFIG_AT + len(record)] = record
+        there = ("--rom", "--port", chip.port, "--json")
+        refused = chladni("device", "config", "set", "--from", asked, *there)
+        assert refused.code == 2
+        assert "electronics.drive: expected" in refused.err
+        assert "--change-driver" in refused.err
+        assert chip.written == set()
+        # What leaves the driver as it is needs no such word.
+        same = chladni("device", "config", "set", "--from", stored, *there)
+        assert same.code == 0, same.err
+        done = chladni("device", "config", "set", "--from", asked, "--change-driver", *there)
+        assert done.code == 0, done.err
+        drive = load_board(asked).electronics.drive
+        assert done.json["driver"] == drive
+        config, status = config_in(chip)
+        assert (config.has_bridges, status) == (drive == "bridge", "ok")
+
+
+@pytest.mark.parametrize("is_blank", [True, False])
+def test_a_driver_that_no_record_says_is_written_without_a_word(
+    chladni: CommandLine, is_blank: bool
+) -> None:
+    with chip_with_chladni().running() as chip:
+        if not is_blank:
+            record = bytearray(pack_config(config_of(load_board("prototype")), 7))
+            record[40] ^= 1  # damaged: its CRC is wrong
+            chip.flash[CONFIG_AT : CONFIG_AT + len(record)] = record
+        done = chladni("device", "config", "set", "--from", "strip5", "--rom", "--port", chip.port)
+        assert done.code == 0, done.err
+        assert config_in(chip)[0].has_bridges
 
 
 def test_a_network_whose_radio_stops_a_device_is_taken_away_without_it(

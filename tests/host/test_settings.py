@@ -38,6 +38,7 @@ def test_what_is_shown_can_be_written_and_comes_out_the_same(data: st.DataObject
         ("level=0.8", {"level_q15": 26214}),
         ("max_duty=1", {"max_duty_q15": 32768}),
         ("panel=gt911", {"panel": 3}),
+        ("driver=bridge", {"driver": 1}),
         ("interrupt_pin=none", {"interrupt_pin": 255}),
         ("heating_s=30", {"heating_ds": 300}),
         ("limit_rise_k=60", {"limit_rise_dk": 600}),
@@ -56,6 +57,7 @@ def test_settings_take_units_and_words(text: str, expected: dict[str, object]) -
         ("level=2", "0 to 1"),
         ("ramp_ms=1001", "0 to 1000"),
         ("panel=ili2130", "one of: none, find, ft6x36, gt911"),
+        ("driver=half-bridge", "one of: switch, bridge"),
         ("loudness=1", "one of: channels"),
         ("level", "a setting and its value"),
         ("board_id=1", "this one is not"),
@@ -80,6 +82,18 @@ def test_every_setting_that_can_be_written_is_explained(chladni: CommandLine) ->
     assert "Loudness while touched" in " ".join(one.out.split())
     assert chladni("device", "config", "describe", "loudness").code == 2
     assert find("level_q15") is find("level")
+
+
+@pytest.mark.parametrize(("board", "driver"), [("prototype", "switch"), ("strip5", "bridge")])
+def test_a_driver_is_read_by_its_name_and_written_by_the_same(
+    chladni: CommandLine, board: str, driver: str
+) -> None:
+    at = ("--emulator", "--board", board)
+    assert chladni("device", "config", "get", *at, "--json").json["driver"] == driver
+    assert driver in chladni("device", "config", "get", "driver", *at).out
+    assert parse_setting(f"driver={driver}") == parse_setting(f"driver={int(driver == 'bridge')}")
+    done = chladni("device", "config", "set", f"driver={driver}", "level=0.5", *at, "--json")
+    assert (done.json["driver"], done.json["level_q15"]) == (driver, 16384)
 
 
 def test_a_change_is_shown_as_people_write_it() -> None:

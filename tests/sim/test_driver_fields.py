@@ -23,7 +23,7 @@ def document(**electronics: Any) -> dict[str, Any]:
     """Of `strip5` with bridges; None takes a key away."""
     made = tomllib.loads((SWITCHED / "strip5.toml").read_text(encoding="utf-8"))
     own = made["electronics"]
-    for key in ("least_duty", "diode_v"):
+    for key in ("least_duty", "diode_v", "min_on_ns"):
         own.pop(key, None)
     own |= {"drive": "bridge", "sign_pins": SIGNS} | electronics
     made["electronics"] = {key: value for key, value in own.items() if value is not None}
@@ -41,7 +41,7 @@ def test_a_board_has_switches_unless_it_says_otherwise(prototype: Board) -> None
 
 
 def test_no_pulse_of_a_bridge_is_too_short() -> None:
-    own = bridged(min_on_ns=100.0).electronics
+    own = bridged().electronics
     assert own.shortest_on_ns == 0.0
     switch = dataclasses.replace(own, drive="switch", sign_pins=())
     assert switch.shortest_on_ns == 100.0
@@ -88,6 +88,9 @@ def test_a_bridge_board_that_is_only_computed_has_no_pins() -> None:
         ({"diode_v": 0.3}, r"electronics.diode_v does not go with electronics.drive = \"bridge\""),
         ({"diode_v": 0.0}, r"electronics.diode_v does not go with electronics.drive = \"bridge\""),
         ({"diode_v": 0.25}, r"electronics.diode_v does not go with"),  # its default, said
+        ({"min_on_ns": 80.0}, r"min_on_ns does not go with .*\"bridge\"; .* lost_ns: leave it out"),
+        ({"min_on_ns": 0.0}, r"electronics.min_on_ns does not go with"),
+        ({"min_on_ns": 100.0}, r"electronics.min_on_ns does not go with"),
     ],
 )
 def test_a_fault_of_a_bridge_is_named(changes: dict[str, Any], told: str) -> None:

@@ -1,5 +1,6 @@
-// The core on another processor: takes a table, looks places up, plays two seconds of touches,
-// and says how many instructions that took and what came out, for tools/instruction_counts.py.
+// The core on another processor: takes a table, looks places up, plays two seconds of touches with
+// switches and two with bridges, and says how many instructions that took and what came out, for
+// tools/instruction_counts.py.
 #include <cstdint>
 
 #include "core/base/crc32.hpp"
@@ -62,13 +63,12 @@ const uint8_t* map_flash(void*, chladni::FlashArea, uint32_t offset, uint32_t co
   return offset > size || count > size - offset ? nullptr : table_begin + offset;
 }
 
-// "name value\n"
-void say(const char* name, uint32_t value) {
+// "name value\n", the name in one or two parts
+void say(const char* name, uint32_t value, const char* begins = "") {
   char line[64];
   uint32_t at = 0;
-  while (name[at] != 0 && at < 48) {
-    line[at] = name[at];
-    ++at;
+  for (const char* part : {begins, name}) {
+    for (; *part != 0 && at < 48; ++part) line[at++] = *part;
   }
   line[at++] = ' ';
   for (int shift = 28; shift >= 0; shift -= 4)
@@ -85,7 +85,7 @@ constexpr bool kPlays = CHANNELS == 5U;
 #endif
 
 chladni::Table table;
-chladni::Device device;
+chladni::Device switches, bridges;
 
 struct Counts {
   uint32_t most = 0;
@@ -102,7 +102,9 @@ class Scenario {
   static constexpr uint32_t kSamplesPerMove = 1953, kSamplesPerTurn = 20;
   static constexpr uint32_t kSettled = 200;
 
-  void run(uint32_t overhead) {
+  constexpr explicit Scenario(chladni::Device& device) : device_(device) {}
+
+  void run(uint32_t overhead, bool has_bridges) {
     overhead_ = overhead;
     chladni::Hal hal{};
     hal.context = this;
@@ -122,10 +124,15 @@ class Scenario {
     hal.print = [](void*, const char*) {};
     chladni::Config config{};
     config.pwm_pins = {4, 5, 12, 13, 14};  // any gates will do
+    if (has_bridges) {
+      config.driver = chladni::kBridge;
+      config.sign_pins = {18, 19, 23, 25, 26};
+      config.lost_ns = 40;
+    }
     chladni::write_record(config, 1, config_record);
-    device.start(hal);
+    device_.start(hal);
     for (uint32_t wave = 0; wave < chladni::kWaveforms; ++wave) {
-      device.set_waveform(static_cast<chladni::Waveform>(wave));
+      device_.set_waveform(static_cast<chladni::Waveform>(wave));
       play(wave == 0 ? sine_steady : others_steady, wave == 0 ? sine_ramping : others_ramping);
     }
   }
@@ -141,13 +148,13 @@ class Scenario {
       // The last move of a wave is a lift-up.
       const bool is_last = sample / kSamplesPerMove == kSamplesPerWave / kSamplesPerMove - 1U;
       if (since_move == 0)
-        run_command(device, is_last ? "lift" : kMoves[sample / kSamplesPerMove % 4]);
+        run_command(device_, is_last ? "lift" : kMoves[sample / kSamplesPerMove % 4]);
       if (sample % kSamplesPerTurn == 0) {
         now_us_ += 1024;
-        device.poll();
+        device_.poll();
       }
       const uint32_t begin = counter();
-      device.sample(0);
+      device_.sample(0);
       const uint32_t count = counter() - begin - overhead_;
       uint8_t bytes[2 * CHANNELS];
       uint32_t all = 0;
@@ -170,13 +177,23 @@ class Scenario {
 
   static constexpr const char* kMoves[4] = {"touch 0 0", "touch 20000 40000", "touch -20000 50000",
                                             "touch 5000 -60000"};
+  chladni::Device& device_;
   uint32_t overhead_ = 0;
   uint32_t now_us_ = 0;
   const int32_t* duties_ = nullptr;  // the core's own, until the next sample
   uint32_t crc_ = chladni::kCrc32Start;
 };
 
-Scenario scenario;
+Scenario with_switches(switches), with_bridges(bridges);
+
+void say_counts(const Scenario& scenario, const char* begins) {
+  say("sine_steady", scenario.sine_steady.most, begins);
+  say("sine_ramping", scenario.sine_ramping.most, begins);
+  say("others_steady", scenario.others_steady.most, begins);
+  say("others_ramping", scenario.others_ramping.most, begins);
+  say("with_news", scenario.with_news.most, begins);
+  say("duties_crc", scenario.crc(), begins);
+}
 
 // What the core keeps in RAM: it has no other variables.
 void say_ram() {
@@ -228,12 +245,9 @@ int main() {
   say("drives_crc", crc ^ 0xFFFFFFFFU);
   // The authors' board has five channels; for other tables there is nothing to play.
   if (!kPlays) return 0;
-  scenario.run(overhead);
-  say("sine_steady", scenario.sine_steady.most);
-  say("sine_ramping", scenario.sine_ramping.most);
-  say("others_steady", scenario.others_steady.most);
-  say("others_ramping", scenario.others_ramping.most);
-  say("with_news", scenario.with_news.most);
-  say("duties_crc", scenario.crc());
+  with_switches.run(overhead, false);
+  say_counts(with_switches, "");
+  with_bridges.run(overhead, true);
+  say_counts(with_bridges, "bridge_");
   return 0;
 }

@@ -15,29 +15,32 @@ constexpr uint32_t kFarAway = 1687500000U;
 }  // namespace
 
 template <bool kHasBridges>
-int32_t SamplePlayer::next_duty(const Shaper& shaper, Channel& channel, int32_t before,
-                                int32_t wanted) const {
+int32_t SamplePlayer::next_duty(const Shaper& shaper, const Bridge& bridge, Channel& channel,
+                                int32_t before, int32_t wanted) {
   if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
-  return settings_.bridge.next(shaper.shape_signed(channel.errors, wanted), before);
+  return bridge.next(shaper.rounded(channel.errors, wanted), before);
 }
 
 template <bool kIsRamping, bool kHasBridges>
 void SamplePlayer::sines() {
-  const SineCosine wave = sine_cosine(phase_u32_);
+  const SineCosine wave = sine_cosine(next_phase());
   const Shaper shaper = settings_.shaper;
+  const Bridge bridge = settings_.bridge;
   const int32_t left = ramp_left_;
   int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
-    int32_t in_phase = channel->first, quadrature = channel->second, wanted = channel->bias;
+    const int32_t before = *duty;
+    meter(*channel, before, 1);
+    int32_t in_phase = channel->first, quadrature = channel->second;
+    int32_t wanted = kHasBridges ? 0 : channel->bias;
     if (kIsRamping) {
       in_phase -= (channel->first_step * left) >> 15;
       quadrature -= (channel->second_step * left) >> 15;
-      wanted -= channel->bias_step * left;
+      if (!kHasBridges) wanted -= channel->bias_step * left;
     }
     wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
-    meter(*channel, *duty, 1);
-    *duty = next_duty<kHasBridges>(shaper, *channel, *duty, wanted);
+    *duty = next_duty<kHasBridges>(shaper, bridge, *channel, before, wanted);
   }
 }
 
@@ -65,21 +68,23 @@ void SamplePlayer::like(Wave wave_q15) {
 template <bool kIsRamping, bool kHasBridges, typename Wave>
 void SamplePlayer::like_with(Wave wave_q15) {
   const Shaper shaper = settings_.shaper;
-  const uint32_t phase_now = phase_u32_;
+  const Bridge bridge = settings_.bridge;
+  const uint32_t phase_now = next_phase();
   const int32_t left = ramp_left_;
   int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
-    int32_t amplitude = channel->first, wanted = channel->bias;
+    int32_t amplitude = channel->first, wanted = kHasBridges ? 0 : channel->bias;
     uint32_t phase = phase_now + static_cast<uint32_t>(channel->second);
     if (kIsRamping) {
       amplitude -= (channel->first_step * left) >> 15;
       phase -= static_cast<uint32_t>(channel->second_step) * static_cast<uint32_t>(left);
-      wanted -= channel->bias_step * left;
+      if (!kHasBridges) wanted -= channel->bias_step * left;
     }
-    meter(*channel, *duty, 1);
+    const int32_t before = *duty;
+    meter(*channel, before, 1);
     wanted += amplitude * wave_q15(phase);
-    *duty = next_duty<kHasBridges>(shaper, *channel, *duty, wanted);
+    *duty = next_duty<kHasBridges>(shaper, bridge, *channel, before, wanted);
   }
 }
 
@@ -89,12 +94,18 @@ void SamplePlayer::sample(const Hal& hal, uint32_t missed) {
   }
   advance(1);
   if (is_past_deadline()) return sample_at_deadline(hal);
-  if (!plays_sines() || settings_.has_bridges) return other_sample(hal);
+  if (!plays_sines()) return other_sample(hal);
+  if (settings_.has_bridges) return next_sines<true>(hal);
+  next_sines<false>(hal);
+}
+
+template <bool kHasBridges>
+void SamplePlayer::next_sines(const Hal& hal) {
   if (ramp_left_ > 0) {
     --ramp_left_;
-    sines<true, false>();
+    sines<true, kHasBridges>();
   } else if (mode_ == Mode::kSines) {
-    sines<false, false>();
+    sines<false, kHasBridges>();
   } else {
     return other_sample(hal);
   }
@@ -180,10 +191,7 @@ void SamplePlayer::other_sample(const Hal& hal) {
   finish(hal);
 }
 
-void SamplePlayer::finish(const Hal& hal) {
-  phase_u32_ += phase_step_u32_;
-  hal.set_duties(hal.context, duties_.data());
-}
+void SamplePlayer::finish(const Hal& hal) { hal.set_duties(hal.context, duties_.data()); }
 
 void SamplePlayer::streamed() {
   meter_all(1);
@@ -191,12 +199,14 @@ void SamplePlayer::streamed() {
   const bool has_frame = handover_.stream.next(frame.data());
   if (!has_frame && is_playing()) fade(FadeCause::kUnderrun, settings_.fade);
   const Shaper shaper = settings_.shaper;
+  const Bridge bridge = settings_.bridge;
   const int32_t gain_q15 = stream_gain_q15_ - ((stream_step_q30_ * ramp_left_) >> 15);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     // A duty of 15 bits times a gain of 15 is one with 30 bits: a step has the rest.
     const int32_t wanted = frame[k] * gain_q15;
-    duties_[k] = settings_.has_bridges ? next_duty<true>(shaper, channels_[k], duties_[k], wanted)
-                                       : next_duty<false>(shaper, channels_[k], duties_[k], wanted);
+    duties_[k] = settings_.has_bridges
+                     ? next_duty<true>(shaper, bridge, channels_[k], duties_[k], wanted)
+                     : next_duty<false>(shaper, bridge, channels_[k], duties_[k], wanted);
   }
 }
 

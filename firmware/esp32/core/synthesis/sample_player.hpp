@@ -120,10 +120,18 @@ class SamplePlayer {
   [[gnu::noinline]] void sample_with_news(const Hal& hal, uint32_t missed);
   [[gnu::noinline]] void sample_at_deadline(const Hal& hal);
   [[gnu::noinline]] void other_sample(const Hal& hal);
+  template <bool kHasBridges>
+  [[gnu::always_inline]] inline void next_sines(const Hal& hal);
   bool plays_sines() const { return mode_ <= Mode::kFadingSines; }
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void play_mode();
   [[gnu::always_inline]] inline void finish(const Hal& hal);
+  // Moved on before the channels are: one address less is needed after them.
+  [[gnu::always_inline]] uint32_t next_phase() {
+    const uint32_t phase = phase_u32_;
+    phase_u32_ = phase + phase_step_u32_;
+    return phase;
+  }
   // A coil's switch has duties from 0 on, a bridge signed ones.
   template <bool kIsRamping, bool kHasBridges>
   [[gnu::always_inline]] inline void sines();
@@ -135,8 +143,9 @@ class SamplePlayer {
   [[gnu::always_inline]] inline void like_with(Wave wave_q15);
   // What a channel's pin gets next, after `before`.
   template <bool kHasBridges>
-  [[gnu::always_inline]] inline int32_t next_duty(const Shaper& shaper, Channel& channel,
-                                                  int32_t before, int32_t wanted) const;
+  [[gnu::always_inline]] static inline int32_t next_duty(const Shaper& shaper, const Bridge& bridge,
+                                                         Channel& channel, int32_t before,
+                                                         int32_t wanted);
   void streamed();
 
   // What every sample needs, where its instructions reach.

@@ -27,18 +27,12 @@ struct Shaper {
     return static_cast<uint32_t>(duty);
   }
 
-  // The same of a bridge's duty, which may be negative.
-  [[gnu::always_inline]] int32_t shape_signed(RoundingErrors& errors, int32_t wanted) const {
-    const int32_t duty = rounded(errors, wanted);
-    if (static_cast<uint32_t>(duty + max_duty) > 2U * static_cast<uint32_t>(max_duty)) {
-      return duty < 0 ? -max_duty : max_duty;
-    }
-    return duty;
-  }
-
   [[gnu::always_inline]] int32_t rounded(RoundingErrors& errors, int32_t wanted) const {
-    const int32_t fed = wanted + 2 * errors.last - errors.older;
-    errors.older = errors.last;
+    // In an order that needs few registers.
+    int32_t fed = wanted - errors.older;
+    const int32_t last = errors.last;
+    errors.older = last;
+    fed += 2 * last;
     errors.last = fed & mask;
     return fed >> fraction_bits;
   }
@@ -46,16 +40,27 @@ struct Shaper {
 
 // A bridge between its pins and its coil, in duty steps.
 struct Bridge {
-  int32_t lost;         // of each pulse
-  int32_t most_turned;  // the longest pulse that a sign may follow at once
+  int32_t lost;        // of each pulse
+  int32_t max_duty;    // what is lost included
+  int32_t least_duty;  // the same, negative
+  int32_t least_kept;  // no shorter duty, of the other sign, may stand before one
 
   // What is lost is given back. A sign changes at once and a duty when the carrier period ends: a
-  // long pulse first ends, in a sample of 0.
-  [[gnu::always_inline]] int32_t next(int32_t wanted, int32_t before) const {
-    const int32_t own = wanted < 0 ? -lost : lost;
-    const int32_t duty = wanted == 0 ? 0 : wanted + own;
-    const bool does_turn = (duty < 0) != (before < 0);
-    return does_turn && (before < 0 ? -before : before) > most_turned ? 0 : duty;
+  // long pulse first ends, in a sample of 0. Each sign has its own way through, since that takes
+  // the fewest instructions.
+  [[gnu::always_inline]] int32_t next(int32_t rounded, int32_t before) const {
+    if (rounded < 0) {
+      if (is_rare(-before < least_kept)) return 0;
+      const int32_t duty = rounded - lost;
+      return duty < least_duty ? least_duty : duty;
+    }
+    if (rounded == 0 || is_rare(before < least_kept)) return 0;
+    const int32_t duty = rounded + lost;
+    return duty > max_duty ? max_duty : duty;
+  }
+
+  [[gnu::always_inline]] static bool is_rare(bool condition) {
+    return __builtin_expect(condition, 0) != 0;
   }
 };
 

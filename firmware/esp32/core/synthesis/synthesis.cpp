@@ -121,15 +121,15 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   settings_ = settings;
   if (!settings.has_bridges) settings_.lost_steps = 0;
   if (settings.has_bridges) settings_.limits.min_on_steps = 0;
-  const auto lost = static_cast<int32_t>(settings_.lost_steps);
+  const auto max_duty = static_cast<int32_t>(max_duty_steps(settings));
   set_frequency(settings.frequency_millihertz);
   const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
   player_.start({
       settings.channels,
-      {fraction_bits, (1 << fraction_bits) - 1,
-       static_cast<int32_t>(max_duty_steps(settings)) - lost},
+      {fraction_bits, (1 << fraction_bits) - 1, max_duty},
       settings.has_bridges,
-      {lost, static_cast<int32_t>(most_turned_steps(settings.pwm_bits))},
+      {static_cast<int32_t>(settings_.lost_steps), max_duty, -max_duty,
+       -static_cast<int32_t>(most_turned_steps(settings.pwm_bits))},
       ramp_rate(settings.ramp_us),
       samples_in(settings.touch_timeout_us, settings.pwm_bits),
       samples_in(settings.max_on_us, settings.pwm_bits),

@@ -6,6 +6,7 @@ from typing import Any
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import TRY_AGAIN, LinkError
+from chladni.host.protocol.board_config import check_driver
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import changes
 
@@ -39,7 +40,7 @@ def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, An
     Raises
     ------
     InputError
-        Values that do not go together, or pins that cannot be driven.
+        Values that do not go together, pins that cannot be driven, or another driver.
     LinkError
         The device refused, or started with another configuration.
     """
@@ -48,6 +49,9 @@ def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, An
     info = device.info()
     after.check_pins(info["chip"])
     after = after.by_wire()
-    if before != after or info["config_status"] != "ok":
+    is_configured = info["config_status"] == "ok"
+    if is_configured:
+        check_driver(before, after)
+    if before != after or not is_configured:
         restart_with(device, after)
     return changes(before, after)

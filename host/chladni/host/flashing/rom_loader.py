@@ -19,7 +19,7 @@ from typing import Any
 
 from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
-from chladni.host.protocol.board_config import check_chip
+from chladni.host.protocol.board_config import check_chip, check_driver
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.board.board import Board
@@ -122,11 +122,17 @@ def flash_table(port: str, baud: int, table: bytes) -> dict[str, Any]:
 
 
 def change_config(
-    port: str, baud: int, changes: Mapping[str, Any], board: Board | None = None
+    port: str,
+    baud: int,
+    changes: Mapping[str, Any],
+    board: Board | None = None,
+    *,
+    may_change_driver: bool = False,
 ) -> DeviceConfig:
     """Change settings of the newest whole record, or of the defaults where there is none.
 
-    `board` is the file that they come from, if any: one of another chip is refused.
+    `board` is the file that they come from, if any: one of another chip is refused. So is another
+    driver than a whole record has, unless it may change.
     The new record goes to the sector that does not hold the newest, so that a cut costs nothing.
 
     Raises
@@ -144,6 +150,8 @@ def change_config(
         check_chip(own, board)
         wanted = base.with_values(**changes).by_wire()
         wanted.check_pins(own)
+        if found[newest] and not may_change_driver:
+            check_driver(base, wanted)
         sector = 1 - newest if found[newest] else 0
         record = pack_config(wanted, (sequence + 1) & 0xFFFFFFFF)
         _write(esp, partition.offset + sector * SECTOR_BYTES, record)

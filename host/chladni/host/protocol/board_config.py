@@ -88,3 +88,19 @@ def check_chip(own: ChipName, board: Board | None) -> None:
         name, expected = board.electronics.chip, f"{own!r}, which the device is"
         hint = "its pins are other ones: use a board file of that chip"
         raise InputError("electronics.chip", name, expected, hint=hint)
+
+
+def check_driver(before: DeviceConfig, after: DeviceConfig) -> None:
+    """Raise `InputError` where a device would drive switches as bridges, or the other way round.
+
+    No limit sees it: switches that get a bridge's duties pull at both halves of a wave.
+    """
+    own, other = DRIVER_KINDS[before["driver"]], DRIVER_KINDS[after["driver"]]
+    if own == other:
+        return
+    expected = f"{own!r}, which the device is set to drive"
+    hint = (
+        "with the wrong one coils pull at both halves of a wave, or one way only; once the board "
+        "has been rewired, chladni device config set --from BOARD --change-driver"
+    )
+    raise InputError("electronics.drive", other, expected, hint=hint)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from chladni.host.protocol.config import MOVES, OWN, PANELS, SETTINGS, DeviceConfig, Setting
-from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS
@@ -17,7 +18,12 @@ UNITS = {"q15": ("", 32767.0), "um": ("mm", 1e3), "dk": ("k", 10.0), "ds": ("s",
 """What a name ends in: the unit that people write instead, and how many of the first it is."""
 WHOLE_DUTY = 32768.0
 """`max_duty_q15` counts up to a duty of 1, the other shares up to 32767."""
-WORDS = {"panel": PANELS, "waveform": WAVEFORMS, "on_move": MOVES, "panel_mirrored": ("no", "yes")}
+WORDS = {
+    "panel": PANELS, "waveform": WAVEFORMS, "on_move": MOVES, "panel_mirrored": ("no", "yes"),
+    "driver": DRIVER_KINDS,
+}  # fmt: skip
+WORDS_IN_JSON = ("driver",)
+"""Earlier settings are numbers there, which scripts know."""
 BOTH_RAMPS = "ramp_ms"
 """A name for two settings: how touches begin and how they end."""
 RAMPS = ("attack_ms", "release_ms")
@@ -65,6 +71,12 @@ class Shown:
         """A value of the record in words; of a list so many as there are channels."""
         values = value[:channels] if isinstance(value, tuple) else (value,)
         return ", ".join(map(self._number, values))
+
+    def for_json(self, value: Raw) -> str | int | list[int]:
+        """A value of the record as `--json` has it."""
+        if isinstance(value, tuple):
+            return list(value)
+        return self.words[value] if self.raw_name in WORDS_IN_JSON else value
 
     def _number(self, value: int) -> str:
         if self.words:
@@ -160,6 +172,11 @@ def parse_setting(text: str) -> dict[str, Raw]:
     # By the record's name the record's own numbers are meant.
     written = Shown(shown.setting, name, 1.0, shown.words) if name == shown.raw_name else shown
     return {shown.raw_name: written.parse(value)}
+
+
+def for_json(values: Mapping[str, Raw]) -> dict[str, Any]:
+    """Settings by the record's names, as `--json` has them."""
+    return {raw: SHOWN[raw].for_json(value) for raw, value in values.items()}
 
 
 def described() -> list[dict[str, Any]]:

@@ -20,6 +20,7 @@ DRIVER_KINDS: tuple[DriverKind, ...] = ("switch", "bridge")
 ONLY_OF: dict[str, tuple[DriverKind, str]] = {
     "diode_v": ("switch", "a bridge's current passes no diode"),
     "least_duty": ("switch", "a bridge's current never stops"),
+    "min_on_ns": ("switch", "of a bridge it is lost_ns"),
     "sign_pins": ("bridge", "a switch drives one way"),
     "lost_ns": ("bridge", "of a switch it is min_on_ns"),
     "bridge_ohm": ("bridge", "a switch counts as without resistance"),

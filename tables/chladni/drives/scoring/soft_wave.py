@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chladni.sim.board.board import Board
 from chladni.sim.coil.bridge import BridgeCircuit
@@ -43,12 +43,14 @@ class SoftWave:
 
 @dataclass(frozen=True)
 class BridgeWave:
-    """A sine of a tenth of the largest amplitude, if the firmware gave nothing back.
+    """A sine of a tenth of the largest amplitude, as the firmware plays it.
 
     Attributes
     ----------
     lost_duty
-        What of a duty moves nothing.
+        What of a duty the bridge loses.
+    given_back_duty
+        What the firmware adds for it: whole steps of the duty.
     level_db_at_tenth
         Of the current's sine, against that of a bridge that loses nothing.
     third_harmonic_at_tenth
@@ -56,6 +58,7 @@ class BridgeWave:
     """
 
     lost_duty: float
+    given_back_duty: float
     level_db_at_tenth: float
     third_harmonic_at_tenth: float
 
@@ -66,8 +69,13 @@ def soft_wave(board: Board) -> SoftWave | BridgeWave | None:
     if circuit is None:
         return None
     if isinstance(circuit, BridgeCircuit):
-        wave = current_wave(circuit, 2.0 * TENTH, 0.0)
-        return BridgeWave(circuit.lost_duty, metrics.decibel(wave.gain**2), wave.third)
+        steps = 1 << board.electronics.pwm_bits
+        given_back = round(circuit.lost_duty * steps) / steps
+        # What is left of a pulse's loss, below zero where too much comes back.
+        left_s = (circuit.lost_duty - given_back) / circuit.carrier_hz
+        wave = current_wave(replace(circuit, lost_s=left_s), 2.0 * TENTH, 0.0)
+        level_db = metrics.decibel(wave.gain**2)
+        return BridgeWave(circuit.lost_duty, given_back, level_db, wave.third)
     rest = least_duty(board)
     wave = current_wave(circuit, TENTH, TENTH + rest)
     level_db = metrics.decibel(wave.gain**2)

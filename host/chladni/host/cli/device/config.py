@@ -12,11 +12,16 @@ from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
-from chladni.host.protocol.board_config import board_settings, check_chip
-from chladni.host.protocol.config import DeviceConfig
-from chladni.host.protocol.settings import SHOWN, changes, described, find, parse_setting
+from chladni.host.protocol.board_config import board_settings, check_chip, check_driver
+from chladni.host.protocol.settings import (
+    SHOWN,
+    changes,
+    described,
+    find,
+    for_json,
+    parse_setting,
+)
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import DRIVER_KINDS
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -102,8 +107,7 @@ def _show(connection: Connection, names: list[str], *, as_json: bool) -> None:
         }
         answer(values, as_json=False, title="Configuration")
         return
-    raw = {name: found[own.raw_name] for name, own in asked.items()}
-    answer({name: list(v) if isinstance(v, tuple) else v for name, v in raw.items()}, as_json=True)
+    answer({name: own.for_json(found[own.raw_name]) for name, own in asked.items()}, as_json=True)
 
 
 def _set(
@@ -121,7 +125,7 @@ def _set(
     for name in names:
         wanted |= parse_setting(name)
     if rom:
-        _set_by_rom(connection, wanted, board, as_json=as_json)
+        _set_by_rom(connection, wanted, board, change_driver=change_driver, as_json=as_json)
         return
     with connection.device() as device:
         chip = device.info()["chip"]
@@ -134,7 +138,7 @@ def _set(
         changed = changes(before, after)
         never = device.info()["config_status"] != "ok"
         if not (never or change_driver):
-            _check_driver(before, after)
+            check_driver(before, after)
         if not never and before == after:
             answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
             return
@@ -146,21 +150,8 @@ def _set(
     if after.board is not None:
         result["board"] = after.board[1]
     if as_json and source is None:
-        result |= {name: list(v) if isinstance(v, tuple) else v for name, v in wanted.items()}
+        result |= for_json(wanted)
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
-
-
-def _check_driver(before: DeviceConfig, after: DeviceConfig) -> None:
-    """Switches that get a bridge's duties pull at both halves of a wave, and no limit sees it."""
-    own, other = DRIVER_KINDS[before["driver"]], DRIVER_KINDS[after["driver"]]
-    if own == other:
-        return
-    expected = f"{own!r}, which the device is set to drive"
-    hint = (
-        "with the wrong one coils pull at both halves of a wave, or one way only; "
-        "add --change-driver once the board has been rewired"
-    )
-    raise InputError("electronics.drive", other, expected, hint=hint)
 
 
 def _board(name: str) -> Board:
@@ -188,13 +179,16 @@ def _in_words(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def _set_by_rom(
-    connection: Connection, changes: dict[str, Any], board: Board | None, *, as_json: bool
+    connection: Connection,
+    changes: dict[str, Any],
+    board: Board | None,
+    *,
+    change_driver: bool,
+    as_json: bool,
 ) -> None:
     port = connection.loader_port()
-    found: DeviceConfig = rom_loader.change_config(port, connection.baud, changes, board)
-    written = {name: found[name] for name in changes}
-    answer(
-        {name: list(v) if isinstance(v, tuple) else v for name, v in written.items()},
-        as_json=as_json,
-        title="Written; the device starts with it",
+    found = rom_loader.change_config(
+        port, connection.baud, changes, board, may_change_driver=change_driver
     )
+    written = for_json({name: found[name] for name in changes})
+    answer(written, as_json=as_json, title="Written; the device starts with it")

@@ -38,7 +38,9 @@ def walk(device: Device) -> list[dict[str, Any]]:
         Something is not as it should be; says what to look at.
     """
     found = []
-    for number, step in enumerate(_steps(device.info()["channels"]), 1):
+    for number, step in enumerate(
+        _steps(device.info()["channels"], has_bridges=device.config().has_bridges), 1
+    ):
         sys.stderr.write(f"\n{number}. {step.title}\n")
         if step.act is not None:
             sys.stderr.write(f"   {step.act(device)}\n")
@@ -50,7 +52,8 @@ def walk(device: Device) -> list[dict[str, Any]]:
     return found
 
 
-def _steps(channels: int) -> Iterator[Step]:
+def _steps(channels: int, *, has_bridges: bool) -> Iterator[Step]:
+    driver = "bridge, its nSLEEP and its VM" if has_bridges else "diode"
     yield Step(
         "Supply, no coil connected",
         "Is there 3.3 V at the module, and are less than 150 mA drawn?",
@@ -73,17 +76,19 @@ def _steps(channels: int) -> Iterator[Step]:
         "chladni device config set --from BOARD",
         _pins,
     )
+    gate = "enable pin" if has_bridges else "gate"
+    sign = ", and its phase pin turn with it" if has_bridges else ""
     for channel in range(channels):
         yield Step(
             f"Carrier of channel {channel}",
-            f"Does gate {channel}, and no other, show pulses whose width swings at 160 Hz?",
-            "another gate: pwm_pins are in another order; none: the pin is not wired",
+            f"Does {gate} {channel}, and no other, show pulses whose width swings at 160 Hz{sign}?",
+            f"another {gate}: pwm_pins are in another order; none: the pin is not wired",
             _carrier(channel, channels),
         )
     yield Step(
         "One coil, on a supply limited to 0.3 A",
         "Connect the coil of channel 0. Does it move now, and stop at once?",
-        "no motion: the coil or its diode; no stop: the gate's pull-down",
+        f"no motion: the coil or its {driver}; no stop: the {gate}'s pull-down",
         _carrier(0, channels),
     )
 
@@ -100,7 +105,9 @@ def _pins(device: Device) -> str:
     """What keeps the device from playing ends the walk; a table it does not need."""
     check_ready(device.info(), by_host=True)
     config = device.config()
-    return "GPIO " + ", ".join(str(pin) for pin in config["pwm_pins"][: config["channels"]])
+    names = ["pwm_pins", "sign_pins"] if config.has_bridges else ["pwm_pins"]
+    rows = (config[name][: config["channels"]] for name in names)
+    return "; signs ".join("GPIO " + ", ".join(map(str, row)) for row in rows)
 
 
 def _carrier(channel: int, channels: int) -> Callable[[Device], str]:

@@ -63,7 +63,7 @@ def self_test(
     if failed:
         raise LinkError(
             f"channels that draw something else: {', '.join(failed)}",
-            hint="look at each one's coil, diode and supply, or mend electronics.coil_ohm",
+            hint="look at each one's coil, driver and supply, or mend electronics.coil_ohm",
         )
 
 
