@@ -83,6 +83,16 @@ lint-generated:
 device-suite:
 	$(BIN)/python -m pytest -q -p pytest_embedded tests/device
 
+# Not of the emulator's own code (other compilations, other processes), or hours that only pass, or
+# the whole of a walk whose first quarter is taken.
+UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
+	test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
+	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
+	test_flash_wear.py::test_credit_ends_at_sixty \
+	test_boot_log.py::test_crashes_are_forgotten_after_a_good_while \
+	test_limits_walk.py::test_no_order_of_requests_lifts_a_limit \
+	test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new)
+
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
 		--target build/sanitized --config-settings=cmake.define.CHLADNI_SANITIZE=ON \
@@ -91,10 +101,7 @@ sanitize: venv  ## run the emulator's tests with the address and undefined-behav
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitized:tests \
 		CHLADNI_SANITIZED=build/sanitized $(BIN)/python -m pytest -q -n $(JOBS) -m "not soak" -p sanitized_build tests/firmware tests/host/test_link.py \
 		tests/host/test_network.py tests/host/test_network_sessions.py tests/host/test_network_settings.py tests/tables/test_format.py tests/tables/test_lookup.py \
-		--deselect tests/firmware/test_processors.py --deselect tests/firmware/test_native_build.py \
-		--deselect tests/firmware/test_chip_layer.py \
-		--deselect tests/firmware/test_chip_carrier.py --deselect tests/firmware/test_chip_branches.py \
-		--deselect tests/firmware/test_chip_iram.py --deselect tests/firmware/test_iram.py
+		$(UNSANITIZED:%=--deselect %)
 
 SECONDS ?= 600
 soak: venv  ## fuzz every parser and sweep over new boards and places, so long in all (SECONDS=600, FIRST_SEED=)

@@ -167,9 +167,11 @@ def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path
 @pytest.fixture(scope="session", params=["esp32"])
 def chip_program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The chip's layer on a fake of ESP-IDF, compiled; named as its chip."""
-    from firmware.chip_process import build  # noqa: PLC0415  (which imports this file)
+    from firmware.chip_process import build, compile_core  # noqa: PLC0415  (it imports this file)
+
+    core = built_once(tmp_path_factory, "chip-core", compile_core)
 
     def built(folder: Path) -> Path:
-        return build(folder, request.param)
+        return build(folder, core, request.param)
 
     return built_once(tmp_path_factory, f"chip-{request.param}", built) / str(request.param)

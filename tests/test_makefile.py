@@ -38,3 +38,15 @@ def test_a_rule_that_was_lost_is_missed() -> None:
     for text in (without_recipe, without_rule):
         assert idle_targets(text) == {"paper"}
         assert "paper" not in targets(text)
+
+
+def test_what_is_not_sanitized_is_there() -> None:
+    """A name that stands for nothing would leave nothing out, and say nothing."""
+    found = re.search(r"^UNSANITIZED := \$\(addprefix (\S+), (.*?)\)$", MAKEFILE, re.M | re.S)
+    assert found is not None
+    names = found[2].replace("\\\n", " ").split()
+    assert len(names) > 10
+    for name in names:
+        file, _, test = name.partition("::")
+        text = (ROOT / found[1].rstrip(",") / file).read_text("utf-8")
+        assert f"def {test}" in text, name

@@ -8,6 +8,7 @@ import os
 import struct
 import subprocess
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 from chladni.sim.board.electronics import ChipName
@@ -47,29 +48,40 @@ def chip_sources(chip: ChipName = "esp32") -> list[Path]:
     return [path for path in sorted(own.rglob("*.cpp")) if path.parent not in others]
 
 
-def build(folder: Path, chip_name: ChipName = "esp32") -> Path:
-    """Compile chip/ and the core on the fake, with counts of lines and branches."""
-    chip = chip_sources(chip_name)
-    core = sorted((FIRMWARE / "core").rglob("*.cpp"))
-    own = sorted((HERE / "idf").glob("*.cpp"))
+def compile_core(folder: Path) -> None:
+    """Compile the core, which is the same on every chip."""
+    _compile(sorted((FIRMWARE / "core").rglob("*.cpp")), folder, [f"-I{FIRMWARE}"])
+
+
+def build(folder: Path, core: Path, chip_name: ChipName = "esp32") -> Path:
+    """Compile chip/ on the fake, with counts of lines and branches, and link it to a core."""
     include = includes(folder, chip_name)
-    objects = []
-    running = []
-    for k, source in enumerate((*chip, *core, *own)):
-        made = folder / f"{k}_{source.stem}.o"
-        counted = ["--coverage"] if source in chip else []
-        command = ["g++", "-std=c++17", "-O0", "-c", str(source), "-o", str(made), *include]
-        running.append(subprocess.Popen([*command, *counted]))
-        objects.append(str(made))
+    objects = [
+        *_compile(chip_sources(chip_name), folder, [*include, "--coverage"]),
+        *_compile(sorted((HERE / "idf").glob("*.cpp")), folder, include),
+        *sorted(core.glob("*.o")),
+    ]
+    program = folder / chip_name
+    subprocess.run(["g++", "--coverage", "-o", program, *objects], check=True)
+    return program
+
+
+def _compile(sources: Sequence[Path], folder: Path, options: Sequence[str]) -> list[Path]:
+    """Compile on all cores; the objects."""
+    objects = [
+        folder / f"{k}_{source.parent.name}_{source.stem}.o" for k, source in enumerate(sources)
+    ]
+    running: list[subprocess.Popen[bytes]] = []
+    for source, made in zip(sources, objects, strict=True):
+        command = ["g++", "-std=c++17", "-O0", "-c", str(source), "-o", str(made), *options]
+        running.append(subprocess.Popen(command))
         while len([one for one in running if one.poll() is None]) >= (os.cpu_count() or 2):
             running[0].wait()
             running = [one for one in running if one.poll() is None or one.returncode != 0]
             assert not [one for one in running if one.poll() is not None]
     for one in running:
         assert one.wait() == 0
-    program = folder / chip_name
-    subprocess.run(["g++", "--coverage", "-o", str(program), *objects], check=True)
-    return program
+    return objects
 
 
 def branches(program: Path) -> tuple[int, int, list[str]]:

@@ -50,7 +50,13 @@ def suite(*arguments: object) -> str:
 
 
 @pytest.mark.slow
-def test_the_suite_takes_an_image_from_blank_flash_to_a_touch(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("own", "count"), [("greets or handshake", 2), ("", 8)], ids=["two", "all"]
+)
+def test_the_suite_takes_an_image_from_blank_flash_to_a_touch(
+    own: str, count: int, tmp_path: Path
+) -> None:
+    """`make test` also runs all of it, on the emulated device."""
     build = tmp_path / "build"
     build.mkdir()
     files = {f"{offset:#x}": f"{offset:x}.bin" for offset in PARTS}
@@ -61,8 +67,8 @@ def test_the_suite_takes_an_image_from_blank_flash_to_a_touch(tmp_path: Path) ->
     text = STAND_IN.format(python=sys.executable, parts=PARTS, flash=str(tmp_path / "own.flash"))
     program.write_text(text, "utf-8")
     program.chmod(0o755)
-    said = suite("--qemu-prog-path", program, "--build-dir", build)
-    assert "8 passed" in said, said
+    said = suite("--qemu-prog-path", program, "--build-dir", build, "-k", own)
+    assert f"{count} passed" in said, said
 
 
 def test_without_an_image_or_an_emulator_the_suite_is_skipped_with_the_reason(

@@ -16,6 +16,7 @@ from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import Status
 from chladni.host.protocol.table_store import SECTOR_BYTES, SECTOR_ERASES
 from chladni.tables.layout import HEADER_BYTES
+from made_up import device_of
 from networked import KEY, LAB, NEW, OLD, networked
 
 AT_POWER_ON = 5
@@ -186,8 +187,9 @@ def test_starts_of_an_older_firmware_are_no_updates() -> None:
 
 
 def test_credit_ends_at_sixty() -> None:
-    """After more than an hour."""
-    emulator = networked()
+    """After more than an hour, at the slowest carrier: a quarter of the samples."""
+    device = device_of(None, channels=5).with_values(pwm_bits=12)
+    emulator = Emulator(device, OLD, network=LAB)
     emulator.run(62 * MINUTE_MS)
     done = itertools.takewhile(lambda k: not is_refused(emulator, "configuration", k), range(99))
     assert len(list(done)) == 60

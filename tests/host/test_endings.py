@@ -103,7 +103,7 @@ def work():
         os.kill(os.getpid(), signal.SIGTERM)
     finally:
         print("in order", flush=True)
-as_process("json", lambda: run("chladni", work))
+as_process(["json"], lambda: run("chladni", work))
 """
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
@@ -123,7 +123,7 @@ def work():
             raise KeyboardInterrupt
     class Any:
         field = Field()
-as_process("json", work)
+as_process(["json"], work)
 """
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
@@ -160,7 +160,7 @@ def test_ctrl_c_while_text_is_run_ends_a_module_with_its_code(tmp_path: Path) ->
     """As dataclasses run it: Python remembers that, and would end what -m runs by the signal."""
     (tmp_path / "own.py").write_text(
         "from chladni.host.cli.app import as_process\n"
-        "as_process('json', lambda: exec('raise KeyboardInterrupt'))\n",
+        "as_process(['json'], lambda: exec('raise KeyboardInterrupt'))\n",
         "utf-8",
     )
     done = subprocess.run([sys.executable, "-m", "own"], cwd=tmp_path, check=False)

@@ -139,7 +139,7 @@ def work():
         return 0
     finally:
         print("lifted")
-as_process("json", work)
+as_process(["json"], work)
 """
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=False

@@ -21,9 +21,11 @@ from _signal import (  # type: ignore[import-not-found]
     signal,
 )
 
+from chladni.host.cli.command_modules import MODULES
+
 TYPE_CHECKING = False  # typing's own would load still more
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 STOPPED = 130
 """Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""
@@ -39,10 +41,11 @@ def main() -> int:
 
 def start() -> None:
     """As `main`, in a process of its own, which ends with the code."""
-    as_process("chladni.host.cli.command_line", main)
+    words = ("command_line", *(MODULES[word] for word in sys.argv[1:2] if word in MODULES))
+    as_process([f"chladni.host.cli.{word}" for word in words], main)
 
 
-def as_process(loads: str, work: Callable[[], int]) -> None:
+def as_process(loads: Sequence[str], work: Callable[[], int]) -> None:
     """Do a process's work and exit with its code; Ctrl-C is 130 and no traceback, at any time.
 
     SIGTERM and SIGHUP end the work in the same way, with 143 and 129: what it holds is let go, such
@@ -51,7 +54,7 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
     Parameters
     ----------
     loads
-        Module that takes a while to load; `work` imports it again.
+        Modules that take a while to load; `work` imports them again.
     """
     # Where it is ignored, as in the background of a shell, it stays so.
     is_heard = getsignal(SIGINT) is default_int_handler
@@ -69,7 +72,8 @@ def as_process(loads: str, work: Callable[[], int]) -> None:
         if is_heard:
             signal(SIGINT, _leave)
         # Loaded here: an exception would come up within any of its modules, as their traceback.
-        __import__(loads)
+        for module in loads:
+            __import__(module)
         if is_heard:
             signal(SIGINT, default_int_handler)
         for number in ends:

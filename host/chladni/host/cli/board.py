@@ -29,12 +29,12 @@ from chladni.host.cli.common.board_reports import (
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.common.drive_options import ObjectiveOption
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
     LargeOption,
-    ObjectiveOption,
     PerturbedOption,
     SamplesOption,
     SeedOption,
@@ -48,12 +48,10 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
-from chladni.host.figures.boards import score_figure, sensitivity_figure
-from chladni.host.figures.fields import save
+from chladni.host.cli.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
-from chladni.host.manufacture.wiring import wiring_figure
 from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.file import load_board
@@ -67,6 +65,11 @@ PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
 )
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.add_typer(board_app, name="board")
 
 
 @board_app.command("show")
@@ -142,6 +145,8 @@ def board_score(
         )
     say_unmet(score.error_estimate, TOLERANCE)
     if figure is not None:
+        from chladni.host.figures.boards import score_figure  # noqa: PLC0415
+
         write_figure(score_figure(loaded, score), figure)
     result = {"name": loaded.name} | asdict(score)
     del result["maps"]
@@ -178,6 +183,8 @@ def board_sensitivity(
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
+        from chladni.host.figures.boards import sensitivity_figure  # noqa: PLC0415
+
         write_figure(sensitivity_figure(loaded.name, influences), figure)
     result = {
         "name": loaded.name,
@@ -199,6 +206,9 @@ def board_wiring(
     as_json: JsonOption = False,
 ) -> None:
     """Draw how a board is wired, and list its parts with their values."""
+    from chladni.host.figures.fields import save  # noqa: PLC0415
+    from chladni.host.manufacture.wiring import wiring_figure  # noqa: PLC0415
+
     check_output(output, "-o", (".png", ".pdf", ".svg"))
     loaded = load_board(board)
     save(wiring_figure(loaded), output)
@@ -251,3 +261,6 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         ]
     result = {"name": loaded.name, "moving_mass_g": moving_mass_g(loaded), "parts": parts}
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
+
+
+board_app.command("refit")(board_refit)

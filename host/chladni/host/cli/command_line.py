@@ -3,47 +3,37 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from chladni.host.cli import board as board_commands
-from chladni.host.cli import compare as compare_command
-from chladni.host.cli import design as design_command
-from chladni.host.cli import plate as plate_commands
-from chladni.host.cli import table as table_commands
-from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.command_modules import MODULES
+from chladni.host.cli.common.command_group import CommandGroup, LoadedCommands
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
-from chladni.host.cli.device import commands as device_commands
-from chladni.host.cli.emulate import emulate
-from chladni.host.cli.refit import board_refit
-from chladni.host.cli.solve import solve_command
-from chladni.host.cli.studio import studio
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.errors import MissingError
 from chladni.tables import layout
 
+COMMANDS = LoadedCommands(MODULES)
+
+
+class AllCommands(CommandGroup):
+    """All commands, of which each is loaded when it is asked for."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        # Read, never changed.
+        self.commands = COMMANDS  # type: ignore[assignment]
+
+
 app = typer.Typer(
-    cls=CommandGroup,
+    cls=AllCommands,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-table_app = typer.Typer(cls=CommandGroup, help="Build and read drive tables.", no_args_is_help=True)
-board_commands.board_app.command("refit")(board_refit)
-app.add_typer(board_commands.board_app, name="board")
-app.add_typer(table_app, name="table")
-
-plate_commands.register(app)
-app.command("solve")(solve_command)
-app.command("emulate")(emulate)
-app.command("studio")(studio)
-compare_command.register(app)
-design_command.register(app)
-table_commands.register(table_app)
-device_commands.register(app)
 
 
 @app.callback(invoke_without_command=True)

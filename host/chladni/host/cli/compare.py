@@ -37,7 +37,6 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, STEPS
-from chladni.host.figures.searches import compare_figure
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
@@ -107,6 +106,8 @@ def compare_methods(
     if output is not None:
         write_whole(output, as_csv(rows))
     if figure is not None:
+        from chladni.host.figures.searches import compare_figure  # noqa: PLC0415
+
         write_figure(compare_figure(loaded, grid, rows), figure)
     remove_checkpoint(kept)
     table = summary(rows)

@@ -13,4 +13,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    as_process("chladni.host.cli.whole_chain", main)
+    as_process(["chladni.host.cli.whole_chain"], main)

@@ -26,7 +26,6 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
-from chladni.host.figures.designs import front_figure
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -108,6 +107,8 @@ def design_board(
             write_whole(path, board_file(completed_board(one.document), _about_entry(one)))
             entry["path"] = str(path)
     if figure is not None:
+        from chladni.host.figures.designs import front_figure  # noqa: PLC0415
+
         write_figure(front_figure(found), figure)
     remove_checkpoint(kept)
     answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")

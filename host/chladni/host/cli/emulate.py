@@ -8,7 +8,7 @@ import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -17,10 +17,8 @@ from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.cli.common.ranges import LONGEST_S, TABLE_FREQUENCIES, UDP_PORTS, within
 from chladni.host.device.virtual_port import VirtualPort
-from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
 from chladni.host.emulation.flash_file import FlashFile
-from chladni.host.emulation.touches import TouchScore
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.network import DEFAULT_PORT, NetworkSettings, read_key
 from chladni.sim.board.board import Board
@@ -29,6 +27,10 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.files import write_arrays
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
+
+if TYPE_CHECKING:
+    from chladni.host.emulation.closed_loop import LoopReport
+    from chladni.host.emulation.touches import TouchScore
 
 ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
@@ -49,6 +51,11 @@ RecordingOption = Annotated[
     Path | None,
     typer.Option("-o", "--output", help=f"Recording to write (.npz). {UNLESS_SERIAL}"),
 ]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("emulate")(emulate)
 
 
 def emulate(
@@ -106,6 +113,9 @@ def emulate(
         network = NetworkSettings("emulated", "", read_key(key), udp_port) if key else None
         _serve(_device(table, board, level, flash, network), ms, port_link, as_json=as_json)
         return
+    # Scores take half a second to load, and a device that is served gives none.
+    from chladni.host.emulation.closed_loop import run_loop  # noqa: PLC0415
+
     loaded = read_table(required("TABLE", table, "a table file (.chl)"))
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
     run_ms = required("--ms", ms, "how long to run, ms")

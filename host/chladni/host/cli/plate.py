@@ -29,7 +29,6 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import FREQUENCIES, within
-from chladni.host.figures import fields as figures
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -96,7 +95,9 @@ def field(
         energy=energy_image(values),
     )
     if figure:
-        drawn = figures.field_figure(
+        from chladni.host.figures.fields import field_figure  # noqa: PLC0415
+
+        drawn = field_figure(
             loaded, values, target_mm=place or marked, per_newton=amplitudes is None
         )
         write_figure(drawn, figure)
@@ -136,7 +137,9 @@ def modes(
             modal_masses_g=shapes.modal_masses * 1e3,
         )
     if figure:
-        write_figure(figures.modes_figure(loaded, shapes), figure)
+        from chladni.host.figures.fields import modes_figure  # noqa: PLC0415
+
+        write_figure(modes_figure(loaded, shapes), figure)
     result = {
         "name": loaded.name,
         "modes_hz": shapes.frequencies_hz.tolist(),
@@ -175,7 +178,9 @@ def sweep(
         }
         write_arrays(output, frequencies_hz=frequencies, **arrays)
     if figure:
-        write_figure(figures.sweep_figure(loaded.coil, frequencies, curves), figure)
+        from chladni.host.figures.fields import sweep_figure  # noqa: PLC0415
+
+        write_figure(sweep_figure(loaded.coil, frequencies, curves), figure)
     waves = [
         {
             "waveform": wave,

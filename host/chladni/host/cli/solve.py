@@ -14,20 +14,22 @@ from chladni.drives.methods import SEED
 from chladni.drives.methods.focus import shortfall
 from chladni.drives.scoring.scorecard import Scorecard, score
 from chladni.drives.solve import Solution, check_request, solve
-from chladni.host.cli.common.options import (
-    BoardArgument,
-    FigureOption,
+from chladni.host.cli.common.drive_options import (
     FloorOption,
-    JsonOption,
-    LargeOption,
     MethodOption,
     ObjectiveOption,
     QuieterFromOption,
     QuieterOption,
-    SeedOption,
     SilentFromOption,
-    check_figure,
     with_focus,
+)
+from chladni.host.cli.common.options import (
+    BoardArgument,
+    FigureOption,
+    JsonOption,
+    LargeOption,
+    SeedOption,
+    check_figure,
 )
 from chladni.host.cli.common.output import (
     NO_COIL,
@@ -39,11 +41,15 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import STEPS
-from chladni.host.figures.solutions import solution_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.focus import Focus
 from chladni.sim.fields.transfer import TOLERANCE
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("solve")(solve_command)
 
 
 def solve_command(
@@ -95,6 +101,8 @@ def solve_command(
         )
     card = score(solution, loaded)
     if figure is not None:
+        from chladni.host.figures.solutions import solution_figure  # noqa: PLC0415
+
         write_figure(solution_figure(loaded, solution, card, trace=trace), figure)
     report = solution_report(loaded, solution, card)
     say_unmet(solution.error_estimate, TOLERANCE)

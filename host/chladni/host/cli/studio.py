@@ -12,12 +12,8 @@ import typer
 
 from chladni.drives.methods import SEED
 from chladni.drives.solve import check_request
-from chladni.host.cli.common.options import (
-    JobsOption,
-    JsonOption,
-    LargeOption,
-    OwnObjectiveOption,
-)
+from chladni.host.cli.common.drive_options import OwnObjectiveOption
+from chladni.host.cli.common.options import JobsOption, JsonOption, LargeOption
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.common.ranges import LONGEST_S, within
 from chladni.host.protocol.network import make_key, read_key
@@ -29,6 +25,11 @@ from chladni.sim.files import write_whole
 PORT = 8160
 TOKEN_BYTES = 16
 HIGHEST_PORT = 65_535
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("studio")(studio)
 
 
 def studio(

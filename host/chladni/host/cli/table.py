@@ -16,6 +16,8 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import felt, remark_on
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request, turned
+from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.common.drive_options import OwnObjectiveOption
 from chladni.host.cli.common.options import (
     PARTIAL,
     BoardArgument,
@@ -23,7 +25,6 @@ from chladni.host.cli.common.options import (
     JobsOption,
     JsonOption,
     LargeOption,
-    OwnObjectiveOption,
     PerturbedOption,
     SamplesOption,
     SchedulerOption,
@@ -41,7 +42,6 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
 from chladni.host.emulation.table_score import PITCH, score_table
-from chladni.host.figures.boards import score_figure
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
@@ -60,11 +60,12 @@ from chladni.tables.table import Section, Table
 TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")]
 
 
+table_app = typer.Typer(cls=CommandGroup, help="Build and read drive tables.", no_args_is_help=True)
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands."""
-    app.command()(build)
-    for command in (show, verify, score, diff, export):
-        app.command()(command)
+    app.add_typer(table_app, name="table")
 
 
 def build(
@@ -248,6 +249,8 @@ def score(
         )
     say_unmet(found.error_estimate, TOLERANCE)
     if figure is not None:
+        from chladni.host.figures.boards import score_figure  # noqa: PLC0415
+
         write_figure(score_figure(owner, found), figure)
     result = {"name": owner.name} | asdict(found)
     del result["maps"]
@@ -277,3 +280,7 @@ def export(
     write_whole(output, drives_as_csv(loaded))
     rows = len(loaded.sections) * loaded.grid.count * loaded.actuators
     answer({"path": str(output), "rows": rows}, as_json=as_json, title=f"Drives of {table}")
+
+
+for command in (build, show, verify, score, diff, export):
+    table_app.command()(command)

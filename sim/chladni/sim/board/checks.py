@@ -7,7 +7,6 @@ from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from chladni.sim.board.coil_checks import check_coil
 from chladni.sim.board.electronics import (
@@ -269,6 +268,9 @@ def _check_places(board: BoardParts) -> None:
     if not discs:
         return
     centres, radii = _centres_and_radii(discs)
+    # A third of a second of SciPy, which a device without parts on its plate does not need.
+    from scipy.spatial import cKDTree  # noqa: PLC0415
+
     tree, largest = cKDTree(centres), float(radii.max())
     for index, (name, at, radius) in enumerate(discs):
         inside = np.abs(at) + radius < half if radius > 0.0 else np.abs(at) <= half + 1e-9
@@ -302,6 +304,8 @@ def closest(board: BoardParts) -> str:
     to_edge = (np.array(board.plate.size) / 2.0 - np.abs(centres)).min(axis=1) - radii
     gaps = [(float(gap), discs[k][0], "the edge") for k, gap in enumerate(to_edge)]
     count = min(NEIGHBOURS + 1, len(discs))
+    from scipy.spatial import cKDTree  # noqa: PLC0415  (as above)
+
     apart, which = cKDTree(centres).query(centres, k=count)
     apart, which = np.reshape(apart, (-1, count)), np.reshape(which, (-1, count))
     for k, (own, others) in enumerate(zip(apart, which, strict=True)):

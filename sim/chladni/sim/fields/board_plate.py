@@ -7,7 +7,6 @@ import numpy as np
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.parts import Mass, Screw
-from chladni.sim.navier.plate import SimplySupportedPlate
 from chladni.sim.plate.geometry import (
     FoundationLayer,
     Inclusion,
@@ -16,11 +15,14 @@ from chladni.sim.plate.geometry import (
     RimSupport,
 )
 from chladni.sim.plate.response import PlateModel
-from chladni.sim.ritz.plate import RitzPlate
 
 
 def plate_model(board: Board) -> PlateModel:
     """The plate of a board, ready to be asked for modes and fields; keep it to ask again."""
+    # Solvers load half a second of SciPy, and many ask for a board's geometry alone.
+    from chladni.sim.navier.plate import SimplySupportedPlate  # noqa: PLC0415
+    from chladni.sim.ritz.plate import RitzPlate  # noqa: PLC0415
+
     plate, section = board.plate, board.section
     features = (
         board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet,

@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_model
@@ -140,6 +139,9 @@ def at_coils(board: Board, values: ComplexArray | FloatArray) -> ComplexArray:
 
     Between image points it is taken as straight. Under a rigid magnet it is.
     """
+    # A tenth of a second of SciPy, which only coils that move need.
+    from scipy.ndimage import map_coordinates  # noqa: PLC0415
+
     places = np.array([actuator.at for actuator in board.actuators]).T
     axes = (board.x, board.y)
     rows = [(at - axis[0]) / (axis[1] - axis[0]) for at, axis in zip(places, axes, strict=True)]

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.metrics import structural_similarity
 
 from chladni.sim.board import finger
 from chladni.sim.image.energy import energy_image, normalised
@@ -43,6 +42,9 @@ def ssim(image: FloatArray, target: FloatArray) -> float:
     `data_range=1`, as the paper's authors ran it.
     """
     first, second = normalised(image), normalised(target)
+    # Only one SSIM of many is scikit-image's; drives have a compiled one.
+    from skimage.metrics import structural_similarity  # noqa: PLC0415
+
     return float(structural_similarity(first, second, data_range=1.0))  # type: ignore[no-untyped-call]
 
 

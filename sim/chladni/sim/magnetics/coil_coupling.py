@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.constants import mu_0
-from scipy.special import ellipe, ellipkm1
 
+from chladni.sim.magnetics.constants import MU_0
 from chladni.sim.magnetics.windings import RoundWinding
 
 FloatArray = NDArray[np.float64]
@@ -39,10 +38,13 @@ def loop_field(radius: ArrayLike, at: ArrayLike, apart: ArrayLike) -> tuple[Floa
     ----------
     Smythe, Static and Dynamic Electricity, 3rd edition, section 7.10.
     """
+    # scipy.special takes 0.1 s to load, which no device needs.
+    from scipy.special import ellipe, ellipkm1  # noqa: PLC0415
+
     a, rho, z = np.broadcast_arrays(*(np.asarray(x, np.float64) for x in (radius, at, apart)))
     near, far = (a - rho) ** 2 + z**2, (a + rho) ** 2 + z**2
     first, second = ellipkm1(near / far), ellipe(1.0 - near / far)
-    scale = mu_0 / (2.0 * np.pi * near * np.sqrt(far))
+    scale = MU_0 / (2.0 * np.pi * near * np.sqrt(far))
     radial = scale * z / rho * ((a**2 + rho**2 + z**2) * second - near * first)
     axial = scale * ((a**2 - rho**2 - z**2) * second + near * first)
     return np.asarray(radial), np.asarray(axial)
@@ -90,7 +92,7 @@ def force_and_couple(
             np.sum(section * own, axis=(0, 1))
             for own in loop_field(turn[:, None, None], rho, above[:, None])
         )
-        charge = sign * remanence / mu_0 * winding.turns * area
+        charge = sign * remanence / MU_0 * winding.turns * area
         force += float(charge @ axial)
         couple += float(charge @ (axial * x + radial * (apart + x) / rho * depth))
     return force, couple

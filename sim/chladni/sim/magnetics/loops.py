@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.constants import mu_0
-from scipy.special import ellipe, ellipkm1
+
+from chladni.sim.magnetics.constants import MU_0
 
 FloatArray = NDArray[np.float64]
 
@@ -36,6 +36,9 @@ def vector_potential(radius: ArrayLike, at: ArrayLike, apart: ArrayLike) -> Floa
     ----------
     Jackson, Classical Electrodynamics, 3rd edition, eq. (5.37).
     """
+    # scipy.special takes 0.1 s to load, which no device needs.
+    from scipy.special import ellipe, ellipkm1  # noqa: PLC0415
+
     a, rho, z = np.broadcast_arrays(*(np.asarray(x, np.float64) for x in (radius, at, apart)))
     farthest = (a + rho) ** 2 + z**2
     m = 4.0 * a * rho / farthest
@@ -44,7 +47,7 @@ def vector_potential(radius: ArrayLike, at: ArrayLike, apart: ArrayLike) -> Floa
     whole = (1.0 - m / 2.0) * ellipkm1(rest) - ellipe(m)
     # (1 − m/2) K − E = π m²/32 (1 + 3m/4 + 75m²/128 + …): 5e-10 of it is left out at m = 1e-3.
     series = np.pi * m**2 / 32.0 * (1.0 + 0.75 * m + 75.0 / 128.0 * m**2)
-    return np.asarray(mu_0 / np.pi * np.sqrt(a / (rho * m)) * np.where(m < SMALL, series, whole))
+    return np.asarray(MU_0 / np.pi * np.sqrt(a / (rho * m)) * np.where(m < SMALL, series, whole))
 
 
 def shared_flux(radius: ArrayLike, other: ArrayLike, apart: ArrayLike) -> FloatArray:

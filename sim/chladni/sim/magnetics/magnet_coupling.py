@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import mu_0
+
+from chladni.sim.magnetics.constants import MU_0
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class Magnets:
     @property
     def moment(self) -> float:
         """Dipole moment m = Br V/μ₀, A·m²."""
-        return float(self.remanence / mu_0 * np.pi * self.radius**2 * self.height)
+        return float(self.remanence / MU_0 * np.pi * self.radius**2 * self.height)
 
     @property
     def flatness(self) -> float:
@@ -52,7 +53,7 @@ class Magnets:
         F = 3μ₀m²/(4πd⁴) (1 − 5q/d²), away from each other.
         """
         away, apart = self._pairs()
-        force = 3.0 * mu_0 * self.moment**2 / (4.0 * np.pi * apart**4)
+        force = 3.0 * MU_0 * self.moment**2 / (4.0 * np.pi * apart**4)
         force *= 1.0 + 5.0 * self.flatness / apart**2
         return np.asarray(np.sum((force / apart)[..., None] * away, axis=1))
 
@@ -68,7 +69,7 @@ class Magnets:
         Stone, The Theory of Intermolecular Forces, on the energy of axial multipoles.
         """
         _, apart = self._pairs()
-        pair = -9.0 * mu_0 * self.moment**2 / (4.0 * np.pi * apart**5)
+        pair = -9.0 * MU_0 * self.moment**2 / (4.0 * np.pi * apart**5)
         pair *= 1.0 + 25.0 / 3.0 * self.flatness / apart**2
         return np.asarray(np.diag(pair.sum(axis=1)) - pair)
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import mu_0
 
+from chladni.sim.magnetics.constants import MU_0
 from chladni.sim.magnetics.loops import shared_flux
 
 COPPER_OHM_M = 1.68e-8
@@ -112,7 +112,7 @@ def force_per_ampere(
         weight @ shared_flux(turn[:, None], radius, down + gap + beyond) @ weight / 4.0
         for beyond in (0.0, height)
     )
-    return float(winding.turns * remanence / mu_0 * (near - far))
+    return float(winding.turns * remanence / MU_0 * (near - far))
 
 
 @dataclass(frozen=True)

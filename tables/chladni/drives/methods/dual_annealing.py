@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import dual_annealing as scipy_dual_annealing
 
 from chladni.drives.methods.base import Found, Options
 from chladni.drives.problem.field_space import as_complex
@@ -20,6 +19,9 @@ EVALUATIONS = 3000
 
 def dual_annealing(problem: Problem, options: Options) -> Found:
     """Minimise 1 − SSIM in a box that holds every drive up to its scale."""
+    # No other method needs SciPy's optimisers, which take a tenth of a second to load.
+    from scipy.optimize import dual_annealing as scipy_dual_annealing  # noqa: PLC0415
+
     space = problem.solved.space
     objective = space.objective(space.levels[-1], problem.image)
     gradient = np.empty(2 * space.rank)

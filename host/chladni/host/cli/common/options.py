@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
 
-from chladni.drives.methods import METHODS
-from chladni.drives.objectives import OBJECTIVES
 from chladni.host.cli.common.output import check_output
 from chladni.host.cli.common.ranges import MOST_JOBS, MOST_SAMPLES, SEEDS, within
-from chladni.host.figures.fields import FORMATS
-from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
-from chladni.sim.board.quantity import MM
 from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -24,28 +17,6 @@ BoardArgument = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer with one JSON object.")]
 SeedOption = Annotated[int, typer.Option(callback=SEEDS, help="Seed of the random starts.")]
-MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
-ObjectiveOption = Annotated[
-    str, typer.Option(help="What the method phasor optimises: " + ", ".join(OBJECTIVES) + ".")
-]
-OwnObjectiveOption = Annotated[
-    str | None,
-    typer.Option(
-        "--objective",
-        help="What the drives optimise: " + ", ".join(OBJECTIVES) + ". By default focus "
-        "on a board whose file has a [focus] block, else ssim.",
-    ),
-]
-QuieterFromOption = Annotated[
-    float | None, typer.Option(help="focus: mm from which a second finger gets less.")
-]
-QuieterOption = Annotated[float | None, typer.Option(help="focus: how much less at least, dB.")]
-SilentFromOption = Annotated[
-    float | None, typer.Option(help="focus: mm from which it gets as little as possible.")
-]
-FloorOption = Annotated[
-    float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
-]
 SamplesOption = Annotated[
     int,
     typer.Option(
@@ -118,44 +89,6 @@ def check_one_of(what: str = "", **given: bool) -> None:
         raise ConflictError(taken[0], " or ".join(taken[1:]))
 
 
-def with_focus(
-    board: Board,
-    objective: str,
-    *,
-    quieter_from_mm: float | None,
-    quieter_db: float | None,
-    silent_from_mm: float | None,
-    floor_um: float | None,
-) -> Board:
-    """A board with the demands of its focus replaced by those of the options.
-
-    Raises
-    ------
-    InputError
-        A value is out of its range, or the zones are not in order.
-    ConflictError
-        Drives are asked to be best at something else.
-    """
-    given: dict[str, float] = {}
-    if quieter_from_mm is not None:
-        given["quieter_from"] = quieter_from_mm * MM
-    if quieter_db is not None:
-        given["quieter_db"] = quieter_db
-    if silent_from_mm is not None:
-        given["silent_from"] = silent_from_mm * MM
-    if floor_um is not None:
-        given["floor_um"] = floor_um
-    if not given:
-        return board
-    if objective != "focus":
-        raise ConflictError(
-            "--quieter-from-mm, --quieter-db, --silent-from-mm or --floor-um",
-            f"--objective {objective}",
-            hint="they are of --objective focus",
-        )
-    return replace(board, focus=replace(board.focus or Focus(), **given))
-
-
 def check_figure(figure: Path | None) -> None:
     """A figure that can be written in a format that can be drawn, if one is asked for.
 
@@ -166,6 +99,9 @@ def check_figure(figure: Path | None) -> None:
     """
     if figure is None:
         return
+    # What draws takes a third of a second to load, as in `write_figure`.
+    from chladni.host.figures.fields import FORMATS  # noqa: PLC0415
+
     check_output(figure, "--figure")
     if figure.suffix not in FORMATS:
         expected = "a name that ends in " + ", ".join(FORMATS)

@@ -109,7 +109,8 @@ def say(text: str) -> None:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure, and print its path on stderr."""
-    # What draws takes a third of a second to load, and most commands draw nothing.
+    # What draws takes a third of a second to load, and most commands draw nothing. So commands too
+    # load their figures where they draw them.
     from chladni.host.figures.fields import save  # noqa: PLC0415
 
     save(figure, path)

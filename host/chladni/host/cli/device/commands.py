@@ -44,10 +44,6 @@ key_app = typer.Typer(
 def register(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("flash")(flash)
-    for name, command in (("network", network), ("config", config), ("stream", stream),
-                          ("self-test", self_test)):  # fmt: skip
-        device_app.command(name)(command)
-    device_app.add_typer(key_app, name="key")
     app.add_typer(device_app, name="device")
 
 
@@ -181,3 +177,9 @@ def who_answers(port: str) -> dict[str, str | None]:
     except ChladniError as error:
         return {"board": None, "why": str(error)}
     return {"board": found["board"] or "no table", "why": None}
+
+
+for name, command in (("network", network), ("config", config), ("stream", stream),
+                      ("self-test", self_test)):  # fmt: skip
+    device_app.command(name)(command)
+device_app.add_typer(key_app, name="key")

@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
 
 from chladni.sim.plate.geometry import PlateGeometry
 from chladni.sim.plate.mirrors import SAME_PLACE, Mirrors
@@ -76,6 +74,9 @@ def find_mirrors(geometry: PlateGeometry) -> Mirrors:
             ((x0 + x1) / 2.0, (y0 + y1) / 2.0, ("strip", x1 - x0, y1 - y0))
             for x0, x1, y0, y1 in geometry.foundation.strips
         ]
+    # SciPy is loaded where a plate is solved: a device's host only asks for mirrors.
+    from scipy.spatial import cKDTree  # noqa: PLC0415
+
     edges = geometry.edges
     places = np.array([(x, y) for x, y, _ in items]).reshape(-1, 2)
     tree = cKDTree(places) if items else None
@@ -122,6 +123,8 @@ class ParityBasis:
             if parity.mirrors.holds(np.array(circle.x), np.array(circle.y)):
                 self._add_circle(index, circle, columns)
             self._spans.append(slice(first, len(self.members)))
+        from scipy.sparse import csr_array  # noqa: PLC0415  (as above)
+
         count = basis.size - basis.polynomials
         dense = np.stack(columns, axis=1) if columns else np.zeros((count, 0))
         # At most one entry per image in a column, so a sparse product costs next to nothing.

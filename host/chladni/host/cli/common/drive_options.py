@@ -1,0 +1,76 @@
+"""Arguments of commands that look for drives; the others need not load every method."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+import typer
+
+from chladni.drives.methods import METHODS
+from chladni.drives.objectives import OBJECTIVES
+from chladni.sim.board.board import Board
+from chladni.sim.board.focus import Focus
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import ConflictError
+
+MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
+ObjectiveOption = Annotated[
+    str, typer.Option(help="What the method phasor optimises: " + ", ".join(OBJECTIVES) + ".")
+]
+OwnObjectiveOption = Annotated[
+    str | None,
+    typer.Option(
+        "--objective",
+        help="What the drives optimise: " + ", ".join(OBJECTIVES) + ". By default focus "
+        "on a board whose file has a [focus] block, else ssim.",
+    ),
+]
+QuieterFromOption = Annotated[
+    float | None, typer.Option(help="focus: mm from which a second finger gets less.")
+]
+QuieterOption = Annotated[float | None, typer.Option(help="focus: how much less at least, dB.")]
+SilentFromOption = Annotated[
+    float | None, typer.Option(help="focus: mm from which it gets as little as possible.")
+]
+FloorOption = Annotated[
+    float | None, typer.Option(help="focus: µm under the finger at least, at the coils' limit.")
+]
+
+
+def with_focus(
+    board: Board,
+    objective: str,
+    *,
+    quieter_from_mm: float | None,
+    quieter_db: float | None,
+    silent_from_mm: float | None,
+    floor_um: float | None,
+) -> Board:
+    """A board with the demands of its focus replaced by those of the options.
+
+    Raises
+    ------
+    InputError
+        A value is out of its range, or the zones are not in order.
+    ConflictError
+        Drives are asked to be best at something else.
+    """
+    given: dict[str, float] = {}
+    if quieter_from_mm is not None:
+        given["quieter_from"] = quieter_from_mm * MM
+    if quieter_db is not None:
+        given["quieter_db"] = quieter_db
+    if silent_from_mm is not None:
+        given["silent_from"] = silent_from_mm * MM
+    if floor_um is not None:
+        given["floor_um"] = floor_um
+    if not given:
+        return board
+    if objective != "focus":
+        raise ConflictError(
+            "--quieter-from-mm, --quieter-db, --silent-from-mm or --floor-um",
+            f"--objective {objective}",
+            hint="they are of --objective focus",
+        )
+    return replace(board, focus=replace(board.focus or Focus(), **given))

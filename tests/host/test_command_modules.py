@@ -1,0 +1,51 @@
+"""A command loads its own module and no other, and none loads SciPy to talk to a device."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import typer
+
+from chladni.host.cli.command_modules import MODULES
+
+LOADED = """
+import atexit, sys
+from chladni.host.cli.app import start
+names = ("chladni.host.cli.board", "chladni.host.cli.table", "matplotlib", "scipy", "skimage")
+atexit.register(lambda: print("loaded", *(name for name in names if name in sys.modules)))
+sys.argv = ["chladni", *sys.argv[1:]]
+start()
+"""
+
+
+@pytest.mark.parametrize("module", sorted(set(MODULES.values())))
+def test_a_module_has_the_commands_that_are_looked_for_in_it(module: str) -> None:
+    app = typer.Typer()
+    import_module(f"chladni.host.cli.{module}").register(app)
+    assert set(typer.main.get_group(app).commands) == {
+        command for command, place in MODULES.items() if place == module
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "loaded"),
+    [
+        (("device", "info", "--emulator", "--table", "no.chl"), []),
+        (("emulate", "no.chl", "--serial"), []),
+        (("table", "show", "no.chl"), ["chladni.host.cli.table", "scipy"]),
+    ],
+)
+def test_a_command_loads_no_more_than_it_needs(
+    words: tuple[str, ...], loaded: list[str], tmp_path: Path
+) -> None:
+    """All of it takes two seconds of a core, at every command."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED, *words],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1].split() == ["loaded", *loaded], done.stderr
+    assert "no.chl" in done.stderr
