@@ -17,9 +17,12 @@ from conftest import ROOT
 CORE = ROOT / "firmware" / "esp32" / "core"
 CORE_SOURCES = sorted([*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")])
 ROOMS = (
-    "generated", "hal.hpp", "base", "synthesis", "table", "storage", "limits", "touch",
+    "generated", "hal.hpp", "base", "synthesis", "table", "fingers", "storage", "limits", "touch",
     "device", "link",
 )  # fmt: skip
+IN_SINGLE_PRECISION = {"fingers"}
+"""Runs in the main loop alone; what reaches the sample interrupt is checked by its objects
+(firmware/test_iram.py) and may not include it (test_the_sample_path_is_below_single_precision)."""
 # What is there without an operating system.
 FREESTANDING = {"array", "atomic", "cstdint", "cstddef", "limits", "type_traits"}
 
@@ -42,9 +45,28 @@ def test_core_includes_nothing_but_itself_and_freestanding_headers(path: Path) -
 def test_core_neither_allocates_nor_throws_nor_uses_floating_point(path: Path) -> None:
     text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
     text = re.sub(r'"[^"\n]*"', '""', text)
-    for word in ("new", "delete", "malloc", "free", "throw", "try", "float", "double",
-                 "dynamic_cast", "typeid"):  # fmt: skip
+    words = ["new", "delete", "malloc", "free", "throw", "try", "double", "dynamic_cast", "typeid"]
+    if path.relative_to(CORE).parts[0] not in IN_SINGLE_PRECISION:
+        words.append("float")
+    for word in words:
         assert not re.search(rf"\b{word}\b", text), f"{path.name} says {word}"
+
+
+def test_the_sample_path_is_below_single_precision() -> None:
+    """No header that what lies in IRAM includes, by however many steps, has a float in it."""
+    fragment = (ROOT / "firmware/esp32/components/chladni_core/linker.lf").read_text("utf-8")
+    names = re.findall(r"^ +(\w+) \(noflash", fragment, re.M)
+    assert "sample_player" in names
+    todo = [path for path in CORE_SOURCES if path.suffix == ".cpp" and path.stem in names]
+    assert len(todo) == len(names)
+    reached: set[Path] = set()
+    while todo:
+        path = todo.pop()
+        reached.add(path)
+        for name in re.findall(r'#include "(core/[^"]+)', path.read_text(encoding="utf-8")):
+            if (header := ROOT / "firmware" / "esp32" / name) not in reached:
+                todo.append(header)
+    assert not IN_SINGLE_PRECISION & {path.relative_to(CORE).parts[0] for path in reached}
 
 
 def test_no_constant_is_generated_that_nothing_uses() -> None:

@@ -312,6 +312,7 @@ NB_MODULE(_emulator, m) {
   m.doc() = "The firmware core on a PC: virtual clock, flash, PWM outputs, a panel and fingers.";
   bind_functions(m);
   chladni::emulator::bind_hardware(m);
+  chladni::emulator::bind_fingers(m);
   nb::class_<Emulator> emulator(m, "Emulator");
   bind_clock(emulator);
   bind_wires(emulator);

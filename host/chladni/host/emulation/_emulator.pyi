@@ -15,6 +15,28 @@ def phase_step_u32(frequency_millihertz: int, pwm_bits: int) -> int: ...
 def transitions() -> list[tuple[str, str, str]]: ...
 def panel_place(config: bytes, x: int, y: int) -> tuple[int, int]: ...
 
+CENTRE_WEIGHT: float
+RING_WEIGHT: float
+
+class FingerSet:
+    def __init__(
+        self,
+        *,
+        channels: int,
+        points: list[complex],
+        own: list[complex],
+        coupling: list[complex],
+        stiffness: complex,
+        levels_n: list[float],
+        thresholds_m: list[float],
+        regularisations: list[float],
+    ) -> None: ...
+
+def finger_drives(
+    fingers: FingerSet,
+) -> list[tuple[list[complex], list[complex], list[float], float, float]]: ...
+def finger_operations(fingers: FingerSet) -> list[tuple[int, int]]: ...
+
 class Pwm:
     def __init__(self, *, channels: int, bits: int, has_signs: bool = False) -> None: ...
     def write(self, *, period: int, duties: list[int]) -> None: ...

@@ -1,0 +1,139 @@
+// The core's drives of several fingers, and what finding them costs, as Python functions.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/complex.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <complex>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "core/fingers/drive_solver.hpp"
+#include "core/fingers/drive_solver_steps.hpp"
+#include "emulator/bindings.hpp"
+#include "emulator/counted_real.hpp"
+
+namespace nb = nanobind;
+
+namespace chladni::fingers {
+
+template class DriveSolver<emulator::CountedReal>;
+
+}  // namespace chladni::fingers
+
+namespace chladni::emulator {
+
+namespace {
+
+using Number = std::complex<float>;
+using Numbers = std::vector<Number>;
+using Reals = std::vector<float>;
+// Gains, means and shares, then its displacement over that of the loudest, and λ.
+using Row = std::tuple<Numbers, Numbers, Reals, float, float>;
+using CountRow = std::tuple<uint32_t, uint32_t>;
+
+template <typename Real>
+fingers::Complex<Real> number(const Number& value) {
+  return {Real(value.real()), Real(value.imag())};
+}
+
+// What Python gives of a set; `points` finger by finger, point by point.
+struct Given {
+  uint32_t channels;
+  Numbers points, own, coupling;
+  Number stiffness;
+  Reals levels_n, thresholds_m, regularisations;
+};
+
+template <typename Real>
+void fill(const Given& given, fingers::FingerSet<Real>& set) {
+  const size_t count = given.own.size();
+  if (count > fingers::kMostFingers || given.channels > fingers::kMostChannels ||
+      given.points.size() != count * fingers::kPoints * given.channels ||
+      given.levels_n.size() != count || given.thresholds_m.size() != count ||
+      given.regularisations.size() != count ||
+      given.coupling.size() != given.channels * (given.channels + 1) / 2) {
+    throw nb::value_error("fingers: sizes that do not fit one another");
+  }
+  set.channels = given.channels;
+  set.count = static_cast<uint32_t>(count);
+  set.stiffness = number<Real>(given.stiffness);
+  auto next = given.points.begin();
+  for (size_t j = 0; j < count; ++j) {
+    fingers::Finger<Real>& finger = set.fingers[j];
+    for (auto& point : finger.points) {
+      for (uint32_t k = 0; k < given.channels; ++k) point[k] = number<Real>(*next++);
+    }
+    finger.own = number<Real>(given.own[j]);
+    finger.level_n = Real(given.levels_n[j]);
+    finger.threshold_m = Real(given.thresholds_m[j]);
+    finger.regularisation = Real(given.regularisations[j]);
+  }
+  for (size_t k = 0; k < given.coupling.size(); ++k) {
+    set.coupling[k] = number<Real>(given.coupling[k]);
+  }
+}
+
+Given given(uint32_t channels, Numbers points, Numbers own, Numbers coupling, Number stiffness,
+            Reals levels_n, Reals thresholds_m, Reals regularisations) {
+  return {channels,  std::move(points),   std::move(own),          std::move(coupling),
+          stiffness, std::move(levels_n), std::move(thresholds_m), std::move(regularisations)};
+}
+
+std::vector<Row> finger_drives(const Given& what) {
+  const auto solver = std::make_unique<fingers::DriveSolver<float>>();
+  fill(what, solver->set());
+  if (!solver->begin()) throw nb::value_error("fingers: 1 to 5 of them, on 1 to 16 channels");
+  while (solver->step()) {
+  }
+  std::vector<Row> rows;
+  const auto plain = [](const fingers::Complex<float>& a) { return Number(a.re, a.im); };
+  for (uint32_t j = 0; j < solver->set().count; ++j) {
+    const fingers::FingerDrive<float>& drive = solver->drive(j);
+    Numbers gains, means;
+    for (uint32_t k = 0; k < what.channels; ++k) gains.push_back(plain(drive.gains[k]));
+    for (uint32_t k = 0; k < what.own.size(); ++k) means.push_back(plain(drive.means[k]));
+    const Reals shares(drive.shares.begin(), drive.shares.begin() + solver->set().count);
+    rows.emplace_back(gains, means, shares, drive.of_loudest, drive.regularisation);
+  }
+  return rows;
+}
+
+std::vector<CountRow> finger_operations(const Given& what) {
+  const auto solver = std::make_unique<fingers::DriveSolver<CountedReal>>();
+  fill(what, solver->set());
+  if (!solver->begin()) throw nb::value_error("fingers: 1 to 5 of them, on 1 to 16 channels");
+  std::vector<CountRow> slices;
+  for (bool goes_on = true; goes_on;) {
+    CountedReal::counts = {};
+    goes_on = solver->step();
+    slices.emplace_back(CountedReal::counts.products, CountedReal::counts.sums);
+  }
+  return slices;
+}
+
+}  // namespace
+
+void bind_fingers(nb::module_& m) {
+  nb::class_<Given>(m, "FingerSet")
+      .def(
+          "__init__",
+          [](Given* self, uint32_t channels, Numbers points, Numbers own, Numbers coupling,
+             Number stiffness, Reals levels_n, Reals thresholds_m, Reals regularisations) {
+            new (self) Given(given(channels, std::move(points), std::move(own), std::move(coupling),
+                                   stiffness, std::move(levels_n), std::move(thresholds_m),
+                                   std::move(regularisations)));
+          },
+          nb::kw_only(), nb::arg("channels"), nb::arg("points"), nb::arg("own"),
+          nb::arg("coupling"), nb::arg("stiffness"), nb::arg("levels_n"), nb::arg("thresholds_m"),
+          nb::arg("regularisations"));
+  m.def("finger_drives", &finger_drives, nb::arg("fingers"),
+        "Gains, means, shares, displacement over the loudest's and λ of each finger's drive.");
+  m.def("finger_operations", &finger_operations, nb::arg("fingers"),
+        "Products and sums of each slice in which the drives are found.");
+  m.attr("CENTRE_WEIGHT") = fingers::kCentreWeight;
+  m.attr("RING_WEIGHT") = fingers::kRingWeight;
+}
+
+}  // namespace chladni::emulator
