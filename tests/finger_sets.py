@@ -154,7 +154,7 @@ def coarse_plate(name: str) -> Responses:
         own_x=ends[0],
         own_y=ends[1],
         own=np.full((2, 2), stiffest, dtype=np.complex128),
-        coupling=(coupling + coupling.T) / 2.0,
+        coupling=np.asarray((coupling + coupling.T) / 2.0, dtype=np.complex128),
         frequency_hz=fields.frequency_hz,
     )
 

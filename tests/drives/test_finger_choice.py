@@ -61,11 +61,11 @@ def test_beside_a_finger_that_plays_nothing_a_quiet_drive_gets_loud_until_that_o
     None
 ):
     plate = nearly_one(0.02)
-    silent = {"levels": [1.0, 0.0]}
-    loud = chosen_drives(plate, plate.fingers, thresholds=[0.0, 1.0], **silent)
+    levels = [1.0, 0.0]
+    loud = chosen_drives(plate, plate.fingers, thresholds=[0.0, 1.0], levels=levels)
     assert REGULARISATION < loud.regularisation[0] <= LOUDEST
     assert loud.found.below_loudest_db[0] >= -20.0
-    still = chosen_drives(plate, plate.fingers, thresholds=[0.0, 0.0], **silent)
+    still = chosen_drives(plate, plate.fingers, thresholds=[0.0, 0.0], levels=levels)
     assert still.regularisation[0] == REGULARISATION
 
 

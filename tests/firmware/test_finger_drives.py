@@ -6,6 +6,7 @@ import cmath
 
 import numpy as np
 import pytest
+from finger_instructions import WITH_UNIT, WITHOUT_UNIT, count_fingers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -274,3 +275,24 @@ def operations(plate: MadeUpPlate, regularisation: float) -> np.ndarray:
         regularisation=regularisation,
     )
     return np.array(_emulator.finger_operations(given_set))
+
+
+MOST_INSTRUCTIONS = {(2, 5): 35_000, (5, 16): 400_000}
+"""For one λ, on a RISC-V with a floating-point unit; with the choice of λ at most as much again."""
+MOST_INSTRUCTIONS_OF_A_SLICE = 60_000
+"""A quarter of a millisecond at an instruction a cycle, half of one at two cycles each."""
+
+
+@pytest.mark.usefixtures("cross_compilers")
+@pytest.mark.parametrize(("fingers", "channels"), MOST_INSTRUCTIONS)
+def test_a_processor_with_a_floating_point_unit_finds_drives_in_time(
+    fingers: int, channels: int
+) -> None:
+    """And finds the same as this machine, as one without a unit does."""
+    count_fingers(WITHOUT_UNIT, fingers, channels)
+    found = count_fingers(WITH_UNIT, fingers, channels)
+    most = MOST_INSTRUCTIONS[fingers, channels]
+    assert most / 2 < found.one_sum <= most
+    assert found.one_sum < found.chosen_sum <= 2 * most
+    assert max(found.one_most, found.chosen_most) <= MOST_INSTRUCTIONS_OF_A_SLICE
+    assert found.ram <= 17 * 1024

@@ -2,6 +2,10 @@
   .section .reset, "ax"
   .global reset
 reset:
+#ifdef __riscv_flen
+  li t0, 0x2000 /* mstatus.FS: the floating-point unit is on */
+  csrs mstatus, t0
+#endif
   la sp, stack_top
   la a0, bss_begin
   la a1, bss_end

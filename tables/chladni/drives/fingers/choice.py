@@ -3,10 +3,10 @@
 A smaller λ costs level and buys isolation. What counts is whether another finger feels anything, so
 
 1. every finger first gets λ = 1e-3;
-2. where its share at another finger, at the level that will be played, is above what that one feels,
-   it gets 1e-4, unless that leaves less than a tenth (-20 dB) of what the loudest drive does for it;
-3. where already 1e-3 leaves less than a tenth, it gets 1e-2, else 0.1, else the loudest drive: the
-   first that leaves a tenth. None is taken whose share at another finger is above what that one has
+2. where its share at another finger, at the level that will be played, is above what that one
+   feels, it gets 1e-4, unless that leaves less than a tenth (-20 dB) of the loudest drive's own;
+3. where 1e-3 leaves less than a tenth, it gets 1e-2, else 0.1, else the loudest drive: the first
+   that leaves a tenth. None is taken whose share at another finger is above what that one has
    of its own (with λ = 1e-3), or above what it feels if it plays nothing; the one before stays.
 
 A finger chooses by the others' first drives, so the order of fingers does not matter. A device does
@@ -92,8 +92,9 @@ def chosen_drives(
     if felt.shape != (count,):
         raise ArgumentError("thresholds", felt.shape, f"one for each of {count} fingers")
     sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
+    forces = sizes.tolist()
     tried: dict[float, FingerDrives] = {
-        each: drives_for(plate, fingers, levels=sizes, stiffness=stiffness, regularisation=each)
+        each: drives_for(plate, fingers, levels=forces, stiffness=stiffness, regularisation=each)
         for each in (REGULARISATION, STILLER, *LOUDER)
     }
     first = tried[REGULARISATION]
@@ -101,7 +102,10 @@ def chosen_drives(
     chosen = np.array([_choose(tried, own, felt, tolerated) for own in range(count)])
     chosen[sizes <= 0.0] = REGULARISATION
     return ChosenDrives(
-        drives_for(plate, fingers, levels=sizes, stiffness=stiffness, regularisation=chosen), chosen
+        drives_for(
+            plate, fingers, levels=forces, stiffness=stiffness, regularisation=chosen.tolist()
+        ),
+        chosen,
     )
 
 
