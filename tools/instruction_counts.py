@@ -156,8 +156,10 @@ def count(
         round(said["load"] / processor.per_instruction),
         round(said["lookup_most"] / processor.per_instruction),
         said["lookup_sum"] / processor.per_instruction / said["lookups"],
-        *map(of_sample, SAMPLES),
-        {name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None},
+        *(of_sample(name) for name in SAMPLES),
+        bridges={
+            name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None
+        },
     )
 
 

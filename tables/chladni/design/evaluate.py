@@ -10,10 +10,11 @@ import numpy as np
 
 from chladni.design.layouts import Place, closest
 from chladni.design.pins import of_its_driver
-from chladni.design.spec import BUILT_TERMS, Spec
+from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
+from chladni.drives.scoring.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
@@ -30,6 +31,8 @@ NO_NUMBER_DB = -40.0
 """dB that a number counts as which is not there, such as the µm of a board without a coil."""
 UNFIT = -1000.0
 """Score of a board that a limit forbids, less a thousand times how far it is beyond."""
+FINGER_SETS = 8
+"""Sets of fingers on each drawn board."""
 TOO_WEAK = 3.0
 """dB of score for each dB that the finger gets less than it is to."""
 
@@ -98,14 +101,32 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
             seed=seed,
             tolerance=DRAWN_TOLERANCE,
         )
-        built = built_terms(spec, board, spec.settings.samples, seed)
+        more = costly_terms(spec, board, spec.settings.samples, seed)
     except ChladniError as error:
         return _unfit({}, str(error))
-    return weighed(spec, board, score, built)
+    return weighed(spec, board, score, more)
 
 
-def built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
-    """What is left of a board as built, where a SPEC weighs that."""
+def costly_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
+    """What is left of a board as built and with several fingers, where a SPEC weighs that."""
+    return _built_terms(spec, board, samples, seed) | _finger_terms(spec, board, samples, seed)
+
+
+def _finger_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
+    counts = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
+    if not counts and FINGER_LEVEL not in spec.weights:
+        return {}
+    found = dict.fromkeys((*FINGER_TERMS, FINGER_LEVEL), NO_NUMBER_DB)
+    sets = FINGER_SETS * samples
+    for own in score_fingers(board, counts or [2], sets=sets, samples=samples, seed=seed).counts:
+        kept = own.perturbed
+        assert kept is not None
+        found[f"fingers_{own.fingers}_db"] = kept.isolation_db.p10
+        found[FINGER_LEVEL] = _micrometres_db(kept.finger_um.p10 if kept.finger_um else 0.0)
+    return found
+
+
+def _built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
     if not BUILT_TERMS & spec.weights.keys():
         return {}
     kept = score_together(board, pitch=spec.settings.pitch, samples=samples, seed=seed)
@@ -116,10 +137,10 @@ def built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, 
     }
 
 
-def weighed(spec: Spec, board: Board, score: BoardScore, built: Mapping[str, float]) -> Evaluation:
-    """A board's score by the weights of a SPEC; `built` as of `built_terms`."""
+def weighed(spec: Spec, board: Board, score: BoardScore, more: Mapping[str, float]) -> Evaluation:
+    """A board's score by the weights of a SPEC; `more` as of `costly_terms`."""
     assert score.perturbed is not None
-    nominal, robust = ({**terms_of(board, one), **built} for one in (score, score.perturbed))
+    nominal, robust = ({**terms_of(board, one), **more} for one in (score, score.perturbed))
     floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 

@@ -25,8 +25,8 @@ import numpy as np
 from chladni.design.evaluate import (
     Evaluation,
     beyond,
-    built_terms,
     completed_board,
+    costly_terms,
     evaluate,
     weighed,
 )
@@ -332,8 +332,8 @@ def _finished(
     own = list(entries)
     found = workers.map(partial(_score, spec, seed, samples), [one.document for one in own])
     return [
-        (Entry(one.document, weighed(spec, completed_board(one.document), score, built)), score)
-        for one, (score, built) in zip(own, found, strict=True)
+        (Entry(one.document, weighed(spec, completed_board(one.document), score, more)), score)
+        for one, (score, more) in zip(own, found, strict=True)
     ]
 
 
@@ -342,7 +342,7 @@ def _score(
 ) -> tuple[BoardScore, dict[str, float]]:
     board, pitch = completed_board(document), spec.settings.pitch
     score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
-    return score, built_terms(spec, board, samples, seed)
+    return score, costly_terms(spec, board, samples, seed)
 
 
 def _digest(value: Any) -> str:

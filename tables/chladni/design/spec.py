@@ -31,13 +31,17 @@ GAP_MM = 0.5
 TERMS = (
     "second_finger_db", "second_finger_16mm_db", "second_finger_20mm_db", "second_finger_25mm_db",
     "finger_db", "focal_error_mm", "coils", "area_cm2", "mass_g", "built_20mm_db",
-    "built_finger_db",
+    "built_finger_db", "fingers_2_db", "fingers_3_db", "fingers_4_db", "fingers_5_db",
+    "fingers_um_db",
 )  # fmt: skip
 """What weights may be given to. Of dB and µm the 10th percentile over places and drawn boards
 counts, of the focal error the 90th; it, coils, area and mass count against a board. `finger_db` is
-20·log₁₀ of the micrometres under the finger. The last two are what is left as built: under a film,
-pressed with 1 N, warm, on stiffer foam."""
+20·log₁₀ of the micrometres under the finger. `built_…` are what is left as built: under a film,
+pressed with 1 N, warm, on stiffer foam. `fingers_…` are the isolation of so many fingers that all
+press, and 20·log₁₀ of the micrometres that each then gets, at the largest number with a weight."""
 BUILT_TERMS = frozenset({"built_20mm_db", "built_finger_db"})
+FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
+FINGER_LEVEL = "fingers_um_db"
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
 FIELD, WHAT = "spec", "a design's TOML file"

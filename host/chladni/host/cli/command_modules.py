@@ -13,6 +13,7 @@ MODULES = {
     "emulate": "emulate",
     "studio": "studio",
     "compare": "compare",
+    "fingers": "fingers",
     "design": "design",
     "flash": "device.commands",
     "board": "board",

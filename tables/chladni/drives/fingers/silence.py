@@ -38,13 +38,15 @@ MOST_FINGERS = 5
 """That a GT911 reports."""
 RING_RADIUS, RING_POINTS = 5e-3, 6
 """m. A ring of six at 5 mm and the centre keep a disc of 6 mm still: four points at 4 mm lose
-10 dB at the worst tenth of places, eight gain 0.2 dB (bench/fingers.py)."""
+7 dB at the worst tenth of fingers on `quiet16` and 1 to 2 on other boards, eight gain 0.5 at most
+(bench/fingers.py)."""
 CENTRE_WEIGHT = 1.0 - 0.5 * (FINGERTIP_RADIUS / RING_RADIUS) ** 2
 """Of the centre in a disc's mean, the ring having the rest: exact for fields of second order, whose
 mean over a disc of radius a is w(0) + a² ∇²w/8, and over the ring w(0) + r² ∇²w/4."""
 REGULARISATION = 1e-3
-"""λ over the mean square of a point's responses: levels at the worst tenth of places stay within
-18 dB of the loudest, at 1e-5 within 30."""
+"""λ over the mean square of a point's responses: a tenth of it isolates 1 to 2 dB more (5 on
+`prototype`) and costs level, ten times as much 1 to 3 less (5), two fingers pressing
+(bench/fingers.py)."""
 
 
 class Plate(Protocol):
@@ -89,10 +91,10 @@ class FingerDrives:
 
     @property
     def isolation_db(self) -> FloatArray:
-        """Own share over the largest among the other fingers, dB, shape (fingers,); alone, 300."""
+        """Own over the largest share at another finger, dB, (fingers,); alone 300, silent 0."""
         own = np.diag(self.shares)
         others = np.where(np.eye(len(own), dtype=bool), 0.0, self.shares).max(axis=1)
-        ratio = np.maximum(own, 1e-300) / np.maximum(others, own * 1e-15)
+        ratio = np.maximum(own, 1e-300) / np.maximum(np.maximum(others, own * 1e-15), 1e-300)
         return np.asarray(20.0 * np.log10(ratio))
 
 
@@ -100,9 +102,9 @@ def drives_for(
     plate: Plate,
     fingers: Sequence[Place],
     *,
-    levels: Sequence[float] | None = None,
+    levels: Sequence[float] | FloatArray | None = None,
     stiffness: complex = 0.0,
-    regularisation: float | Sequence[float] = REGULARISATION,
+    regularisation: float | Sequence[float] | FloatArray = REGULARISATION,
 ) -> FingerDrives:
     """A drive for each finger that leaves the others still.
 

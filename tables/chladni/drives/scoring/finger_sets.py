@@ -69,7 +69,7 @@ class FingerSet:
     def shares(self, drives: ComplexArray) -> FloatArray:
         """RMS over each finger's disc by drives (drives, actuators), N; (drives, fingers), m."""
         moved = [np.abs(drives @ disc.T) ** 2 for disc in self.discs]
-        return np.sqrt(np.stack([own.mean(axis=1) for own in moved], axis=1))
+        return np.asarray(np.sqrt(np.stack([own.mean(axis=1) for own in moved], axis=1)))
 
     def means(self, drives: ComplexArray) -> ComplexArray:
         """Mean displacement of each disc by drives (drives, actuators), N; (drives, fingers), m."""

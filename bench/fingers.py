@@ -1,0 +1,129 @@
+"""What decides how far fingers are kept apart: points, couplings, λ. Prints a table a board.
+
+    python bench/fingers.py [BOARD ...]
+
+Two fingers, 16 mm apart or more, both pressing with 1 N, on the board as drawn. The exact coupling
+has the field of every finger's push, which no chip holds.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.fingers import Responses, drives_for, responses_at, silence
+from chladni.drives.fingers.responses import interpolated
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.fingers_score import APART
+from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
+from chladni.sim.image.finger import pressing_stiffness
+
+ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
+Drives = Callable[[FloatArray], ComplexArray]
+
+BOARDS = ("prototype", "strip5", "phone5", "phone8", "phone15", "quiet16")
+SETS, SEED = 100, 1
+
+
+@contextmanager
+def ring(radius: float, points: int) -> Iterator[None]:
+    """Another ring of points for the time being."""
+    before = silence.RING_RADIUS, silence.RING_POINTS, silence.CENTRE_WEIGHT
+    silence.RING_RADIUS, silence.RING_POINTS = radius, points
+    silence.CENTRE_WEIGHT = max(0.0, 1.0 - 0.5 * (silence.FINGERTIP_RADIUS / radius) ** 2)
+    try:
+        yield
+    finally:
+        silence.RING_RADIUS, silence.RING_POINTS, silence.CENTRE_WEIGHT = before
+
+
+def nystrom(solved: SolvedBoard, known: Responses) -> Responses:
+    """The same with M = C⁻¹, what coils do at coils."""
+    at_coils = known.at(np.array([own.at for own in solved.board.actuators]))
+    return replace(known, coupling=np.linalg.inv((at_coils + at_coils.T) / 2.0))
+
+
+class Exact:
+    """Drives from the field of every finger's push."""
+
+    def __init__(self, solved: SolvedBoard, known: Responses, stiffness: complex) -> None:
+        self.solved, self.known, self.stiffness = solved, known, stiffness
+
+    def __call__(self, places: FloatArray) -> ComplexArray:
+        """The drives of a set."""
+        board, count = self.solved.board, len(places)
+        fields = self.solved.under_finger([(x / MM, y / MM) for x, y in places.tolist()])
+        points = (places[:, None] + silence.ring_offsets()).reshape(-1, 2)
+        push = interpolated(board.x, board.y, fields, points).reshape(count, count, -1)
+        free = self.known.at(points).reshape(count, push.shape[2], -1)
+        weights = silence.disc_weights()
+        means = np.einsum("p,fpa->fa", weights, free)
+        pairs = np.einsum("p,jfp->fj", weights, push)
+        back = self.stiffness * np.linalg.solve(np.eye(count) + self.stiffness * pairs, means)
+        loaded = free - np.einsum("jfp,ja->fpa", push, back)
+        return drives_for(_Points(places, loaded), places.tolist()).drives
+
+
+class _Points:
+    """A plate of which only some fingers' points are known."""
+
+    def __init__(self, places: FloatArray, loaded: ComplexArray) -> None:
+        self._loaded = loaded
+        self.coupling = np.zeros((loaded.shape[2],) * 2, np.complex128)
+
+    def at(self, places: FloatArray) -> ComplexArray:
+        return self._loaded.reshape(len(places), -1)
+
+    def own_at(self, places: FloatArray) -> ComplexArray:
+        return np.zeros(len(places), np.complex128)
+
+
+def main() -> None:
+    """All boards, or those that are named."""
+    print("| board | drives | isolation, dB: median, worst tenth | ms a set |")
+    print("|---|---|---|---|")
+    for name in sys.argv[1:] or BOARDS:
+        board = load_board(name)
+        solved = solved_board(board)
+        stiffness = pressing_stiffness(1.0, board.drive.frequency_hz)
+        known = responses_at(solved)
+        sets = finger_sets(board, 2, SETS, APART, np.random.default_rng(SEED))
+        pressed = list(FingerSet.of_all(solved, sets, stiffness))
+
+        def of(plate: Responses, share: float = 1e-3, spring: complex = stiffness) -> Drives:
+            return lambda places: (
+                drives_for(plate, places.tolist(), stiffness=spring, regularisation=share).drives
+            )
+
+        def row(what: str, drives: Drives, own: list[FingerSet] = pressed, of: str = name) -> None:
+            started = time.perf_counter()
+            found = [drives(fingers.places) for fingers in own]
+            taken = (time.perf_counter() - started) / len(own)
+            isolation = np.concatenate(
+                [one.isolation_db(drive) for one, drive in zip(own, found, strict=True)]
+            )
+            middle, tail = np.percentile(isolation, (50.0, 10.0))
+            print(f"| `{of}` | {what} | {middle:.1f}, {tail:.1f} | {1e3 * taken:.2f} |", flush=True)
+
+        row("fitted coupling, λ = 1e-3", of(known))
+        for share in (1e-2, 1e-4, 1e-5):
+            row(f"fitted coupling, λ = {share:g}", of(known, share))
+        row("no coupling: a free plate", of(known, spring=0.0))
+        row("M = C⁻¹ (Nyström)", of(nystrom(solved, known)))
+        row("exact coupling", Exact(solved, known, stiffness))
+        for radius, points in ((4e-3, 4), (5e-3, 8)):
+            with ring(radius, points):
+                row(f"ring of {points} at {radius * 1e3:g} mm", of(known))
+
+
+if __name__ == "__main__":
+    main()

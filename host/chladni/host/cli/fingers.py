@@ -1,0 +1,132 @@
+"""`chladni fingers`: how well a board keeps several fingers apart."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any
+
+import typer
+
+from chladni.drives.methods import SEED
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
+from chladni.drives.scoring.fingers_score import (
+    APART,
+    MOST_SETS,
+    PRESS,
+    SETS,
+    CountScore,
+    score_fingers,
+)
+from chladni.drives.scoring.survey import SAMPLES
+from chladni.host.cli.common.options import (
+    BoardArgument,
+    FigureOption,
+    JsonOption,
+    LargeOption,
+    PerturbedOption,
+    SamplesOption,
+    SeedOption,
+    check_figure,
+)
+from chladni.host.cli.common.output import answer, progress_bar, say, say_unmet, write_figure
+from chladni.host.cli.common.ranges import within
+from chladni.sim.board.file import load_board
+from chladni.sim.board.quantity import MM
+from chladni.sim.image.finger import threshold_um
+
+COUNTS = (2, 3, 4, 5)
+NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("fingers")(fingers)
+
+
+def fingers(
+    board: BoardArgument,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            "--fingers", callback=within(2, 5), help="How many; 2, 3, 4 and 5 if left out."
+        ),
+    ] = None,
+    apart: Annotated[
+        float, typer.Option(callback=within(0.0, 1000.0, "mm"), help="Between two fingers, mm.")
+    ] = APART / MM,
+    sets: Annotated[
+        int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
+    ] = SETS,
+    regularisation: Annotated[
+        float | None,
+        typer.Option(
+            "--lambda",
+            callback=within(1e-9, 1e9),
+            help="Level against silence, for all drives; chosen for each finger if left out.",
+        ),
+    ] = None,
+    press: Annotated[
+        float,
+        typer.Option(callback=within(LEAST_PRESS, MOST_PRESS, "N"), help="Of each finger, N."),
+    ] = PRESS,
+    samples: SamplesOption = SAMPLES,
+    perturbed: PerturbedOption = True,
+    figure: FigureOption = None,
+    seed: SeedOption = SEED,
+    large: LargeOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Score what fingers that press a board at once feel of each other's signals."""
+    check_figure(figure)
+    loaded = load_board(board)
+    with progress_bar("sets of fingers") as progress:
+        score = score_fingers(
+            loaded,
+            COUNTS if count is None else (count,),
+            apart=apart * MM,
+            sets=sets,
+            regularisation=regularisation,
+            newtons=press,
+            samples=samples if perturbed else 0,
+            seed=seed,
+            progress=progress,
+        )
+    fields = solved_board(loaded).fields
+    say_unmet(fields.error_estimate, fields.tolerance)
+    if figure is not None:
+        # What draws takes a third of a second to load.
+        from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
+
+        threshold = threshold_um(loaded.drive.frequency_hz)
+        write_figure(fingers_figure(loaded.name, score, threshold), figure)
+    for own in score.counts:
+        say(sentence(own, apart))
+    result = {
+        "name": loaded.name,
+        "apart_mm": apart,
+        "newtons": press,
+        "lambda": regularisation,
+        "seed": seed,
+        "counts": [_as_keys(own) for own in score.counts],
+        "seconds": score.seconds,
+    }
+    answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
+
+
+def sentence(score: CountScore, apart_mm: float) -> str:
+    """What a user gets, in words."""
+    begin = f"{NUMBER[score.fingers]} fingers, {apart_mm:g} mm apart or more:"
+    if score.finger_um is None or score.unfelt is None:
+        above = score.isolation_db.median
+        return f"{begin} under the others each one's signal is {above:.0f} dB weaker"
+    return (
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own; in "
+        f"{100.0 * score.unfelt:.0f} of 100 places a resting finger does not feel the others'"
+    )
+
+
+def _as_keys(score: CountScore) -> dict[str, Any]:
+    return {
+        key: value for key, value in asdict(score).items() if key not in ("rows", "perturbed_rows")
+    }

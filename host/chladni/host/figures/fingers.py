@@ -1,0 +1,61 @@
+"""Figures of several fingers at once: how far each one's signal stays from the others."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chladni.drives.scoring.fingers_score import FingersScore
+from chladni.host.figures.fields import COLOURS, INK
+
+FloatArray = NDArray[np.float64]
+
+PANELS = (
+    (0, "own signal over its share under the other fingers, dB", False),
+    (2, "own signal, µm peak", True),
+    (3, "the others' largest share, µm peak", True),
+)
+"""Column of a score's rows, what it is, and whether its axis is logarithmic."""
+
+
+def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -> Figure:
+    """Shares of fingers by isolation, own level and what they feel of the others.
+
+    Drawn lines are of the board as drawn, dashed ones of boards within its tolerances.
+    """
+    figure = Figure(figsize=(12.6, 4.4), layout="constrained")
+    panels = figure.subplots(1, len(PANELS), sharey=True)
+    for axes, (column, label, is_logarithmic) in zip(panels, PANELS, strict=True):
+        for own, colour in zip(score.counts, COLOURS, strict=False):
+            _line(axes, own.rows[:, column], colour, "-", f"{own.fingers} fingers")
+            if own.perturbed_rows is not None:
+                _line(axes, own.perturbed_rows[:, column], colour, "--", None)
+        if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
+            axes.set_xscale("log")
+        if column == 3 and threshold_um is not None:
+            axes.axvline(threshold_um, color=INK, linewidth=0.8)
+            axes.annotate(
+                "felt by a resting finger", (threshold_um, 0.02), rotation=90, fontsize=8,
+                xytext=(-3, 0), textcoords="offset points", ha="right", va="bottom", color=INK,
+            )  # fmt: skip
+        axes.set_xlabel(label, fontsize=9)
+        axes.grid(alpha=0.25)
+        axes.set_ylim(0.0, 1.0)
+    panels[0].set_ylabel("share of fingers that have less", fontsize=9)
+    panels[0].legend(fontsize=8, loc="upper left")
+    figure.suptitle(
+        f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "
+        f"{score.newtons:g} N (simulated; dashed: within tolerances)",
+        fontsize=11,
+        color=INK,
+    )
+    return figure
+
+
+def _line(axes: Axes, values: FloatArray, colour: str, style: str, label: str | None) -> None:
+    known = np.sort(values[np.isfinite(values)])
+    if known.size:
+        shares = (np.arange(known.size) + 0.5) / known.size
+        axes.plot(known, shares, style, color=colour, linewidth=1.4, label=label)

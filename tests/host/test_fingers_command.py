@@ -1,0 +1,73 @@
+"""`chladni fingers`: what it answers, draws and refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from conftest import ROOT, CommandLine
+
+STRIP = ROOT / "tests" / "boards" / "strip5.toml"
+FEW = ("--sets", "6", "--samples", "1")
+
+
+def test_it_answers_with_the_keys_of_the_contract(chladni: CommandLine, tmp_path: Path) -> None:
+    figure = tmp_path / "fingers.png"
+    answer = chladni("fingers", STRIP, *FEW, "--fingers", "2", "--figure", figure, "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    assert {"apart_mm", "counts", "seconds"} <= found.keys()
+    (two,) = found["counts"]
+    assert two["fingers"] == 2
+    assert two["sets"] == 6
+    for own in (two, two["perturbed"]):
+        for key in ("isolation_db", "level_db", "finger_um"):
+            assert own[key].keys() == {"median", "p10", "p90"}
+        assert 0.0 <= own["unfelt_pressing"] <= own["unfelt"] <= 1.0
+    assert two["perturbed"].keys() >= {"samples", "seed"}
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    assert "Two fingers, 16 mm apart or more: each gets" in answer.err
+
+
+def test_people_read_a_table(chladni: CommandLine) -> None:
+    answer = chladni("fingers", STRIP, *FEW, "--fingers", "2", "--no-perturbed")
+    assert answer.code == 0, answer.err
+    assert "isolation" in answer.out
+    assert "rows" not in answer.out
+
+
+def test_more_silence_is_less_level(chladni: CommandLine) -> None:
+    """λ by hand: 1e-1 is louder, 1e-5 is stiller."""
+    found = [
+        json.loads(
+            chladni(
+                "fingers", STRIP, "--sets", "12", "--fingers", "2", "--no-perturbed",
+                "--lambda", own, "--json",
+            ).out
+        )["counts"][0]
+        for own in ("1e-1", "1e-5")
+    ]  # fmt: skip
+    assert found[0]["level_db"]["median"] > found[1]["level_db"]["median"]
+    assert found[0]["isolation_db"]["median"] < found[1]["isolation_db"]["median"]
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--fingers", "6"), "--fingers: expected 2 to 5, got 6"),
+        (("--fingers", "1"), "--fingers"),
+        (("--apart", "500"), "apart"),
+        (("--apart", "nan"), "--apart"),
+        (("--lambda", "0"), "--lambda"),
+        (("--sets", "0"), "--sets"),
+        (("--press", "100"), "--press"),
+        (("--figure", "x.gif"), "--figure"),
+    ],
+)
+def test_bad_input_is_named(chladni: CommandLine, words: tuple[str, str], named: str) -> None:
+    answer = chladni("fingers", STRIP, *words, "--json")
+    assert answer.code == 2
+    assert answer.out == ""
+    assert named in answer.err
