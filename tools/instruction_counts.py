@@ -156,7 +156,11 @@ def count(
         round(said["load"] / processor.per_instruction),
         round(said["lookup_most"] / processor.per_instruction),
         said["lookup_sum"] / processor.per_instruction / said["lookups"],
-        *(of_sample(name) for name in SAMPLES),
+        sine_steady=of_sample("sine_steady"),
+        sine_ramping=of_sample("sine_ramping"),
+        others_steady=of_sample("others_steady"),
+        others_ramping=of_sample("others_ramping"),
+        with_news=of_sample("with_news"),
         bridges={
             name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None
         },
