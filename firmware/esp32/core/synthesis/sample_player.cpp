@@ -14,13 +14,6 @@ constexpr uint32_t kFarAway = 1687500000U;
 
 }  // namespace
 
-template <bool kHasBridges>
-int32_t SamplePlayer::next_duty(const Shaper& shaper, const Bridge& bridge, Channel& channel,
-                                int32_t before, int32_t wanted) {
-  if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
-  return bridge.next(shaper.rounded(channel.errors, wanted), before);
-}
-
 template <bool kIsRamping, bool kHasBridges>
 void SamplePlayer::sines() {
   const SineCosine wave = sine_cosine(next_phase());

@@ -143,9 +143,12 @@ class SamplePlayer {
   [[gnu::always_inline]] inline void like_with(Wave wave_q15);
   // What a channel's pin gets next, after `before`.
   template <bool kHasBridges>
-  [[gnu::always_inline]] static inline int32_t next_duty(const Shaper& shaper, const Bridge& bridge,
-                                                         Channel& channel, int32_t before,
-                                                         int32_t wanted);
+  [[gnu::always_inline]] static int32_t next_duty(const Shaper& shaper, const Bridge& bridge,
+                                                  Channel& channel, int32_t before,
+                                                  int32_t wanted) {
+    if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
+    return bridge.next(shaper.rounded(channel.errors, wanted), before);
+  }
   void streamed();
 
   // What every sample needs, where its instructions reach.

@@ -60,7 +60,7 @@ struct Bridge {
   }
 
   [[gnu::always_inline]] static bool is_rare(bool condition) {
-    return __builtin_expect(condition, 0) != 0;
+    return __builtin_expect(static_cast<long>(condition), 0L) != 0L;
   }
 };
 
