@@ -2,18 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from importlib.metadata import version
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from chladni.host.cli.command_modules import MODULES
-from chladni.host.cli.common.command_group import CommandGroup, LoadedCommands
+from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.protocol import link as link_protocol
 from chladni.sim.errors import MissingError
 from chladni.tables import layout
+
+if TYPE_CHECKING:
+    # What MODULES names: import-linter and the drawing of the house see no names in strings.
+    from chladni.host.cli import (  # noqa: F401
+        board,
+        compare,
+        design,
+        emulate,
+        fingers,
+        plate,
+        solve,
+        studio,
+        table,
+    )
+    from chladni.host.cli.device import commands  # noqa: F401
+
+
+class LoadedCommands(Mapping[str, Any]):
+    """Commands by name, each loaded from its module when it is first asked for.
+
+    Parameters
+    ----------
+    modules
+        Below `chladni.host.cli`, by command.
+    """
+
+    def __init__(self, modules: Mapping[str, str]) -> None:
+        self._modules = modules
+        self._loaded: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._loaded:
+            app = typer.Typer(rich_markup_mode=None)
+            import_module(f"chladni.host.cli.{self._modules[name]}").register(app)
+            self._loaded |= typer.main.get_group(app).commands
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._modules)
+
+    def __len__(self) -> int:
+        return len(self._modules)
+
 
 COMMANDS = LoadedCommands(MODULES)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from importlib import import_module
+from collections.abc import Iterator
 from typing import Any
 
 import typer
@@ -21,33 +20,6 @@ ARGUMENTS = {
     "touches": ("touch",),
 }
 """Arguments of the library, and the parameters of commands where they are called otherwise."""
-
-
-class LoadedCommands(Mapping[str, Any]):
-    """Commands by name, each loaded from its module when it is first asked for.
-
-    Parameters
-    ----------
-    modules
-        Below `chladni.host.cli`, by command.
-    """
-
-    def __init__(self, modules: Mapping[str, str]) -> None:
-        self._modules = modules
-        self._loaded: dict[str, Any] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._loaded:
-            app = typer.Typer(rich_markup_mode=None)
-            import_module(f"chladni.host.cli.{self._modules[name]}").register(app)
-            self._loaded |= typer.main.get_group(app).commands
-        return self._loaded[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._modules)
-
-    def __len__(self) -> int:
-        return len(self._modules)
 
 
 class CommandGroup(TyperGroup):
