@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from chladni.host.cli import command_line
-from chladni.host.cli.command_modules import MODULES
+from chladni.host.cli.common.command_modules import MODULES
 
 LOADED = """
 import atexit, sys

@@ -204,7 +204,7 @@ def test_errors_of_a_file_name_the_file(tmp_path: Path) -> None:
     path.write_text("name = [", encoding="utf-8")
     with pytest.raises(InputError, match=r"bad\.toml, syntax"):
         load_board(path)
-    with pytest.raises(InputError, match="paper, phone15, prototype"):
+    with pytest.raises(InputError, match="paper, phone15, phone5, phone8, prototype"):
         load_board(tmp_path / "missing.toml")
 
 

@@ -70,7 +70,9 @@ class Silence {
     for (uint32_t j = 0; j < set.count; ++j) predict(set.fingers[j], set.channels, j, drive);
     const Real own = root(squared(drive.means[finger_]));
     const Real loudest = loudest_[finger_];
+    // Below, where numbers lose their digits, a share may come out above one.
     drive.of_loudest = loudest > Real(kLeast) ? own / loudest : Real{};
+    if (drive.of_loudest > Real(1)) drive.of_loudest = Real(1);
   }
 
  private:

@@ -21,7 +21,7 @@ from _signal import (  # type: ignore[import-not-found]
     signal,
 )
 
-from chladni.host.cli.command_modules import MODULES
+from chladni.host.cli.common.command_modules import MODULES
 
 TYPE_CHECKING = False  # typing's own would load still more
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from chladni.host.cli.command_modules import MODULES
 from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.common.command_modules import MODULES
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.protocol import link as link_protocol
