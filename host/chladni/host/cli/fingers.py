@@ -102,15 +102,19 @@ def fingers(
         write_figure(fingers_figure(loaded.name, score, threshold), figure)
     for own in score.counts:
         say(sentence(own, apart))
-    result = {
+    counts = [_as_keys(own) for own in score.counts]
+    result: dict[str, Any] = {
         "name": loaded.name,
         "apart_mm": apart,
         "newtons": press,
         "lambda": regularisation,
         "seed": seed,
-        "counts": [_as_keys(own) for own in score.counts],
         "seconds": score.seconds,
     }
+    # People read a row for each number.
+    result |= (
+        {"counts": counts} if as_json else {f"{own['fingers']} fingers": own for own in counts}
+    )
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
 
 

@@ -1,6 +1,6 @@
 """How deep the core's stack gets: in the sample interrupt, and in a turn of the main loop.
 
-    python tools/stack_depth.py
+    python tools/processors/stack_depth.py
 
 Every function's frame and calls come from the compiler (RISC-V, -O2, as the processors' counts are
 made); the deepest chain is added up. What is called through `Hal` is the chip's and not in it. The
@@ -16,6 +16,7 @@ import tempfile
 from collections import defaultdict
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from instruction_counts import CORE, FIRMWARE, FLAGS, HERE, PROCESSORS
 
 ROOTS = {
