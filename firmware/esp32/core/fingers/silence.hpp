@@ -70,7 +70,8 @@ class Silence {
     for (uint32_t j = 0; j < set.count; ++j) predict(set.fingers[j], set.channels, j, drive);
     const Real own = root(squared(drive.means[finger_]));
     const Real loudest = loudest_[finger_];
-    drive.of_loudest = loudest > Real(kLeast) ? own / loudest : Real{};
+    // A finger so stiff that nothing moves it has rounding alone for a mean.
+    drive.of_loudest = own < loudest ? own / loudest : Real(loudest > Real{} ? 1.0F : 0.0F);
   }
 
  private:
