@@ -90,7 +90,8 @@ class Silence {
   Real find(const FingerSet<Real>& set, Real regularisation, PerChannel<Real>& gains) {
     regularisation = larger(regularisation, Real(kLeastRegularisation));
     if (mean_square_ > Real(kLeastSquare) && regularisation < Real(kLoudest)) {
-      for (uint32_t k = 0; k < kMostTries; ++k, regularisation = regularisation * Real(10.0F)) {
+      for (uint32_t k = 0; k < kMostTries; ++k) {
+        if (k > 0) regularisation = regularisation * Real(10.0F);
         const Real lambda = regularisation * mean_square_;
         if (!factor_.factorise(others_, lambda, set.channels)) continue;
         for (uint32_t c = 0; c < set.channels; ++c) gains[c] = targets_[finger_][c] * lambda;
