@@ -28,7 +28,9 @@ from finger_sets import (
 STIFFNESS = complex(np.complex64(pressing_stiffness(1.0, 160.0)))
 LARGEST_ERROR = 1e-3
 """-60 dB. Rounding of single precision, 6e-8, over λ of 1e-3 / 7 in the equations leaves 2e-5 in
-hard sets of real boards (-83 dB was the most of 100 sets each), refined ones less (-97)."""
+hard sets of real boards (-83 dB was the most of 100 sets each)."""
+REFINED_ERROR = 1e-4
+"""-80 dB, of λ = 1e-4: one step of refinement leaves -97 where without it -63 is left."""
 SETS = 25
 BOARDS = {"prototype": 5, "strip5": 2, "phone15": 5, "quiet16": 5}
 """And the most fingers that are drawn on each, 12 mm apart."""
@@ -40,7 +42,8 @@ def board(request: pytest.FixtureRequest) -> tuple[Responses, int]:
 
 
 def assert_alike(plate: MadeUpPlate, stiffness: complex, regularisation: float) -> None:
-    """Drives, the fields that they make at all points, means and shares, to -60 dB."""
+    """Drives, the fields that they make at all points, means and shares, to -60 dB or better."""
+    most = REFINED_ERROR if regularisation < 1e-3 else LARGEST_ERROR
     plate = plate.in_single_precision()
     expected = drives_for(plate, plate.fingers, stiffness=stiffness, regularisation=regularisation)
     found = core_drives(core_set(plate, stiffness=stiffness, regularisation=regularisation))
@@ -48,16 +51,16 @@ def assert_alike(plate: MadeUpPlate, stiffness: complex, regularisation: float) 
     points = loaded_points(plate, plate.centres, stiffness)
     for k, wanted in enumerate(expected.drives):
         error = found.drives[k] - wanted
-        assert np.abs(error).max() < LARGEST_ERROR * np.abs(wanted).max()
+        assert np.abs(error).max() < most * np.abs(wanted).max()
         fields = np.abs(points @ wanted)
-        assert np.abs(points @ error).max() < LARGEST_ERROR * fields.max()
+        assert np.abs(points @ error).max() < most * fields.max()
         shares = expected.shares[k]
         # Of what the core says of its own drive, and of each share by itself.
-        assert np.abs(found.shares[k] - shares).max() < LARGEST_ERROR * shares.max()
+        assert np.abs(found.shares[k] - shares).max() < most * shares.max()
         moved = np.sqrt(disc_weights() @ (np.abs(points @ found.drives[k]) ** 2).T)
         np.testing.assert_allclose(found.shares[k], moved, rtol=2e-3, atol=1e-6 * shares.max())
         means = np.abs(found.means[k] - expected.means[k])
-        assert means.max() < LARGEST_ERROR * shares.max()
+        assert means.max() < most * shares.max()
     np.testing.assert_allclose(
         20.0 * np.log10(found.of_loudest), expected.below_loudest_db, atol=0.01
     )
@@ -100,10 +103,9 @@ def test_one_finger_alone_gets_the_loudest_drive() -> None:
     found = core_drives(core_set(plate))
     mean = disc_weights() @ plate.points[0]
     np.testing.assert_allclose(found.drives[0], mean.conj() / np.abs(mean).max(), atol=1e-6)
-    assert found.of_loudest[0] <= 1.0 + 1e-6
-    assert abs(found.means[0, 0]) == pytest.approx(
-        (np.abs(mean) ** 2).sum() / np.abs(mean).max(), rel=1e-5
-    )
+    own = (np.abs(mean) ** 2).sum() / np.abs(mean).max()
+    assert abs(found.means[0, 0]) == pytest.approx(own, rel=1e-5)
+    assert found.of_loudest[0] == pytest.approx(own / np.abs(mean).sum(), rel=1e-5)
 
 
 def is_clear(plate: MadeUpPlate, stiffness: complex, limits: list[float]) -> bool:
@@ -162,7 +164,7 @@ def assert_numbers(fingers: _emulator.FingerSet) -> None:
     for values in (found.drives, found.means, found.shares, found.of_loudest):
         assert np.isfinite(values).all()
     assert np.abs(found.drives).max() <= 1.0 + 1e-6
-    assert np.all((found.of_loudest >= 0.0) & (found.of_loudest <= 1.0 + 1e-4))
+    assert np.all((found.of_loudest >= 0.0) & (found.of_loudest <= 1.0))
 
 
 def test_fingers_on_one_spot_still_get_numbers_and_the_loudest_share_alike() -> None:

@@ -53,8 +53,9 @@ struct FingerDrive {
   PerChannel<Real> gains{};                         // the largest absolute value is 1, or all are 0
   std::array<Complex<Real>, kMostFingers> means{};  // over each finger's disc
   std::array<Real, kMostFingers> shares{};          // RMS over each finger's points
-  Real of_loudest{};      // its own mean displacement over that of the loudest drive, 0 to 1
-  Real regularisation{};  // as it was used; 0: the loudest drive, whatever the others feel
+  // Its own mean displacement over Σ|h̄|, the most that coils of 1 N each can do: 0 to 1.
+  Real of_loudest{};
+  Real regularisation{};  // as it was used; kLoudest (silence.hpp): whatever the others feel
 };
 
 }  // namespace chladni::fingers

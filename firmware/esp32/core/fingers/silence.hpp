@@ -70,9 +70,8 @@ class Silence {
     for (uint32_t j = 0; j < set.count; ++j) predict(set.fingers[j], set.channels, j, drive);
     const Real own = root(squared(drive.means[finger_]));
     const Real loudest = loudest_[finger_];
-    // Below, where numbers lose their digits, a share may come out above one.
-    drive.of_loudest = loudest > Real(kLeast) ? own / loudest : Real{};
-    if (drive.of_loudest > Real(1)) drive.of_loudest = Real(1);
+    // A finger so stiff that nothing moves it has rounding alone for a mean.
+    drive.of_loudest = own < loudest ? own / loudest : Real(loudest > Real{} ? 1.0F : 0.0F);
   }
 
  private:
@@ -91,7 +90,8 @@ class Silence {
   Real find(const FingerSet<Real>& set, Real regularisation, PerChannel<Real>& gains) {
     regularisation = larger(regularisation, Real(kLeastRegularisation));
     if (mean_square_ > Real(kLeastSquare) && regularisation < Real(kLoudest)) {
-      for (uint32_t k = 0; k < kMostTries; ++k, regularisation = regularisation * Real(10.0F)) {
+      for (uint32_t k = 0; k < kMostTries; ++k) {
+        if (k > 0) regularisation = regularisation * Real(10.0F);
         const Real lambda = regularisation * mean_square_;
         if (!factor_.factorise(others_, lambda, set.channels)) continue;
         for (uint32_t c = 0; c < set.channels; ++c) gains[c] = targets_[finger_][c] * lambda;
