@@ -15,7 +15,7 @@ from chladni.sim.errors import ChladniError
 from firmware.judged_device import BRIDGES, PINS, SUPPLY_MA, JudgedDevice, hot_board
 from soaking import seed
 
-STEPS, FEW_STEPS = 20_000, 5_000
+STEPS, FEW_STEPS = 20_000, 10_000
 
 
 class Walk(JudgedDevice):
@@ -152,7 +152,7 @@ RARE = [Walk.reset, Walk.settings, Walk.dead, Walk.rest, Walk.rest, Walk.rest]
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_no_order_of_few_requests_lifts_a_limit(number: int) -> None:
-    """The first quarter of the walk below."""
+    """The first half of the walk below: 20,000 steps of both in `make test`."""
     take_a_walk(number, FEW_STEPS)
 
 
