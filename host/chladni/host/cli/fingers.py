@@ -53,7 +53,7 @@ def fingers(
         ),
     ] = None,
     apart: Annotated[
-        float, typer.Option(callback=within(0.0, 1000.0, "mm"), help="Between two fingers, mm.")
+        float, typer.Option(callback=within(1.0, 1000.0, "mm"), help="Between two fingers, mm.")
     ] = APART / MM,
     sets: Annotated[
         int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
