@@ -26,7 +26,7 @@ from chladni.drives.fingers.silence import (
     FingerDrives,
     Place,
     Plate,
-    drives_for,
+    PressedPoints,
 )
 from chladni.sim.errors import ArgumentError
 
@@ -92,21 +92,13 @@ def chosen_drives(
     if felt.shape != (count,):
         raise ArgumentError("thresholds", felt.shape, f"one for each of {count} fingers")
     sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
-    forces = sizes.tolist()
-    tried: dict[float, FingerDrives] = {
-        each: drives_for(plate, fingers, levels=forces, stiffness=stiffness, regularisation=each)
-        for each in (REGULARISATION, STILLER, *LOUDER)
-    }
+    pressed = PressedPoints.of(plate, fingers, stiffness)
+    tried = {each: pressed.drives(sizes, each) for each in (REGULARISATION, STILLER, *LOUDER)}
     first = tried[REGULARISATION]
     tolerated = np.where(sizes > 0.0, np.diag(first.shares), felt)
     chosen = np.array([_choose(tried, own, felt, tolerated) for own in range(count)])
     chosen[sizes <= 0.0] = REGULARISATION
-    return ChosenDrives(
-        drives_for(
-            plate, fingers, levels=forces, stiffness=stiffness, regularisation=chosen.tolist()
-        ),
-        chosen,
-    )
+    return ChosenDrives(pressed.drives(sizes, chosen), chosen)
 
 
 def _choose(

@@ -134,31 +134,63 @@ def drives_for(
     ----------
     The module's equations; docs/fingers.md.
     """
-    centres = np.asarray(fingers, dtype=np.float64).reshape(-1, 2)
-    count = len(centres)
-    if not 1 <= count <= MOST_FINGERS:
-        raise ArgumentError("fingers", count, f"1 to {MOST_FINGERS} of them")
-    shares = np.broadcast_to(np.asarray(regularisation, dtype=np.float64), (count,))
-    if not np.all((shares > 0.0) & np.isfinite(shares)):
-        raise ArgumentError("regularisation", regularisation, "a positive number")
-    sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
-    points = loaded_points(plate, centres, stiffness)
-    means = np.einsum("p,fpa->fa", disc_weights(), points)
-    grams = np.einsum("fpa,fpb->fab", points.conj(), points)
-    others = grams.sum(axis=0) - grams
-    found = np.empty((count, points.shape[2]), dtype=np.complex128)
-    for own in range(count):
-        found[own] = _loudest_but(others[own], means[own], shares[own], count - 1)
-        found[own] *= sizes[own] / max(float(np.abs(found[own]).max()), 1e-300)
-    moved = np.einsum("da,fpa->dfp", found, points)
-    loudest = np.abs(means).sum(axis=1) * sizes
-    reached = np.abs(np.einsum("da,da->d", found, means)) / np.maximum(loudest, 1e-300)
-    return FingerDrives(
-        drives=found,
-        means=np.einsum("da,fa->df", found, means),
-        shares=np.sqrt(np.einsum("p,dfp->df", disc_weights(), np.abs(moved) ** 2)),
-        below_loudest_db=20.0 * np.log10(np.maximum(reached, 1e-300)),
-    )
+    return PressedPoints.of(plate, fingers, stiffness).drives(levels, regularisation)
+
+
+@dataclass(frozen=True)
+class PressedPoints:
+    """What coils do at all fingers' points, found once for drives of any λ.
+
+    Attributes
+    ----------
+    points
+        h′, complex128, shape (fingers, points, actuators), m/N.
+    means
+        h̄′, over each finger's disc, shape (fingers, actuators).
+    others
+        Hᴴ H of the points of all fingers but each, shape (fingers, actuators, actuators), m²/N².
+    """
+
+    points: ComplexArray
+    means: ComplexArray
+    others: ComplexArray
+
+    @classmethod
+    def of(cls, plate: Plate, fingers: Sequence[Place], stiffness: complex) -> PressedPoints:
+        """Of fingers on a plate, as of `drives_for`."""
+        centres = np.asarray(fingers, dtype=np.float64).reshape(-1, 2)
+        if not 1 <= len(centres) <= MOST_FINGERS:
+            raise ArgumentError("fingers", len(centres), f"1 to {MOST_FINGERS} of them")
+        points = loaded_points(plate, centres, stiffness)
+        grams = np.einsum("fpa,fpb->fab", points.conj(), points)
+        means = np.einsum("p,fpa->fa", disc_weights(), points)
+        return cls(points, means, grams.sum(axis=0) - grams)
+
+    def drives(
+        self,
+        levels: Sequence[float] | FloatArray | None,
+        regularisation: float | Sequence[float] | FloatArray,
+    ) -> FingerDrives:
+        """The fingers' drives, as of `drives_for`."""
+        count = len(self.points)
+        shares = np.broadcast_to(np.asarray(regularisation, dtype=np.float64), (count,))
+        if not np.all((shares > 0.0) & np.isfinite(shares)):
+            raise ArgumentError("regularisation", regularisation, "a positive number")
+        sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
+        found = np.empty(self.means.shape, dtype=np.complex128)
+        for own in range(count):
+            found[own] = _loudest_but(self.others[own], self.means[own], shares[own], count - 1)
+            found[own] *= sizes[own] / max(float(np.abs(found[own]).max()), 1e-300)
+        moved = np.einsum("da,fpa->dfp", found, self.points)
+        means = np.einsum("da,fa->df", found, self.means)
+        loudest = np.abs(self.means).sum(axis=1) * sizes
+        reached = np.abs(np.diag(means)) / np.maximum(loudest, 1e-300)
+        return FingerDrives(
+            drives=found,
+            means=means,
+            shares=np.sqrt(np.einsum("p,dfp->df", disc_weights(), np.abs(moved) ** 2)),
+            below_loudest_db=20.0 * np.log10(np.maximum(reached, 1e-300)),
+        )
 
 
 def loaded_points(plate: Plate, centres: FloatArray, stiffness: complex) -> ComplexArray:
