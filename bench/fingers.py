@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.fingers import Responses, drives_for, responses_at, silence
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
-from chladni.drives.scoring.fingers_score import APART
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.finger import pressing_stiffness
@@ -96,7 +96,7 @@ def main() -> None:
         solved = solved_board(board)
         stiffness = pressing_stiffness(1.0, board.drive.frequency_hz)
         known = responses_at(solved)
-        sets = finger_sets(board, 2, SETS, APART, np.random.default_rng(SEED))
+        sets = finger_sets(board, 2, SETS, LEAST_APART, np.random.default_rng(SEED))
         pressed = list(FingerSet.of_all(solved, sets, stiffness))
 
         def of(plate: Responses, share: float = 1e-3, spring: complex = stiffness) -> Drives:

@@ -7,13 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.drives.scoring.fingers_score import (
-    APART,
     MOST_SETS,
-    PRESS,
     SETS,
     CountScore,
     score_fingers,
@@ -54,7 +53,7 @@ def fingers(
     ] = None,
     apart: Annotated[
         float, typer.Option(callback=within(1.0, 1000.0, "mm"), help="Between two fingers, mm.")
-    ] = APART / MM,
+    ] = LEAST_APART / MM,
     sets: Annotated[
         int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
     ] = SETS,

@@ -114,11 +114,11 @@ class SolvedBoard:
         return self.plate.for_focus[0]
 
     @classmethod
-    def of(cls, board: Board) -> SolvedBoard:
-        """Solve a board's plate."""
+    def of(cls, board: Board, tolerance: float = TOLERANCE) -> SolvedBoard:
+        """Solve a board's plate, its actuators' fields to a relative L² error."""
         with one_blas_thread():
             model = plate_model(board)
-            fields = driven_fields(board, model=model, allow_unmet=True)
+            fields = driven_fields(board, model=model, tolerance=tolerance, allow_unmet=True)
             return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 
     @property

@@ -19,6 +19,7 @@ from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.best_drives import best_drives, mirrored
 from chladni.drives.scoring.board_score import PITCH
 from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.step_counter import StepCounter
 from chladni.drives.scoring.survey import (
     SAMPLES,
     Place,
@@ -150,7 +151,7 @@ def score_as_built(
     alone = Survey(board, places, nearest_coils(board, places))
     film = None if _has_layer(board) else _DrivenBoard(_filmed(board), places, objective, seed)
     most = film or own
-    counter = _StepCounter(progress, 2 + len(PRESSES) * len(own.presses.places) + samples)
+    counter = StepCounter(progress, 2 + len(PRESSES) * len(own.presses.places) + samples)
     nominal = _kept(own.survey.measure(own.values))
     nearest = _kept(alone.measure(own.values))
     warm_rows = [own.survey.one(own.values, k, forces) for k, forces in enumerate(own.forces)]
@@ -193,7 +194,7 @@ class _DrivenBoard:
 
 
 def _together(
-    own: _DrivenBoard, newtons: float, samples: int, seed: int, counter: _StepCounter
+    own: _DrivenBoard, newtons: float, samples: int, seed: int, counter: StepCounter
 ) -> FloatArray:
     """Rows of boards within tolerances, on stiffer foam, warm, some places of each pressed."""
     rows, rng = [], np.random.default_rng(seed)
@@ -220,7 +221,7 @@ def score_together(
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
     own = _DrivenBoard(board if _has_layer(board) else _filmed(board), places, "focus", seed)
-    return _kept(_together(own, PRESS, samples, seed, _StepCounter(None, samples)))
+    return _kept(_together(own, PRESS, samples, seed, StepCounter(None, samples)))
 
 
 def check_press(newtons: float) -> None:
@@ -291,7 +292,7 @@ class _Presses:
         own = complex(answer[disc].mean())
         return np.asarray(fields_under_finger(values, under, answer, own, stiffness) - values)
 
-    def measure(self, survey: Survey, newtons: float, counter: _StepCounter) -> FloatArray:
+    def measure(self, survey: Survey, newtons: float, counter: StepCounter) -> FloatArray:
         """Rows of a press at all places that are their own."""
 
         def one(k: int) -> list[float]:
@@ -310,15 +311,3 @@ class _Presses:
         stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
         fingers = [PressingFinger(self._places[k], newtons, stiffness) for k in self.places]
         return Spread.of([self._sheet.deflection(finger) / MM for finger in fingers])
-
-
-class _StepCounter:
-    """Steps done, told to whoever wants to know."""
-
-    def __init__(self, progress: Progress | None, steps: int) -> None:
-        self._progress, self._steps, self._done = progress, steps, 0
-
-    def step(self) -> None:
-        self._done += 1
-        if self._progress:
-            self._progress(self._done, self._steps)

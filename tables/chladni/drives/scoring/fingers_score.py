@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.fingers import Plate, responses_at
 from chladni.drives.fingers.choice import chosen_drives
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import (
     MOST_FINGERS,
     REGULARISATION,
@@ -23,33 +24,28 @@ from chladni.drives.fingers.silence import (
     drives_for,
 )
 from chladni.drives.methods import SEED, Progress
-from chladni.drives.problem.problem import SolvedBoard, SolvedPlate, solved_board
+from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.step_counter import StepCounter
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, Drawn, drawn_boards
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ArgumentError
-from chladni.sim.fields.board_mirrors import board_mirrors
-from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import driven_fields
 from chladni.sim.image.finger import pressing_stiffness, threshold_um
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Solve = Callable[[FloatArray], FingerDrives]
 
-APART = 16e-3
-"""m between fingertips of a hand at rest."""
 SETS = 200
 """Of each number of fingers: the worst tenth is then known to 2 dB."""
 MOST_SETS = 100_000
-PRESS = 1.0
-"""N."""
 EXPECTED_TO_REAL = 0.25
 """Of a threshold, that a share may have by the plate as it is known: on the plate itself shares
 come out up to 12 dB larger, by what one finger does to another and by tolerances."""
@@ -125,7 +121,7 @@ def score_fingers(
     board: Board,
     counts: Sequence[int] = (2, 3, 4, 5),
     *,
-    apart: float = APART,
+    apart: float = LEAST_APART,
     sets: int = SETS,
     regularisation: float | None = None,
     newtons: float = PRESS,
@@ -170,7 +166,7 @@ def score_fingers(
     solve = _solver(board, known, regularisation)
     places = _drawn_sets(board, counts, sets, apart, seed)
     drives = [[solve(own) for own in group] for group in places]
-    counter = _Counter(progress, sum(map(len, places)) * (2 if samples else 1))
+    counter = StepCounter(progress, sum(map(len, places)) * (2 if samples else 1))
     stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
     with one_blas_thread():
         rows = [
@@ -244,7 +240,7 @@ def _nominal(
     places: FloatArray,
     drives: Sequence[FingerDrives],
     stiffness: complex,
-    counter: _Counter,
+    counter: StepCounter,
 ) -> FloatArray:
     rows = []
     for own, known in zip(FingerSet.of_all(solved, places, stiffness), drives, strict=True):
@@ -260,14 +256,14 @@ def _perturbed(
     stiffness: complex,
     samples: int,
     seed: int,
-    counter: _Counter,
+    counter: StepCounter,
 ) -> list[FloatArray | None]:
     """Rows of the same sets, each on one of the drawn boards."""
     if not samples:
         return [None] * len(places)
     rows: list[list[FloatArray]] = [[] for _ in places]
     for number, drawn in enumerate(drawn_boards(board, samples, seed)):
-        solved = _solved(drawn)
+        solved = SolvedBoard.of(drawn.board, DRAWN_TOLERANCE)
         for own, group, known in zip(rows, places, drives, strict=True):
             mine = range(number, len(group), samples)
             found = FingerSet.of_all(solved, group[number::samples], stiffness)
@@ -275,12 +271,6 @@ def _perturbed(
                 own.append(_rows(board, fingers, known[k].drives, drawn.forces))
                 counter.step()
     return [np.concatenate(own) for own in rows]
-
-
-def _solved(drawn: Drawn) -> SolvedBoard:
-    model = plate_model(drawn.board)
-    fields = driven_fields(drawn.board, model=model, tolerance=DRAWN_TOLERANCE, allow_unmet=True)
-    return SolvedBoard(drawn.board, SolvedPlate(model, fields, board_mirrors(drawn.board)))
 
 
 def _rows(board: Board, fingers: FingerSet, drives: ComplexArray, forces: FloatArray) -> FloatArray:
@@ -332,15 +322,3 @@ def _kept(board: Board, rows: FloatArray) -> Kept:
         unfelt=float(np.mean(rows[:, 3] < limit)) if can_tell else None,
         unfelt_pressing=float(np.mean(rows[:, 3] < pressing)) if can_tell else None,
     )
-
-
-class _Counter:
-    """Sets done, told to whoever wants to know."""
-
-    def __init__(self, progress: Progress | None, sets: int) -> None:
-        self._progress, self._sets, self._done = progress, sets, 0
-
-    def step(self) -> None:
-        self._done += 1
-        if self._progress:
-            self._progress(self._done, self._sets)
