@@ -9,22 +9,6 @@ namespace {
 
 chladni::fingers::DriveSolver<float> solver;
 
-// "name value\n", the value as a number of eight digits.
-void say(const char* name, uint32_t value) {
-  char line[64];
-  uint32_t at = 0;
-  while (name[at] != 0 && at < 48) {
-    line[at] = name[at];
-    ++at;
-  }
-  line[at++] = ' ';
-  for (int shift = 28; shift >= 0; shift -= 4)
-    line[at++] = "0123456789abcdef"[(value >> shift) & 15];
-  line[at++] = '\n';
-  line[at] = 0;
-  write_host(line, at);
-}
-
 uint32_t seed = 1;
 
 // Between -1 and 1, a linear congruential sequence.

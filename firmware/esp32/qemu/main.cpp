@@ -63,21 +63,6 @@ const uint8_t* map_flash(void*, chladni::FlashArea, uint32_t offset, uint32_t co
   return offset > size || count > size - offset ? nullptr : table_begin + offset;
 }
 
-// "name value\n", the name in one or two parts
-void say(const char* name, uint32_t value, const char* begins = "") {
-  char line[64];
-  uint32_t at = 0;
-  for (const char* part : {begins, name}) {
-    for (; *part != 0 && at < 48; ++part) line[at++] = *part;
-  }
-  line[at++] = ' ';
-  for (int shift = 28; shift >= 0; shift -= 4)
-    line[at++] = "0123456789abcdef"[(value >> shift) & 15];
-  line[at++] = '\n';
-  line[at] = 0;
-  write_host(line, at);
-}
-
 #ifdef LOOKUPS_ONLY
 constexpr bool kPlays = false;
 #else

@@ -1,4 +1,5 @@
-// What compilers call for copies, blanks and divisions, for programs without a C library.
+// What programs without a C library need: what compilers call for copies and blanks, and a way to
+// say a number.
 #pragma once
 
 #include <stddef.h>
@@ -22,4 +23,19 @@ inline __attribute__((used)) void* memset(void* to, int value, size_t count) {
   return to;
 }
 #endif
+}
+
+// "name value\n", the name in one or two parts, the value as eight hexadecimal digits.
+inline void say(const char* name, uint32_t value, const char* begins = "") {
+  char line[64];
+  uint32_t at = 0;
+  for (const char* part : {begins, name}) {
+    for (; *part != 0 && at < 48; ++part) line[at++] = *part;
+  }
+  line[at++] = ' ';
+  for (int shift = 28; shift >= 0; shift -= 4)
+    line[at++] = "0123456789abcdef"[(value >> shift) & 15];
+  line[at++] = '\n';
+  line[at] = 0;
+  write_host(line, at);
 }
