@@ -84,7 +84,7 @@ device-suite:
 	$(BIN)/python -m pytest -q -p pytest_embedded tests/device
 
 # Not of the emulator's own code (other compilations, other processes), or hours that only pass, or
-# the whole of a walk whose first quarter is taken.
+# the whole of a walk whose first half is taken.
 UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
 	test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
 	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
