@@ -88,6 +88,7 @@ device-suite:
 UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
 	test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
 	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
+	test_finger_drives.py::test_a_processor_with_a_floating_point_unit_finds_drives_in_time \
 	test_flash_wear.py::test_credit_ends_at_sixty \
 	test_boot_log.py::test_crashes_are_forgotten_after_a_good_while \
 	test_limits_walk.py::test_no_order_of_requests_lifts_a_limit \
