@@ -44,6 +44,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
     "board sensitivity": ("paper",),
     "board refit": ("strip5", "--foam", "1.9", "-o", "refitted.toml"),
+    "fingers": ("strip5", "--fingers", "2", "--sets", "4", "--samples", "1", "--figure", "two.png"),
     "design": ("small", "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),
     "board drawing": ("strip5", "-o", "strip5.dxf"),
