@@ -7,12 +7,11 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager
+from functools import cache
 from itertools import islice
 from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
-
-_LIBRARIES = ThreadpoolController()
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -47,5 +46,13 @@ def one_blas_thread() -> AbstractContextManager[object]:
     The matrices here are small, so more threads only get in the way of `in_threads`; and sums in
     another order would make drives differ in their last bits, and tables in their bytes.
     """
-    limiter: AbstractContextManager[object] = _LIBRARIES.limit(limits=1, user_api="blas")
+    limiter: AbstractContextManager[object] = _libraries().limit(limits=1, user_api="blas")
     return limiter
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """All that are loaded, SciPy's own BLAS among them: one that comes later has no limit."""
+    import scipy.linalg  # noqa: F401, PLC0415
+
+    return ThreadpoolController()
