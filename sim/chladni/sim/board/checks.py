@@ -146,7 +146,7 @@ def _check_pins(board: BoardParts) -> None:
         expected = f"less than supply_v, {own.supply_v:g}"
         raise InputError("electronics.diode_v", own.diode_v, expected)
     panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
-    if chip not in CHIPS:
+    if not isinstance(chip, str) or chip not in CHIPS:  # a list of TOML cannot be looked up
         expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))
         raise InputError("electronics.chip", chip, expected)
     if gates and len(gates) > CHIPS[chip].channels:
