@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import http.client
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -23,7 +24,7 @@ from chladni.host.studio import http_connection
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
 from chladni.host.studio.boards.prepared import BoardChoice, Prepared
 from chladni.host.studio.messages.guard import Rate
-from chladni.host.studio.server import MOST_CONNECTIONS
+from chladni.host.studio.server import MOST_CONNECTIONS, listen, serve
 from chladni.sim.board.board import Board
 from conftest import CommandLine
 from studio.conftest import Studio, serving
@@ -236,6 +237,20 @@ def test_ctrl_c_ends_it_while_a_table_is_built(small_file: Path, tmp_path: Path)
     _, said = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0
     assert "Traceback" not in said, said
+
+
+def test_ctrl_c_while_it_begins_interrupts_no_line_of_it(small_board: Board) -> None:
+    """It would leave locks of modules taken that a board's thread waits for."""
+    said = []
+
+    def begun() -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        said.append("begun")
+
+    listening = listen(0)
+    serve(listening, "own", BoardChoice(small_board, "ssim"), jobs=1, begun=begun)
+    assert said == ["begun"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_it_serves_for_as_long_as_it_is_told(chladni: CommandLine, small_file: Path) -> None:

@@ -166,8 +166,11 @@ def serve(
     # A scorecard's thread gives way to a press within a millisecond; by default it takes five.
     sys.setswitchinterval(1e-3)
     try:
-        # Set once, before there are threads: it is the process's, and each puts back what it found.
-        with one_blas_thread(), contextlib.suppress(KeyboardInterrupt):
+        # Threads are limited once, before there are any: each would put back what it found.
+        # Signals are the server's before a board's thread begins: one that came up here while a
+        # module is loaded would leave its lock taken, and that thread would wait for it for ever.
+        own_signals = server.capture_signals()
+        with one_blas_thread(), contextlib.suppress(KeyboardInterrupt), own_signals:
             builder.build(choice)
             if seconds is not None:
                 timer = threading.Timer(seconds, setattr, (server, "should_exit", True))
