@@ -26,9 +26,11 @@ from chladni.tables.format import pack
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from long_tests import mark_long
+from soaking import IS_SOAKING
 
-# What makes a failure come again is printed with it.
-settings.register_profile("kept", print_blob=True)
+# What makes a failure come again is printed with it. `make test` draws the same cases each time, as
+# its other samples; `make soak` draws new ones.
+settings.register_profile("kept", print_blob=True, derandomize=not IS_SOAKING)
 settings.load_profile("kept")
 
 # A shell starts what runs in its background with Ctrl-C ignored, and so would every process that a
