@@ -87,8 +87,9 @@ def position(offset_um: IntArray, span_um: int, cells: int) -> IntArray:
     return np.asarray((offset_um * k) >> shift)
 
 
-def region_grid(board: Board) -> RegionGrid:
-    """Cells of about the board's pitch: the nearest whole number of them each way."""
-    counts = [max(1, round(side / board.regions.pitch)) for side in board.plate.size]
+def region_grid(board: Board, pitch: float | None = None) -> RegionGrid:
+    """Cells of about a pitch (m), by default the board's: the nearest whole number each way."""
+    about = board.regions.pitch if pitch is None else pitch
+    counts = [max(1, round(side / about)) for side in board.plate.size]
     width_um, length_um = (round(side / MM * 1000.0) for side in board.plate.size)
     return RegionGrid(counts[0], counts[1], width_um, length_um)
