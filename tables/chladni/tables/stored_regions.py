@@ -97,7 +97,10 @@ class StoredRegions:
         return self.cells(column, row)
 
 
-def stored_regions(board: Board) -> StoredRegions:
-    """The regions of a board, of about its pitch, that its mirrors leave to be stored."""
+def stored_regions(board: Board, pitch: float | None = None) -> StoredRegions:
+    """The regions of a board that its mirrors leave to be stored, of about a pitch (m).
+
+    By default the pitch is the board's.
+    """
     found = board_mirrors(board)
-    return StoredRegions(region_grid(board), MirrorSymmetry(found.x, found.y))
+    return StoredRegions(region_grid(board, pitch), MirrorSymmetry(found.x, found.y))

@@ -86,7 +86,7 @@ class Board(BoardParts):
 
     def fingerprint_of_0_2(self) -> int:
         """By which tables of 0.2.0 know their board: names are in it, and image points are not."""
-        left_out = ("name", "electronics", "image", "coil", "winding", "panel", "active")
+        left_out = ("name", "electronics", "image", "coil", "winding", "panel", "active", "fingers")
         physical = {key: own for key, own in to_document(self).items() if key not in left_out}
         physical |= _of_layer_and_coils(self)
         for part, key in (("plate", "material"), ("magnet", "remanence_t")):
@@ -206,7 +206,9 @@ def to_document(board: Board) -> dict[str, Any]:
             document[section] = [table(feature) for feature in getattr(board, section)]
     if board.magnet:
         document["magnet"] = table(board.magnet)
-    for section in ("coil", "winding", "panel", "foundation", "finger", "focus", "active"):
+    for section in (
+        "coil", "winding", "panel", "foundation", "finger", "focus", "active", "fingers",
+    ):  # fmt: skip
         if getattr(board, section):
             document[section] = table(getattr(board, section))
     document["actuators"] = [table(actuator) for actuator in board.actuators]

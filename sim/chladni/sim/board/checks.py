@@ -46,7 +46,7 @@ def check_board(board: BoardParts) -> None:
         raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
     for section in (
         "plate", "magnet", "coil", "winding", "panel", "foundation", "finger", "drive", "image",
-        "regions", "electronics", "focus", "active",
+        "regions", "electronics", "focus", "active", "fingers",
     ):  # fmt: skip
         part = getattr(board, section)
         if part is not None:
@@ -70,8 +70,12 @@ def check_board(board: BoardParts) -> None:
             board.plate.thickness / MM,
             f"at most {smallest / 10.0 / MM:g}, a tenth of the short side: thin-plate theory",
         )
-    if board.regions.pitch > smallest:
-        raise InputError("regions.pitch_mm", board.regions.pitch / MM, "at most the short side")
+    for field, pitch in (
+        ("regions.pitch_mm", board.regions.pitch),
+        ("fingers.pitch_mm", board.fingers.pitch if board.fingers else None),
+    ):
+        if pitch is not None and pitch > smallest:
+            raise InputError(field, pitch / MM, "at most the short side")
 
 
 def _check_panel(board: BoardParts) -> None:

@@ -15,7 +15,7 @@ from chladni.sim.board.checks import check_driver
 from chladni.sim.board.coil_checks import winding_makes
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import FINGERS, Finger
-from chladni.sim.board.focus import Active, Focus
+from chladni.sim.board.focus import Active, Focus, SeveralFingers
 from chladni.sim.board.foundation import CutOut, Foundation, Strips
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import (
@@ -62,6 +62,7 @@ OPTIONAL_SECTIONS = {
     "foundation": Foundation,
     "focus": Focus,
     "active": Active,
+    "fingers": SeveralFingers,
 }
 OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger")
 MOST_BYTES = 65_536

@@ -1,4 +1,4 @@
-"""What a board's focus is to be, and where on it fingers are expected."""
+"""What a board's focus is to be, where fingers are expected, and whether several at once."""
 
 from __future__ import annotations
 
@@ -32,6 +32,24 @@ class Focus:
     floor_um: float = quantity("floor_um", 1.0, 0.0, 1000.0, default=5.0)
     reserve_db: float = quantity("reserve_db", 1.0, 0.0, 60.0, default=0.0)
     foam_ratio: float = quantity("foam_ratio", 1.0, 0.1, 10.0, default=1.0)
+
+
+@dataclass(frozen=True)
+class SeveralFingers:
+    """A board's tables have responses, for drives of several fingers at once.
+
+    Attributes
+    ----------
+    pitch
+        Between stored responses, m; None for the coarsest that costs little isolation.
+    frequencies_hz
+        A section is made for each; none for the drive's own.
+    """
+
+    pitch: float | None = quantity("pitch_mm", MM, 0.5, 500.0, default=None)
+    frequencies_hz: tuple[float, ...] = quantity(
+        "frequencies_hz", 1.0, 1.0, 1000.0, count=0, default=()
+    )
 
 
 @dataclass(frozen=True)

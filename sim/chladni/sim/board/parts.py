@@ -7,7 +7,7 @@ from typing import Literal
 
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import Finger
-from chladni.sim.board.focus import Active, Focus
+from chladni.sim.board.focus import Active, Focus, SeveralFingers
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.quantity import MM, quantity
 
@@ -208,6 +208,7 @@ class BoardParts:
     finger: Finger | None = None
     focus: Focus | None = None
     active: Active | None = None
+    fingers: SeveralFingers | None = None
 
     def contains(self, x: float, y: float) -> bool:
         """Whether a place (m) lies on the board, its edges included."""
