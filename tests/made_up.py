@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from chladni.tables import layout
 from chladni.tables.format import pack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import Limits, Section, Table, quantise
+from chladni.tables.table import Limits, ResponsesSection, Section, Table, quantise
 
 
 def emulate(
@@ -113,6 +114,27 @@ def random_table(
             )
         )
     return Table("t", 1, grid, LIMITS, tuple(sections), symmetry, bits)
+
+
+def with_responses(
+    table: Table, seed: int, *, alone: bool = False, frequencies: Sequence[float] = (160.0,)
+) -> Table:
+    """A table with random responses besides its drives, or in their place."""
+    rng = np.random.default_rng(seed)
+    count, zeros = table.actuators, 16 - table.bits
+    sections = []
+    for frequency in frequencies:
+        iq = rng.integers(-23000, 23001, (table.regions.count, count + 1, 2))
+        iq = np.sign(iq) * (np.abs(iq) >> zeros << zeros)
+        scales = rng.integers(1, 2**32, 2).tolist()
+        parts = rng.normal(size=(2, count, count)) * 10.0 ** rng.uniform(-3, 9)
+        upper = np.triu(parts[0] + 1j * parts[1]).astype(np.complex64).astype(np.complex128)
+        coupling = upper + np.triu(upper, 1).T
+        sections.append(
+            ResponsesSection(frequency, scales[0], scales[1], coupling, iq.astype(np.int16))
+        )
+    drives = () if alone else table.sections
+    return replace(table, sections=drives, responses=tuple(sections))
 
 
 def reversal(count: int) -> tuple[int, ...]:

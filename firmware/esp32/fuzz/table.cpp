@@ -23,10 +23,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       size > table_format::kAtActuators ? data[table_format::kAtActuators] : 5U;
   if (table->load(hal, channels) != TableStatus::kOk) return 0;
   Drive drive{};
+  PlaceResponses responses{};
+  const auto read_at = [&](Place place) {
+    table->drive_at(place, drive);
+    if (!table->responses_at(place, responses)) return;
+    for (uint32_t k = 0; k < channels; ++k) table->coupling(k, channels - 1U - k);
+  };
   for (int32_t x = -300000; x <= 300000; x += 37111) {
-    for (int32_t y = -300000; y <= 300000; y += 41177) table->drive_at({x, y}, drive);
+    for (int32_t y = -300000; y <= 300000; y += 41177) read_at({x, y});
   }
   table->select(160000);
-  table->drive_at({0, 0}, drive);
+  read_at({0, 0});
   return 0;
 }

@@ -11,9 +11,19 @@ class FirmwareTable:
     def status(self) -> str:
         """What the device says of it: "ok", or why it refuses."""
     def select(self, frequency_millihertz: int) -> str:
-        """Use another frequency's drives; "ok", or why not."""
+        """Use another frequency's sections; "ok", or why not."""
     def lookup(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.int16]:
-        """Drives of places, shape (places, channels, 2)."""
+        """Drives of places, shape (places, channels, 2); zeros without drives."""
+    @property
+    def has_drives(self) -> bool:
+        """Whether there are drives of the frequency in use."""
+    @property
+    def has_responses(self) -> bool:
+        """Whether there are responses of the frequency in use."""
+    def responses(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.complex64]:
+        """Of each channel and, last, the own compliance, m/N, shape (places, channels + 1)."""
+    def coupling(self) -> NDArray[np.complex64]:
+        """How one finger's push moves another, shape (channels, channels), N/m."""
 
 class FirmwareStore:
     """The slots of a tables partition, as the device keeps them, in an image of its flash."""

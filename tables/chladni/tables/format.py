@@ -8,13 +8,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
+from chladni.tables.coding.integers import as_bytes, as_integers, is_loud
+from chladni.tables.coding.responses import (
+    check_responses,
+    header_values,
+    pack_responses,
+    responses_bytes,
+    unpack_responses,
+)
 from chladni.tables.layout import (
     CRC_BYTES,
+    DRIVES_MINOR,
     FULL_SCALE,
     HEADER_BYTES,
     HEADER_FIELDS,
@@ -32,6 +40,7 @@ from chladni.tables.layout import (
     Refuse,
     check_header,
     check_section,
+    is_responses,
     record_bytes,
     stored_region_count,
 )
@@ -42,10 +51,10 @@ from chladni.tables.mirror_symmetry import (
     crossings_of,
     order_of,
 )
-from chladni.tables.table import Limits, Section, Table
+from chladni.tables.table import Limits, ResponsesSection, Section, Table
 
-ByteArray = NDArray[np.uint8]
-IntArray = NDArray[np.int64]
+VERDICTS = ("kBadSize", "kBadField", "kBadDrives")
+"""That a section may come to."""
 
 
 class TableRefusedError(InputError):
@@ -77,40 +86,15 @@ def pack(table: Table) -> bytes:
     body = HEADER_STRUCT.pack(*(head[field.name] for field in HEADER_FIELDS))
     for section in table.sections:
         _check_section(table, section)
-        values = _section_values(section)
-        body += SECTION_STRUCT.pack(*(values[field.name] for field in SECTION_FIELDS))
+        body += _section_header(_section_values(section))
         body += crossing_codes(section.crossings).tobytes()
-        gains = _as_bytes(section.iq.astype(np.int64) >> (16 - table.bits), table.bits)
+        gains = as_bytes(section.iq.astype(np.int64) >> (16 - table.bits), table.bits)
         records = np.concatenate((section.labels[:, None], gains), axis=1)
         body += records.astype(np.uint8).tobytes()
+    for known in table.responses:
+        check_responses(known, table.regions.count, table.actuators, table.bits)
+        body += _section_header(header_values(known)) + pack_responses(known, table.bits)
     return body + struct.pack("<I", zlib.crc32(body))
-
-
-def _as_bytes(pairs: IntArray, bits: int) -> ByteArray:
-    """Integers (regions, actuators, 2) in offset binary, shape (regions, bytes).
-
-    Of 12 bits the upper eight of both come first, then both rests in one byte.
-    """
-    codes = pairs + (1 << (bits - 1))
-    parts = [codes] if bits == 8 else [codes & 0xFF, codes >> 8]
-    if bits == 12:
-        rests = (codes & 15)[..., :1] | (codes & 15)[..., 1:] << 4
-        parts = [np.concatenate((codes >> 4, rests), axis=-1)]
-    whole = np.stack(parts, axis=-1)
-    return np.asarray(whole.reshape(len(pairs), -1).astype(np.uint8))
-
-
-def _as_integers(data: ByteArray, actuators: int, bits: int) -> IntArray:
-    """The way back."""
-    parts = data.reshape(len(data), actuators, -1).astype(np.int64)
-    if bits == 12:
-        rests = parts[..., 2:]
-        codes = parts[..., :2] << 4 | np.concatenate((rests & 15, rests >> 4), axis=-1)
-    elif bits == 16:
-        codes = parts[..., ::2] | parts[..., 1::2] << 8
-    else:
-        codes = parts
-    return np.asarray(codes - (1 << (bits - 1)))
 
 
 def check_fits(table: Table) -> None:
@@ -124,10 +108,12 @@ def check_fits(table: Table) -> None:
 
     head = _header_values(table)
     check_header(head, refuse)
+    for known in table.responses:
+        check_section(header_values(known), refuse, may_be_responses=True)
     for section in table.sections:
         values = _section_values(section)
-        check_section(values, refuse)
-        if abs(values["full_scale_gain_milli"] / 1000.0 - section.full_scale_gain) > 1e-9:
+        check_section(values, refuse, may_be_responses=False)
+        if abs(values["full_scale"] / 1000.0 - section.full_scale_gain) > 1e-9:
             expected = "whole thousandths, from 0.001"
             raise InputError("drive.max_gain", section.full_scale_gain, expected)
     if head["total_bytes"] > LARGEST_FILE:
@@ -137,9 +123,15 @@ def check_fits(table: Table) -> None:
 
 def table_bytes(table: Table) -> int:
     """Bytes of a table, by its numbers of labels, regions and actuators alone."""
-    records = table.regions.count * record_bytes(table.actuators, table.bits)
-    sections = sum(SECTION_BYTES + len(section.crossings) + records for section in table.sections)
-    return HEADER_BYTES + sections + CRC_BYTES
+    cells, actuators, bits = table.regions.count, table.actuators, table.bits
+    records = cells * record_bytes(actuators, bits)
+    drives = sum(SECTION_BYTES + len(section.crossings) + records for section in table.sections)
+    known = SECTION_BYTES + responses_bytes(cells, actuators, bits)
+    return HEADER_BYTES + drives + len(table.responses) * known + CRC_BYTES
+
+
+def _section_header(values: dict[str, Any]) -> bytes:
+    return SECTION_STRUCT.pack(*(values[field.name] for field in SECTION_FIELDS))
 
 
 def _check_section(table: Table, section: Section) -> None:
@@ -150,20 +142,16 @@ def _check_section(table: Table, section: Section) -> None:
     if np.any(section.iq & ((1 << (16 - table.bits)) - 1)):
         expected = f"integers of {table.bits} bits, in steps of {1 << (16 - table.bits)}"
         raise InputError("table.iq", "finer steps", expected)
-    if _is_loud(section.iq.astype(np.int64)):
+    if is_loud(section.iq):
         raise InputError("table.iq", "a gain beyond full scale", f"at most {FULL_SCALE}")
-
-
-def _is_loud(iq: IntArray) -> bool:
-    return bool(np.any((iq**2).sum(axis=-1) > FULL_SCALE**2))
 
 
 def _header_values(table: Table) -> dict[str, Any]:
     return {
         "magic": MAGIC,
         "version_major": VERSION_MAJOR,
-        "version_minor": VERSION_MINOR,
-        "sections": len(table.sections),
+        "version_minor": VERSION_MINOR if table.responses else DRIVES_MINOR,
+        "sections": len(table.sections) + len(table.responses),
         "actuators": table.actuators,
         "total_bytes": table_bytes(table),
         "bits": table.bits,
@@ -181,7 +169,7 @@ def _header_values(table: Table) -> dict[str, Any]:
 def _section_values(section: Section) -> dict[str, Any]:
     return {
         "frequency_millihertz": round(section.frequency_hz * 1000.0),
-        "full_scale_gain_milli": round(section.full_scale_gain * 1000.0),
+        "full_scale": round(section.full_scale_gain * 1000.0),
         "objective": OBJECTIVE_NAMES.index(section.objective),
         "labels": len(section.crossings),
         "reserved": 0,
@@ -198,10 +186,15 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
     """
     head = _read_header(data, file)
     symmetry = _symmetry(head, _refusing("kBadField", file))
-    at, sections = HEADER_BYTES, []
+    at = HEADER_BYTES
+    sections: list[Section] = []
+    responses: list[ResponsesSection] = []
     for number in range(head["sections"]):
-        section, at = _read_section(data, at, head, number, file)
-        sections.append(section)
+        section, at = _read_section(data, at, head, number, bool(responses), file)
+        if isinstance(section, Section):
+            sections.append(section)
+        else:
+            responses.append(section)
     if at != len(data) - CRC_BYTES:
         expected = f"{len(data) - CRC_BYTES}, where the CRC begins"
         raise _refusing("kBadSize", file)("end of the sections", at, expected)
@@ -213,6 +206,7 @@ def unpack(data: bytes, *, file: str | None = None) -> Table:
         sections=tuple(sections),
         bits=head["bits"],
         symmetry=symmetry,
+        responses=tuple(responses),
     )
 
 
@@ -242,10 +236,11 @@ def _read_header(data: bytes, file: str | None) -> dict[str, Any]:
     if head["magic"] != MAGIC:
         raise _refusing("kBadMagic", file)("magic", head["magic"], f"{MAGIC!r}, a Chladni table")
     version = head["version_major"], head["version_minor"]
-    if version != (VERSION_MAJOR, VERSION_MINOR):
-        expected = (
-            f"{VERSION_MAJOR}.{VERSION_MINOR}: build the table again with `chladni table build`"
-        )
+    if version not in ((VERSION_MAJOR, DRIVES_MINOR), (VERSION_MAJOR, VERSION_MINOR)):
+        remedy = "build the table again with `chladni table build`"
+        if version > (VERSION_MAJOR, VERSION_MINOR):
+            remedy = "update Chladni, which is older than the table"
+        expected = f"{VERSION_MAJOR}.{DRIVES_MINOR} or {VERSION_MAJOR}.{VERSION_MINOR}: {remedy}"
         raise _refusing("kBadVersion", file)("version", "{}.{}".format(*version), expected)
     total = head["total_bytes"]
     expected = f"{len(data)}, the size of the file, from {SMALLEST_FILE} to {LARGEST_FILE}"
@@ -264,42 +259,54 @@ def _read_header(data: bytes, file: str | None) -> dict[str, Any]:
 
 
 def _read_section(
-    data: bytes, at: int, head: dict[str, Any], number: int, file: str | None
-) -> tuple[Section, int]:
+    data: bytes, at: int, head: dict[str, Any], number: int, after_responses: bool, file: str | None
+) -> tuple[Section | ResponsesSection, int]:
     """The section that begins at a byte, and where the next one would."""
     bits, actuators, cells = head["bits"], head["actuators"], stored_region_count(head)
-    record, end = record_bytes(actuators, bits), len(data) - CRC_BYTES
+    end, refuse = len(data) - CRC_BYTES, {name: _refusing(name, file) for name in VERDICTS}
     left, name = end - at, f"section {number}"
     if left < SECTION_BYTES:
-        raise _refusing("kBadSize", file)(name, f"{left} bytes", f"at least {SECTION_BYTES}")
+        raise refuse["kBadSize"](name, f"{left} bytes", f"at least {SECTION_BYTES}")
     values = _named(SECTION_FIELDS, SECTION_STRUCT, data, at)
-    check_section(values, _refusing("kBadField", file))
-    labels, first = values["labels"], at + SECTION_BYTES
-    begin, after = first + labels, first + labels + cells * record
+    is_new = head["version_minor"] != DRIVES_MINOR
+    check_section(values, refuse["kBadField"], may_be_responses=is_new)
+    begin, are_responses = at + SECTION_BYTES, is_responses(values)
+    if after_responses and not are_responses:
+        raise refuse["kBadField"](f"{name} objective", "drives", "drives before responses")
+    size = responses_bytes(cells, actuators, bits)
+    if not are_responses:
+        size = values["labels"] + cells * record_bytes(actuators, bits)
+    after = begin + size
     if after > end:
-        raise _refusing("kBadSize", file)(name, f"{left} bytes", f"{after - at}: {cells} regions")
-    refuse = _refusing("kBadDrives", file)
+        raise refuse["kBadSize"](name, f"{left} bytes", f"{after - at}: {cells} regions")
+    if are_responses:
+        return unpack_responses(data[begin:after], values, head, cells, name, refuse), after
+    return _read_drives(data[begin:after], values, head, cells, name, refuse["kBadDrives"]), after
+
+
+def _read_drives(
+    data: bytes, values: dict[str, Any], head: dict[str, Any], cells: int, name: str, refuse: Refuse
+) -> Section:
+    """The drives in the bytes behind a section's header, whose fields are `values`."""
+    labels, bits = values["labels"], head["bits"]
     try:
-        crossings = crossings_of(np.frombuffer(data[first:begin], np.uint8))
+        crossings = crossings_of(np.frombuffer(data[:labels], np.uint8))
     except ValueError:
-        raise refuse(
-            f"{name} crossings", data[first:begin].hex(), "cut, joined or negated"
-        ) from None
-    records = np.frombuffer(data[begin:after], np.uint8).reshape(cells, record)
+        raise refuse(f"{name} crossings", data[:labels].hex(), "cut, joined or negated") from None
+    records = np.frombuffer(data[labels:], np.uint8).reshape(cells, -1)
     if np.any(records[:, 0] >= labels):
         raise refuse(f"{name} label", int(records[:, 0].max()), f"below {labels}")
-    iq = _as_integers(records[:, 1:], actuators, bits) << (16 - bits)
-    if _is_loud(iq):
+    iq = as_integers(records[:, 1:], head["actuators"], bits) << (16 - bits)
+    if is_loud(iq):
         raise refuse(f"{name} gains", "one beyond full scale", f"at most {FULL_SCALE}")
-    section = Section(
+    return Section(
         frequency_hz=values["frequency_millihertz"] / 1000.0,
         objective=OBJECTIVE_NAMES[values["objective"]],
-        full_scale_gain=values["full_scale_gain_milli"] / 1000.0,
+        full_scale_gain=values["full_scale"] / 1000.0,
         labels=records[:, 0].copy(),
         crossings=crossings,
         iq=iq.astype(np.int16),
     )
-    return section, after
 
 
 def _symmetry(head: dict[str, Any], refuse: Refuse) -> MirrorSymmetry:

@@ -15,7 +15,9 @@ from chladni.sim.errors import InputError
 from chladni.tables.mirror_symmetry import stored_cells
 
 MAGIC = b"CHLD"
-VERSION_MAJOR, VERSION_MINOR = 2, 0
+VERSION_MAJOR, VERSION_MINOR = 2, 1
+DRIVES_MINOR = 0
+"""The minor version of tables without responses, which devices of 2.0 read too."""
 BITS = (8, 12, 16)
 """Widths of an integer; a gain is two of them, so 2, 3 or 4 bytes."""
 FULL_SCALE = 32767
@@ -70,8 +72,8 @@ class Field:
 
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLD".'),
-    Field("version_major", "u8", "2. A reader takes its own version only."),
-    Field("version_minor", "u8", "0."),
+    Field("version_major", "u8", "2. A reader takes no other."),
+    Field("version_minor", "u8", "0, or 1 with responses."),
     Field("sections", "u8", "Sections, 1 to 16: one per frequency or objective."),
     Field("actuators", "u8", "Channels of every drive, 1 to 16."),
     Field("total_bytes", "u32", "Whole file, its CRC included."),
@@ -92,11 +94,19 @@ HEADER_FIELDS = (
 )
 SECTION_FIELDS = (
     Field("frequency_millihertz", "u32", "Drive frequency in millihertz."),
-    Field("full_scale_gain_milli", "u32", "Gain at full scale, in thousandths."),
-    Field("objective", "u8", "0 unknown, 1 ssim, 2 contrast, 3 kept free, 4 balanced, 5 focus."),
-    Field("labels", "u8", "Labels of the section, 1 to 255."),
+    Field("full_scale", "u32", "Gain at full scale, in thousandths; of responses in pm/N."),
+    Field(
+        "objective",
+        "u8",
+        "0 unknown, 1 ssim, 2 contrast, 3 kept free, 4 balanced, 5 focus, 6 responses.",
+    ),
+    Field("labels", "u8", "Labels of the section, 1 to 255; 0 of responses."),
     Field("reserved", "u16", "0."),
 )
+OWN_SCALE_BYTES = 4
+"""Of full scale of a fingertip's own compliance, before the coupling."""
+COUPLING_BYTES = 8
+"""Of one number of the coupling matrix: two of float32."""
 
 
 def _struct(fields: tuple[Field, ...]) -> struct.Struct:
@@ -106,7 +116,8 @@ def _struct(fields: tuple[Field, ...]) -> struct.Struct:
 HEADER_STRUCT, SECTION_STRUCT = _struct(HEADER_FIELDS), _struct(SECTION_FIELDS)
 HEADER_BYTES, SECTION_BYTES = HEADER_STRUCT.size, SECTION_STRUCT.size
 SMALLEST_FILE = HEADER_BYTES + SECTION_BYTES + CRC_BYTES
-OBJECTIVE_NAMES = ("unknown", "ssim", "contrast", "peak", "balanced", "focus")
+RESPONSES = "responses"
+OBJECTIVE_NAMES = ("unknown", "ssim", "contrast", "peak", "balanced", "focus", RESPONSES)
 """By number. `peak` was of an objective that there is no longer; its number stays taken."""
 
 
@@ -134,11 +145,11 @@ HEADER_RANGES = (
 )
 SECTION_RANGES = (
     ("frequency_millihertz", MIN_FREQUENCY_MILLIHERTZ, MAX_FREQUENCY_MILLIHERTZ),
-    ("full_scale_gain_milli", 1, 0xFFFFFFFF),
-    ("objective", 0, len(OBJECTIVE_NAMES) - 1),
-    ("labels", 1, MAX_LABELS),
+    ("full_scale", 1, 0xFFFFFFFF),
     ("reserved", 0, 0),
 )
+DRIVES_RANGES = (("objective", 0, OBJECTIVE_NAMES.index(RESPONSES) - 1), ("labels", 1, MAX_LABELS))
+RESPONSES_RANGES = (("labels", 0, 0),)
 
 
 def gain_bytes(bits: int) -> int:
@@ -149,6 +160,16 @@ def gain_bytes(bits: int) -> int:
 def record_bytes(actuators: int, bits: int) -> int:
     """Bytes of a stored region: its label, and a gain per actuator."""
     return 1 + actuators * gain_bytes(bits)
+
+
+def responses_record_bytes(actuators: int, bits: int) -> int:
+    """Bytes of a stored region's responses: one per actuator, and a fingertip's own compliance."""
+    return (actuators + 1) * gain_bytes(bits)
+
+
+def responses_head_bytes(actuators: int) -> int:
+    """Bytes between a section's header and its responses."""
+    return OWN_SCALE_BYTES + COUPLING_BYTES * (actuators * (actuators + 1) // 2)
 
 
 def stored_region_count(head: dict[str, Any]) -> int:
@@ -172,9 +193,16 @@ def check_header(head: dict[str, Any], refuse: Refuse) -> None:
         raise refuse("board_name", name, "an ending zero")
 
 
-def check_section(values: dict[str, Any], refuse: Refuse) -> None:
-    """The same of a section header."""
+def is_responses(values: dict[str, Any]) -> bool:
+    """Whether a section header's fields are of responses."""
+    return bool(values["objective"] == OBJECTIVE_NAMES.index(RESPONSES))
+
+
+def check_section(values: dict[str, Any], refuse: Refuse, *, may_be_responses: bool) -> None:
+    """The same of a section header; tables of 2.0 have no responses."""
     _check_ranges(values, SECTION_RANGES, refuse)
+    kind = RESPONSES_RANGES if may_be_responses and is_responses(values) else DRIVES_RANGES
+    _check_ranges(values, kind, refuse)
 
 
 def one_of_bits() -> str:

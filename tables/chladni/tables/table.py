@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.board.board import Board
-from chladni.sim.errors import ArgumentError
-from chladni.tables.layout import BITS, FULL_SCALE
+from chladni.sim.errors import ArgumentError, InputError
+from chladni.tables.layout import BITS, FULL_SCALE, RESPONSES
 from chladni.tables.lookup import images, mixing
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.stored_regions import StoredRegions
@@ -65,11 +67,37 @@ class Section:
 
 
 @dataclass(frozen=True)
+class ResponsesSection:
+    """What each coil does at the stored regions' centres, at one frequency.
+
+    Attributes
+    ----------
+    full_scale_pm, own_full_scale_pm
+        Picometres per newton that 32767 stands for: of coils, of a fingertip's own compliance.
+    coupling
+        How one finger's push moves another (drives/fingers/coupling.py), complex128 of numbers that
+        float32 holds, shape (actuators, actuators), symmetric, N/m.
+    iq
+        int16, shape (stored regions, actuators + 1, 2): real and imaginary part of each coil's
+        response and, last, of the own compliance, with as many bits as drives have.
+    """
+
+    frequency_hz: float
+    full_scale_pm: int
+    own_full_scale_pm: int
+    coupling: ComplexArray
+    iq: NDArray[np.int16]
+
+
+SomeSection = TypeVar("SomeSection", Section, ResponsesSection)
+
+
+@dataclass(frozen=True)
 class Table:
     """A drive table in memory: what all its sections share, and the sections.
 
     A device plays the first section unless it is asked for another frequency. Its integers are
-    stored in `bits` bits each.
+    stored in `bits` bits each. `sections` are of drives; a table has these, `responses`, or both.
     """
 
     board_name: str
@@ -79,6 +107,7 @@ class Table:
     sections: tuple[Section, ...]
     symmetry: MirrorSymmetry = NO_MIRRORS
     bits: int = BITS[-1]
+    responses: tuple[ResponsesSection, ...] = ()
 
     @cached_property
     def regions(self) -> StoredRegions:
@@ -88,26 +117,23 @@ class Table:
     @property
     def actuators(self) -> int:
         """Channels of every drive."""
-        return int(self.sections[0].iq.shape[1])
+        if self.sections:
+            return int(self.sections[0].iq.shape[1])
+        return int(self.responses[0].iq.shape[1]) - 1
 
     def section(self, frequency_hz: float | None = None) -> Section:
-        """The section of a frequency, or the first.
+        """The drives of a frequency, or the first.
 
         Raises
         ------
         InputError
-            There is none; names those there are.
+            There are none; names those there are.
         """
-        if frequency_hz is None:
-            return self.sections[0]
-        for section in self.sections:
-            # A whole number of mHz; NaN and infinity are none.
-            if abs(section.frequency_hz - frequency_hz) < 0.5e-3:
-                return section
-        known = ", ".join(f"{section.frequency_hz:g}" for section in self.sections)
-        raise ArgumentError(
-            "frequency_hz", f"{frequency_hz:g} Hz", f"one of the table's: {known} Hz"
-        )
+        return _of_frequency(self.sections, frequency_hz, "drives", RESPONSES)
+
+    def responses_section(self, frequency_hz: float | None = None) -> ResponsesSection:
+        """The responses of a frequency, or the first; raises as `section` does."""
+        return _of_frequency(self.responses, frequency_hz, RESPONSES, "drives")
 
     def region_iq(self, section: Section) -> NDArray[np.int16]:
         """Drives of all regions, int16 of shape (regions, actuators, 2), mirrors applied."""
@@ -126,6 +152,22 @@ class Table:
         """What the device plays at a place, interpolated, shape (actuators,)."""
         found = self.lookup(section, np.array([x_um]), np.array([y_um]))
         return dequantise(found[0], section.full_scale_gain)
+
+
+def _of_frequency(
+    sections: Sequence[SomeSection], frequency_hz: float | None, kind: str, others: str
+) -> SomeSection:
+    if not sections:
+        hint = "`chladni table build` with `--for both` makes both"
+        raise InputError("table", f"only {others}", f"a section of {kind}", hint=hint)
+    if frequency_hz is None:
+        return sections[0]
+    for section in sections:
+        # A whole number of mHz; NaN and infinity are none.
+        if abs(section.frequency_hz - frequency_hz) < 0.5e-3:
+            return section
+    known = ", ".join(f"{section.frequency_hz:g}" for section in sections)
+    raise ArgumentError("frequency_hz", f"{frequency_hz:g} Hz", f"one of the table's: {known} Hz")
 
 
 def quantise(drives: ComplexArray, full_scale_gain: float, bits: int = 16) -> NDArray[np.int16]:

@@ -6,6 +6,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <complex>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -99,7 +100,50 @@ class FirmwareTable {
         data, {count, static_cast<size_t>(channels_), 2}, owner);
   }
 
+  bool has_drives() const { return table_.is_loaded() && table_.has_drives(); }
+  bool has_responses() const { return table_.is_loaded() && table_.has_responses(); }
+
+  // Each channel's response and the own compliance, m/N.
+  auto responses(Places x_um, Places y_um) const {
+    if (!has_responses()) throw nb::value_error("no responses are loaded");
+    if (x_um.shape(0) != y_um.shape(0)) throw nb::value_error("as many x as y");
+    const size_t count = x_um.shape(0);
+    std::vector<std::complex<float>> values;
+    values.reserve(count * (channels_ + 1U));
+    chladni::PlaceResponses found{};
+    for (size_t place = 0; place < count; ++place) {
+      table_.responses_at({x_um(place), y_um(place)}, found);
+      for (uint32_t k = 0; k < channels_; ++k) {
+        values.emplace_back(found.coils[k].re, found.coils[k].im);
+      }
+      values.emplace_back(found.own.re, found.own.im);
+    }
+    return as_matrix(values, count, channels_ + 1U);
+  }
+
+  auto coupling() const {
+    if (!has_responses()) throw nb::value_error("no responses are loaded");
+    std::vector<std::complex<float>> values;
+    for (uint32_t row = 0; row < channels_; ++row) {
+      for (uint32_t column = 0; column < channels_; ++column) {
+        const chladni::ComplexFloat one = table_.coupling(row, column);
+        values.emplace_back(one.re, one.im);
+      }
+    }
+    return as_matrix(values, channels_, channels_);
+  }
+
  private:
+  static nb::ndarray<nb::numpy, std::complex<float>, nb::ndim<2>> as_matrix(
+      const std::vector<std::complex<float>>& values, size_t rows, size_t columns) {
+    using Value = std::complex<float>;
+    auto copy = std::make_unique<Value[]>(values.size());
+    std::copy(values.begin(), values.end(), copy.get());
+    Value* const data = copy.release();
+    nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<Value*>(p); });
+    return {data, {rows, columns}, owner};
+  }
+
   Flash flash_;
   uint32_t channels_;
   chladni::Table table_;
@@ -182,7 +226,11 @@ NB_MODULE(_firmware, m) {
       .def(nb::init<nb::bytes, uint32_t>(), nb::arg("data"), nb::arg("channels"))
       .def_prop_ro("status", &FirmwareTable::status)
       .def("select", &FirmwareTable::select, nb::arg("frequency_millihertz"))
-      .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"));
+      .def("lookup", &FirmwareTable::lookup, nb::arg("x_um"), nb::arg("y_um"))
+      .def_prop_ro("has_drives", &FirmwareTable::has_drives)
+      .def_prop_ro("has_responses", &FirmwareTable::has_responses)
+      .def("responses", &FirmwareTable::responses, nb::arg("x_um"), nb::arg("y_um"))
+      .def("coupling", &FirmwareTable::coupling);
   nb::class_<FirmwareStore>(m, "FirmwareStore")
       .def(nb::init<nb::bytes>(), nb::arg("image"))
       .def_prop_ro("slot", &FirmwareStore::slot)

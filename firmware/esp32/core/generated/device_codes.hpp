@@ -54,7 +54,7 @@ constexpr const char* to_text(TableStatus value) {
     case TableStatus::kNone: return "no table";
     case TableStatus::kReadFailed: return "flash could not be read";
     case TableStatus::kBadMagic: return "not a table";
-    case TableStatus::kBadVersion: return "table of another format: build it again and flash that";
+    case TableStatus::kBadVersion: return "table of another format: build it again, or update the firmware";
     case TableStatus::kBadSize: return "table sizes contradict each other";
     case TableStatus::kBadCrc: return "table is damaged";
     case TableStatus::kBadField: return "table header out of range";

@@ -10,9 +10,12 @@ namespace chladni::table_format {
 
 constexpr uint32_t kMagic = 0x444C4843U;  // "CHLD" read as a little-endian word
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 0U;
+constexpr uint32_t kVersionMinor = 1U;
+constexpr uint32_t kDrivesMinor = 0U;  // of tables without responses
 constexpr uint32_t kHeaderBytes = 80U;
 constexpr uint32_t kSectionBytes = 12U;  // of a section header
+constexpr uint32_t kOwnScaleBytes = 4U;
+constexpr uint32_t kCouplingBytes = 8U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kBoardNameBytes = 16U;
 constexpr uint32_t kSmallestFile = 96U;  // one section of no regions
@@ -22,7 +25,7 @@ constexpr uint32_t kFractionBits = 8U;  // of a place between two cells
 constexpr uint32_t kMaxActuators = 16U;
 constexpr uint32_t kMaxSections = 16U;
 constexpr uint32_t kMaxLabels = 255U;
-constexpr uint32_t kLastObjective = 5U;
+constexpr uint32_t kResponses = 6U;  // the objective of responses; all below are of drives
 constexpr uint32_t kMaxCellsPerSide = 2048U;
 constexpr uint32_t kMaxSpanUm = 500000U;
 constexpr uint32_t kMinFrequencyMillihertz = 1000U;  // millihertz
@@ -58,7 +61,7 @@ constexpr uint32_t kAtMirrorY = 72U;  // u64
 
 // Byte offsets of a section header's fields.
 constexpr uint32_t kSectionAtFrequencyMillihertz = 0U;  // u32
-constexpr uint32_t kSectionAtFullScaleGainMilli = 4U;  // u32
+constexpr uint32_t kSectionAtFullScale = 4U;  // u32
 constexpr uint32_t kSectionAtObjective = 8U;  // u8
 constexpr uint32_t kSectionAtLabels = 9U;  // u8
 constexpr uint32_t kSectionAtReserved = 10U;  // u16

@@ -50,9 +50,6 @@ template <uint32_t kBits>
   }
 }
 
-// Only what carries the nearest corner's label takes part. Another gives its weight to the corner
-// next to it along x, or else along y, or else to the one opposite. The label.
-
 inline void mix_gains(uint32_t bits, const Mix& mix, Gain* result) {
   if (bits == 12) {
     mix_gains<12>(mix, result);
@@ -86,7 +83,15 @@ inline void turn_signs(uint32_t& w0, uint32_t& w1, uint32_t& w2, uint32_t& w3, u
 
 }  // namespace
 
-inline Table::Span Table::span(const Axis& axis, int32_t place_um) {
+// Records of the four cells around a place, and the weights of their values in 1/65536.
+struct Table::Corners {
+  std::array<const uint8_t*, 4> records;
+  std::array<uint32_t, 4> weights;
+  uint32_t flips;
+  uint32_t images;
+};
+
+inline Table::Span Table::span(const Axis& axis, uint32_t to_next, int32_t place_um) {
   // Unsigned, so that what lies below the lower edge is beyond the upper one too.
   uint32_t from_edge = static_cast<uint32_t>(place_um) + axis.half_um, flip = 0;
   if (from_edge > axis.last_um) from_edge = place_um < 0 ? 0 : axis.last_um;
@@ -100,19 +105,32 @@ inline Table::Span Table::span(const Axis& axis, int32_t place_um) {
   const uint32_t inner = at > kOne / 2 ? at - kOne / 2 : 0;
   const uint32_t low = inner >> f::kFractionBits;
   const bool is_last = low == axis.last;
-  return {low * axis.to_next, is_last ? 0 : axis.to_next, inner & (kOne - 1), flip,
+  return {low * to_next, is_last ? 0 : to_next, inner & (kOne - 1), flip,
           is_last ? axis.beyond : 0};
 }
 
-void Table::drive_at(Place place, Drive& result) const {
-  const Span y = span(y_, place.y_um), x = span(x_, place.x_um);
-  const uint8_t* const at0 = records_ + x.low + y.low;
+inline Table::Corners Table::corners(const uint8_t* records, const Span& x, const Span& y) {
+  const uint8_t* const at0 = records + x.low + y.low;
   const uint8_t *const at1 = at0 + x.to_next, *const at2 = at0 + y.to_next;
-  const uint8_t* const at3 = at1 + y.to_next;
   const uint32_t top = kOne * y.fraction, bottom = kOne * kOne - top;
-  uint32_t w1 = (bottom * x.fraction) >> f::kFractionBits, w0 = bottom - w1;
-  uint32_t w3 = (top * x.fraction) >> f::kFractionBits, w2 = top - w3;
-  const uint32_t flips = x.flip | y.flip, images = x.image | y.image;
+  const uint32_t w1 = (bottom * x.fraction) >> f::kFractionBits;
+  const uint32_t w3 = (top * x.fraction) >> f::kFractionBits;
+  return {{at0, at1, at2, at1 + y.to_next},
+          {bottom - w1, w1, top - w3, w3},
+          x.flip | y.flip,
+          x.image | y.image};
+}
+
+void Table::drive_at(Place place, Drive& result) const {
+  if (records_ == nullptr) {
+    result = {};
+    return;
+  }
+  const Span y = span(y_, y_.to_next, place.y_um), x = span(x_, x_.to_next, place.x_um);
+  const Corners around = corners(records_, x, y);
+  const auto [at0, at1, at2, at3] = around.records;
+  auto [w0, w1, w2, w3] = around.weights;
+  const uint32_t flips = around.flips, images = around.images;
   const uint32_t label0 = *at0;
   uint32_t label1 = *at1, label2 = *at2, label3 = *at3;
   // An image across a cut belongs to no label.
@@ -148,6 +166,20 @@ void Table::drive_at(Place place, Drive& result) const {
   }
   mix_gains(bits_, {{at0, at1, at2, at3}, {w0, w1, w2, w3}, sources_[images][flips].data()},
             result.data());
+}
+
+void Table::mix_responses(Place place, Drive& coils, Gain& own) const {
+  const Corners around = corners(responses_, span(x_, x_.responses_to_next, place.x_um),
+                                 span(y_, y_.responses_to_next, place.y_um));
+  // Sources count from a record's label, which responses do not have: from the byte before.
+  Mix mix{around.records, around.weights, sources_[around.images][around.flips].data()};
+  for (const uint8_t*& record : mix.records) --record;
+  mix_gains(bits_, mix, coils.data());
+  // It stands for itself on the other side of a mirror.
+  const auto own_at = static_cast<uint8_t>(1 + actuators_ * (bits_ / 4));
+  const std::array<std::array<uint8_t, 4>, 2> own_source{{{own_at, own_at, own_at, own_at}, {}}};
+  mix.sources = own_source.data();
+  mix_gains(bits_, mix, &own);
 }
 
 }  // namespace chladni

@@ -48,11 +48,10 @@ bool are_within_full_scale(const uint8_t* gains, uint32_t count) {
   return true;
 }
 
-bool is_record(const uint8_t* record, uint32_t labels, uint32_t actuators, uint32_t bits) {
-  if (record[0] >= labels) return false;
-  if (bits == 8) return are_within_full_scale<8>(record + 1, actuators);
-  return bits == 12 ? are_within_full_scale<12>(record + 1, actuators)
-                    : are_within_full_scale<16>(record + 1, actuators);
+bool are_gains(const uint8_t* gains, uint32_t count, uint32_t bits) {
+  if (bits == 8) return are_within_full_scale<8>(gains, count);
+  return bits == 12 ? are_within_full_scale<12>(gains, count)
+                    : are_within_full_scale<16>(gains, count);
 }
 
 }  // namespace
@@ -60,43 +59,55 @@ bool is_record(const uint8_t* record, uint32_t labels, uint32_t actuators, uint3
 TableStatus Table::load(const Hal& hal, uint32_t channels, uint32_t base) {
   const TableStatus status = check(hal, channels, base);
   is_loaded_ = status == TableStatus::kOk;
-  if (is_loaded_) use(f::kHeaderBytes);
+  if (is_loaded_) select(view(f::kHeaderBytes).frequency_millihertz);
   return status;
 }
 
 TableStatus Table::select(uint32_t frequency_millihertz) {
   if (!is_loaded_) return TableStatus::kNone;
+  SectionView drives{}, responses{};
   uint32_t at = f::kHeaderBytes;
   for (uint32_t section = 0; section < sections_; ++section, at += section_bytes(at)) {
-    if (view(at).frequency_millihertz != frequency_millihertz) continue;
-    use(at);
-    return TableStatus::kOk;
+    const SectionView own = view(at);
+    if (own.frequency_millihertz != frequency_millihertz) continue;
+    SectionView& found = own.are_responses ? responses : drives;
+    if (found.records == nullptr) found = own;
   }
-  return TableStatus::kNoSection;
-}
-
-void Table::use(uint32_t at) {
-  const SectionView section = view(at);
-  frequency_millihertz_ = section.frequency_millihertz;
-  crossings_ = section.crossings;
-  records_ = section.records;
+  if (drives.records == nullptr && responses.records == nullptr) return TableStatus::kNoSection;
+  frequency_millihertz_ = frequency_millihertz;
+  crossings_ = drives.head;
+  records_ = drives.records;
+  responses_head_ = responses.head;
+  responses_ = responses.records;
+  full_scale_pm_ = responses.full_scale;
+  return TableStatus::kOk;
 }
 
 Table::SectionView Table::view(uint32_t at) const {
   const uint8_t* const header = bytes_ + at;
-  const uint8_t* const crossings = header + f::kSectionBytes;
-  return {read_u32(header + f::kSectionAtFrequencyMillihertz), crossings,
-          crossings + header[f::kSectionAtLabels]};
+  const uint8_t* const head = header + f::kSectionBytes;
+  const bool are_responses = header[f::kSectionAtObjective] == f::kResponses;
+  const uint32_t bytes =
+      are_responses ? f::kOwnScaleBytes + coupling_bytes() : header[f::kSectionAtLabels];
+  return {read_u32(header + f::kSectionAtFrequencyMillihertz),
+          read_u32(header + f::kSectionAtFullScale), are_responses, head, head + bytes};
 }
 
 uint32_t Table::section_bytes(uint32_t at) const {
-  return f::kSectionBytes + bytes_[at + f::kSectionAtLabels] + cells_ * record_bytes_;
+  const SectionView section = view(at);
+  const uint32_t record = section.are_responses ? response_bytes_ : record_bytes_;
+  return static_cast<uint32_t>(section.records - (bytes_ + at)) + cells_ * record;
+}
+
+uint32_t Table::coupling_bytes() const {
+  return f::kCouplingBytes * (actuators_ * (actuators_ + 1) / 2);
 }
 
 TableStatus Table::check_kind(const uint8_t* h) {
   if (read_u32(h + f::kAtMagic) != f::kMagic) return TableStatus::kBadMagic;
-  const bool is_known =
-      h[f::kAtVersionMajor] == f::kVersionMajor && h[f::kAtVersionMinor] == f::kVersionMinor;
+  const uint32_t minor = h[f::kAtVersionMinor];
+  const bool is_known = h[f::kAtVersionMajor] == f::kVersionMajor &&
+                        (minor == f::kVersionMinor || minor == f::kDrivesMinor);
   return is_known ? TableStatus::kOk : TableStatus::kBadVersion;
 }
 
@@ -171,6 +182,7 @@ bool Table::take_axis(const uint8_t* h, uint32_t at_cells, uint32_t at_span, uin
 }
 
 bool Table::take_header(const uint8_t* h) {
+  minor_ = h[f::kAtVersionMinor];
   actuators_ = h[f::kAtActuators];
   bits_ = h[f::kAtBits];
   sections_ = h[f::kAtSections];
@@ -179,6 +191,7 @@ bool Table::take_header(const uint8_t* h) {
     return false;
   }
   record_bytes_ = 1 + actuators_ * (bits_ / 4);
+  response_bytes_ = (actuators_ + 1) * (bits_ / 4);
   const uint32_t mirrors = h[f::kAtMirrors];
   ramp_us_ = read_u32(h + f::kAtRampUs);
   touch_timeout_us_ = read_u32(h + f::kAtTouchTimeoutUs);
@@ -192,6 +205,8 @@ bool Table::take_header(const uint8_t* h) {
   if (!fields_fit) return false;
   x_.to_next = record_bytes_;
   y_.to_next = record_bytes_ * (x_.last + 1);
+  x_.responses_to_next = response_bytes_;
+  y_.responses_to_next = response_bytes_ * (x_.last + 1);
   cells_ = (x_.last + 1) * (y_.last + 1);
   Orders orders{};
   if (!read_orders(h + f::kAtMirrorX, h + f::kAtMirrorY, mirrors, actuators_, orders)) return false;
@@ -201,36 +216,58 @@ bool Table::take_header(const uint8_t* h) {
 
 TableStatus Table::check_sections() const {
   uint32_t at = f::kHeaderBytes;
+  bool after_responses = false;
   for (uint32_t section = 0; section < sections_; ++section) {
-    const TableStatus status = check_section(at);
+    const TableStatus status = check_section(at, after_responses);
     if (status != TableStatus::kOk) return status;
   }
   return at == total_bytes_ - f::kCrcBytes ? TableStatus::kOk : TableStatus::kBadSize;
 }
 
-TableStatus Table::check_section(uint32_t& at) const {
+TableStatus Table::check_section(uint32_t& at, bool& after_responses) const {
   const uint32_t end = total_bytes_ - f::kCrcBytes;
   if (end - at < f::kSectionBytes) return TableStatus::kBadSize;
   const uint8_t* const header = bytes_ + at;
   const SectionView section = view(at);
   const uint32_t labels = header[f::kSectionAtLabels];
+  const bool is_kind = section.are_responses
+                           ? labels == 0 && minor_ != f::kDrivesMinor
+                           : in_range(labels, 1, f::kMaxLabels) && !after_responses &&
+                                 header[f::kSectionAtObjective] < f::kResponses;
   if (!in_range(section.frequency_millihertz, f::kMinFrequencyMillihertz,
                 f::kMaxFrequencyMillihertz) ||
-      read_u32(header + f::kSectionAtFullScaleGainMilli) == 0 ||
-      header[f::kSectionAtObjective] > f::kLastObjective || !in_range(labels, 1, f::kMaxLabels) ||
-      read_u16(header + f::kSectionAtReserved) != 0) {
+      section.full_scale == 0 || !is_kind || read_u16(header + f::kSectionAtReserved) != 0) {
     return TableStatus::kBadField;
   }
-  if (end - at < section_bytes(at)) return TableStatus::kBadSize;
+  const uint32_t bytes = section_bytes(at);
+  if (end - at < bytes) return TableStatus::kBadSize;
+  after_responses = section.are_responses;
+  at += bytes;
+  return section.are_responses ? check_responses(section) : check_drives(section, labels);
+}
+
+TableStatus Table::check_drives(const SectionView& section, uint32_t labels) const {
   for (uint32_t label = 0; label < labels; ++label) {
-    if (!is_crossing(section.crossings[label])) return TableStatus::kBadDrives;
+    if (!is_crossing(section.head[label])) return TableStatus::kBadDrives;
   }
   const uint8_t* record = section.records;
   for (uint32_t cell = 0; cell < cells_; ++cell, record += record_bytes_) {
-    if (!is_record(record, labels, actuators_, bits_)) return TableStatus::kBadDrives;
+    if (record[0] >= labels || !are_gains(record + 1, actuators_, bits_)) {
+      return TableStatus::kBadDrives;
+    }
   }
-  at += section_bytes(at);
   return TableStatus::kOk;
+}
+
+TableStatus Table::check_responses(const SectionView& section) const {
+  if (read_u32(section.head) == 0) return TableStatus::kBadField;
+  for (const uint8_t* at = section.head + f::kOwnScaleBytes; at != section.records; at += 4) {
+    // NaN and infinity have an exponent of ones.
+    constexpr uint32_t kExponent = 0x7F800000U;
+    if ((read_u32(at) & kExponent) == kExponent) return TableStatus::kBadDrives;
+  }
+  return are_gains(section.records, cells_ * (actuators_ + 1), bits_) ? TableStatus::kOk
+                                                                      : TableStatus::kBadDrives;
 }
 
 }  // namespace chladni

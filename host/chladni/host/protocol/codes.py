@@ -54,7 +54,7 @@ TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
     Code("kNone", "no table", "the partition is blank"),
     Code("kReadFailed", "flash could not be read"),
     Code("kBadMagic", "not a table"),
-    Code("kBadVersion", "table of another format: build it again and flash that"),
+    Code("kBadVersion", "table of another format: build it again, or update the firmware"),
     Code("kBadSize", "table sizes contradict each other"),
     Code("kBadCrc", "table is damaged"),
     Code("kBadField", "table header out of range"),

@@ -1,0 +1,21 @@
+// What a table knows of the plate at a place: for the main loop, which may reckon in floats.
+#pragma once
+
+#include <array>
+
+#include "core/synthesis/drive.hpp"
+
+namespace chladni {
+
+struct ComplexFloat {
+  float re;
+  float im;
+};
+
+// Displacement per newton, m/N: of each coil, and of a fingertip by a push of its own.
+struct PlaceResponses {
+  std::array<ComplexFloat, kMaxChannels> coils;
+  ComplexFloat own;
+};
+
+}  // namespace chladni

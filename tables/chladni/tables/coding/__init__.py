@@ -1,0 +1,1 @@
+"""How a table's integers and its responses lie in bytes."""
