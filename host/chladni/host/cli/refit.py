@@ -15,8 +15,8 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.board.writing import refitted
 from chladni.sim.errors import MissingError
 from chladni.sim.files import read_text, write_whole
-from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from chladni.tables.several_fingers.build_for import build_for
 
 LEAST, MOST = 0.1, 20.0
 
@@ -55,8 +55,9 @@ def board_refit(
     }
     if table is not None:
         with progress_bar("solving") as progress:
-            found, report = build_table(own, progress=progress, allow_unmet=True)
-        write_whole(table, pack(found))
-        result |= {"table": str(table), "bytes": report.bytes}
+            found, _, _ = build_for(own, progress=progress, allow_unmet=True)
+        data = pack(found)
+        write_whole(table, data)
+        result |= {"table": str(table), "bytes": len(data)}
     write_whole(output, written)
     answer(result, as_json=as_json, title=f"{own.name}: on the foam that was measured")

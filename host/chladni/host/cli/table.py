@@ -1,4 +1,4 @@
-"""`chladni table`: build, show, verify, score, diff and export drive tables."""
+"""`chladni table`: show, verify, score, diff and export drive tables; table_build.py builds."""
 
 from __future__ import annotations
 
@@ -10,24 +10,18 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import felt, remark_on
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.drives.solve import check_request, turned
+from chladni.drives.solve import turned
 from chladni.host.cli.common.command_group import CommandGroup
-from chladni.host.cli.common.drive_options import OwnObjectiveOption
 from chladni.host.cli.common.options import (
-    PARTIAL,
-    BoardArgument,
     FigureOption,
-    JobsOption,
     JsonOption,
     LargeOption,
     PerturbedOption,
     SamplesOption,
-    SchedulerOption,
     SeedOption,
     check_figure,
 )
@@ -41,21 +35,21 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
+from chladni.host.cli.table_build import build
 from chladni.host.emulation.table_score import PITCH, score_table
-from chladni.sim.board.file import load_board, shipped_boards
+from chladni.sim.board.file import shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.files import write_whole
-from chladni.tables.build import build_table
-from chladni.tables.format import pack, read_table, read_table_bytes, unpack
-from chladni.tables.halfway_points import OWN_TOLERANCE
+from chladni.tables.format import read_table, read_table_bytes, unpack
 from chladni.tables.inspection.difference import difference
 from chladni.tables.inspection.drives_csv import drives_as_csv
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.inspection.verify import verify_table
-from chladni.tables.layout import BITS, VERSION_MAJOR, VERSION_MINOR, one_of_bits
-from chladni.tables.table import Section, Table
+from chladni.tables.layout import DRIVES_MINOR, RESPONSES, VERSION_MAJOR, VERSION_MINOR
+from chladni.tables.responses import METRE_PM, TableResponses
+from chladni.tables.table import ResponsesSection, Section, Table
 
 TableArgument = Annotated[Path, typer.Argument(metavar="TABLE", help="Table file (.chl).")]
 
@@ -68,65 +62,13 @@ def register(app: typer.Typer) -> None:
     app.add_typer(table_app, name="table")
 
 
-def build(
-    board: BoardArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Table to write (.chl).")],
-    objective: OwnObjectiveOption = None,
-    frequency: Annotated[
-        list[float] | None,
-        typer.Option(
-            callback=TABLE_FREQUENCIES,
-            help="Drive frequency, Hz; again for more sections. The board's by default.",
-        ),
-    ] = None,
-    bits: Annotated[
-        int | None,
-        typer.Option(
-            help="Of each stored integer: 8, 12 or 16. By default the fewest that lose little."
-        ),
-    ] = None,
-    seed: SeedOption = SEED,
-    jobs: JobsOption = None,
-    scheduler: SchedulerOption = None,
-    large: LargeOption = False,
-    as_json: JsonOption = False,
-) -> None:
-    """Solve every region of a board and pack the drives into a table."""
-    check_output(output, "-o")
-    if objective is not None:
-        check_request("phasor", objective, seed, None, None)
-    if bits is not None and bits not in BITS:
-        raise InputError("--bits", bits, one_of_bits())
-    loaded = load_board(board)
-    partial = output.with_name(output.name + PARTIAL)
-    with progress_bar("solving", kept=partial) as progress:
-        table, report = build_table(
-            loaded,
-            objective=objective,
-            frequencies_hz=frequency or (),
-            bits=bits,
-            seed=seed,
-            jobs=jobs,
-            progress=progress,
-            partial=partial,
-            scheduler=scheduler,
-            allow_unmet=True,
-        )
-    write_whole(output, pack(table))
-    remove_checkpoint(partial)
-    say_unmet(report.error_estimate, OWN_TOLERANCE)
-    if not report.is_within_limits:
-        typer.echo(f"warning: integers of {report.bits} bits lose {report.lost}", err=True)
-    answer(asdict(report), as_json=as_json, title=f"Table {output} for {loaded.name}")
-
-
 def show(
     table: TableArgument,
     at: Annotated[str | None, typer.Option(help="Show the drive for X,Y (mm).")] = None,
     frequency: Annotated[
         float | None,
         typer.Option(
-            callback=TABLE_FREQUENCIES, help="Of the drives to show, Hz; the first by default."
+            callback=TABLE_FREQUENCIES, help="Of the section to show, Hz; the first by default."
         ),
     ] = None,
     board: Annotated[
@@ -134,26 +76,24 @@ def show(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a table's header, or what the device plays at a place."""
+    """Show a table's header, or what the device plays and knows at a place."""
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
-    section = loaded.section(frequency)
+    section, known = _sections(loaded, frequency)
     grid = loaded.grid
     result: dict[str, Any] = {
-        "version": f"{VERSION_MAJOR}.{VERSION_MINOR}",
+        "version": f"{VERSION_MAJOR}.{VERSION_MINOR if loaded.responses else DRIVES_MINOR}",
         "board_name": loaded.board_name,
         "board_fingerprint": f"{loaded.board_fingerprint:#018x}",
-        "frequency_hz": section.frequency_hz,
-        "objective": section.objective,
+        **_header(section, known),
         "frequencies_hz": [one.frequency_hz for one in loaded.sections],
+        "responses_hz": [one.frequency_hz for one in loaded.responses],
         "actuators": loaded.actuators,
         "columns": grid.columns,
         "rows": grid.rows,
         "regions": grid.count,
         "size_mm": [grid.width_um / 1000.0, grid.length_um / 1000.0],
-        "full_scale_gain": section.full_scale_gain,
         "stored_regions": loaded.regions.count,
-        "labels": len(section.crossings),
         "bits": loaded.bits,
         "bytes": len(data),
         **asdict(loaded.limits),
@@ -168,8 +108,68 @@ def show(
         region = grid.region_at(x_um, y_um)
         result["region"] = region
         result["region_centre_mm"] = list(grid.centre_mm(region))
-        result |= _drive_at(loaded, section, place, board, file=str(table))
+        if section is not None:
+            result |= _drive_at(loaded, section, place, board, file=str(table))
+        if known is not None:
+            result |= _responses_at(TableResponses(loaded.regions, known), place)
     answer(result, as_json=as_json, title=str(table))
+
+
+def _sections(
+    table: Table, frequency_hz: float | None
+) -> tuple[Section | None, ResponsesSection | None]:
+    """Drives and responses of a frequency, or the table's first; one of them may be missing."""
+    known = [one.frequency_hz for one in table.sections]
+    known += [one.frequency_hz for one in table.responses]
+    wanted = known[0] if frequency_hz is None else frequency_hz
+
+    def has_it(one: Section | ResponsesSection) -> bool:
+        return abs(one.frequency_hz - wanted) < 0.5e-3
+
+    drives = next(filter(has_it, table.sections), None)
+    responses = next(filter(has_it, table.responses), None)
+    if drives is None and responses is None:
+        frequencies = ", ".join(dict.fromkeys(f"{one:g}" for one in known))
+        raise InputError("--frequency", f"{wanted:g} Hz", f"one of the table's: {frequencies} Hz")
+    return drives, responses
+
+
+def _header(section: Section | None, known: ResponsesSection | None) -> dict[str, Any]:
+    """What the headers of the sections say."""
+    result: dict[str, Any] = {}
+    if known is not None:
+        result |= {
+            "frequency_hz": known.frequency_hz,
+            "objective": RESPONSES,
+            "full_scale_um_per_n": known.full_scale_pm / METRE_PM * 1e6,
+            "own_full_scale_um_per_n": known.own_full_scale_pm / METRE_PM * 1e6,
+        }
+    if section is not None:
+        result |= {
+            "frequency_hz": section.frequency_hz,
+            "objective": section.objective,
+            "full_scale_gain": section.full_scale_gain,
+            "labels": len(section.crossings),
+        }
+    return result
+
+
+def _responses_at(known: TableResponses, place: Place) -> dict[str, Any]:
+    """What each coil does at a place, and a fingertip there by its own push."""
+    at = np.array([place]) * MM
+    own = known.own_at(at)[0]
+    return {
+        "responses": [
+            {
+                "channel": k,
+                "um_per_n": float(abs(c)) * 1e6,
+                "phase_deg": float(np.degrees(np.angle(c))),
+            }
+            for k, c in enumerate(known.at(at)[0])
+        ],
+        "own_um_per_n": float(abs(own)) * 1e6,
+        "own_phase_deg": float(np.degrees(np.angle(own))),
+    }
 
 
 def _drive_at(

@@ -9,6 +9,9 @@ import tomlkit
 
 from chladni.sim.board.board import Board, to_document
 
+CHOICES = ("pwm_pins", "focus", "fingers")
+"""No pins, and blocks that say by being there what tables are for."""
+
 
 def board_file(board: Board, about: Sequence[str] = ()) -> bytes:
     """A board's file, complete, with lines of comment on top."""
@@ -37,6 +40,6 @@ def refitted(text: str, foam: float) -> bytes:
 
 
 def _without_empty(document: dict[str, Any]) -> dict[str, Any]:
-    """What blocks and lists have nothing in them need not be written; no pins is a choice."""
+    """What blocks and lists have nothing in them need not be written, unless they are a choice."""
     blocks = {k: _without_empty(v) if isinstance(v, dict) else v for k, v in document.items()}
-    return {k: v for k, v in blocks.items() if v not in ({}, [], ()) or k == "pwm_pins"}
+    return {k: v for k, v in blocks.items() if v not in ({}, [], ()) or k in CHOICES}

@@ -9,6 +9,7 @@ UNITS = {
     "mm": "mm", "mm2": "mm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms", "us": "µs", "s": "s",
     "deg": "°", "g": "g", "ma": "mA", "k": "K", "m_s2": "m/s²", "mh": "mH", "ohm": "Ω",
     "n_per_mm3": "N/mm³", "n_per_mm": "N/mm", "n_per_a": "N/A", "n": "N", "m": "m",
+    "um_per_n": "µm/N",
 }  # fmt: skip
 """By the end of a key; the longest that fits counts."""
 WORDS = {
@@ -98,6 +99,15 @@ WORDS = {
     "bits": "bits of a stored integer",
     "labels": "labels (drives are interpolated within one)",
     "full_scale_gain": "largest gain",
+    "um_per_n": "moves",
+    "full_scale_um_per_n": "largest response",
+    "own_full_scale_um_per_n": "largest own compliance of a fingertip",
+    "own_um_per_n": "a fingertip's own compliance",
+    "own_phase_deg": "its phase",
+    "responses_hz": "responses at",
+    "isolation_lost_db": "isolation lost by rounding and interpolation",
+    "exact_isolation_db": "two fingers kept apart by exact responses",
+    "isolation_db": "two fingers kept apart by the table's",
 }
 UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({

@@ -1,0 +1,88 @@
+"""What a table's responses cost: how far apart two pressing fingers are kept with them.
+
+Drives come from the responses as a device reads them, fields from the plate with both fingers on
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.fingers.responses import Responses, responses_at
+from chladni.drives.fingers.silence import Plate, drives_for
+from chladni.drives.problem.problem import SolvedBoard
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.spread import Spread
+from chladni.sim.image.finger import pressing_stiffness
+
+FloatArray = NDArray[np.float64]
+
+FINGERS, APART, PRESS = 2, 16e-3, 1.0
+"""Two fingers side by side or further apart, m, that press with 1 N: those for which drives can do
+most, and so lose most by rounding."""
+SETS, SEED = 100, 1
+"""Pairs drawn. Every table is measured on these, so a loss is known better than the isolation."""
+LIMIT_DB = 2.0
+"""That rounding and interpolation may take, at the median and at the worst tenth: less than the JND
+of amplitude (2.3 dB)."""
+
+
+@dataclass(frozen=True)
+class DrawnPairs:
+    """Pairs of pressing fingers on a board at one frequency, and what is exactly known of it.
+
+    Attributes
+    ----------
+    known
+        The responses that tables round.
+    exact
+        Isolation with these, dB, a number per finger.
+    """
+
+    known: Responses
+    sets: list[FingerSet]
+    stiffness: complex
+    exact: FloatArray
+
+    @classmethod
+    def of(cls, solved: SolvedBoard, tell: Callable[[], None] | None = None) -> DrawnPairs:
+        """Draw and solve them; `tell` is called after each pair.
+
+        Raises
+        ------
+        ArgumentError
+            The board has no room for two fingers.
+        """
+        places = finger_sets(solved.board, FINGERS, SETS, APART, np.random.default_rng(SEED))
+        stiffness = pressing_stiffness(PRESS, solved.fields.frequency_hz)
+        sets = []
+        with one_blas_thread():
+            for one in FingerSet.of_all(solved, places, stiffness):
+                sets.append(one)
+                if tell:
+                    tell()
+        known = responses_at(solved)
+        return cls(known, sets, stiffness, _isolation_db(sets, known, stiffness))
+
+    def isolation_db(self, plate: Plate) -> FloatArray:
+        """Isolation with drives of what a plate says of itself, dB, a number per finger."""
+        return _isolation_db(self.sets, plate, self.stiffness)
+
+
+def _isolation_db(sets: list[FingerSet], plate: Plate, stiffness: complex) -> FloatArray:
+    found = []
+    for one in sets:
+        at = [(float(x), float(y)) for x, y in one.places]
+        found.append(one.isolation_db(drives_for(plate, at, stiffness=stiffness).drives))
+    return np.concatenate(found)
+
+
+def lost_db(exact: FloatArray, got: FloatArray) -> float:
+    """Isolation lost at the median or at the 10th percentile, whichever is more."""
+    one, other = Spread.of(exact.tolist()), Spread.of(got.tolist())
+    return max(one.median - other.median, one.p10 - other.p10)
