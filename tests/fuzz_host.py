@@ -23,14 +23,13 @@ from chladni.sim.errors import InputError
 from chladni.tables import format as table_format
 from chladni.tables import layout
 from chladni.tables import mirror_symmetry as symmetry
-from chladni.tables.coding import integers as table_integers
-from chladni.tables.coding import responses as table_responses
+from chladni.tables import responses as table_responses
 from chladni.tables.format import unpack
 from made_up import with_crc
 
 KEY = bytes(range(32))
 PARSERS = (
-    link, datagrams, device_config, symmetry, layout, table_format, table_integers, table_responses,
+    link, datagrams, device_config, symmetry, layout, table_format, table_responses,
 )  # fmt: skip
 
 

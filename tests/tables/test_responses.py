@@ -18,7 +18,8 @@ from chladni.tables import layout
 from chladni.tables._firmware import FirmwareTable
 from chladni.tables.format import pack, unpack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
-from chladni.tables.responses import TableResponses, section_of
+from chladni.tables.responses import TableResponses
+from chladni.tables.several_fingers.section import section_of
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import ResponsesSection, Table
 from made_up import LIMITS, forge, random_table, reversal, with_crc, with_responses

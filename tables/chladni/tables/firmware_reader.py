@@ -40,10 +40,24 @@ class FirmwareReader:
 
     def integers(self, frequency_hz: float, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
         """The same as the device has them, shape (places, actuators, 2)."""
+        return self._table.lookup(*self._at(frequency_hz, x_um, y_um))
+
+    def responses(
+        self, frequency_hz: float, x_um: IntArray, y_um: IntArray
+    ) -> tuple[NDArray[np.complex64], NDArray[np.complex64]]:
+        """Responses of places at a frequency the table has them for, and the coupling.
+
+        Shapes (places, actuators + 1), the own compliance last, and (actuators, actuators); raises
+        as `drives` does.
+        """
+        return self._table.responses(*self._at(frequency_hz, x_um, y_um)), self._table.coupling()
+
+    def _at(
+        self, frequency_hz: float, x_um: IntArray, y_um: IntArray
+    ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         found = self._table.select(round(frequency_hz * 1000.0))
         if found != "ok":
             hint = "`chladni table show` lists the frequencies"
             text = f"the firmware plays nothing at {frequency_hz:g} Hz: {found}"
             raise ChladniError(text, hint=hint)
-        x, y = (np.ascontiguousarray(axis, dtype=np.int32) for axis in (x_um, y_um))
-        return self._table.lookup(x, y)
+        return np.ascontiguousarray(x_um, np.int32), np.ascontiguousarray(y_um, np.int32)

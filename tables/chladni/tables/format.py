@@ -12,14 +12,6 @@ import numpy as np
 from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_whole
-from chladni.tables.coding.integers import as_bytes, as_integers, is_loud
-from chladni.tables.coding.responses import (
-    check_responses,
-    header_values,
-    pack_responses,
-    responses_bytes,
-    unpack_responses,
-)
 from chladni.tables.layout import (
     CRC_BYTES,
     DRIVES_MINOR,
@@ -38,8 +30,11 @@ from chladni.tables.layout import (
     VERSION_MINOR,
     Field,
     Refuse,
+    as_bytes,
+    as_integers,
     check_header,
     check_section,
+    is_loud,
     is_responses,
     record_bytes,
     stored_region_count,
@@ -50,6 +45,13 @@ from chladni.tables.mirror_symmetry import (
     crossing_codes,
     crossings_of,
     order_of,
+)
+from chladni.tables.responses import (
+    check_responses,
+    header_values,
+    pack_responses,
+    responses_bytes,
+    unpack_responses,
 )
 from chladni.tables.table import Limits, ResponsesSection, Section, Table
 

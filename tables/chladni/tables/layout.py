@@ -11,6 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chladni.sim.errors import InputError
 from chladni.tables.mirror_symmetry import stored_cells
 
@@ -40,6 +43,8 @@ BOARD_NAME_BYTES = 16
 LARGEST_FILE = 63 * 4096
 """A device's slot of 256 KiB, less the sector of its trailer (host/protocol/table_store.py)."""
 
+ByteArray = NDArray[np.uint8]
+IntArray = NDArray[np.int64]
 Refuse = Callable[[str, object, str], InputError]
 
 
@@ -217,3 +222,35 @@ def _check_ranges(
         if not low <= values[name] <= high:
             expected = f"{low} to {high}" if low < high else f"{low}"
             raise refuse(name, values[name], expected)
+
+
+def as_bytes(pairs: IntArray, bits: int) -> ByteArray:
+    """Integers (regions, actuators, 2) in offset binary, shape (regions, bytes).
+
+    Of 12 bits the upper eight of both come first, then both rests in one byte.
+    """
+    codes = pairs + (1 << (bits - 1))
+    parts = [codes] if bits == 8 else [codes & 0xFF, codes >> 8]
+    if bits == 12:
+        rests = (codes & 15)[..., :1] | (codes & 15)[..., 1:] << 4
+        parts = [np.concatenate((codes >> 4, rests), axis=-1)]
+    whole = np.stack(parts, axis=-1)
+    return np.asarray(whole.reshape(len(pairs), -1).astype(np.uint8))
+
+
+def as_integers(data: ByteArray, actuators: int, bits: int) -> IntArray:
+    """The way back."""
+    parts = data.reshape(len(data), actuators, -1).astype(np.int64)
+    if bits == 12:
+        rests = parts[..., 2:]
+        codes = parts[..., :2] << 4 | np.concatenate((rests & 15, rests >> 4), axis=-1)
+    elif bits == 16:
+        codes = parts[..., ::2] | parts[..., 1::2] << 8
+    else:
+        codes = parts
+    return np.asarray(codes - (1 << (bits - 1)))
+
+
+def is_loud(iq: NDArray[np.integer]) -> bool:
+    """Whether a pair, of 16 bits, is beyond full scale."""
+    return bool(np.any((iq.astype(np.int64) ** 2).sum(axis=-1) > FULL_SCALE**2))

@@ -1,19 +1,32 @@
-"""Responses in a table: made of a solved board, and read as a device reads them."""
+"""Responses in a table: their lookup, as the firmware does it, and their bytes."""
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers.responses import Responses
-from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError
+from chladni.tables.layout import (
+    FULL_SCALE,
+    OBJECTIVE_NAMES,
+    OWN_SCALE_BYTES,
+    RESPONSES,
+    Refuse,
+    as_bytes,
+    as_integers,
+    is_loud,
+    responses_head_bytes,
+    responses_record_bytes,
+)
 from chladni.tables.lookup import Mixing, mixing
 from chladni.tables.mirror_symmetry import JOINED
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import ResponsesSection, Table, dequantise, quantise
+from chladni.tables.table import ResponsesSection, Table, dequantise
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -21,6 +34,8 @@ IntArray = NDArray[np.int64]
 
 METRE_UM = 1e6
 METRE_PM = 1e12
+Refusals = dict[str, Refuse]
+"""What makes an error, by the name of the firmware's `TableStatus`."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +68,8 @@ class TableResponses:
         return self.section.coupling
 
     @cached_property
-    def _units(self) -> FloatArray:
-        """m/N that 1 stands for, of each coil and of the own compliance."""
+    def units(self) -> FloatArray:
+        """m/N that full scale stands for, of each coil and of the own compliance."""
         own = self.section
         scales = [own.full_scale_pm] * len(own.coupling) + [own.own_full_scale_pm]
         return np.array(scales) / METRE_PM
@@ -69,7 +84,26 @@ class TableResponses:
 
     def _all_at(self, places: FloatArray) -> ComplexArray:
         x_um, y_um = np.rint(np.asarray(places) * METRE_UM).astype(np.int64).T
-        return dequantise(self.integers(x_um, y_um), 1.0) * self._units
+        return dequantise(self.integers(x_um, y_um), 1.0) * self.units
+
+    def of_regions(self) -> ComplexArray:
+        """Responses of all regions, mirrors applied, in units of full scale.
+
+        Shape (regions, actuators + 1), the own compliance last.
+        """
+        cells, actuators = self.regions.everywhere, len(self.coupling)
+        channels = self.regions.symmetry.channels(actuators, cells.flips)
+        own = np.full((len(channels), 1), actuators)
+        every = np.concatenate((channels, own), axis=1)
+        return dequantise(self.section.iq[cells.stored[:, None], every], 1.0)
+
+    def floats(self, x_um: IntArray, y_um: IntArray) -> NDArray[np.complex64]:
+        """Responses in m/N as the device has them, float32, shape (places, actuators + 1)."""
+        own = self.section
+        scales = [own.full_scale_pm] * len(own.coupling) + [own.own_full_scale_pm]
+        units = np.array(scales, np.float32) * (np.float32(1e-12) / np.float32(FULL_SCALE))
+        parts = self.integers(x_um, y_um).astype(np.float32) * units[:, None]
+        return np.ascontiguousarray(parts).view(np.complex64)[..., 0]
 
     def integers(self, x_um: IntArray, y_um: IntArray) -> NDArray[np.int16]:
         """What the device interpolates, int16 of shape (places, actuators + 1, 2)."""
@@ -86,26 +120,79 @@ class TableResponses:
         return replace(mixed, channels=np.concatenate((mixed.channels, own), axis=2))
 
 
-def section_of(known: Responses, regions: StoredRegions, bits: int) -> ResponsesSection:
-    """The responses of a board at the centres of its stored regions, as integers of so many bits.
+def header_values(section: ResponsesSection) -> dict[str, Any]:
+    """Fields of the section's header."""
+    return {
+        "frequency_millihertz": round(section.frequency_hz * 1000.0),
+        "full_scale": section.full_scale_pm,
+        "objective": OBJECTIVE_NAMES.index(RESPONSES),
+        "labels": 0,
+        "reserved": 0,
+    }
 
-    Raises
-    ------
-    InputError
-        When the table is packed, if a response is beyond 4.29 mm/N.
-    """
-    numbers = regions.numbers.tolist()
-    places = np.array([regions.grid.centre_mm(region) for region in numbers]) * MM
-    coils, own = known.at(places), known.own_at(places)[:, None]
-    scales = [int(np.ceil(float(np.abs(part).max()) * METRE_PM)) or 1 for part in (coils, own)]
-    parts = [
-        quantise(part, scale / METRE_PM, bits)
-        for part, scale in zip((coils, own), scales, strict=True)
-    ]
+
+def check_responses(section: ResponsesSection, cells: int, actuators: int, bits: int) -> None:
+    """Raise `InputError` unless these responses fit a table of such cells, channels and bits."""
+    wanted = ((cells, actuators + 1, 2), (actuators, actuators))
+    if (section.iq.shape, section.coupling.shape) != wanted:
+        shapes = (section.iq.shape, section.coupling.shape)
+        raise InputError("table.responses", shapes, f"responses and coupling of shapes {wanted}")
+    if np.any(section.iq & ((1 << (16 - bits)) - 1)):
+        expected = f"integers of {bits} bits, in steps of {1 << (16 - bits)}"
+        raise InputError("table.responses", "finer steps", expected)
+    if is_loud(section.iq):
+        raise InputError("table.responses", "one beyond full scale", f"at most {FULL_SCALE}")
+    if not 1 <= section.own_full_scale_pm <= 0xFFFFFFFF:
+        expected = f"1 to {0xFFFFFFFF} pm/N"
+        raise InputError("table.own_full_scale", section.own_full_scale_pm, expected)
+    parts = np.abs(np.stack((section.coupling.real, section.coupling.imag)))
+    if not np.all(parts <= np.finfo(np.float32).max):
+        raise InputError("table.coupling", "NaN or infinity", "numbers that float32 holds")
+    if not np.array_equal(section.coupling, section.coupling.T):
+        raise InputError("table.coupling", "another matrix", "a symmetric matrix")
+
+
+def pack_responses(section: ResponsesSection, bits: int) -> bytes:
+    """All bytes behind the section's header."""
+    upper = section.coupling[np.triu_indices(len(section.coupling))].astype("<c8")
+    records = as_bytes(section.iq.astype(np.int64) >> (16 - bits), bits)
+    return struct.pack("<I", section.own_full_scale_pm) + upper.tobytes() + records.tobytes()
+
+
+def responses_bytes(cells: int, actuators: int, bits: int) -> int:
+    """How many those are."""
+    return responses_head_bytes(actuators) + cells * responses_record_bytes(actuators, bits)
+
+
+def unpack_responses(
+    data: bytes,
+    values: dict[str, Any],
+    head: dict[str, Any],
+    cells: int,
+    name: str,
+    refuse: Refusals,
+) -> ResponsesSection:
+    """The responses in the bytes behind a section's header, whose fields are `values`."""
+    actuators, bits = head["actuators"], head["bits"]
+    own_full_scale = struct.unpack_from("<I", data)[0]
+    if own_full_scale == 0:
+        raise refuse["kBadField"](f"{name} own_full_scale", 0, "1 pm/N or more")
+    begin = responses_head_bytes(actuators)
+    upper = np.frombuffer(data[OWN_SCALE_BYTES:begin], "<c8")
+    if not np.all(np.isfinite(upper)):
+        raise refuse["kBadDrives"](f"{name} coupling", "NaN or infinity", "finite numbers")
+    rows, columns = np.triu_indices(actuators)
+    coupling = np.zeros((actuators, actuators), dtype=np.complex128)
+    coupling[rows, columns] = coupling[columns, rows] = upper
+    record = responses_record_bytes(actuators, bits)
+    records = np.frombuffer(data[begin:], np.uint8).reshape(cells, record)
+    iq = as_integers(records, actuators + 1, bits) << (16 - bits)
+    if is_loud(iq):
+        raise refuse["kBadDrives"](f"{name} responses", "one beyond full scale", f"{FULL_SCALE}")
     return ResponsesSection(
-        frequency_hz=known.frequency_hz,
-        full_scale_pm=scales[0],
-        own_full_scale_pm=scales[1],
-        coupling=known.coupling.astype(np.complex64).astype(np.complex128),
-        iq=np.concatenate(parts, axis=1),
+        frequency_hz=values["frequency_millihertz"] / 1000.0,
+        full_scale_pm=values["full_scale"],
+        own_full_scale_pm=own_full_scale,
+        coupling=coupling,
+        iq=iq.astype(np.int16),
     )

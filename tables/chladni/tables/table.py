@@ -158,7 +158,7 @@ def _of_frequency(
     sections: Sequence[SomeSection], frequency_hz: float | None, kind: str, others: str
 ) -> SomeSection:
     if not sections:
-        hint = "`chladni table build` with `--for both` makes both"
+        hint = "`chladni table build --for both` makes both"
         raise InputError("table", f"only {others}", f"a section of {kind}", hint=hint)
     if frequency_hz is None:
         return sections[0]

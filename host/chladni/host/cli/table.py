@@ -162,7 +162,7 @@ def _responses_at(known: TableResponses, place: Place) -> dict[str, Any]:
         "responses": [
             {
                 "channel": k,
-                "um_per_n": float(abs(c)) * 1e6,
+                "response_um_per_n": float(abs(c)) * 1e6,
                 "phase_deg": float(np.degrees(np.angle(c))),
             }
             for k, c in enumerate(known.at(at)[0])
@@ -234,6 +234,9 @@ def score(
     check_figure(figure)
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
+    if not loaded.sections:
+        expected, hint = "drives to score", "`chladni fingers` scores responses"
+        raise InputError("sections", RESPONSES, expected, file=str(table), hint=hint)
     owner = board_for(loaded, board, file=str(table))
     with progress_bar("boards") as progress:
         found = score_table(
@@ -262,7 +265,7 @@ def diff(
     second: Annotated[Path, typer.Argument(metavar="OTHER", help="Another table.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Compare two tables: header fields, and drives of a frequency both have, up to their phase."""
+    """Compare two tables: header fields, and drives (up to their phase) and responses of both."""
     result = asdict(difference(read_table(first), read_table(second)))
     if result["compared_hz"] is None:
         del result["largest_at_region"]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.table import Table
+from chladni.tables.responses import TableResponses
+from chladni.tables.table import ResponsesSection, Section, Table
 
 ComplexArray = NDArray[np.complex128]
 
@@ -33,6 +35,13 @@ class TableDifference:
         Largest difference of a gain, of full scale.
     largest_at_region
         Where it is.
+    compared_responses_hz
+        Frequency of the compared responses; None as `compared_hz`.
+    responses_that_differ
+        How many regions have others.
+    largest_of_responses, largest_of_coupling
+        Largest difference of a response or an own compliance, and of a number of the coupling, of
+        the largest.
     """
 
     header: dict[str, list[Any]]
@@ -40,28 +49,59 @@ class TableDifference:
     regions_that_differ: int | None = None
     largest: float | None = None
     largest_at_region: int | None = None
+    compared_responses_hz: float | None = None
+    responses_that_differ: int | None = None
+    largest_of_responses: float | None = None
+    largest_of_coupling: float | None = None
 
 
 def difference(one: Table, other: Table) -> TableDifference:
     """Compare two tables; a drive's common phase is free, so it does not count."""
     left, right = _header(one), _header(other)
     header = {key: [left[key], right[key]] for key in left if left[key] != right[key]}
-    frequencies = {section.frequency_hz for section in other.sections}
-    common = [
-        section.frequency_hz for section in one.sections if section.frequency_hz in frequencies
-    ]
-    if one.grid != other.grid or one.actuators != other.actuators or not common:
+    if one.grid != other.grid or one.actuators != other.actuators:
         return TableDifference(header)
-    pair = [(table, table.section(common[0])) for table in (one, other)]
+    return TableDifference(header, **_of_drives(one, other), **_of_responses(one, other))
+
+
+def _of_drives(one: Table, other: Table) -> dict[str, Any]:
+    common = _common(one.sections, other.sections)
+    if common is None:
+        return {}
+    pair = [(table, table.section(common)) for table in (one, other)]
     drives = [table.drives(own) / own.full_scale_gain for table, own in pair]
     steps = np.array([_step(*both) for both in zip(*drives, strict=True)])
-    return TableDifference(
-        header=header,
-        compared_hz=common[0],
-        regions_that_differ=int(np.count_nonzero(steps > SAME)),
-        largest=float(steps.max()),
-        largest_at_region=int(steps.argmax()),
-    )
+    return {
+        "compared_hz": common,
+        "regions_that_differ": int(np.count_nonzero(steps > SAME)),
+        "largest": float(steps.max()),
+        "largest_at_region": int(steps.argmax()),
+    }
+
+
+def _of_responses(one: Table, other: Table) -> dict[str, Any]:
+    common = _common(one.responses, other.responses)
+    if common is None:
+        return {}
+    left, right = (TableResponses.of(table, common) for table in (one, other))
+    steps = np.abs(left.of_regions() * left.units - right.of_regions() * right.units)
+    steps /= np.maximum(left.units, right.units)
+    coupling = np.abs(left.coupling - right.coupling).max()
+    largest = max(np.abs(left.coupling).max(), np.abs(right.coupling).max())
+    return {
+        "compared_responses_hz": common,
+        "responses_that_differ": int(np.count_nonzero(steps.max(axis=1) > SAME)),
+        "largest_of_responses": float(steps.max()),
+        "largest_of_coupling": float(coupling / largest) if largest else 0.0,
+    }
+
+
+def _common(
+    one: Sequence[Section | ResponsesSection], other: Sequence[Section | ResponsesSection]
+) -> float | None:
+    """The first frequency that both have."""
+    known = {section.frequency_hz for section in other}
+    return next((own.frequency_hz for own in one if own.frequency_hz in known), None)
 
 
 def _step(one: ComplexArray, other: ComplexArray) -> float:
@@ -84,5 +124,8 @@ def _header(table: Table) -> dict[str, Any]:
         "objectives": [section.objective for section in table.sections],
         "full_scale_gains": [section.full_scale_gain for section in table.sections],
         "labels": [len(section.crossings) for section in table.sections],
+        "responses_hz": [section.frequency_hz for section in table.responses],
+        "full_scales_pm": [section.full_scale_pm for section in table.responses],
+        "own_full_scales_pm": [section.own_full_scale_pm for section in table.responses],
         "bits": table.bits,
     }

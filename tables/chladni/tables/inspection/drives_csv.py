@@ -13,7 +13,14 @@ COLUMNS = ("frequency_hz", "region", "x_mm", "y_mm", "channel", "gain", "phase_d
 
 
 def drives_as_csv(table: Table) -> bytes:
-    """A row per frequency, region and channel, below a header of `COLUMNS`."""
+    """A row per frequency, region and channel, below a header of `COLUMNS`.
+
+    Raises
+    ------
+    InputError
+        The table has no drives.
+    """
+    table.section()
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer)
     writer.writerow(COLUMNS)

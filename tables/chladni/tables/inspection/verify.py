@@ -14,6 +14,7 @@ from chladni.sim.fields.board_mirrors import board_mirrors
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import read_table_bytes, unpack
 from chladni.tables.inspection.owner import board_for
+from chladni.tables.responses import TableResponses
 from chladni.tables.table import Table
 
 LATTICE = 4
@@ -31,7 +32,7 @@ class Verification:
     board
         Name of its board.
     places_checked
-        At which the firmware's drive was compared, over all sections.
+        At which the firmware's reading was compared, over all sections.
     bytes
         Of the file.
     """
@@ -58,7 +59,7 @@ def verify_table(path: str | Path, board: str | Path | None = None) -> Verificat
     InputError
         The bytes are no table, or not one of the board.
     ChladniError
-        The firmware's own code reads other drives from the same bytes.
+        The firmware's own code reads other drives or responses from the same bytes.
     """
     # Read once: what is checked is what was unpacked.
     data = read_table_bytes(path)
@@ -67,15 +68,25 @@ def verify_table(path: str | Path, board: str | Path | None = None) -> Verificat
     _check_mirrors(table, owner, str(path))
     firmware = FirmwareReader(data, table.actuators)
     x_um, y_um = _everywhere(table)
-    for number, section in enumerate(table.sections):
+    for section in table.sections:
         played = firmware.integers(section.frequency_hz, x_um, y_um)
         if not np.array_equal(played, table.lookup(section, x_um, y_um)):
-            raise ChladniError(
-                f"{path}: section {number}: the firmware plays other drives",
-                hint="build the table again with this version",
-            )
-    sections = len(table.sections)
+            raise _other(path, "drives", section.frequency_hz)
+    for known in table.responses:
+        own = TableResponses(table.regions, known)
+        read, coupling = firmware.responses(known.frequency_hz, x_um, y_um)
+        is_same = np.array_equal(read, own.floats(x_um, y_um))
+        if not is_same or not np.array_equal(coupling, known.coupling):
+            raise _other(path, "responses", known.frequency_hz)
+    sections = len(table.sections) + len(table.responses)
     return Verification(owner.name, table.grid.count, sections, sections * x_um.size, len(data))
+
+
+def _other(path: str | Path, kind: str, frequency_hz: float) -> ChladniError:
+    return ChladniError(
+        f"{path}: the firmware reads other {kind} at {frequency_hz:g} Hz",
+        hint="build the table again with this version",
+    )
 
 
 def _check_mirrors(table: Table, owner: Board, file: str) -> None:

@@ -15,8 +15,9 @@ from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.format import check_fits, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, RESPONSES, one_of_bits
-from chladni.tables.responses import TableResponses, section_of
+from chladni.tables.responses import TableResponses
 from chladni.tables.several_fingers.isolation import LIMIT_DB, SETS, DrawnPairs, lost_db
+from chladni.tables.several_fingers.section import section_of
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import ResponsesSection, Table, limits_of
 

@@ -99,7 +99,7 @@ WORDS = {
     "bits": "bits of a stored integer",
     "labels": "labels (drives are interpolated within one)",
     "full_scale_gain": "largest gain",
-    "um_per_n": "moves",
+    "response_um_per_n": "moves",
     "full_scale_um_per_n": "largest response",
     "own_full_scale_um_per_n": "largest own compliance of a fingertip",
     "own_um_per_n": "a fingertip's own compliance",

@@ -1,1 +1,0 @@
-"""How a table's integers and its responses lie in bytes."""
