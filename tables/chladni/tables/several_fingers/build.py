@@ -27,11 +27,11 @@ LADDER = (8e-3, 7e-3, 6e-3, 5e-3, 4e-3, 3e-3, 2.5e-3, 2e-3)
 
 @dataclass(frozen=True)
 class FrequencyIsolation:
-    """How far two fingers are kept apart, dB: with exact responses, and with the table's."""
+    """How far two fingers are kept apart, dB: with the table's responses, and with exact ones."""
 
     frequency_hz: float
-    exact_isolation_db: Spread
     isolation_db: Spread
+    exact_isolation_db: Spread
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def _report(
     for one, section in zip(pairs, table.responses, strict=True):
         got = one.isolation_db(TableResponses(table.regions, section))
         lost.append(lost_db(one.exact, got))
-        spreads = [Spread.of(values.tolist()) for values in (one.exact, got)]
+        spreads = [Spread.of(values.tolist()) for values in (got, one.exact)]
         found.append(FrequencyIsolation(section.frequency_hz, *spreads))
     return ResponsesReport(
         pitch_mm=table.grid.pitch_mm,

@@ -106,8 +106,7 @@ WORDS = {
     "own_phase_deg": "its phase",
     "responses_hz": "responses at",
     "isolation_lost_db": "isolation lost by rounding and interpolation",
-    "exact_isolation_db": "two fingers kept apart by exact responses",
-    "isolation_db": "two fingers kept apart by the table's",
+    "exact_isolation_db": "the same with exact responses",
 }
 UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({
