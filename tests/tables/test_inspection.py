@@ -38,7 +38,7 @@ def test_a_table_that_the_firmware_reads_otherwise_is_refused(
         return drives
 
     monkeypatch.setattr(Table, "lookup", one_off)
-    with pytest.raises(ChladniError, match="section 0: the firmware plays other drives"):
+    with pytest.raises(ChladniError, match="the firmware reads other drives at 160 Hz"):
         verify_table(path)
 
 

@@ -80,12 +80,12 @@ def test_firmware_and_reference_read_the_same_responses_everywhere(
     assert np.array_equal(firmware.responses(*at), wanted)
     assert np.array_equal(firmware.coupling(), table.responses[0].coupling)
     places = np.array([x_um, y_um], dtype=np.float64).T[3:] * 1e-6
-    # Two roundings of float32.
+    # Five roundings of float32: of 1e-12, of a quotient, of the scale, and of two products.
     for got, floats in (
         (known.at(places), wanted[3:, :-1]),
         (known.own_at(places), wanted[3:, -1]),
     ):
-        assert np.all(np.abs(got - floats) <= 2e-7 * np.abs(floats))
+        assert np.all(np.abs(got - floats) <= 3e-7 * np.abs(floats))
     played = np.zeros((300, actuators, 2), np.int16)
     if not alone:
         played = table.lookup(table.section(), x_um, y_um)

@@ -128,8 +128,10 @@ void Table::drive_at(Place place, Drive& result) const {
   }
   const Span y = span(y_, y_.to_next, place.y_um), x = span(x_, x_.to_next, place.x_um);
   const Corners around = corners(records_, x, y);
-  const auto [at0, at1, at2, at3] = around.records;
-  auto [w0, w1, w2, w3] = around.weights;
+  const uint8_t *const at0 = around.records[0], *const at1 = around.records[1];
+  const uint8_t *const at2 = around.records[2], *const at3 = around.records[3];
+  uint32_t w0 = around.weights[0], w1 = around.weights[1];
+  uint32_t w2 = around.weights[2], w3 = around.weights[3];
   const uint32_t flips = around.flips, images = around.images;
   const uint32_t label0 = *at0;
   uint32_t label1 = *at1, label2 = *at2, label3 = *at3;
