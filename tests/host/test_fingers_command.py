@@ -53,6 +53,30 @@ def test_more_silence_is_less_level(chladni: CommandLine) -> None:
     assert found[0]["isolation_db"]["median"] < found[1]["isolation_db"]["median"]
 
 
+def test_a_tables_responses_make_the_drives(chladni: CommandLine, tmp_path: Path) -> None:
+    """Nearly as good as the board's own, and not the same; a table without any is refused."""
+    table = tmp_path / "t.chl"
+    assert chladni("table", "build", STRIP, "--for", "fingers", "-o", table).code == 0
+    own = [
+        json.loads(
+            chladni(
+                "fingers", STRIP, "--sets", "40", "--fingers", "2", "--no-perturbed",
+                "--lambda", "1e-3", *words, "--json",
+            ).out
+        )
+        for words in ((), ("--table", table))
+    ]  # fmt: skip
+    assert [one["table"] for one in own] == [None, str(table)]
+    exact, read = (one["counts"][0]["isolation_db"]["median"] for one in own)
+    assert exact != read
+    # The build lets 2 dB go at the median of a hundred pairs; these are forty others.
+    assert exact - 3.0 < read < exact + 1.0
+    refused = chladni("fingers", "prototype", "--table", table, "--json")
+    assert refused.code == 2
+    assert "board_fingerprint" in refused.err
+    assert str(table) in refused.err
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [

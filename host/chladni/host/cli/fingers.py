@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -32,7 +33,11 @@ from chladni.host.cli.common.output import answer, progress_bar, say, say_unmet,
 from chladni.host.cli.common.ranges import within
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
+from chladni.sim.errors import InputError
 from chladni.sim.image.finger import threshold_um
+from chladni.tables.format import read_table
+from chladni.tables.inspection.owner import board_for
+from chladni.tables.responses import TableResponses
 
 COUNTS = (2, 3, 4, 5)
 NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
@@ -69,6 +74,10 @@ def fingers(
         float,
         typer.Option(callback=within(LEAST_PRESS, MOST_PRESS, "N"), help="Of each finger, N."),
     ] = PRESS,
+    table: Annotated[
+        Path | None,
+        typer.Option(help="Table whose responses make the drives; the board's own if left out."),
+    ] = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
     figure: FigureOption = None,
@@ -79,6 +88,7 @@ def fingers(
     """Score what fingers that press a board at once feel of each other's signals."""
     check_figure(figure)
     loaded = load_board(board)
+    plate = None if table is None else _responses_of(table, board, loaded.drive.frequency_hz)
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
@@ -89,6 +99,7 @@ def fingers(
             newtons=press,
             samples=samples if perturbed else 0,
             seed=seed,
+            plate=plate,
             progress=progress,
         )
     fields = solved_board(loaded).fields
@@ -107,6 +118,7 @@ def fingers(
         "apart_mm": apart,
         "newtons": press,
         "lambda": regularisation,
+        "table": None if table is None else str(table),
         "seed": seed,
         "seconds": score.seconds,
     }
@@ -115,6 +127,16 @@ def fingers(
         {"counts": counts} if as_json else {f"{own['fingers']} fingers": own for own in counts}
     )
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
+
+
+def _responses_of(table: Path, board: str, frequency_hz: float) -> TableResponses:
+    """What a table says of the board that it was made for."""
+    loaded = read_table(table)
+    board_for(loaded, board, file=str(table))
+    try:
+        return TableResponses.of(loaded, frequency_hz)
+    except InputError as error:
+        raise error.in_file(str(table)) from None
 
 
 def sentence(score: CountScore, apart_mm: float) -> str:
