@@ -8,7 +8,7 @@
 
 #include "core/synthesis/duty_ring.hpp"
 #include "core/synthesis/output_limits.hpp"
-#include "core/synthesis/waveform.hpp"
+#include "core/synthesis/waves/waveform.hpp"
 
 namespace chladni {
 

@@ -1,6 +1,6 @@
 #include "core/synthesis/sample_player.hpp"
 
-#include "core/synthesis/sine.hpp"
+#include "core/synthesis/waves/sine.hpp"
 
 namespace chladni {
 

@@ -13,7 +13,7 @@
 
 #include "core/hal.hpp"
 #include "core/synthesis/handover.hpp"
-#include "core/synthesis/shaper.hpp"
+#include "core/synthesis/waves/shaper.hpp"
 
 namespace chladni {
 

@@ -1,7 +1,7 @@
 #include "core/synthesis/synthesis.hpp"
 
 #include "core/generated/table_format.hpp"
-#include "core/synthesis/sine.hpp"
+#include "core/synthesis/waves/sine.hpp"
 
 namespace chladni {
 
