@@ -63,6 +63,7 @@ PROCESSORS = (
 
 
 SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news")
+SAMPLES_OF_VOICES = ("1", "2", "3", "4", "5", "ramping", "with_news")
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,8 @@ class Counts:
     with_news: int | None
     bridges: dict[str, int]
     """Those of `SAMPLES` with bridges; empty for a table of other channels."""
+    voices: dict[str, int]
+    """Of a sample by the number of voices, on the table's channels; the rest of five."""
 
 
 def missing() -> list[str]:
@@ -143,7 +146,7 @@ def count(
     if not lookups_only:
         own = ["g++", "-DON_THIS_MACHINE", *FLAGS]
         here = run(path, own, [*CORE, HERE / "this_machine.cpp"], [])
-        for name in ("duties_crc", "bridge_duties_crc"):
+        for name in ("duties_crc", "bridge_duties_crc", "voices_duties_crc"):
             if said.get(name) != here.get(name):
                 raise ChladniError(f"{processor.name}: other {name} than on this machine")
 
@@ -163,6 +166,11 @@ def count(
         with_news=of_sample("with_news"),
         bridges={
             name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None
+        },
+        voices={
+            name: found
+            for name in SAMPLES_OF_VOICES
+            if (found := of_sample(f"voices_{name}")) is not None
         },
     )
 
@@ -226,6 +234,7 @@ def main() -> int:
             "with news from the main loop"
         )
         print(f"    with bridges: {', '.join(f'{n} {own}' for n, own in found.bridges.items())}")
+        print(f"    voices: {', '.join(f'{n} {own}' for n, own in found.voices.items())}")
         parts = ", ".join(f"{name.replace('_', ' ')} {size}" for name, size in found.ram.items())
         print(f"    RAM: {sum(found.ram.values())} bytes: {parts}")
     return 0

@@ -27,6 +27,13 @@ MOST_PER_SAMPLE = {
 """Of five channels, with switches or bridges. A sample has 12,288 cycles."""
 MORE_PER_BRIDGE, MORE_PER_SAMPLE = 4, 1
 """Of sines: instructions for each channel, and once."""
+MOST_OF_VOICES = {
+    5: {"1": 240, "2": 420, "ramping": 960, "with_news": 2450},
+    16: {"1": 560, "2": 900, "ramping": 2350, "with_news": 6200},
+}
+"""By channels; ramps and news of five voices, all of which begin or end at once."""
+MOST_PER_VOICE = {5: 103, 16: 230}
+"""Of the third voice and each further one."""
 
 
 @pytest.fixture(scope="module", params=PROCESSORS, ids=lambda processor: str(processor.name))
@@ -50,6 +57,21 @@ def test_a_built_table_is_read_and_looked_up_alike_and_in_time(
     for name in ("sine_steady", "sine_ramping"):
         more = found.bridges[name] - getattr(found, name)
         assert more <= 5 * MORE_PER_BRIDGE + MORE_PER_SAMPLE, name
+
+
+@pytest.mark.parametrize("channels", [5, 16])
+def test_one_more_voice_costs_what_the_documentation_says(
+    built: tuple[Processor, list[Path]], tmp_path: Path, channels: int
+) -> None:
+    processor, core = built
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(random_table(2, 2, channels, 0)))
+    found = count(processor, path, core=core).voices
+    for name, most in MOST_OF_VOICES[channels].items():
+        assert 0 < found[name] <= most, name
+    for number in (3, 4, 5):
+        more = found[str(number)] - found[str(number - 1)]
+        assert 0 < more <= MOST_PER_VOICE[channels]
 
 
 def test_stacks_stay_as_small_as_the_documentation_says() -> None:

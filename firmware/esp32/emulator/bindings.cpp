@@ -313,6 +313,7 @@ NB_MODULE(_emulator, m) {
   bind_functions(m);
   chladni::emulator::bind_hardware(m);
   chladni::emulator::bind_fingers(m);
+  chladni::emulator::bind_synthesis(m);
   nb::class_<Emulator> emulator(m, "Emulator");
   bind_clock(emulator);
   bind_wires(emulator);

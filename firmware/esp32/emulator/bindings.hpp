@@ -27,6 +27,9 @@ void bind_hardware(nanobind::module_& module);
 // The drives of several fingers by themselves, and what finding them costs.
 void bind_fingers(nanobind::module_& module);
 
+// The synthesis by itself.
+void bind_synthesis(nanobind::module_& module);
+
 // What the device and its board are doing.
 void bind_state(nanobind::class_<Emulator>& emulator);
 

@@ -10,6 +10,7 @@
 #include "core/link/udp.hpp"
 #include "core/storage/retained.hpp"
 #include "qemu/runtime.hpp"
+#include "qemu/voices.hpp"
 
 extern "C" {
 extern const uint8_t table_begin[];
@@ -64,9 +65,9 @@ const uint8_t* map_flash(void*, chladni::FlashArea, uint32_t offset, uint32_t co
 }
 
 #ifdef LOOKUPS_ONLY
-constexpr bool kPlays = false;
+constexpr bool kPlays = false, kPlaysVoices = false;
 #else
-constexpr bool kPlays = CHANNELS == 5U;
+constexpr bool kPlays = CHANNELS == 5U, kPlaysVoices = true;
 #endif
 
 chladni::Table table;
@@ -180,6 +181,17 @@ void say_counts(const Scenario& scenario, const char* begins) {
   say("duties_crc", scenario.crc(), begins);
 }
 
+chladni::qemu::VoicesScenario voices;
+
+void play_voices(uint32_t overhead) {
+  voices.run(overhead);
+  static constexpr const char* kNumbers[] = {"1", "2", "3", "4", "5"};
+  for (uint32_t k = 0; k < chladni::kMaxVoices; ++k) say(kNumbers[k], voices.steady[k], "voices_");
+  say("ramping", voices.ramping, "voices_");
+  say("with_news", voices.with_news, "voices_");
+  say("voices_duties_crc", voices.crc());
+}
+
 // What the core keeps in RAM: it has no other variables.
 void say_ram() {
   using namespace chladni;
@@ -228,6 +240,7 @@ int main() {
   say("lookups", kPlaces);
   say_ram();
   say("drives_crc", crc ^ 0xFFFFFFFFU);
+  if (kPlaysVoices) play_voices(overhead);
   // The authors' board has five channels; for other tables there is nothing to play.
   if (!kPlays) return 0;
   with_switches.run(overhead, false);

@@ -38,6 +38,23 @@ struct RampRate {
   int32_t samples = 1;
   int32_t factor = 0;
   uint32_t shift = 0;
+
+  // The upper 16 bits alone: what is lost, an eighth of a duty step at 10 bits, is made up for at
+  // once when the ramp begins.
+  // Halved first: a bridge's way is up to twice its range.
+  [[gnu::always_inline]] int32_t step(int32_t from, int32_t to) const {
+    return (((to >> 1) - (from >> 1)) >> 15) * factor >> shift;
+  }
+};
+
+// Of fingers that each have a signal of their own.
+constexpr uint32_t kMaxVoices = 5, kFurtherVoices = kMaxVoices - 1;
+
+// What a voice beside the first gives the channels.
+struct FurtherGains {
+  uint32_t phase_step_u32;
+  std::array<int32_t, kMaxChannels> in_phase;
+  std::array<int32_t, kMaxChannels> quadrature;
 };
 
 // What the main loop asks of the outputs.
@@ -48,12 +65,15 @@ struct Command {
   bool starts_touch;
   Waveform waveform;
   RampRate rate;
-  uint32_t phase_step_u32;  // taken by a drive that starts a touch
+  uint32_t voices;          // that sound, a bit each from the first on
+  uint32_t phase_step_u32;  // of the first voice
   EdgeScale edges;
-  // Sine: the two gains. Others: amplitude, and phase as an unsigned number.
+  // Of the first voice. Sine: the two gains. Others: amplitude, and phase as an unsigned number.
   std::array<int32_t, kMaxChannels> first;
   std::array<int32_t, kMaxChannels> second;
-  std::array<int32_t, kMaxChannels> bias;
+  std::array<int32_t, kMaxChannels> bias;  // of all voices
+  // Read of voices that sound.
+  std::array<FurtherGains, kFurtherVoices> further;
 };
 
 struct Handover {

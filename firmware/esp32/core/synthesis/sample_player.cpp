@@ -9,13 +9,13 @@ namespace {
 using Kind = Command::Kind;
 
 constexpr int32_t kUnityQ30 = 1 << 30;
-// No deadline is further away, in samples: a day at the fastest carrier.
-constexpr uint32_t kFarAway = 1687500000U;
 
 }  // namespace
 
-template <bool kIsRamping, bool kHasBridges>
+template <bool kIsRamping, bool kHasBridges, bool kHasFurther>
 void SamplePlayer::sines() {
+  int32_t* further = further_sums_.data();
+  if (kHasFurther) further_.add_to<kIsRamping>(further, settings_.channels, ramp_left_);
   const SineCosine wave = sine_cosine(next_phase());
   const Shaper shaper = settings_.shaper;
   const Bridge bridge = settings_.bridge;
@@ -33,6 +33,10 @@ void SamplePlayer::sines() {
       if (!kHasBridges) wanted -= channel->bias_step * left;
     }
     wanted += in_phase * wave.cosine_q15 - quadrature * wave.sine_q15;
+    if (kHasFurther) {
+      wanted += *further;
+      *further++ = 0;
+    }
     *duty = next_duty<kHasBridges>(shaper, bridge, *channel, before, wanted);
   }
 }
@@ -87,7 +91,7 @@ void SamplePlayer::sample(const Hal& hal, uint32_t missed) {
   }
   advance(1);
   if (is_past_deadline()) return sample_at_deadline(hal);
-  if (!plays_sines()) return other_sample(hal);
+  if (!plays_one_sine()) return other_sample(hal);
   if (settings_.has_bridges) return next_sines<true>(hal);
   next_sines<false>(hal);
 }
@@ -96,9 +100,9 @@ template <bool kHasBridges>
 void SamplePlayer::next_sines(const Hal& hal) {
   if (ramp_left_ > 0) {
     --ramp_left_;
-    sines<true, kHasBridges>();
+    sines<true, kHasBridges, false>();
   } else if (mode_ == Mode::kSines) {
-    sines<false, kHasBridges>();
+    sines<false, kHasBridges, false>();
   } else {
     return other_sample(hal);
   }
@@ -126,17 +130,20 @@ void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
     handover_.must_stop.store(Stop::kNo, std::memory_order_release);
   }
   if (handover_.command_waits.load(std::memory_order_acquire) != 0) consider_command();
-  if (ramp_left_ == 0) still_silent_channels();
+  if (ramp_left_ == 0) settle();
   if (is_past_deadline()) return sample_at_deadline(hal);
   other_sample(hal);
 }
 
-// Errors that were left when a channel fell silent would go on being fed back.
-void SamplePlayer::still_silent_channels() {
+// No ramp is under way. Errors that were left when a channel fell silent would go on being fed
+// back.
+void SamplePlayer::settle() {
+  further_.settle();
+  if (mode_ == Mode::kVoices && is_playing() && !further_.are_sounding()) mode_ = Mode::kSines;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     const Channel& own = channels_[k];
     const bool is_silent = own.first == 0 && (own.second == 0 || !plays_sines());
-    if (own.bias == 0 && is_silent) channels_[k].errors = {};
+    if (own.bias == 0 && is_silent && further_.is_silent(k)) channels_[k].errors = {};
   }
 }
 
@@ -145,12 +152,21 @@ void SamplePlayer::sample_at_deadline(const Hal& hal) {
   other_sample(hal);
 }
 
+template <bool kIsRamping, bool kHasFurther>
+void SamplePlayer::sines_on_coils() {
+  if (settings_.has_bridges) {
+    sines<kIsRamping, true, kHasFurther>();
+  } else {
+    sines<kIsRamping, false, kHasFurther>();
+  }
+}
+
 template <bool kIsRamping>
 void SamplePlayer::play_mode() {
-  if (plays_sines() && settings_.has_bridges) {
-    sines<kIsRamping, true>();
-  } else if (plays_sines()) {
-    sines<kIsRamping, false>();
+  if (plays_one_sine()) {
+    sines_on_coils<kIsRamping, false>();
+  } else if (mode_ == Mode::kVoices) {
+    sines_on_coils<kIsRamping, true>();
   } else if (mode_ == Mode::kOthers) {
     others<kIsRamping>();
   } else if (mode_ == Mode::kStream) {
@@ -158,18 +174,6 @@ void SamplePlayer::play_mode() {
   } else {
     stay_off();
   }
-}
-
-// Again in every sample: a channel may not have taken the 0 that ended what it played.
-void SamplePlayer::stay_off() {
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    meter(channels_[k], duties_[k], 1);
-    duties_[k] = 0;
-  }
-}
-
-void SamplePlayer::meter_all(uint32_t samples) {
-  for (uint32_t k = 0; k < settings_.channels; ++k) meter(channels_[k], duties_[k], samples);
 }
 
 void SamplePlayer::other_sample(const Hal& hal) {
@@ -236,9 +240,9 @@ void SamplePlayer::take(const Command& command) {
   // From silence every wave starts at the same phase, so the same touch plays the same.
   if (output() == Output::kOff) phase_u32_ = 0;
   quiet_end_ = samples_ + settings_.touch_timeout;
+  phase_step_u32_ = command.phase_step_u32;
   if (command.starts_touch) {
     on_end_ = samples_ + settings_.max_on;
-    phase_step_u32_ = command.phase_step_u32;
     waveform_ = command.waveform;
     edges_ = command.edges;
   }
@@ -249,9 +253,11 @@ void SamplePlayer::take(const Command& command) {
     on_end_ = samples_ + kFarAway;
     mode_ = Mode::kStream;
     stream_gain_q15_ = 1 << 15;
-    stream_step_q30_ = step(0, kUnityQ30);
+    stream_step_q30_ = rate_.step(0, kUnityQ30);
   } else {
-    mode_ = waveform_ == Waveform::kSine ? Mode::kSines : Mode::kOthers;
+    further_.aim(command, settings_.channels, rate_, ramp_left_);
+    mode_ = further_.are_sounding() ? Mode::kVoices : Mode::kSines;
+    if (waveform_ != Waveform::kSine) mode_ = Mode::kOthers;
     for (uint32_t k = 0; k < settings_.channels; ++k) {
       aim(channels_[k], command.first[k], command.second[k], command.bias[k]);
     }
@@ -267,7 +273,8 @@ void SamplePlayer::fade(FadeCause cause, RampRate rate) {
     // A wave other than a sine fades out in the phase that it was going to.
     aim(channels_[k], 0, plays_sines() ? 0 : channels_[k].second, 0);
   }
-  stream_step_q30_ = step(stream_gain_q15_ * (1 << 15) - stream_step_q30_ * ramp_left_, 0);
+  further_.fade(settings_.channels, rate_, ramp_left_);
+  stream_step_q30_ = rate_.step(stream_gain_q15_ * (1 << 15) - stream_step_q30_ * ramp_left_, 0);
   stream_gain_q15_ = 0;
   if (mode_ == Mode::kSines) mode_ = Mode::kFadingSines;
   ramp_left_ = rate_.samples;
@@ -280,20 +287,13 @@ void SamplePlayer::fade_soon(FadeCause cause) {
   if (is_playing() || is_sooner) fade(cause, settings_.fade);
 }
 
-int32_t SamplePlayer::step(int32_t from, int32_t to) const {
-  // The upper 16 bits alone: what is lost, an eighth of a duty step at 10 bits, is made up for at
-  // once when the ramp begins.
-  // Halved first: a bridge's way is up to twice its range.
-  return (((to >> 1) - (from >> 1)) >> 15) * rate_.factor >> rate_.shift;
-}
-
 // From where a channel is to a new drive; `first` and a sine's `second` with 15 bits more.
 void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t bias) {
   const int32_t left = ramp_left_;
   const int32_t first_now = channel.first * (1 << 15) - channel.first_step * left;
   if (plays_sines()) {
     const int32_t second_now = channel.second * (1 << 15) - channel.second_step * left;
-    channel.second_step = step(second_now, second);
+    channel.second_step = rate_.step(second_now, second);
     channel.second = second >> 15;
   } else {
     // The shorter way round, by the overflow; from silence there is none to go.
@@ -301,12 +301,12 @@ void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t 
         static_cast<uint32_t>(channel.second) -
         static_cast<uint32_t>(channel.second_step) * static_cast<uint32_t>(left);
     const auto way = static_cast<int32_t>(static_cast<uint32_t>(second) - phase_now);
-    channel.second_step = first_now == 0 ? 0 : step(0, way);
+    channel.second_step = first_now == 0 ? 0 : rate_.step(0, way);
     channel.second = second;
   }
-  channel.first_step = step(first_now, first);
+  channel.first_step = rate_.step(first_now, first);
   channel.first = first >> 15;
-  channel.bias_step = step(channel.bias - channel.bias_step * left, bias);
+  channel.bias_step = rate_.step(channel.bias - channel.bias_step * left, bias);
   channel.bias = bias;
 }
 
@@ -318,6 +318,7 @@ void SamplePlayer::go_off() {
     channels_[k].square_sum = sum;
     duties_[k] = 0;
   }
+  further_.go_off(settings_.channels);
   stream_gain_q15_ = stream_step_q30_ = 0;
   ramp_left_ = 0;
   mode_ = Mode::kOff;
@@ -330,6 +331,7 @@ void SamplePlayer::catch_up(uint32_t missed) {
   handover_.missed.store(all, std::memory_order_relaxed);
   advance(missed);
   phase_u32_ += phase_step_u32_ * missed;
+  further_.skip(missed);
   // Beyond this the gates were cut long ago (OutputWatch); the product fits.
   constexpr uint32_t kMostMetered = 0xFFFFU;
   meter_all(missed < kMostMetered ? missed : kMostMetered);
@@ -344,7 +346,5 @@ void SamplePlayer::miss_deadline() {
   forget_deadlines();
   if (is_playing()) fade(is_spent ? FadeCause::kMaxOn : FadeCause::kTouchTimeout, settings_.fade);
 }
-
-void SamplePlayer::forget_deadlines() { quiet_end_ = on_end_ = samples_ + kFarAway; }
 
 }  // namespace chladni

@@ -4,7 +4,7 @@
 // A sine's channel has an in-phase and a quadrature gain, so a new drive is reached by a straight
 // ramp of those two: gain and phase change together and nothing clicks. Other waves have an
 // amplitude and a phase per channel, which go straight to the next drive's, the phase by the
-// shorter way round.
+// shorter way round. Sines of several fingers are added up (further_voices.hpp), upon one bias.
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "core/hal.hpp"
+#include "core/synthesis/further_voices.hpp"
 #include "core/synthesis/handover.hpp"
 #include "core/synthesis/waves/shaper.hpp"
 
@@ -77,6 +78,7 @@ class SamplePlayer {
   enum class Mode : uint8_t {
     kSines,
     kFadingSines,
+    kVoices,  // several sines, fading ones too
     kOthers,
     kStream,
     kOff,
@@ -89,8 +91,6 @@ class SamplePlayer {
   // In the settings' ramp, if outputs would be on for longer.
   void fade_soon(FadeCause cause);
   void go_off();
-  // A ramp's step from one value to another.
-  int32_t step(int32_t from, int32_t to) const;
   void aim(Channel& channel, int32_t first, int32_t second, int32_t bias);
   void catch_up(uint32_t missed);
   // The one meter: a duty has stood on its pin for so many samples. Called where the next one takes
@@ -98,15 +98,25 @@ class SamplePlayer {
   [[gnu::always_inline]] static void meter(Channel& channel, int32_t duty, uint32_t samples) {
     channel.square_sum += (static_cast<uint32_t>(duty * duty) >> kSquareShift) * samples;
   }
-  void meter_all(uint32_t samples);
-  void stay_off();
-  void still_silent_channels();
+  void meter_all(uint32_t samples) {
+    for (uint32_t k = 0; k < settings_.channels; ++k) meter(channels_[k], duties_[k], samples);
+  }
+  // Again in every sample: a channel may not have taken the 0 that ended what it played.
+  void stay_off() {
+    for (uint32_t k = 0; k < settings_.channels; ++k) {
+      meter(channels_[k], duties_[k], 1);
+      duties_[k] = 0;
+    }
+  }
+  void settle();
   // One look for both: neither end is ever half the counter's range away.
   bool is_past_deadline() const {
     return static_cast<int32_t>((quiet_end_ - samples_) | (on_end_ - samples_)) < 0;
   }
   void miss_deadline();
-  void forget_deadlines();
+  // No deadline is further away, in samples: a day at the fastest carrier.
+  static constexpr uint32_t kFarAway = 1687500000U;
+  void forget_deadlines() { quiet_end_ = on_end_ = samples_ + kFarAway; }
 
   Output output() const { return handover_.output.load(std::memory_order_relaxed); }
   bool is_playing() const { return output() == Output::kPlaying; }
@@ -122,7 +132,8 @@ class SamplePlayer {
   [[gnu::noinline]] void other_sample(const Hal& hal);
   template <bool kHasBridges>
   [[gnu::always_inline]] inline void next_sines(const Hal& hal);
-  bool plays_sines() const { return mode_ <= Mode::kFadingSines; }
+  bool plays_sines() const { return mode_ <= Mode::kVoices; }
+  bool plays_one_sine() const { return mode_ <= Mode::kFadingSines; }
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void play_mode();
   [[gnu::always_inline]] inline void finish(const Hal& hal);
@@ -133,8 +144,10 @@ class SamplePlayer {
     return phase;
   }
   // A coil's switch has duties from 0 on, a bridge signed ones.
-  template <bool kIsRamping, bool kHasBridges>
+  template <bool kIsRamping, bool kHasBridges, bool kHasFurther>
   [[gnu::always_inline]] inline void sines();
+  template <bool kIsRamping, bool kHasFurther>
+  [[gnu::always_inline]] inline void sines_on_coils();
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void others();
   template <bool kIsRamping, typename Wave>
@@ -171,6 +184,9 @@ class SamplePlayer {
   RampRate rate_{};
   uint32_t seen_beats_ = 0;
   Handover handover_{};
+  FurtherVoices further_{};
+  // What further voices give each channel in a sample; 0 between samples.
+  std::array<int32_t, kMaxChannels> further_sums_{};
 };
 
 }  // namespace chladni

@@ -14,32 +14,6 @@ constexpr uint32_t kMostSquares = 0x80000000U;
 // A ramp of fewer samples would need a factor beyond 15 bits.
 constexpr uint32_t kShortestRamp = 4;
 
-// The largest mean square of the duty over the supply's window, 15 bits, of a wave of this
-// amplitude upon this bias. The window may take in the crest of one period more than its trough:
-// half a period's area of the wave, and of its square about that square's mean. It may do so twice,
-// at the end of one touch and at the beginning of the next.
-uint32_t largest_square_q15(Waveform waveform, uint32_t amplitude_q15, uint32_t bias_q15,
-                            uint32_t period_q12) {
-  struct Form {
-    uint32_t square_q8, area_q8, square_area_q8;  // of a wave and of a period of 1, rounded up
-  };
-  constexpr Form kSine{128, 82, 21}, kSquare{256, 128, 0}, kTriangle{86, 64, 33};
-  const bool is_sine = waveform == Waveform::kSine, is_square = waveform == Waveform::kSquare;
-  const Form form = is_sine ? kSine : (is_square ? kSquare : kTriangle);
-  const uint32_t own = amplitude_q15 * amplitude_q15 >> 15;
-  const uint32_t both = bias_q15 * amplitude_q15 >> 15;
-  const uint32_t mean = (bias_q15 * bias_q15 >> 15) + (own * form.square_q8 >> 8) + 2U;
-  const uint32_t area = (2U * both * form.area_q8 + own * form.square_area_q8) >> 8;
-  const uint32_t crest = bias_q15 + amplitude_q15;
-  const uint32_t most = (crest * crest >> 15) + 1U, swing = (area + 1U) * period_q12 >> 11;
-  return mean + swing < most ? mean + swing : most;
-}
-
-// 64 ms of periods; `frequency_millihertz` is 1 Hz at least.
-uint32_t period_share_q12(uint32_t frequency_millihertz) {
-  return (4096U * 1000000U / kSupplyWindowMs) / frequency_millihertz + 1U;
-}
-
 // Phase of x + iy, from 0 to one turn, to 2^-17 turns: halves the quarter until it is found.
 uint32_t phase_of(int32_t x, int32_t y) {
   uint32_t turned = 0;
@@ -55,15 +29,6 @@ uint32_t phase_of(int32_t x, int32_t y) {
     if (trial.sine_q15 * x <= trial.cosine_q15 * y) phase += half;
   }
   return phase + turned;
-}
-
-// Of what is rounded to duty steps: 30 bits hold a duty of 1.
-uint32_t fraction_bits_of(uint32_t pwm_bits) { return 30U - pwm_bits; }
-
-// The ceiling of every duty; the timer's own is a step below a duty of 1.
-uint32_t max_duty_steps(const SynthesisSettings& settings) {
-  const uint32_t most_q15 = settings.limits.max_duty_q15;
-  return ((most_q15 << settings.pwm_bits) >> 15) - (most_q15 == 32768U ? 1U : 0U);
 }
 
 }  // namespace
@@ -121,7 +86,7 @@ bool Synthesis::start(const SynthesisSettings& settings) {
   settings_ = settings;
   if (!settings.has_bridges) settings_.lost_steps = 0;
   if (settings.has_bridges) settings_.limits.min_on_steps = 0;
-  const auto max_duty = static_cast<int32_t>(max_duty_steps(settings));
+  const auto max_duty = static_cast<int32_t>(max_duty_steps());
   set_frequency(settings.frequency_millihertz);
   const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
   player_.start({
@@ -151,80 +116,33 @@ RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
   return rate;
 }
 
-uint32_t Synthesis::amplitude_steps(uint32_t size_q15, uint32_t level_q15) const {
-  const uint32_t share = (size_q15 * level_q15) >> 15, full = kOneQ15;
-  return ((share < full ? share : full) * span_steps() >> 15) + 1U;
-}
-
-uint32_t Synthesis::delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const {
-  const uint32_t to_q15 = 15U - settings_.pwm_bits;
-  const uint32_t rest = kBiasMarginSteps + settings_.limits.min_on_steps;
-  uint32_t sum = 0;
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    if (sizes[k] == 0) continue;
-    const uint32_t steps = amplitude_steps(sizes[k], level_q15) + settings_.lost_steps;
-    const uint32_t bias = settings_.has_bridges ? 0U : steps + rest;
-    const uint32_t square_q15 =
-        largest_square_q15(waveform, steps << to_q15, bias << to_q15, period_q12_);
-    sum += square_q15 * settings_.limits.full_current_ma[k];
-  }
-  return (sum >> 15) + 1U;
-}
-
-uint32_t Synthesis::fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform) {
-  const OutputLimits& limits = settings_.limits;
-  uint32_t largest = 0;
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const uint32_t steps = amplitude_steps(sizes[k], level_q15);
-    if (steps > largest) largest = steps;
-  }
-  uint32_t level = level_q15;
-  const uint32_t max_duty = max_duty_steps(settings_);
-  // Rounding needs room above a wave, and below a switch's.
-  const bool has_bridges = settings_.has_bridges;
-  const uint32_t taken = has_bridges ? kBiasMarginSteps + settings_.lost_steps
-                                     : 2U * kBiasMarginSteps + limits.min_on_steps;
-  const uint32_t swing = max_duty > taken ? max_duty - taken : 0U;
-  const uint32_t peak_room = has_bridges ? swing : swing / 2U;
-  if (largest > peak_room) level = share_of(level_q15, peak_room, largest);
-  const uint32_t most_ma = reckoned_limit(limits.supply_ma);
-  if (limits.supply_ma > 0 && delivered_ma(sizes, level, waveform) > most_ma) {
-    // Bit by bit: the largest level that the supply allows.
-    uint32_t fitting = 0;
-    for (uint32_t bit = 1U << 14; bit != 0; bit >>= 1) {
-      const uint32_t trial = fitting | bit;
-      if (trial > level || delivered_ma(sizes, trial, waveform) > most_ma) continue;
-      fitting = trial;
-    }
-    level = fitting;
-  }
-  if (level < level_q15) ++limited_;
-  return level;
+// Written where the interrupt finds it, which reads it only once it is posted. What is not written
+// anew, as the phase steps of voices that go on, stays.
+Command& Synthesis::next_command(Kind kind, bool starts_touch, uint32_t ramp_us) {
+  Command& command = handover().command;
+  command.kind = kind;
+  command.starts_touch = starts_touch;
+  command.rate = ramp_rate(ramp_us);
+  if (output() == Output::kOff) command.voices = 0;
+  return command;
 }
 
 bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
   if (has_command()) return false;
-  Command command{};
-  command.kind = Kind::kDrive;
-  command.starts_touch = options.starts_touch;
-  command.rate = ramp_rate(options.ramp_us);
-  command.phase_step_u32 = next_phase_step_u32_;
-  command.edges = EdgeScale::of(next_phase_step_u32_);
-  command.waveform = options.starts_touch ? next_waveform_ : handover().command.waveform;
-  if (options.starts_touch) period_q12_ = next_period_q12_;
-  Sizes sizes{};
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const int32_t in_phase = drive[k].in_phase_q15, quadrature = drive[k].quadrature_q15;
-    sizes[k] = square_root(static_cast<uint32_t>(in_phase * in_phase) +
-                           static_cast<uint32_t>(quadrature * quadrature));
+  Command& command = next_command(Kind::kDrive, options.starts_touch, options.ramp_us);
+  if (options.starts_touch) {
+    command.phase_step_u32 = next_phase_step_u32_;
+    command.edges = EdgeScale::of(next_phase_step_u32_);
+    command.waveform = next_waveform_;
+    periods_q12_[0] = next_period_q12_;
   }
+  let_sound(1U);
+  Sizes sizes{};
+  for (uint32_t k = 0; k < settings_.channels; ++k) sizes[k] = size_of(drive[k]);
   const uint32_t asked = options.level_q15 > 32767U ? 32767U : options.level_q15;
   const auto level = static_cast<int32_t>(fitting_level(sizes, asked, command.waveform));
   // Gains times this are duty steps with the shaper's fraction.
-  const auto span = static_cast<int32_t>(span_steps());
-  const uint32_t fraction_bits = fraction_bits_of(settings_.pwm_bits);
-  const uint32_t shift = fraction_bits - 15U;
-  const auto rest = static_cast<int32_t>(kBiasMarginSteps + settings_.limits.min_on_steps);
+  const int32_t scale = gain_scale();
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     int32_t in_phase = (drive[k].in_phase_q15 * level) >> 15;
     int32_t quadrature = (drive[k].quadrature_q15 * level) >> 15;
@@ -236,18 +154,28 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
       size = kOneQ15;
     }
     if (command.waveform == Waveform::kSine) {
-      command.first[k] = in_phase * span * (1 << shift);
-      command.second[k] = quadrature * span * (1 << shift);
+      command.first[k] = in_phase * scale;
+      command.second[k] = quadrature * scale;
     } else {
-      command.first[k] = size * span * (1 << shift);
+      command.first[k] = size * scale;
       command.second[k] = static_cast<int32_t>(phase_of(in_phase, quadrature));
     }
-    // A silent channel needs no bias; any other needs its amplitude, rounded up, and the rest.
-    if (sizes[k] > 0 && level > 0 && !settings_.has_bridges) {
-      command.bias[k] = (size + 1) * span * (1 << shift) + rest * (1 << fraction_bits);
-    }
+    command.bias[k] = sizes[k] > 0 && level > 0 ? bias_of(size + 1) : 0;
   }
-  return post(command);
+  post();
+  return true;
+}
+
+// A silent channel needs no bias; any other needs its amplitude, rounded up, and the rest.
+int32_t Synthesis::bias_of(int32_t size_q15) const {
+  if (settings_.has_bridges) return 0;
+  const uint32_t rest = kBiasMarginSteps + settings_.limits.min_on_steps;
+  return size_q15 * gain_scale() +
+         static_cast<int32_t>(rest << fraction_bits_of(settings_.pwm_bits));
+}
+
+int32_t Synthesis::gain_scale() const {
+  return static_cast<int32_t>(span_steps() << (fraction_bits_of(settings_.pwm_bits) - 15U));
 }
 
 bool Synthesis::set_frequency(uint32_t frequency_millihertz) {
@@ -268,20 +196,17 @@ bool Synthesis::set_waveform(Waveform waveform) {
 
 bool Synthesis::play_stream() {
   if (has_command()) return false;
-  Command command{};
-  command.kind = Kind::kStream;
-  command.starts_touch = true;
-  command.rate = ramp_rate(settings_.ramp_us);
-  return post(command);
+  Command& command = next_command(Kind::kStream, true, settings_.ramp_us);
+  command.waveform = Waveform::kSine;
+  post();
+  return true;
 }
 
 bool Synthesis::release(uint32_t ramp_us) {
   if (has_command()) return false;
-  Command command{};
-  command.kind = Kind::kRelease;
-  command.waveform = handover().command.waveform;
-  command.rate = ramp_rate(ramp_us);
-  return post(command);
+  next_command(Kind::kRelease, false, ramp_us);
+  post();
+  return true;
 }
 
 void Synthesis::stop(Stop stop) {
@@ -291,14 +216,12 @@ void Synthesis::stop(Stop stop) {
   announce();
 }
 
-bool Synthesis::post(const Command& command) {
-  handover().command = command;
+void Synthesis::post() {
   // What ended the last touch must not be taken for the end of this one.
-  if (command.starts_touch)
+  if (handover().command.starts_touch)
     handover().fade_cause.store(FadeCause::kNone, std::memory_order_relaxed);
   handover().command_waits.store(1, std::memory_order_release);
   announce();
-  return true;
 }
 
 // One writer, so a plain load and store count correctly without a read-modify-write.

@@ -50,9 +50,25 @@ constexpr uint32_t full_span_steps(uint32_t pwm_bits, uint32_t lost_steps) {
 // What a bridge loses of a pulse, rounded; a step is 12.5 ns.
 constexpr uint32_t lost_steps(uint32_t lost_ns) { return (lost_ns * 2U + 12U) / 25U; }
 
+// A finger's signal among others: a sine.
+struct Voice {
+  Drive drive{};
+  uint32_t level_q15 = 0;  // loudness, 0 (silent) to 32767
+  // It begins, with this frequency; one that goes on keeps its own.
+  bool starts = false;
+  uint32_t frequency_millihertz = 0;
+};
+using Voices = std::array<Voice, kMaxVoices>;
+
 // Sample rate 80 MHz / 2^bits / 4; `frequency_millihertz` must be below half of it.
 uint32_t phase_step_u32(uint32_t frequency_millihertz, uint32_t pwm_bits);
 uint32_t samples_in(uint32_t microseconds, uint32_t pwm_bits);
+// A period over the supply's window, 12 bits, rounded up; of 1 Hz at least.
+constexpr uint32_t period_share_q12(uint32_t frequency_millihertz) {
+  return (4096U * 1000000U / kSupplyWindowMs) / frequency_millihertz + 1U;
+}
+// Of what is rounded to duty steps: 30 bits stand for a duty of 1.
+constexpr uint32_t fraction_bits_of(uint32_t pwm_bits) { return 30U - pwm_bits; }
 
 const char* to_text(FadeCause cause);
 
@@ -67,6 +83,10 @@ class Synthesis {
   // Go to a drive. A level that a limit does not allow is lowered for all channels alike.
   // False while the last command waits to be taken.
   bool play(const Drive& drive, const PlayOptions& options);
+  // The same for several fingers, each in a place of its own for as long as it plays. Limits are
+  // kept for the sum, whatever the voices' phases come to, by lowering all of them alike. The level
+  // of the options is not read. If the touch's wave is no sine, only the first voice plays.
+  bool play_voices(const Voices& voices, const PlayOptions& options);
   // Waves of the touches that start from now on; false if out of range.
   bool set_frequency(uint32_t frequency_millihertz);
   bool set_waveform(Waveform waveform);
@@ -112,6 +132,22 @@ class Synthesis {
   }
   RampRate ramp_rate(uint32_t ramp_us) const;
   using Sizes = std::array<uint32_t, kMaxChannels>;
+  using Levels = std::array<uint32_t, kMaxVoices>;
+  static uint32_t size_of(Gain gain) {
+    const int32_t in_phase = gain.in_phase_q15, quadrature = gain.quadrature_q15;
+    return square_root(static_cast<uint32_t>(in_phase * in_phase) +
+                       static_cast<uint32_t>(quadrature * quadrature));
+  }
+  Sizes sizes_of(const Voices& voices, const Levels& levels_q15) const;
+  uint32_t fit_voices(const Voices& voices, Levels& levels_q15, Sizes& sizes);
+  void begin_voices(const Voices& voices, Command& command);
+  void set_gains(const Drive& drive, int32_t level_q15, int32_t* in_phase,
+                 int32_t* quadrature) const;
+  // Voices that a command lets sound, a bit each.
+  void let_sound(uint32_t voices);
+  uint32_t max_duty_steps() const;
+  int32_t gain_scale() const;
+  int32_t bias_of(int32_t size_q15) const;
   uint32_t fitting_level(const Sizes& sizes, uint32_t level_q15, Waveform waveform);
   // Of a drive's gain of 1, in duty steps.
   uint32_t span_steps() const {
@@ -120,15 +156,18 @@ class Synthesis {
   }
   uint32_t amplitude_steps(uint32_t size_q15, uint32_t level_q15) const;
   uint32_t delivered_ma(const Sizes& sizes, uint32_t level_q15, Waveform waveform) const;
-  bool post(const Command& command);
+  Command& next_command(Command::Kind kind, bool starts_touch, uint32_t ramp_us);
+  void post();
   void announce();
 
   SamplePlayer player_{};
   SynthesisSettings settings_{};
   uint32_t next_phase_step_u32_ = 0;
   Waveform next_waveform_ = Waveform::kSine;
-  // Periods over the supply's window, 12 bits: of the touches to come, and of the last that began.
+  // Periods over the supply's window, 12 bits: of the touches to come, of the voices as they began,
+  // and the longest of those that sound.
   uint32_t next_period_q12_ = 0;
+  std::array<uint32_t, kMaxVoices> periods_q12_{};
   uint32_t period_q12_ = 0;
   uint32_t limited_ = 0;
   // What was read of the interrupt's meter.
