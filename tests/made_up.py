@@ -28,7 +28,7 @@ from chladni.tables import layout
 from chladni.tables.format import pack
 from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import Limits, ResponsesSection, Section, Table, quantise
+from chladni.tables.table import Limits, ReckonedFinger, ResponsesSection, Section, Table, quantise
 
 
 def emulate(
@@ -131,7 +131,17 @@ def with_responses(
         upper = np.triu(parts[0] + 1j * parts[1]).astype(np.complex64).astype(np.complex128)
         coupling = upper + np.triu(upper, 1).T
         sections.append(
-            ResponsesSection(frequency, scales[0], scales[1], coupling, iq.astype(np.int16))
+            ResponsesSection(
+                frequency,
+                scales[0],
+                scales[1],
+                coupling,
+                iq.astype(np.int16),
+                ReckonedFinger(
+                    *rng.integers(0, 2**32, 2).tolist(),
+                    complex(*rng.normal(0.0, 1e3, 2).astype(np.float32)),
+                ),
+            )
         )
     drives = () if alone else table.sections
     return replace(table, sections=drives, responses=tuple(sections))

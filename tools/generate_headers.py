@@ -34,6 +34,7 @@ full scale, under the half step of Q15 (1.5e-5)."""
 TABLE_NOTES = {
     "kMagic": '"CHLD" read as a little-endian word',
     "kSectionBytes": "of a section header",
+    "kResponsesHeadBytes": "before the coupling",
     "kFullScale": "stands for the largest gain",
     "kFractionBits": "of a place between two cells",
     "kSmallestFile": "one section of no regions",
@@ -54,7 +55,7 @@ def table_header() -> str:
         "kDrivesMinor": layout.DRIVES_MINOR,
         "kHeaderBytes": layout.HEADER_BYTES,
         "kSectionBytes": layout.SECTION_BYTES,
-        "kOwnScaleBytes": layout.OWN_SCALE_BYTES,
+        "kResponsesHeadBytes": layout.RESPONSES_STRUCT.size,
         "kCouplingBytes": layout.COUPLING_BYTES,
         "kCrcBytes": layout.CRC_BYTES,
         "kBoardNameBytes": layout.BOARD_NAME_BYTES,
@@ -88,6 +89,9 @@ def table_header() -> str:
             "",
             "// Byte offsets of a section header's fields.",
             *cpp_text.field_offsets("kSectionAt", layout.SECTION_FIELDS),
+            "",
+            "// Byte offsets of what stands before responses, from the end of that header.",
+            *cpp_text.field_offsets("kResponsesAt", layout.RESPONSES_FIELDS),
         ],
     )
 

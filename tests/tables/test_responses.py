@@ -21,7 +21,7 @@ from chladni.tables.mirror_symmetry import NO_MIRRORS, MirrorSymmetry
 from chladni.tables.responses import TableResponses
 from chladni.tables.several_fingers.section import section_of
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import ResponsesSection, Table
+from chladni.tables.table import ReckonedFinger, ResponsesSection, Table
 from made_up import LIMITS, forge, random_table, reversal, with_crc, with_responses
 from table_readings import OK, assert_both_refuse, readings
 
@@ -31,6 +31,7 @@ BOTH = with_responses(
 ALONE = with_responses(random_table(3, 2, 3, 2, bits=8), 2, alone=True, frequencies=(120.0, 160.0))
 HEAD = layout.HEADER_BYTES + layout.SECTION_BYTES
 """Where the first section's own scale stands, if it is of responses."""
+COUPLING = HEAD + layout.RESPONSES_STRUCT.size
 
 
 def firmware_floats(section: ResponsesSection, integers: np.ndarray) -> np.ndarray:
@@ -79,6 +80,11 @@ def test_firmware_and_reference_read_the_same_responses_everywhere(
     wanted = firmware_floats(known.section, known.integers(x_um, y_um))
     assert np.array_equal(firmware.responses(*at), wanted)
     assert np.array_equal(firmware.coupling(), table.responses[0].coupling)
+    told = known.section.finger
+    assert told == table.responses[0].finger
+    # Two roundings of float32.
+    wanted_finger = (told.full_force_un * 1e-6, told.threshold_pm * 1e-12, told.stiffness)
+    assert firmware.finger() == pytest.approx(wanted_finger, rel=2e-7)
     places = np.array([x_um, y_um], dtype=np.float64).T[3:] * 1e-6
     # Five roundings of float32: of 1e-12, of a quotient, of the scale, and of two products.
     for got, floats in (
@@ -113,7 +119,7 @@ def test_responses_survive_their_bytes(
         for name in vars(own):
             assert np.array_equal(getattr(own, name), getattr(again, name)), name
     assert pack(read) == data
-    section = 12 + 4 + 8 * actuators * (actuators + 1) // 2
+    section = 12 + 20 + 8 * actuators * (actuators + 1) // 2
     section += columns * rows * (actuators + 1) * bits // 4
     assert len(data) == (84 if alone else len(pack(drives))) + 2 * section
 
@@ -126,12 +132,13 @@ def test_a_section_is_what_the_document_says_byte_by_byte() -> None:
         0x05060708,
         np.array([[1.0 + 2.0j, -1.0], [-1.0, 0.5j]]),
         np.array([[[0x0100, -0x0100], [0x7F00, 0], [0x4000, -0x4000]]], np.int16),
+        ReckonedFinger(0x090A0B0C, 0x0D0E0F10, 2.0 - 0.5j),
     )
     grid = RegionGrid(1, 1, 71500, 146700)
     data = pack(Table("t", 1, grid, LIMITS, (), NO_MIRRORS, 8, (section,)))
     assert data[4:8] == bytes([2, 1, 1, 2])
     assert data[80:-4].hex(" ", -4) == (
-        "00027100 04030201 06000000 08070605 "
+        "00027100 04030201 06000000 08070605 0c0b0a09 100f0e0d 00000040 000000bf "
         "0000803f 00000040 000080bf 00000000 00000000 0000003f "
         "817fff80 c040"
     ).replace("00027100", struct.pack("<I", 160_000).hex())
@@ -174,7 +181,8 @@ def test_a_mirrored_table_reads_as_the_plate_it_was_made_of(
 ) -> None:
     known = a_plate()
     regions = StoredRegions(RegionGrid(columns, 33, 60000, 100000), symmetry)
-    table = Table("t", 1, regions.grid, LIMITS, (), symmetry, 16, (section_of(known, regions, 16),))
+    section = section_of(known, ReckonedFinger(), regions, 16)
+    table = Table("t", 1, regions.grid, LIMITS, (), symmetry, 16, (section,))
     read = TableResponses.of(unpack(pack(table)))
     places = np.random.default_rng(7).uniform(-1, 1, (500, 2)) * (0.0285, 0.0484)
     # Bilinear over 3 mm on bumps of 30 mm: h² max|f″| / 8 both ways, 0.5 % of the largest; and a
@@ -268,11 +276,13 @@ def put(at: int, raw: bytes) -> Callable[[bytearray], None]:
         (put(89, b"\x01"), "kBadField"),  # a label
         (put(88, b"\x07"), "kBadField"),  # an objective to come
         (put(88, b"\x05\x01"), "kBadDrives"),  # drives, whose crossing would be the own scale
-        (put(HEAD + 4, struct.pack("<f", np.nan)), "kBadDrives"),
-        (put(HEAD + 8, struct.pack("<f", -np.inf)), "kBadDrives"),
-        (put(HEAD + 4 + 8 * 6 - 4, struct.pack("<f", np.inf)), "kBadDrives"),  # the last of six
-        (put(HEAD + 4 + 8 * 6, b"\x00\x00"), "kBadDrives"),  # a response of -1 - 1i
-        (put(HEAD + 4 + 8 * 6 + 6, b"\xff\xff"), "kBadDrives"),  # an own compliance of 1 + 1i
+        (put(HEAD + 12, struct.pack("<f", np.nan)), "kBadDrives"),  # a stiffness
+        (put(HEAD + 16, struct.pack("<f", np.inf)), "kBadDrives"),
+        (put(COUPLING, struct.pack("<f", np.nan)), "kBadDrives"),
+        (put(COUPLING + 4, struct.pack("<f", -np.inf)), "kBadDrives"),
+        (put(COUPLING + 8 * 6 - 4, struct.pack("<f", np.inf)), "kBadDrives"),  # the last of six
+        (put(COUPLING + 8 * 6, b"\x00\x00"), "kBadDrives"),  # a response of -1 - 1i
+        (put(COUPLING + 8 * 6 + 6, b"\xff\xff"), "kBadDrives"),  # an own compliance of 1 + 1i
     ],
 )
 def test_a_right_crc_does_not_excuse_wrong_responses(
@@ -311,6 +321,9 @@ def test_what_the_format_cannot_hold_is_refused_when_packed() -> None:
         ({"coupling": section.coupling * np.inf}, "float32"),
         ({"coupling": section.coupling * 1e60}, "float32"),
         ({"coupling": section.coupling[:2, :2]}, "shapes"),
+        ({"finger": ReckonedFinger(stiffness=complex(0.0, np.inf))}, "table.stiffness"),
+        ({"finger": ReckonedFinger(threshold_pm=2**32)}, "table.threshold"),
+        ({"finger": ReckonedFinger(full_force_un=-1)}, "table.full_force"),
         ({"iq": section.iq[:-1]}, "shapes"),
         ({"iq": section.iq + 1}, "steps"),
         ({"iq": np.full_like(section.iq, 24064)}, "beyond full scale"),

@@ -22,6 +22,8 @@ class FirmwareTable:
         """Whether there are responses of the frequency in use."""
     def responses(self, x_um: NDArray[np.int32], y_um: NDArray[np.int32]) -> NDArray[np.complex64]:
         """Of each channel and, last, the own compliance, m/N, shape (places, channels + 1)."""
+    def finger(self) -> tuple[float, float, complex]:
+        """N of a coil in a touch without end, m that are just felt, N/m of a pressing fingertip."""
     def coupling(self) -> NDArray[np.complex64]:
         """How one finger's push moves another, shape (channels, channels), N/m."""
 

@@ -48,6 +48,9 @@ IntArray = NDArray[np.int64]
 Refuse = Callable[[str, object, str], InputError]
 
 
+_CODES = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i", "u64": "Q", "f32": "f"}
+
+
 @dataclass(frozen=True)
 class Field:
     """One header field: name, C type, unit and meaning."""
@@ -62,7 +65,7 @@ class Field:
         if self.kind.startswith("char"):
             return self.kind.removeprefix("char") + "s"
         base, _, count = self.kind.partition("x")
-        return count + {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i", "u64": "Q"}[base]
+        return count + _CODES[base]
 
     @property
     def count(self) -> int:
@@ -108,8 +111,16 @@ SECTION_FIELDS = (
     Field("labels", "u8", "Labels of the section, 1 to 255; 0 of responses."),
     Field("reserved", "u16", "0."),
 )
-OWN_SCALE_BYTES = 4
-"""Of full scale of a fingertip's own compliance, before the coupling."""
+RESPONSES_FIELDS = (
+    Field("own_full_scale", "u32", "pm/N at full scale of a fingertip's own compliance."),
+    Field(
+        "full_force", "u32", "Peak that one coil can give in a touch without end, µN; 0 unknown."
+    ),
+    Field("threshold", "u32", "Of a resting fingertip: peak in time of its RMS, pm; 0 unknown."),
+    Field("stiffness", "f32", "Of a pressing fingertip, force over displacement, N/m: real part."),
+    Field("stiffness_imaginary", "f32", "The same, imaginary part."),
+)
+"""Between a section's header and the coupling."""
 COUPLING_BYTES = 8
 """Of one number of the coupling matrix: two of float32."""
 
@@ -119,6 +130,7 @@ def _struct(fields: tuple[Field, ...]) -> struct.Struct:
 
 
 HEADER_STRUCT, SECTION_STRUCT = _struct(HEADER_FIELDS), _struct(SECTION_FIELDS)
+RESPONSES_STRUCT = _struct(RESPONSES_FIELDS)
 HEADER_BYTES, SECTION_BYTES = HEADER_STRUCT.size, SECTION_STRUCT.size
 SMALLEST_FILE = HEADER_BYTES + SECTION_BYTES + CRC_BYTES
 RESPONSES = "responses"
@@ -174,7 +186,7 @@ def responses_record_bytes(actuators: int, bits: int) -> int:
 
 def responses_head_bytes(actuators: int) -> int:
     """Bytes between a section's header and its responses."""
-    return OWN_SCALE_BYTES + COUPLING_BYTES * (actuators * (actuators + 1) // 2)
+    return RESPONSES_STRUCT.size + COUPLING_BYTES * (actuators * (actuators + 1) // 2)
 
 
 def stored_region_count(head: dict[str, Any]) -> int:

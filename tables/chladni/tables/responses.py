@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -14,8 +13,9 @@ from chladni.sim.errors import InputError
 from chladni.tables.layout import (
     FULL_SCALE,
     OBJECTIVE_NAMES,
-    OWN_SCALE_BYTES,
     RESPONSES,
+    RESPONSES_FIELDS,
+    RESPONSES_STRUCT,
     Refuse,
     as_bytes,
     as_integers,
@@ -26,7 +26,7 @@ from chladni.tables.layout import (
 from chladni.tables.lookup import Mixing, mixing
 from chladni.tables.mirror_symmetry import JOINED
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import ResponsesSection, Table, dequantise
+from chladni.tables.table import ReckonedFinger, ResponsesSection, Table, dequantise
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -66,6 +66,11 @@ class TableResponses:
     def coupling(self) -> ComplexArray:
         """M, shape (actuators, actuators), N/m."""
         return self.section.coupling
+
+    @property
+    def finger(self) -> ReckonedFinger:
+        """What presses, what it feels, and what coils can push."""
+        return self.section.finger
 
     @cached_property
     def units(self) -> FloatArray:
@@ -145,9 +150,13 @@ def check_responses(section: ResponsesSection, cells: int, actuators: int, bits:
     if not 1 <= section.own_full_scale_pm <= 0xFFFFFFFF:
         expected = f"1 to {0xFFFFFFFF} pm/N"
         raise InputError("table.own_full_scale", section.own_full_scale_pm, expected)
-    parts = np.abs(np.stack((section.coupling.real, section.coupling.imag)))
-    if not np.all(parts <= np.finfo(np.float32).max):
-        raise InputError("table.coupling", "NaN or infinity", "numbers that float32 holds")
+    finger = section.finger
+    for name, value in (("full_force", finger.full_force_un), ("threshold", finger.threshold_pm)):
+        if not 0 <= value <= 0xFFFFFFFF:
+            raise InputError(f"table.{name}", value, f"0 to {0xFFFFFFFF}")
+    for name, numbers in (("coupling", section.coupling), ("stiffness", finger.stiffness)):
+        if not np.all(np.abs([np.real(numbers), np.imag(numbers)]) <= np.finfo(np.float32).max):
+            raise InputError(f"table.{name}", "NaN or infinity", "numbers that float32 holds")
     if not np.array_equal(section.coupling, section.coupling.T):
         raise InputError("table.coupling", "another matrix", "a symmetric matrix")
 
@@ -156,7 +165,15 @@ def pack_responses(section: ResponsesSection, bits: int) -> bytes:
     """All bytes behind the section's header."""
     upper = section.coupling[np.triu_indices(len(section.coupling))].astype("<c8")
     records = as_bytes(section.iq.astype(np.int64) >> (16 - bits), bits)
-    return struct.pack("<I", section.own_full_scale_pm) + upper.tobytes() + records.tobytes()
+    finger = section.finger
+    head = RESPONSES_STRUCT.pack(
+        section.own_full_scale_pm,
+        finger.full_force_un,
+        finger.threshold_pm,
+        finger.stiffness.real,
+        finger.stiffness.imag,
+    )
+    return head + upper.tobytes() + records.tobytes()
 
 
 def responses_bytes(cells: int, actuators: int, bits: int) -> int:
@@ -174,13 +191,20 @@ def unpack_responses(
 ) -> ResponsesSection:
     """The responses in the bytes behind a section's header, whose fields are `values`."""
     actuators, bits = head["actuators"], head["bits"]
-    own_full_scale = struct.unpack_from("<I", data)[0]
-    if own_full_scale == 0:
+    names = [field.name for field in RESPONSES_FIELDS]
+    before = dict(zip(names, RESPONSES_STRUCT.unpack_from(data), strict=True))
+    if before["own_full_scale"] == 0:
         raise refuse["kBadField"](f"{name} own_full_scale", 0, "1 pm/N or more")
+    finger = ReckonedFinger(
+        before["full_force"],
+        before["threshold"],
+        complex(before["stiffness"], before["stiffness_imaginary"]),
+    )
     begin = responses_head_bytes(actuators)
-    upper = np.frombuffer(data[OWN_SCALE_BYTES:begin], "<c8")
-    if not np.all(np.isfinite(upper)):
-        raise refuse["kBadDrives"](f"{name} coupling", "NaN or infinity", "finite numbers")
+    upper = np.frombuffer(data[RESPONSES_STRUCT.size : begin], "<c8")
+    for part, numbers in (("stiffness", finger.stiffness), ("coupling", upper)):
+        if not np.all(np.isfinite(numbers)):
+            raise refuse["kBadDrives"](f"{name} {part}", "NaN or infinity", "finite numbers")
     rows, columns = np.triu_indices(actuators)
     coupling = np.zeros((actuators, actuators), dtype=np.complex128)
     coupling[rows, columns] = coupling[columns, rows] = upper
@@ -192,7 +216,8 @@ def unpack_responses(
     return ResponsesSection(
         frequency_hz=values["frequency_millihertz"] / 1000.0,
         full_scale_pm=values["full_scale"],
-        own_full_scale_pm=own_full_scale,
+        own_full_scale_pm=before["own_full_scale"],
         coupling=coupling,
         iq=iq.astype(np.int16),
+        finger=finger,
     )

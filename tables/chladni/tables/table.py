@@ -67,6 +67,25 @@ class Section:
 
 
 @dataclass(frozen=True)
+class ReckonedFinger:
+    """What drives for several fingers reckon with; 0 where it is not known.
+
+    Attributes
+    ----------
+    full_force_un
+        Peak force that one coil can give in a touch without end, µN.
+    threshold_pm
+        Displacement that a resting fingertip just feels, RMS over it, peak in time, pm.
+    stiffness
+        Force over displacement of a fingertip that presses, of numbers that float32 holds, N/m.
+    """
+
+    full_force_un: int = 0
+    threshold_pm: int = 0
+    stiffness: complex = 0j
+
+
+@dataclass(frozen=True)
 class ResponsesSection:
     """What each coil does at the stored regions' centres, at one frequency.
 
@@ -80,6 +99,8 @@ class ResponsesSection:
     iq
         int16, shape (stored regions, actuators + 1, 2): real and imaginary part of each coil's
         response and, last, of the own compliance, with as many bits as drives have.
+    finger
+        What presses, what it feels, and what coils can push.
     """
 
     frequency_hz: float
@@ -87,6 +108,7 @@ class ResponsesSection:
     own_full_scale_pm: int
     coupling: ComplexArray
     iq: NDArray[np.int16]
+    finger: ReckonedFinger = ReckonedFinger()
 
 
 SomeSection = TypeVar("SomeSection", Section, ResponsesSection)

@@ -1,8 +1,10 @@
 // The firmware's own reading and keeping of tables, on bytes in memory instead of flash.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/complex.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -121,6 +124,13 @@ class FirmwareTable {
     return as_matrix(values, count, channels_ + 1U);
   }
 
+  // Newtons, metres, N/m.
+  std::tuple<float, float, std::complex<float>> finger() const {
+    if (!has_responses()) throw nb::value_error("no responses are loaded");
+    const chladni::ReckonedFinger own = table_.finger();
+    return {own.full_force_n, own.threshold_m, {own.stiffness.re, own.stiffness.im}};
+  }
+
   auto coupling() const {
     if (!has_responses()) throw nb::value_error("no responses are loaded");
     std::vector<std::complex<float>> values;
@@ -230,7 +240,8 @@ NB_MODULE(_firmware, m) {
       .def_prop_ro("has_drives", &FirmwareTable::has_drives)
       .def_prop_ro("has_responses", &FirmwareTable::has_responses)
       .def("responses", &FirmwareTable::responses, nb::arg("x_um"), nb::arg("y_um"))
-      .def("coupling", &FirmwareTable::coupling);
+      .def("coupling", &FirmwareTable::coupling)
+      .def("finger", &FirmwareTable::finger);
   nb::class_<FirmwareStore>(m, "FirmwareStore")
       .def(nb::init<nb::bytes>(), nb::arg("image"))
       .def_prop_ro("slot", &FirmwareStore::slot)

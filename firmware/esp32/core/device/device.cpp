@@ -54,6 +54,7 @@ void Device::start(const Hal& hal) {
   load_table();
   start_outputs();
   input_.start(config(), touch_timeout_us());
+  input_.follow_all(table().has_responses());
   panel_watch_.start(config());
   settle();
 }
@@ -132,15 +133,19 @@ void Device::trust_host() {
   settle();
 }
 
-Place Device::touch(Place place, const void* host) {
+Place Device::touch(Place place, const void* host, uint32_t finger) {
   trust_host();
   const Place found = table().is_loaded() ? table().on_board(place) : place;
-  input_.hold(found, host, now_us());
+  input_.hold(finger, found, host, now_us());
   return found;
 }
 
 void Device::lift() {
   if (input_.let_go()) touch_up();
+}
+
+void Device::lift(uint32_t finger) {
+  if (input_.let_go(finger)) touch_up();
 }
 
 void Device::handle(const TouchEvent& event) {
@@ -160,19 +165,17 @@ void Device::handle(const TouchEvent& event) {
   const bool is_new = state_ == DeviceState::kIdle || state_ == DeviceState::kLifted ||
                       event.kind == TouchKind::kDown;
   if (is_new) {
-    touch_down(event.place);
-    return;
+    touch_down();
+  } else if (state_ == DeviceState::kPlaying) {
+    synthesis_.keep_alive();
   }
-  if (state_ != DeviceState::kPlaying) return;
-  synthesis_.keep_alive();
-  if (config().on_move == 0) touch_.move(event.place, now_us());
 }
 
-void Device::touch_down(Place place) {
+void Device::touch_down() {
   // What ended the last touch is noted before this one wipes it out.
   watch_outputs();
   if (!go(DeviceEvent::kTouchBegins)) return;
-  touch_.begin(place, now_us());
+  touch_.begin(input_.touches(), now_us());
   synthesis_.keep_alive();
 }
 
@@ -200,7 +203,10 @@ void Device::break_touch() {
 }
 
 void Device::advance_touch() {
-  if (state_ == DeviceState::kPlaying) touch_.advance(now_us());
+  if (state_ == DeviceState::kPlaying) {
+    touch_.follow(input_.touches(), table(), config().on_move == 0, now_us());
+    touch_.advance(table(), now_us());
+  }
   if (state_ != DeviceState::kLifted) return;
   synthesis_.keep_alive();
   if (touch_.is_lift_over(now_us())) end_touch();
@@ -209,7 +215,7 @@ void Device::advance_touch() {
 void Device::post_touch() {
   if (touch_.is_starting() && !supply_.may_start_wave()) return;
   if (touch_.is_starting()) keep_retained(true);
-  if (touch_.post(synthesis_, table(), config(), heat_)) output_watch_.expect_play();
+  if (touch_.post(synthesis_, table(), config(), heat_, now_us())) output_watch_.expect_play();
 }
 
 // The drives of another frequency, from the next touch on.
@@ -217,6 +223,7 @@ TableStatus Device::select_frequency(uint32_t frequency_millihertz) {
   const TableStatus status = table_.select(frequency_millihertz);
   if (table_.is_damaged()) refuse_table();
   if (status == TableStatus::kOk) synthesis_.set_frequency(frequency_millihertz);
+  input_.follow_all(table().has_responses());
   return status;
 }
 

@@ -38,13 +38,18 @@ class Device {
   // A finger that a host or the console holds, until it lifts it or the host falls silent
   // (touch_input.hpp); the nearest place on the board, and how long the last touch has played or
   // did.
-  Place touch(Place place, const void* host = nullptr);
+  Place touch(Place place, const void* host = nullptr, uint32_t finger = 0);
   void hear(const void* host) { input_.hear(host, now_us()); }
   // A host goes, and what it holds with it.
   void leave(const void* host) {
     if (input_.is_held_by(host)) lift();
   }
   void lift();
+  void lift(uint32_t finger);
+  // What a finger plays where the table has responses, from its next touch on.
+  void set_voice(uint32_t finger, const VoiceSettings& settings) {
+    touch_.set_voice(finger, settings);
+  }
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -101,6 +106,7 @@ class Device {
   const Synthesis& synthesis() const { return synthesis_; }
   const DutyRing& stream() const { return synthesis_.stream(); }
   const TouchInput& input() const { return input_; }
+  const FingerDrives& finger_drives() const { return touch_.drives(); }
   const FaultLog& faults() const { return faults_; }
   const CoilHeat& heat() const { return heat_; }
   const SupplyMeter& supply() const { return supply_; }
@@ -148,7 +154,7 @@ class Device {
   void watch_flash();
   void post_touch();
 
-  void touch_down(Place place);
+  void touch_down();
   void touch_up();
   void end_touch();
   void break_touch();

@@ -39,6 +39,7 @@ void Device::load_again() {
   load_table();
   start_outputs();
   input_.set_timeout(touch_timeout_us());
+  input_.follow_all(table().has_responses());
 }
 
 bool Device::update_begin() {

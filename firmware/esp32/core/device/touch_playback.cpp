@@ -4,33 +4,169 @@
 
 namespace chladni {
 
-void TouchPlayback::begin(Place place, uint32_t now_us) {
-  place_ = place;
-  line_ = envelope_.begin(now_us);
+namespace {
+
+bool is_same(Place one, Place other) { return one.x_um == other.x_um && one.y_um == other.y_um; }
+
+bool is_near(Place one, Place other, int32_t um) {
+  const int32_t x = one.x_um - other.x_um, y = one.y_um - other.y_um;
+  return x >= -um && x <= um && y >= -um && y <= um;
+}
+
+uint32_t share_q15(uint32_t level_q15, uint32_t of_q15) {
+  return of_q15 >= 32767U ? level_q15 : (level_q15 * of_q15) >> 15;
+}
+
+}  // namespace
+
+void TouchPlayback::start(const Config& config, uint32_t table_ramp_us) {
+  envelope_.start(config, table_ramp_us);
+  drives_.start(config.channels);
+  next_ = Next::kNothing;
+}
+
+void TouchPlayback::come(FingerVoice& finger, Place place, uint32_t now_us) {
+  const auto slot = static_cast<uint32_t>(&finger - fingers_.data());
+  finger = {true, false, place, place, envelope_, wanted_[slot]};
+  finger.envelope.begin(now_us);
+  drives_.forget(slot);
+  ask_ = Ask::kNow;
+}
+
+void TouchPlayback::begin(const Touches& touches, uint32_t now_us) {
+  is_lifted_ = false;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    fingers_[s] = {};
+    if (touches[s].is_down) come(fingers_[s], touches[s].place, now_us);
+  }
   next_ = Next::kStart;
 }
 
-void TouchPlayback::move(Place place, uint32_t now_us) {
-  if (place.x_um == place_.x_um && place.y_um == place_.y_um) return;
-  place_ = place;
-  if (!is_starting()) line_ = envelope_.current(now_us);
-  change();
+void TouchPlayback::move(FingerVoice& finger, Place place, const Table& table) {
+  if (is_same(place, finger.place)) return;
+  finger.place = place;
+  if (ask_ == Ask::kNo && !is_near(place, finger.asked_place, kStillUm)) ask_ = Ask::kSoon;
+  if (is_alone_with(table)) change();
+}
+
+// Where none is left, the touch is about to end: by an event of its own. Who comes is heard once
+// there are drives for all.
+void TouchPlayback::follow(const Touches& touches, const Table& table, bool may_move,
+                           uint32_t now_us) {
+  if (count_of(touches) == 0) return;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    FingerVoice& finger = fingers_[s];
+    if (touches[s].is_down && !finger.is_there) {
+      come(finger, touches[s].place, now_us);
+    } else if (!touches[s].is_down && finger.is_there) {
+      finger.is_there = false;
+      ask_ = Ask::kNow;
+      change();
+    } else if (finger.is_there && may_move) {
+      move(finger, touches[s].place, table);
+    }
+  }
 }
 
 void TouchPlayback::lift(uint32_t now_us) {
+  is_lifted_ = true;
   lifted_us_ = now_us;
-  line_ = envelope_.lift_line();
   change();
 }
 
-void TouchPlayback::advance(uint32_t now_us) {
-  if (is_starting() || !envelope_.decays(now_us)) return;
-  line_ = envelope_.current(now_us);
-  change();
+void TouchPlayback::advance(const Table& table, uint32_t now_us) {
+  ask_drives(table, now_us);
+  if (drives_.work(table)) change();
+  if (is_starting()) return;
+  for (FingerVoice& finger : fingers_) {
+    if (finger.is_there && finger.envelope.decays(now_us)) change();
+  }
+  if (goes_on_ && static_cast<int32_t>(now_us - line_end_us_) >= 0) change();
+}
+
+uint32_t TouchPlayback::there() const {
+  uint32_t found = 0;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) found |= (fingers_[s].is_there ? 1U : 0U) << s;
+  return found;
+}
+
+uint32_t TouchPlayback::count() const {
+  uint32_t found = 0;
+  for (const FingerVoice& finger : fingers_) found += finger.is_there ? 1U : 0U;
+  return found;
+}
+
+// A finger that came or left is worth beginning anew for, a move is not.
+void TouchPlayback::ask_drives(const Table& table, uint32_t now_us) {
+  if (ask_ == Ask::kNo || !table.has_responses()) return;
+  if (is_alone_with(table)) {
+    ask_ = Ask::kNo;
+    drives_.forget();
+    return;
+  }
+  const bool is_time = !drives_.is_busy() && now_us - asked_us_ >= kSolveUs;
+  if (ask_ == Ask::kSoon && !is_time) return;
+  ask_ = Ask::kNo;
+  asked_us_ = now_us;
+  FingerDrives::Places places{};
+  uint32_t silent = 0;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    FingerVoice& finger = fingers_[s];
+    places[s] = finger.asked_place = finger.place;
+    if (finger.settings.level_q15 == 0) silent |= 1U << s;
+  }
+  drives_.ask(there(), silent, places);
+}
+
+// The shortest line of any: then all are on their way, and none is passed over.
+Line TouchPlayback::common_line(uint32_t now_us) const {
+  if (is_lifted_) return envelope_.lift_line();
+  Line shortest{0, 0xFFFFFFFFU};
+  for (const FingerVoice& finger : fingers_) {
+    if (!finger.is_there || (!finger.has_begun && !is_starting())) continue;
+    const Line line = finger.envelope.current(now_us);
+    if (line.ramp_us < shortest.ramp_us) shortest = line;
+  }
+  return shortest;
+}
+
+// False while its drive is being looked for.
+bool TouchPlayback::drive_of(uint32_t slot, const Table& table, Drive& drive) const {
+  if (is_alone_with(table)) {
+    table.drive_at(fingers_[slot].place, drive);
+    return true;
+  }
+  if ((drives_.solved() >> slot & 1U) == 0) return false;
+  drive = drives_.drive(slot);
+  return true;
+}
+
+// Who plays goes on as it is until there are new drives for all of them, and nothing starts
+// without.
+bool TouchPlayback::are_all_ready(const Table& table) const {
+  Drive drive;
+  bool is_any = false;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    if (!fingers_[s].is_there) continue;
+    const bool is_ready = drive_of(s, table, drive);
+    if (!is_ready && fingers_[s].has_begun) return false;
+    is_any = is_any || is_ready;
+  }
+  return is_any;
+}
+
+// Of those that are heard from now on.
+void TouchPlayback::begin_envelopes(const Table& table, uint32_t now_us) {
+  Drive drive;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    FingerVoice& finger = fingers_[s];
+    if (!finger.is_there || finger.has_begun || !drive_of(s, table, drive)) continue;
+    finger.envelope.begin(now_us);
+  }
 }
 
 bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,
-                         const CoilHeat& heat) {
+                         const CoilHeat& heat, uint32_t now_us) {
   if (next_ == Next::kNothing) return false;
   if (next_ == Next::kStop) {
     synthesis.stop();
@@ -41,14 +177,56 @@ bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config&
     if (synthesis.release(envelope_.release_us())) next_ = Next::kNothing;
     return false;
   }
-  Drive drive{};
-  table.drive_at(place_, drive);
-  apply_coil_gains(config, drive);
-  heat.even_out(drive);
   const bool is_start = is_starting();
-  if (!synthesis.play(drive, {line_.level_q15, line_.ramp_us, is_start})) return false;
+  const bool is_told = table.has_responses() ? play_voices(synthesis, table, config, heat, now_us)
+                                             : play(synthesis, table, config, heat, now_us);
+  if (!is_told) return false;
   next_ = Next::kNothing;
   return is_start;
+}
+
+bool TouchPlayback::play(Synthesis& synthesis, const Table& table, const Config& config,
+                         const CoilHeat& heat, uint32_t now_us) {
+  Drive drive{};
+  table.drive_at(fingers_[0].place, drive);
+  apply_coil_gains(config, drive);
+  heat.even_out(drive);
+  const Line line = common_line(now_us);
+  goes_on_ = false;
+  if (!synthesis.play(drive, {line.level_q15, line.ramp_us, is_starting()})) return false;
+  fingers_[0].has_begun = true;
+  return true;
+}
+
+bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const Config& config,
+                                const CoilHeat& heat, uint32_t now_us) {
+  Voices voices{};
+  if (!are_all_ready(table)) return false;
+  begin_envelopes(table, now_us);
+  const Line common = common_line(now_us);
+  const uint32_t end_us = now_us + common.ramp_us;
+  uint32_t begun = 0;
+  goes_on_ = false;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    FingerVoice& finger = fingers_[s];
+    Voice& voice = voices[s];
+    if (!finger.is_there || !drive_of(s, table, voice.drive)) continue;
+    apply_coil_gains(config, voice.drive);
+    heat.even_out(voice.drive);
+    const uint32_t level = is_lifted_ ? common.level_q15 : finger.envelope.level_at(end_us);
+    voice.level_q15 = share_q15(level, finger.settings.level_q15);
+    voice.starts = !finger.has_begun;
+    const uint32_t own = finger.settings.frequency_millihertz;
+    voice.frequency_millihertz = own > 0 ? own : table.frequency_millihertz();
+    begun |= 1U << s;
+    goes_on_ = goes_on_ || (!is_lifted_ && finger.envelope.is_on_a_line(end_us));
+  }
+  line_end_us_ = end_us;
+  if (!synthesis.play_voices(voices, {32767, common.ramp_us, is_starting()})) return false;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    if ((begun >> s & 1U) != 0) fingers_[s].has_begun = true;
+  }
+  return true;
 }
 
 }  // namespace chladni

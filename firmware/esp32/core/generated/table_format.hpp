@@ -14,7 +14,7 @@ constexpr uint32_t kVersionMinor = 1U;
 constexpr uint32_t kDrivesMinor = 0U;  // of tables without responses
 constexpr uint32_t kHeaderBytes = 80U;
 constexpr uint32_t kSectionBytes = 12U;  // of a section header
-constexpr uint32_t kOwnScaleBytes = 4U;
+constexpr uint32_t kResponsesHeadBytes = 20U;  // before the coupling
 constexpr uint32_t kCouplingBytes = 8U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kBoardNameBytes = 16U;
@@ -65,5 +65,12 @@ constexpr uint32_t kSectionAtFullScale = 4U;  // u32
 constexpr uint32_t kSectionAtObjective = 8U;  // u8
 constexpr uint32_t kSectionAtLabels = 9U;  // u8
 constexpr uint32_t kSectionAtReserved = 10U;  // u16
+
+// Byte offsets of what stands before responses, from the end of that header.
+constexpr uint32_t kResponsesAtOwnFullScale = 0U;  // u32
+constexpr uint32_t kResponsesAtFullForce = 4U;  // u32
+constexpr uint32_t kResponsesAtThreshold = 8U;  // u32
+constexpr uint32_t kResponsesAtStiffness = 12U;  // f32
+constexpr uint32_t kResponsesAtStiffnessImaginary = 16U;  // f32
 
 }  // namespace chladni::table_format

@@ -33,6 +33,13 @@ bool Envelope::decays(uint32_t now_us) {
   return true;
 }
 
+uint32_t Envelope::level_at(uint32_t now_us) const {
+  const uint32_t to = is_decaying_ ? sustain_q15_ : level_q15_, passed = now_us - line_us_;
+  if (passed >= line_ramp_us_) return to;
+  const auto from = static_cast<int64_t>(is_decaying_ ? level_q15_ : 0U);
+  return static_cast<uint32_t>(from + (static_cast<int64_t>(to) - from) * passed / line_ramp_us_);
+}
+
 Line Envelope::current(uint32_t now_us) const {
   const uint32_t passed = now_us - line_us_;
   const uint32_t left = passed < line_ramp_us_ ? line_ramp_us_ - passed : 0U;

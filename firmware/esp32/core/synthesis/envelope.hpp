@@ -26,6 +26,10 @@ class Envelope {
   // The line for a drive that changes in the middle of a touch: there in one ramp, or together with
   // the line it is on, whichever takes longer.
   Line current(uint32_t now_us) const;
+  // How loud it is then, if nothing comes between: where several change over together, one may be
+  // on a longer line than the others.
+  uint32_t level_at(uint32_t now_us) const;
+  bool is_on_a_line(uint32_t now_us) const { return now_us - line_us_ < line_ramp_us_; }
   uint32_t release_us() const { return release_us_; }
 
   // After lift-up the last place plays on for so long, at this line.

@@ -85,7 +85,8 @@ class Synthesis {
   bool play(const Drive& drive, const PlayOptions& options);
   // The same for several fingers, each in a place of its own for as long as it plays. Limits are
   // kept for the sum, whatever the voices' phases come to, by lowering all of them alike. The level
-  // of the options is not read. If the touch's wave is no sine, only the first voice plays.
+  // of the options is not read. If the touch's wave is no sine, only the first voice that is not
+  // silent plays.
   bool play_voices(const Voices& voices, const PlayOptions& options);
   // Waves of the touches that start from now on; false if out of range.
   bool set_frequency(uint32_t frequency_millihertz);

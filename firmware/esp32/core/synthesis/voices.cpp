@@ -23,6 +23,13 @@ uint32_t allowed(uint32_t frequency_millihertz) {
   return frequency_millihertz < least ? least : frequency_millihertz;
 }
 
+const Voice& first_of(const Voices& voices) {
+  for (const Voice& voice : voices) {
+    if (voice.level_q15 > 0) return voice;
+  }
+  return voices[0];
+}
+
 }  // namespace
 
 // What begins counts with what it takes the place of, which is still on its way out.
@@ -80,7 +87,8 @@ bool Synthesis::play_voices(const Voices& voices, const PlayOptions& options) {
   if (has_command()) return false;
   const Waveform waveform = options.starts_touch ? next_waveform_ : handover().command.waveform;
   if (waveform != Waveform::kSine) {
-    return play(voices[0].drive, {voices[0].level_q15, options.ramp_us, options.starts_touch});
+    const Voice& first = first_of(voices);
+    return play(first.drive, {first.level_q15, options.ramp_us, options.starts_touch});
   }
   Command& command = next_command(Command::Kind::kDrive, options.starts_touch, options.ramp_us);
   command.waveform = waveform;

@@ -26,7 +26,7 @@ bool Table::responses_at(Place place, PlaceResponses& result) const {
   Gain own{};
   mix_responses(place, coils, own);
   for (uint32_t k = 0; k < actuators_; ++k) result.coils[k] = times(coils[k], full_scale_pm_);
-  result.own = times(own, read_u32(responses_head_));
+  result.own = times(own, read_u32(responses_head_ + f::kResponsesAtOwnFullScale));
   return true;
 }
 
@@ -35,8 +35,16 @@ ComplexFloat Table::coupling(uint32_t one, uint32_t other) const {
   // Each row has one number less than the one above.
   const uint32_t before = row * actuators_ - row * (row + 1) / 2;
   const uint8_t* const at =
-      responses_head_ + f::kOwnScaleBytes + f::kCouplingBytes * (before + column);
+      responses_head_ + f::kResponsesHeadBytes + f::kCouplingBytes * (before + column);
   return {read_f32(at), read_f32(at + f::kCouplingBytes / 2)};
+}
+
+ReckonedFinger Table::finger() const {
+  const uint8_t* const head = responses_head_;
+  return {static_cast<float>(read_u32(head + f::kResponsesAtFullForce)) * 1e-6F,
+          static_cast<float>(read_u32(head + f::kResponsesAtThreshold)) * 1e-12F,
+          {read_f32(head + f::kResponsesAtStiffness),
+           read_f32(head + f::kResponsesAtStiffnessImaginary)}};
 }
 
 }  // namespace chladni

@@ -18,4 +18,11 @@ struct PlaceResponses {
   ComplexFloat own;
 };
 
+// What drives reckon with; 0 where it is not known.
+struct ReckonedFinger {
+  float full_force_n;      // peak, of one coil in a touch without end
+  float threshold_m;       // RMS over a resting fingertip, peak in time
+  ComplexFloat stiffness;  // force over displacement of one that presses, N/m
+};
+
 }  // namespace chladni

@@ -88,7 +88,7 @@ Table::SectionView Table::view(uint32_t at) const {
   const uint8_t* const head = header + f::kSectionBytes;
   const bool are_responses = header[f::kSectionAtObjective] == f::kResponses;
   const uint32_t bytes =
-      are_responses ? f::kOwnScaleBytes + coupling_bytes() : header[f::kSectionAtLabels];
+      are_responses ? f::kResponsesHeadBytes + coupling_bytes() : header[f::kSectionAtLabels];
   return {read_u32(header + f::kSectionAtFrequencyMillihertz),
           read_u32(header + f::kSectionAtFullScale), are_responses, head, head + bytes};
 }
@@ -260,8 +260,10 @@ TableStatus Table::check_drives(const SectionView& section, uint32_t labels) con
 }
 
 TableStatus Table::check_responses(const SectionView& section) const {
-  if (read_u32(section.head) == 0) return TableStatus::kBadField;
-  for (const uint8_t* at = section.head + f::kOwnScaleBytes; at != section.records; at += 4) {
+  if (read_u32(section.head + f::kResponsesAtOwnFullScale) == 0) return TableStatus::kBadField;
+  // From there on all are floats.
+  for (const uint8_t* at = section.head + f::kResponsesAtStiffness; at != section.records;
+       at += 4) {
     // NaN and infinity have an exponent of ones.
     constexpr uint32_t kExponent = 0x7F800000U;
     if ((read_u32(at) & kExponent) == kExponent) return TableStatus::kBadDrives;

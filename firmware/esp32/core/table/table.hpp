@@ -51,6 +51,8 @@ class Table {
   bool responses_at(Place place, PlaceResponses& result) const;
   // How one finger's push moves another, of two channels, N/m: symmetric. Needs responses.
   ComplexFloat coupling(uint32_t one, uint32_t other) const;
+  // What presses, feels and pushes. Needs responses.
+  ReckonedFinger finger() const;
   // The nearest place on the board.
   Place on_board(Place place) const;
 

@@ -6,9 +6,10 @@ namespace chladni::gt911 {
 namespace {
 
 constexpr uint16_t kProduct = 0x8140;  // "911"
-constexpr uint16_t kState = 0x814E;    // bit 7: ready, bits 3 to 0: fingers
-constexpr uint8_t kReady = 0x80;
+constexpr uint16_t kState = 0x814E;    // bit 7: ready, bit 6: a large area, bits 3 to 0: fingers
+constexpr uint8_t kReady = 0x80, kLarge = 0x40;
 constexpr uint32_t kPointBytes = 8;
+constexpr uint32_t kMostListed = 10;  // that one of its family can be set to
 
 struct Register {
   std::array<uint8_t, 2> bytes;
@@ -37,7 +38,8 @@ PanelStatus read(const Hal& hal, uint8_t address, PanelReport& report) {
   if (status != BusStatus::kOk) return to_panel(status);
   if ((bytes[0] & kReady) == 0) return PanelStatus::kNothingNew;
   uint32_t count = bytes[0] & 0x0FU;
-  if (count > kMaxFingers) count = 0;
+  if (count > kMostListed) count = 0;  // 0x0F is read while it starts
+  if (count > kMaxFingers) count = kMaxFingers;
   if (count > 1) {
     status = get(hal, address, kState, bytes.data(), 1 + count * kPointBytes);
     if (status != BusStatus::kOk) return to_panel(status);
@@ -48,6 +50,7 @@ PanelStatus read(const Hal& hal, uint8_t address, PanelReport& report) {
   status = hal.i2c(hal.context, address, clear.data(), 3, nullptr, 0);
   if (status != BusStatus::kOk) return to_panel(status);
   report.count = count;
+  report.is_palm = (bytes[0] & kLarge) != 0;
   for (uint32_t k = 0; k < count; ++k) {
     const uint8_t* point = &bytes[1 + k * kPointBytes];
     report.fingers[k] = {point[0], static_cast<uint16_t>(point[1] | (point[2] << 8)),

@@ -22,6 +22,7 @@ struct Finger {
 struct PanelReport {
   uint32_t count = 0;
   std::array<Finger, kMaxFingers> fingers{};
+  bool is_palm = false;  // more than fingers lies on it
 };
 
 enum class PanelStatus : uint8_t {

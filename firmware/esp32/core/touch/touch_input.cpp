@@ -12,25 +12,15 @@ constexpr uint32_t kMostErrors = 3;
 // Values of `panel` in the configuration.
 constexpr uint8_t kNoPanel = 0, kFind = 1, kWantFt6x36 = 2, kWantGt911 = 3;
 
-}  // namespace
-
-bool PanelMap::contains(const Finger& finger) const {
-  return finger.x < columns_ && finger.y < rows_;
-}
-
-Place PanelMap::to_board(const Finger& finger) const {
-  // Twice the pixels from the middle to the pixel's centre: at most the panel's count, so that the
-  // product is at most its size in 1/128 um.
-  const int32_t along_x = ((2 * finger.x + 1 - columns_) * scale_x_q8_) / 256;
-  const int32_t v = ((2 * finger.y + 1 - rows_) * scale_y_q8_) / 256;
-  const int32_t u = is_mirrored_ ? -along_x : along_x;
-  switch (turns_) {
-    case 0: return {u + offset_x_um_, v + offset_y_um_};
-    case 1: return {-v + offset_x_um_, u + offset_y_um_};
-    case 2: return {-u + offset_x_um_, -v + offset_y_um_};
-    default: return {v + offset_x_um_, -u + offset_y_um_};
+// Of the first that is down.
+Place place_of(const Touches& touches) {
+  for (const Contact& one : touches) {
+    if (one.is_down) return one.place;
   }
+  return {};
 }
+
+}  // namespace
 
 void TouchInput::start(const Config& config, uint32_t timeout_us) {
   *this = TouchInput{};
@@ -41,30 +31,52 @@ void TouchInput::start(const Config& config, uint32_t timeout_us) {
   timeout_us_ = timeout_us;
   hold_us_ = config.lift_hold_ms * 1000U;
   press_reports_ = config.press_reports;
+  contacts_.start(config, timeout_us);
   health_ = wanted_ == kNoPanel ? PanelHealth::kNone : PanelHealth::kMissing;
 }
 
 TouchEvent TouchInput::poll(const Hal& hal, uint32_t now_us) {
   const TouchEvent event = poll_panel(hal, now_us);
-  if (event.kind != TouchKind::kNothing) is_held_ = false;
-  if (!is_held_) return event;
+  if (event.kind != TouchKind::kNothing) held_ = {};
+  if (!is_held()) return event;
+  const Place place = place_of(held_);
   const bool is_silent =
       host_ != nullptr && now_us - heard_us_ >= link_format::kTouchSilenceMs * 1000U;
-  if (!is_silent) return {TouchKind::kMoved, held_place_};
-  is_held_ = false;
-  return {TouchKind::kSilent, held_place_};
+  if (!is_silent) return {TouchKind::kMoved, place};
+  held_ = {};
+  return {TouchKind::kSilent, place};
 }
 
-void TouchInput::hold(Place place, const void* host, uint32_t now_us) {
-  is_held_ = true;
-  held_place_ = place;
+void TouchInput::set_timeout(uint32_t timeout_us) {
+  timeout_us_ = timeout_us;
+  contacts_.set_timeout(timeout_us);
+}
+
+Touches TouchInput::touches() const {
+  if (is_held()) return held_;
+  if (follows_all_) return contacts_.touches();
+  Touches own{};
+  own[0] = {is_touched_, place_};
+  return own;
+}
+
+// What one host holds is not another's.
+void TouchInput::hold(uint32_t finger, Place place, const void* host, uint32_t now_us) {
+  if (host != host_) held_ = {};
+  held_[finger] = {true, place};
   host_ = host;
   heard_us_ = now_us;
 }
 
+bool TouchInput::let_go(uint32_t finger) {
+  const bool was_held = held_[finger].is_down;
+  held_[finger] = {};
+  return was_held && !is_held();
+}
+
 bool TouchInput::let_go() {
-  const bool was_held = is_held_;
-  is_held_ = false;
+  const bool was_held = is_held();
+  held_ = {};
   return was_held;
 }
 
@@ -91,6 +103,7 @@ TouchEvent TouchInput::poll_panel(const Hal& hal, uint32_t now_us) {
   }
   errors_in_row_ = 0;
   health_ = PanelHealth::kFine;
+  if (report.is_palm) report.count = 0;
   // A GT911 marks its news. An FT6x36 calls for them; unasked, it may repeat what is long past, and
   // only that no finger touches it can be believed. Without its line there is no telling.
   const bool is_news = model_ == Model::kGt911 || !has_line_ || was_called_;
@@ -104,7 +117,7 @@ bool TouchInput::is_due(const Hal& hal, uint32_t now_us) {
   const uint32_t since = now_us - asked_us_;
   // A call may get lost: a panel that should be reporting is asked all the same.
   // Most of all one under a finger; but a GT911 whose flag was never cleared calls no more.
-  const bool is_busy = is_touched_ || pressed_ > 0;
+  const bool is_busy = is_touched_ || pressed_ > 0 || contacts_.is_any_listed();
   if (has_line_) return since >= (is_busy ? 2U : kIdleReports) * report_us_;
   return since >= report_us_ / 4U;
 }
@@ -146,13 +159,14 @@ void TouchInput::fail(const Hal& hal, PanelStatus status) {
 }
 
 TouchEvent TouchInput::take(const PanelReport& report, bool is_news, uint32_t now_us) {
+  for (uint32_t k = 0; k < report.count; ++k) {
+    if (!map_.contains(report.fingers[k])) ++out_of_range_;
+  }
+  if (follows_all_) return take_all(report, is_news, now_us);
   const Finger *own = nullptr, *first = nullptr;
   for (uint32_t k = 0; k < report.count; ++k) {
     const Finger& finger = report.fingers[k];
-    if (!map_.contains(finger)) {
-      ++out_of_range_;
-      continue;
-    }
+    if (!map_.contains(finger)) continue;
     if (first == nullptr) first = &finger;
     if (finger.id == owner_) own = &finger;
   }
@@ -202,7 +216,33 @@ TouchEvent TouchInput::lift() {
   return {TouchKind::kUp, place_};
 }
 
+TouchEvent TouchInput::take_all(const PanelReport& report, bool is_news, uint32_t now_us) {
+  const bool was_touched = is_touched_;
+  contacts_.take(report, map_, is_news, now_us);
+  const TouchEvent news{is_news ? TouchKind::kMoved : TouchKind::kNothing, place_};
+  return since(was_touched, news);
+}
+
+TouchEvent TouchInput::overdue_all(uint32_t now_us) {
+  const bool was_touched = is_touched_;
+  const bool is_unheard = contacts_.pass(now_us);
+  const TouchEvent held{contacts_.is_any_lifting() ? TouchKind::kHeld : TouchKind::kNothing,
+                        place_};
+  const TouchEvent event = since(was_touched, held);
+  if (event.kind == TouchKind::kUp && is_unheard) return {TouchKind::kTimeout, event.place};
+  return event;
+}
+
+TouchEvent TouchInput::since(bool was_touched, TouchEvent otherwise) {
+  const Touches& touches = contacts_.touches();
+  is_touched_ = count_of(touches) > 0;
+  if (is_touched_) otherwise.place = place_ = place_of(touches);
+  if (!is_touched_) return {was_touched ? TouchKind::kUp : TouchKind::kNothing, place_};
+  return was_touched ? otherwise : TouchEvent{TouchKind::kDown, place_};
+}
+
 TouchEvent TouchInput::overdue(uint32_t now_us) {
+  if (follows_all_) return overdue_all(now_us);
   if (!is_touched_) return {};
   if (is_lifting_) {
     if (now_us - lifting_us_ >= hold_us_) return lift();

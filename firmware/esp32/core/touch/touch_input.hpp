@@ -1,7 +1,9 @@
-// From a panel's reports to one touch on the board: when to ask, what to believe, whose finger.
+// From a panel's reports to touches on the board: when to ask, what to believe, whose finger.
 //
 // Policy: the first finger down owns the touch until it lifts; then the first that the panel still
-// lists begins a new touch. A lift-up that never comes is made up for after a time without news.
+// lists begins a new touch. Where all fingers are followed, a touch lasts from the first to the
+// last of them (contacts.hpp). A lift-up that never comes is made up for after a time without news,
+// and a palm counts as no finger at all.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +12,9 @@
 #include "core/generated/device_codes.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
+#include "core/touch/contacts.hpp"
 #include "core/touch/panel.hpp"
+#include "core/touch/panel_map.hpp"
 
 namespace chladni {
 
@@ -34,55 +38,33 @@ struct TouchEvent {
   Place place{};
 };
 
-// Places of the panel's pixels' centres on the board.
-class PanelMap {
- public:
-  constexpr explicit PanelMap(const Config& config)
-      : columns_(config.panel_columns),
-        rows_(config.panel_rows),
-        scale_x_q8_(scale_q8(config.panel_width_um, config.panel_columns)),
-        scale_y_q8_(scale_q8(config.panel_length_um, config.panel_rows)),
-        offset_x_um_(config.panel_x_um),
-        offset_y_um_(config.panel_y_um),
-        turns_(config.panel_turns),
-        is_mirrored_(config.panel_mirrored != 0) {}
-  constexpr PanelMap() : PanelMap(Config{}) {}
-  bool contains(const Finger& finger) const;
-  Place to_board(const Finger& finger) const;
-
- private:
-  // Rounded: a row of pixels multiplies the error.
-  static constexpr int32_t scale_q8(uint32_t size_um, uint32_t pixels) {
-    return static_cast<int32_t>((size_um * 128U + pixels / 2U) / pixels);
-  }
-
-  int32_t columns_, rows_;
-  int32_t scale_x_q8_, scale_y_q8_;  // micrometres per half pixel
-  int32_t offset_x_um_, offset_y_um_;
-  uint32_t turns_;
-  bool is_mirrored_;
-};
-
 class TouchInput {
  public:
   // `timeout_us` without news ends a touch.
   void start(const Config& config, uint32_t timeout_us);
-  void set_timeout(uint32_t timeout_us) { timeout_us_ = timeout_us; }
+  // Of another table, while no finger counts.
+  void set_timeout(uint32_t timeout_us);
+  void follow_all(bool do_follow) { follows_all_ = do_follow; }
   // What happened since the last call; asks the panel if it is time to.
   TouchEvent poll(const Hal& hal, uint32_t now_us);
+  // The fingers that are down: those that are followed, or that a host holds.
+  Touches touches() const;
+
   // A finger that a host or the console holds until it lets go, or a real one comes. A host, which
   // may be any address that is its own, must be heard again and again; a person at the console
   // (nullptr) need not type.
-  void hold(Place place, const void* host, uint32_t now_us);
-  bool is_held_by(const void* host) const { return is_held_ && host_ == host; }
+  void hold(uint32_t finger, Place place, const void* host, uint32_t now_us);
+  bool is_held_by(const void* host) const { return is_held() && host_ == host; }
   // A request has come from that host.
   void hear(const void* host, uint32_t now_us) {
     if (host == host_) heard_us_ = now_us;
   }
-  // Whether there was one.
+  // One of them; whether it was there, and the last.
+  bool let_go(uint32_t finger);
+  // All of them; whether there was one.
   bool let_go();
 
-  bool is_touched() const { return is_touched_ || is_held_; }
+  bool is_touched() const { return is_touched_ || is_held(); }
   PanelHealth health() const { return health_; }
   // Since start.
   uint32_t bus_errors() const { return bus_errors_; }
@@ -99,6 +81,11 @@ class TouchInput {
   TouchEvent begin(const Finger& finger, uint32_t now_us);
   TouchEvent lift();
   TouchEvent overdue(uint32_t now_us);
+  // The same where all fingers are followed.
+  TouchEvent take_all(const PanelReport& report, bool is_news, uint32_t now_us);
+  TouchEvent overdue_all(uint32_t now_us);
+  TouchEvent since(bool was_touched, TouchEvent otherwise);
+  bool is_held() const { return count_of(held_) > 0; }
   void fail(const Hal& hal, PanelStatus status);
 
   PanelMap map_;
@@ -126,8 +113,9 @@ class TouchInput {
   uint32_t pressed_ = 0;     // reports in a row with a finger, before it counts
   bool is_lifting_ = false;  // gone, but perhaps for a moment only
   uint32_t lifting_us_ = 0;
-  bool is_held_ = false;  // by a host or the console
-  Place held_place_{};
+  bool follows_all_ = false;
+  Contacts contacts_;
+  Touches held_{};  // by a host or the console
   const void* host_ = nullptr;
   uint32_t heard_us_ = 0;
 };

@@ -143,6 +143,8 @@ def _header(section: Section | None, known: ResponsesSection | None) -> dict[str
             "objective": RESPONSES,
             "full_scale_um_per_n": known.full_scale_pm / METRE_PM * 1e6,
             "own_full_scale_um_per_n": known.own_full_scale_pm / METRE_PM * 1e6,
+            "full_force_n": known.finger.full_force_un / 1e6,
+            "threshold_um": known.finger.threshold_pm / 1e6,
         }
     if section is not None:
         result |= {

@@ -17,7 +17,7 @@ from chladni.tables.format import check_fits, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, RESPONSES, one_of_bits
 from chladni.tables.responses import TableResponses
 from chladni.tables.several_fingers.isolation import LIMIT_DB, SETS, DrawnPairs, lost_db
-from chladni.tables.several_fingers.section import section_of
+from chladni.tables.several_fingers.section import reckoned_finger, section_of
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import ResponsesSection, Table, limits_of
 
@@ -164,7 +164,16 @@ def _smallest(
     pairs = [DrawnPairs.of(one, tell) for one in at_frequencies]
     for own in candidates:
         filled = replace(
-            own, responses=tuple(section_of(one.known, own.regions, own.bits) for one in pairs)
+            own,
+            responses=tuple(
+                section_of(
+                    one.known,
+                    reckoned_finger(board, one.known.frequency_hz),
+                    own.regions,
+                    own.bits,
+                )
+                for one in pairs
+            ),
         )
         found = _report(filled, pairs, at_frequencies)
         if found.is_within_limits:

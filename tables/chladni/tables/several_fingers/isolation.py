@@ -16,15 +16,16 @@ from chladni.drives.fingers.responses import Responses, responses_at
 from chladni.drives.fingers.silence import Plate, drives_for
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 
-FINGERS, APART, PRESS = 2, 16e-3, 1.0
-"""Two fingers side by side or further apart, m, that press with 1 N: those for which drives can do
-most, and so lose most by rounding."""
+FINGERS, APART = 2, 16e-3
+"""Two fingers side by side or further apart, m: those for which drives can do most, and so lose
+most by rounding. They press with 1 N."""
 SETS, SEED = 100, 1
 """Pairs drawn. Every table is measured on these, so a loss is known better than the isolation."""
 LIMIT_DB = 2.0

@@ -5,13 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from chladni.drives.fingers.responses import Responses
+from chladni.drives.scoring.as_built import PRESS
+from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.image.finger import pressing_stiffness, threshold_um
 from chladni.tables.responses import METRE_PM
 from chladni.tables.stored_regions import StoredRegions
-from chladni.tables.table import ResponsesSection, quantise
+from chladni.tables.table import ReckonedFinger, ResponsesSection, quantise
 
 
-def section_of(known: Responses, regions: StoredRegions, bits: int) -> ResponsesSection:
+def section_of(
+    known: Responses, finger: ReckonedFinger, regions: StoredRegions, bits: int
+) -> ResponsesSection:
     """The responses of a board at the centres of its stored regions, as integers of so many bits.
 
     Raises
@@ -33,4 +39,16 @@ def section_of(known: Responses, regions: StoredRegions, bits: int) -> Responses
         own_full_scale_pm=scales[1],
         coupling=known.coupling.astype(np.complex64).astype(np.complex128),
         iq=np.concatenate(parts, axis=1),
+        finger=finger,
+    )
+
+
+def reckoned_finger(board: Board, frequency_hz: float) -> ReckonedFinger:
+    """What presses a board, and what its coils can push while all of them work alike."""
+    full = full_drive(board, np.ones(len(board.actuators), dtype=np.complex128), frequency_hz)
+    threshold = threshold_um(frequency_hz)
+    return ReckonedFinger(
+        full_force_un=0 if full is None else round(full.newtons * 1e6),
+        threshold_pm=0 if threshold is None else round(threshold * 1e6),
+        stiffness=complex(np.complex64(pressing_stiffness(PRESS, frequency_hz))),
     )

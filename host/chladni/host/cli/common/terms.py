@@ -102,6 +102,8 @@ WORDS = {
     "response_um_per_n": "moves",
     "full_scale_um_per_n": "largest response",
     "own_full_scale_um_per_n": "largest own compliance of a fingertip",
+    "full_force_n": "force of a coil in a touch without end",
+    "threshold_um": "displacement that is just felt",
     "own_um_per_n": "a fingertip's own compliance",
     "own_phase_deg": "its phase",
     "responses_hz": "responses at",

@@ -1,0 +1,141 @@
+#include "core/fingers/finger_drives.hpp"
+
+namespace chladni {
+
+namespace {
+
+using fingers::kMostFingers;
+using fingers::kPoints;
+
+// A finger's points from its middle, um (finger_set.hpp).
+constexpr std::array<Place, kPoints> kRing = {
+    {{0, 0}, {5000, 0}, {2500, 4330}, {-2500, 4330}, {-5000, 0}, {-2500, -4330}, {2500, -4330}}};
+// Of what a finger feels, that another's signal may have by the plate as it is known
+// (tables/chladni/drives/scoring/fingers_score.py has why).
+constexpr float kExpectedToReal = 0.25F;
+// No place off the board is further from it; sums of places stay within 32 bits.
+constexpr int32_t kFarUm = 1000000;
+
+fingers::Complex<float> number(ComplexFloat value) { return {value.re, value.im}; }
+
+int16_t rounded_q15(float gain) {
+  const float scaled = gain * 32767.0F;
+  return static_cast<int16_t>(scaled < 0.0F ? scaled - 0.5F : scaled + 0.5F);
+}
+
+uint16_t rounded_u16(float value) {
+  return value < 65535.0F ? static_cast<uint16_t>(value + 0.5F) : uint16_t{65535};
+}
+
+int32_t near_um(int32_t place_um) {
+  if (place_um > kFarUm) return kFarUm;
+  return place_um < -kFarUm ? -kFarUm : place_um;
+}
+
+}  // namespace
+
+void FingerDrives::start(uint32_t channels) {
+  channels_ = channels;
+  stage_ = Stage::kDone;
+  solved_ = 0;
+  isolations_ = {};
+  of_loudest_ = {};
+}
+
+void FingerDrives::ask(uint32_t there, uint32_t silent, const Places& places) {
+  there_ = there;
+  silent_ = silent;
+  places_ = places;
+  filled_ = 0;
+  solver_.set().count = 0;
+  solved_ &= there;
+  stage_ = Stage::kFill;
+}
+
+bool FingerDrives::work(const Table& table) {
+  if (!is_busy() || !table.has_responses()) return false;
+  uint32_t left = kSquaresOfATurn;
+  const uint32_t each = channels_ * channels_;
+  while (left >= each) {
+    left -= each;
+    if (!step(table)) return true;
+  }
+  return false;
+}
+
+// False when all is done.
+bool FingerDrives::step(const Table& table) {
+  if (stage_ == Stage::kFill) {
+    if (fill(table)) return true;
+    begin(table);
+    return is_busy();
+  }
+  if (solver_.step()) return true;
+  take();
+  stage_ = Stage::kDone;
+  return false;
+}
+
+// What the coils do at the next finger's points; false when all have been read.
+bool FingerDrives::fill(const Table& table) {
+  while (filled_ < kMostFingers && (there_ >> filled_ & 1U) == 0) ++filled_;
+  if (filled_ == kMostFingers) return false;
+  fingers::FingerSet<float>& set = solver_.set();
+  fingers::Finger<float>& finger = set.fingers[set.count];
+  slots_[set.count++] = static_cast<uint8_t>(filled_);
+  const Place middle{near_um(places_[filled_].x_um), near_um(places_[filled_].y_um)};
+  PlaceResponses found{};
+  for (uint32_t p = 0; p < kPoints; ++p) {
+    const Place place{middle.x_um + kRing[p].x_um, middle.y_um + kRing[p].y_um};
+    table.responses_at(place, found);
+    for (uint32_t k = 0; k < channels_; ++k) finger.points[p][k] = number(found.coils[k]);
+    if (p == 0) finger.own = number(found.own);
+  }
+  ++filled_;
+  return true;
+}
+
+void FingerDrives::begin(const Table& table) {
+  fingers::FingerSet<float>& set = solver_.set();
+  set.channels = channels_;
+  const ReckonedFinger known = table.finger();
+  set.stiffness = number(known.stiffness);
+  uint32_t at = 0;
+  for (uint32_t row = 0; row < channels_; ++row) {
+    for (uint32_t column = row; column < channels_; ++column) {
+      set.coupling[at++] = number(table.coupling(row, column));
+    }
+  }
+  const bool can_choose = known.full_force_n > 0.0F && known.threshold_m > 0.0F;
+  for (uint32_t j = 0; j < set.count; ++j) {
+    fingers::Finger<float>& finger = set.fingers[j];
+    finger.level_n = can_choose ? known.full_force_n : 1.0F;
+    if ((silent_ >> slots_[j] & 1U) != 0) finger.level_n = 0.0F;
+    finger.threshold_m = known.threshold_m * kExpectedToReal;
+    finger.regularisation = can_choose ? 0.0F : fingers::kRegularisation;
+  }
+  stage_ = solver_.begin() ? Stage::kSolve : Stage::kDone;
+}
+
+void FingerDrives::take() {
+  solved_ = 0;
+  isolations_ = {};
+  of_loudest_ = {};
+  for (uint32_t j = 0; j < solver_.set().count; ++j) take_one(j, slots_[j]);
+}
+
+void FingerDrives::take_one(uint32_t finger, uint32_t slot) {
+  const fingers::FingerDrive<float>& found = solver_.drive(finger);
+  for (uint32_t k = 0; k < channels_; ++k) {
+    drives_[slot][k] = {rounded_q15(found.gains[k].re), rounded_q15(found.gains[k].im)};
+  }
+  float most = 0.0F;
+  for (uint32_t j = 0; j < solver_.set().count; ++j) {
+    if (j != finger && found.shares[j] > most) most = found.shares[j];
+  }
+  solved_ |= 1U << slot;
+  of_loudest_[slot] = rounded_u16(1000.0F * found.of_loudest);
+  if (most > 0.0F) isolations_[slot] = rounded_u16(found.shares[finger] / most);
+}
+
+}  // namespace chladni

@@ -1,0 +1,67 @@
+// The drives of the fingers that are there, from a table's responses. The work is shared out over
+// turns of the main loop: no turn gets more than a few hundred microseconds of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/fingers/drive_solver.hpp"
+#include "core/synthesis/drive.hpp"
+#include "core/table/table.hpp"
+
+namespace chladni {
+
+class FingerDrives {
+ public:
+  // Fingers by slot, a bit each of those that are there.
+  using Places = std::array<Place, fingers::kMostFingers>;
+
+  void start(uint32_t channels);
+  // They are there now: whatever was being worked at begins anew. A slot that is silent feels, and
+  // is not heard.
+  void ask(uint32_t there, uint32_t silent, const Places& places);
+  // All of them, or one whose slot another finger takes.
+  void forget() { solved_ = 0; }
+  void forget(uint32_t slot) { solved_ &= ~(1U << slot); }
+  // One turn's share of the work; true when the drives are new.
+  bool work(const Table& table);
+  bool is_busy() const { return stage_ != Stage::kDone; }
+
+  // As of the last drives: the slots that have one.
+  uint32_t solved() const { return solved_; }
+  const Drive& drive(uint32_t slot) const { return drives_[slot]; }
+  // A finger's own displacement over the largest that its signal makes under another's; 0 alone or
+  // silent.
+  uint32_t isolation(uint32_t slot) const { return isolations_[slot]; }
+  // In thousandths of what the coils could do for this finger alone.
+  uint32_t of_loudest(uint32_t slot) const { return of_loudest_[slot]; }
+
+ private:
+  enum class Stage : uint8_t { kFill, kSolve, kDone };
+
+  // What a turn may do: a step on sixteen channels takes some 50,000 instructions at most, and
+  // steps grow with the square of channels (tools/finger_instructions.py).
+  static constexpr uint32_t kSquaresOfATurn = 3U * 16U * 16U;
+
+  bool step(const Table& table);
+  bool fill(const Table& table);
+  void begin(const Table& table);
+  void take();
+  void take_one(uint32_t finger, uint32_t slot);
+
+  fingers::DriveSolver<float> solver_;
+  Stage stage_ = Stage::kDone;
+  uint32_t channels_ = 1;
+  uint32_t there_ = 0;
+  uint32_t silent_ = 0;
+  Places places_{};
+  // Slots of the solver's fingers.
+  std::array<uint8_t, fingers::kMostFingers> slots_{};
+  uint32_t filled_ = 0;
+  uint32_t solved_ = 0;
+  std::array<Drive, fingers::kMostFingers> drives_{};
+  std::array<uint16_t, fingers::kMostFingers> isolations_{};
+  std::array<uint16_t, fingers::kMostFingers> of_loudest_{};
+};
+
+}  // namespace chladni
