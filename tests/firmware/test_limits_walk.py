@@ -8,18 +8,24 @@ from collections.abc import Callable
 import pytest
 
 from chladni.host.device.device import Device
+from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.protocol.config import pack_config
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError
-from firmware.judged_device import BRIDGES, PINS, SUPPLY_MA, JudgedDevice, hot_board
+from firmware.judged_device import BRIDGES, PATIENT, PINS, SUPPLY_MA, JudgedDevice, hot_board
+from plate_of_bumps import responses_table
 from soaking import seed
 
 STEPS, FEW_STEPS = 20_000, 10_000
+MILLIHERTZ = (0, 1_000, 20_000, 160_000, 249_000, 1_000_000)
 
 
 class Walk(JudgedDevice):
-    """One thing after another, most of them at bad moments; a third of the boards have bridges."""
+    """One thing after another, most of them at bad moments.
+
+    A third of the boards have bridges, and half of the tables responses: then five fingers play.
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__(
@@ -29,8 +35,10 @@ class Walk(JudgedDevice):
                 supply_ma=3000,
                 **(BRIDGES if number % 3 == 1 else {}),
             ),
+            responses_table(limits=PATIENT) if number % 2 == 0 else None,
             is_rested=number % 2 == 0,
         )
+        self.has_fingers = number % 2 == 0
         self.random = random.Random(number)
         self.hosts: dict[bool, Device] = {}
         self.is_hung = False
@@ -48,7 +56,24 @@ class Walk(JudgedDevice):
             self.hosts.pop(is_near, None)
 
     def finger(self) -> None:
-        self.touch(self.random.random() < 0.5)
+        """Where the table has responses, one of five comes, jumps or leaves."""
+        if not self.has_fingers:
+            self.touch(self.random.random() < 0.5)
+            return
+        drawn = self.random
+        at_ms = self.core.now_us / 1e3 + 0.1
+        place = drawn.uniform(-29.0, 29.0), drawn.uniform(-49.0, 49.0)
+        is_down = drawn.random() < 0.6
+        self.emulator.touch(TouchEvent(at_ms, place if is_down else None, drawn.randrange(5)))
+
+    def voice(self) -> None:
+        level = self.random.choice([0, 8000, 32767, 32767])
+        self.core.set_voice(self.random.randrange(5), self.random.choice(MILLIHERTZ), level)
+
+    def panel(self) -> None:
+        faults = self.core.panel_faults
+        faults.is_palm = self.random.random() < 0.3
+        faults.is_silent = self.random.random() < 0.1
 
     def host_touch(self) -> None:
         self.ask(lambda device: device.touch(0.0, 0.0))
@@ -142,8 +167,8 @@ class Walk(JudgedDevice):
 
 
 ACTIONS = [
-    *[Walk.finger] * 8, *[Walk.host_touch] * 3, Walk.host_lift, *[Walk.wave] * 8,
-    *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late, Walk.late, Walk.drop,
+    *[Walk.finger] * 8, Walk.voice, Walk.panel, *[Walk.host_touch] * 3, Walk.host_lift,
+    *[Walk.wave] * 8, *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late, Walk.late, Walk.drop,
     Walk.twice, Walk.command,
 ]  # fmt: skip
 REQUESTS = [Walk.wave, Walk.stream, Walk.stop, Walk.command]

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chladni.drives.fingers import Responses, drives_for
+from chladni.drives.fingers import drives_for
 from chladni.drives.problem.region_grid import RegionGrid
 from chladni.sim.errors import InputError
 from chladni.tables import layout
@@ -23,6 +23,7 @@ from chladni.tables.several_fingers.section import section_of
 from chladni.tables.stored_regions import StoredRegions
 from chladni.tables.table import ReckonedFinger, ResponsesSection, Table
 from made_up import LIMITS, forge, random_table, reversal, with_crc, with_responses
+from plate_of_bumps import plate_of_bumps
 from table_readings import OK, assert_both_refuse, readings
 
 BOTH = with_responses(
@@ -155,22 +156,6 @@ def test_tables_of_drives_alone_stay_tables_of_2_0() -> None:
     assert readings(forge(ALONE, version_minor=0)) == ("kBadField", "kBadField")
 
 
-def a_plate() -> Responses:
-    """Four coils at the corners of a square, each with a bump, at nodes 1 mm apart."""
-    x, y = np.linspace(-0.03, 0.03, 61), np.linspace(-0.05, 0.05, 101)
-    coils = [(-0.02, -0.03), (0.02, -0.03), (-0.02, 0.03), (0.02, 0.03)]
-    bumps = [
-        (1.0 + 0.1j) * 1e-5 * np.exp(-((x[:, None] - a) ** 2 + (y - b) ** 2) / 0.03**2)
-        for a, b in coils
-    ]
-    own = (1e-4 + 2e-5j) * (1.0 + (x[:, None] / 0.03) ** 2 + (y / 0.05) ** 2)
-    coupling = np.array([[1e3 / (1 + abs(a - b)) for a in range(4)] for b in range(4)])
-    values = np.array(bumps, dtype=np.complex128)
-    return Responses(
-        x, y, values, x, y, own.astype(np.complex128), coupling.astype(np.complex128), 160.0
-    )
-
-
 SQUARE = MirrorSymmetry((1, 0, 3, 2), (2, 3, 0, 1))
 
 
@@ -179,7 +164,7 @@ SQUARE = MirrorSymmetry((1, 0, 3, 2), (2, 3, 0, 1))
 def test_a_mirrored_table_reads_as_the_plate_it_was_made_of(
     symmetry: MirrorSymmetry, columns: int
 ) -> None:
-    known = a_plate()
+    known = plate_of_bumps()
     regions = StoredRegions(RegionGrid(columns, 33, 60000, 100000), symmetry)
     section = section_of(known, ReckonedFinger(), regions, 16)
     table = Table("t", 1, regions.grid, LIMITS, (), symmetry, 16, (section,))

@@ -44,6 +44,7 @@ void bind_board(nb::module_& m) {
       .def_rw("is_absent", &PanelFaults::is_absent)
       .def_rw("is_wedged", &PanelFaults::is_wedged)
       .def_rw("is_silent", &PanelFaults::is_silent)
+      .def_rw("is_palm", &PanelFaults::is_palm)
       .def_rw("is_off_range", &PanelFaults::is_off_range)
       .def_rw("loses_next_lift", &PanelFaults::loses_next_lift)
       .def_rw("loses_calls", &PanelFaults::loses_calls)

@@ -104,7 +104,7 @@ void Panel::show_ft6x36(const std::vector<PanelFinger>& fingers) {
 
 void Panel::show_gt911(const std::vector<PanelFinger>& fingers) {
   const size_t count = fingers.size() < kGtPoints ? fingers.size() : kGtPoints;
-  registers_[kGtState] = static_cast<uint8_t>(0x80 | count);
+  registers_[kGtState] = static_cast<uint8_t>(0x80 | (faults_.is_palm ? 0x40 : 0) | count);
   for (size_t k = 0; k < count; ++k) {
     const Pixel at = pixel(fingers[k].x_mm, fingers[k].y_mm);
     uint8_t* const point = &registers_[kGtState + 1 + 8 * k];

@@ -26,6 +26,7 @@ struct PanelFaults {
   bool is_absent = false;     // no panel at the address
   bool is_wedged = false;     // acknowledges nothing any more
   bool is_silent = false;     // registers frozen, no calls
+  bool is_palm = false;       // reports a large area (GT911)
   bool is_off_range = false;  // reports places beyond its pixels
   bool loses_next_lift = false;
   bool loses_calls = false;        // its interrupt line never falls

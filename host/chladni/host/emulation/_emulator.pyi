@@ -92,6 +92,7 @@ class PanelFaults:
     is_absent: bool
     is_wedged: bool
     is_silent: bool
+    is_palm: bool
     is_off_range: bool
     loses_next_lift: bool
     loses_calls: bool
