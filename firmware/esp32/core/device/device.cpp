@@ -64,7 +64,7 @@ uint32_t Device::touch_timeout_us() const { return timing_of(table()).touch_time
 // Only while nothing plays.
 void Device::start_outputs() {
   const Timing timing = timing_of(table());
-  const bool fits = synthesis_.start(settings_of(timing, config()));
+  const bool fits = synthesis_.start(hal_, settings_of(timing, config()));
   if (!fits && table_status() == TableStatus::kOk) {
     table_.refuse();
     refuse_table();

@@ -33,7 +33,7 @@ class Device {
   // before this one were never asked for.
   // Always inlined, so that the interrupt's own function takes it in: that lies in IRAM on the
   // chip.
-  [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.player().sample(hal_, missed); }
+  [[gnu::always_inline]] void sample(uint32_t missed) { synthesis_.player().sample(missed); }
 
   // A finger that a host or the console holds, until it lifts it or the host falls silent
   // (touch_input.hpp); the nearest place on the board, and how long the last touch has played or

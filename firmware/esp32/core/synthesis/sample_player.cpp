@@ -85,31 +85,31 @@ void SamplePlayer::like_with(Wave wave_q15) {
   }
 }
 
-void SamplePlayer::sample(const Hal& hal, uint32_t missed) {
+void SamplePlayer::sample(uint32_t missed) {
   if ((missed | (handover_.news.load(std::memory_order_acquire) ^ seen_news_)) != 0) {
-    return sample_with_news(hal, missed);
+    return sample_with_news(missed);
   }
   advance(1);
-  if (is_past_deadline()) return sample_at_deadline(hal);
-  if (!plays_one_sine()) return other_sample(hal);
-  if (settings_.has_bridges) return next_sines<true>(hal);
-  next_sines<false>(hal);
+  if (is_past_deadline()) return sample_at_deadline();
+  if (!plays_one_sine()) return other_sample();
+  if (settings_.has_bridges) return next_sines<true>();
+  next_sines<false>();
 }
 
 template <bool kHasBridges>
-void SamplePlayer::next_sines(const Hal& hal) {
+void SamplePlayer::next_sines() {
   if (ramp_left_ > 0) {
     --ramp_left_;
     sines<true, kHasBridges, false>();
   } else if (mode_ == Mode::kSines) {
     sines<false, kHasBridges, false>();
   } else {
-    return other_sample(hal);
+    return other_sample();
   }
-  finish(hal);
+  finish();
 }
 
-void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
+void SamplePlayer::sample_with_news(uint32_t missed) {
   // Before what it announces is looked at: what comes later announces itself again.
   seen_news_ = handover_.news.load(std::memory_order_acquire);
   advance(1);
@@ -131,8 +131,8 @@ void SamplePlayer::sample_with_news(const Hal& hal, uint32_t missed) {
   }
   if (handover_.command_waits.load(std::memory_order_acquire) != 0) consider_command();
   if (ramp_left_ == 0) settle();
-  if (is_past_deadline()) return sample_at_deadline(hal);
-  other_sample(hal);
+  if (is_past_deadline()) return sample_at_deadline();
+  other_sample();
 }
 
 // No ramp is under way. Errors that were left when a channel fell silent would go on being fed
@@ -147,9 +147,9 @@ void SamplePlayer::settle() {
   }
 }
 
-void SamplePlayer::sample_at_deadline(const Hal& hal) {
+void SamplePlayer::sample_at_deadline() {
   miss_deadline();
-  other_sample(hal);
+  other_sample();
 }
 
 template <bool kIsRamping, bool kHasFurther>
@@ -176,7 +176,19 @@ void SamplePlayer::play_mode() {
   }
 }
 
-void SamplePlayer::other_sample(const Hal& hal) {
+// Again in every sample: a channel may not have taken the 0 that ended what it played.
+void SamplePlayer::stay_off() {
+  for (uint32_t k = 0; k < settings_.channels; ++k) {
+    meter(channels_[k], duties_[k], 1);
+    duties_[k] = 0;
+  }
+}
+
+void SamplePlayer::meter_all(uint32_t samples) {
+  for (uint32_t k = 0; k < settings_.channels; ++k) meter(channels_[k], duties_[k], samples);
+}
+
+void SamplePlayer::other_sample() {
   if (ramp_left_ > 0) {
     --ramp_left_;
     play_mode<true>();
@@ -185,10 +197,8 @@ void SamplePlayer::other_sample(const Hal& hal) {
   } else {
     play_mode<false>();
   }
-  finish(hal);
+  finish();
 }
-
-void SamplePlayer::finish(const Hal& hal) { hal.set_duties(hal.context, duties_.data()); }
 
 void SamplePlayer::streamed() {
   meter_all(1);

@@ -34,13 +34,18 @@ class SamplePlayer {
  public:
   // Main loop, only while outputs are off.
   void start(const PlayerSettings& settings) { settings_ = settings; }
+  // Main loop, before the first sample: where duties go.
+  void connect(const Hal& hal) {
+    set_duties_ = hal.set_duties;
+    context_ = hal.context;
+  }
   // For both contexts. It lies in here so that a sample finds it without another address.
   Handover& handover() { return handover_; }
   const Handover& handover() const { return handover_; }
 
   // Advance by one sample and set every channel's duty. `missed` samples before this one were never
   // asked for.
-  void sample(const Hal& hal, uint32_t missed);
+  void sample(uint32_t missed);
 
   // What a channel's pin has got since start, whoever played: its duty's square (in steps, over
   // 2^kSquareShift) for every sample that the duty stood. It wraps around after 13 s of full duty,
@@ -127,16 +132,22 @@ class SamplePlayer {
 
   // A sample in pieces that end in one another: what every sample goes through calls nothing, so
   // that few registers need be saved.
-  [[gnu::noinline]] void sample_with_news(const Hal& hal, uint32_t missed);
-  [[gnu::noinline]] void sample_at_deadline(const Hal& hal);
-  [[gnu::noinline]] void other_sample(const Hal& hal);
+  [[gnu::noinline]] void sample_with_news(uint32_t missed);
+  [[gnu::noinline]] void sample_at_deadline();
+  [[gnu::noinline]] void other_sample();
   template <bool kHasBridges>
-  [[gnu::always_inline]] inline void next_sines(const Hal& hal);
+  [[gnu::always_inline]] inline void next_sines();
   bool plays_sines() const { return mode_ <= Mode::kVoices; }
   bool plays_one_sine() const { return mode_ <= Mode::kFadingSines; }
   template <bool kIsRamping>
   [[gnu::always_inline]] inline void play_mode();
-  [[gnu::always_inline]] inline void finish(const Hal& hal);
+  // The duties' address is made from this object's, which needs no register in the loops before:
+  // the compiler must not know that it had the same address there.
+  [[gnu::always_inline]] void finish() {
+    SamplePlayer* own = this;
+    asm("" : "+r"(own));
+    own->set_duties_(own->context_, own->duties_.data());
+  }
   // Moved on before the channels are: one address less is needed after them.
   [[gnu::always_inline]] uint32_t next_phase() {
     const uint32_t phase = phase_u32_;
@@ -174,6 +185,8 @@ class SamplePlayer {
   int32_t ramp_left_ = 0;  // samples
   uint32_t phase_u32_ = 0;
   uint32_t phase_step_u32_ = 0;
+  void (*set_duties_)(void* context, int32_t* duties) = nullptr;
+  void* context_ = nullptr;
   std::array<int32_t, kMaxChannels> duties_{};
   std::array<Channel, kMaxChannels> channels_{};
   PlayerSettings settings_{};

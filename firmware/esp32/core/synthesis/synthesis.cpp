@@ -71,7 +71,8 @@ uint32_t samples_in(uint32_t microseconds, uint32_t pwm_bits) {
   return blocks * 20U + ((rest * 20U) >> pwm_bits);
 }
 
-bool Synthesis::start(const SynthesisSettings& settings) {
+bool Synthesis::start(const Hal& hal, const SynthesisSettings& settings) {
+  player_.connect(hal);
   if (settings.channels < 1 || settings.channels > kMaxChannels) return false;
   if (settings.pwm_bits < 10 || settings.pwm_bits > 12) return false;
   namespace f = table_format;

@@ -78,7 +78,7 @@ constexpr uint32_t kMostLateUs = 500;
 class Synthesis {
  public:
   // Outputs are off until the first drive. False if a setting is out of range.
-  bool start(const SynthesisSettings& settings);
+  bool start(const Hal& hal, const SynthesisSettings& settings);
 
   // Go to a drive. A level that a limit does not allow is lowered for all channels alike.
   // False while the last command waits to be taken.
