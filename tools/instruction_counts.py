@@ -33,6 +33,11 @@ FLAGS = (
     "-Wconversion", "-Werror",
 )  # fmt: skip
 PLACES = 4000
+IDF_HEADERS = (
+    "sdkconfig.h", "esp_attr.h", "esp_err.h", "driver/gpio.h", "driver/ledc.h",
+    "freertos/FreeRTOS.h", "soc/gpio_reg.h", "soc/gpio_sig_map.h", "soc/ledc_reg.h",
+    "soc/ledc_struct.h", "soc/soc.h",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,11 @@ class Processor:
     machine: tuple[str, ...]
     per_instruction: float
     prefix: str
+
+    @property
+    def emulator(self) -> list[str]:
+        """What runs a program, whose path comes last."""
+        return [*self.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"]
 
 
 PROCESSORS = (
@@ -136,7 +146,7 @@ def count(
          # Nothing here finds drives of fingers, and the lx106's library has no floats.
          "-Wl,--no-warn-rwx-segments", "-Wl,--gc-sections",
          HERE / f"{processor.prefix}_start.S", library(processor)],
-        [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
+        processor.emulator,
     )  # fmt: skip
     if said["status"] != 0:
         raise ChladniError(f"{processor.name}: table status {said['status']}")
@@ -175,6 +185,35 @@ def count(
     )
 
 
+def count_writes(processor: Processor) -> dict[str, int]:
+    """What writing five duties takes, and what the registers then hold (qemu/duty_writes.cpp).
+
+    The chip's registers are plain memory here: what a bus makes them wait is not counted.
+    """
+    chip = FIRMWARE / "chip"
+    with tempfile.TemporaryDirectory() as folder:
+        for name in IDF_HEADERS:
+            path = Path(folder) / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text('#pragma once\n#include "qemu/idf/registers.hpp"\n', encoding="utf-8")
+        program = Path(folder) / "program.elf"
+        include: list[str | Path] = ["-isystem", HERE / "include"]
+        for place in (Path(folder), FIRMWARE, chip, chip / "esp32"):
+            include += ["-I", place]
+        subprocess.run(
+            [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib", *FLAGS,
+             "-ffunction-sections", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments", *include,
+             "-T", HERE / f"{processor.prefix}.ld", "-o", program,
+             HERE / f"{processor.prefix}_start.S", HERE / "duty_writes.cpp",
+             chip / "outputs" / "pwm.cpp", library(processor)],
+            check=True,
+        )  # fmt: skip
+        said = emulate(processor.emulator, program)
+    for name in ("writes", "bridge_writes"):
+        said[name] = round(said[name] / processor.per_instruction)
+    return said
+
+
 def library(processor: Processor) -> str:
     """The compiler's own; of RISC-V that with atomics, which it does not find with zicsr."""
     flags = [flag.replace("imc", "imac").removesuffix("_zicsr") for flag in processor.flags]
@@ -194,14 +233,19 @@ def run(
              f"-Wa,-I{folder}", "-o", program, HERE / "main.cpp", HERE / "table_data.S", *extra],
             check=True,
         )  # fmt: skip
-        answer = subprocess.run(
-            [*machine, program],
-            check=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=120,
-        )
+        return emulate(machine, program)
+
+
+def emulate(machine: Sequence[str], program: Path) -> dict[str, int]:
+    """Run a program, and return what it says."""
+    answer = subprocess.run(
+        [*machine, program],
+        check=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+    )
     return {name: int(value, 16) for name, value in map(str.split, answer.stdout.splitlines())}
 
 
@@ -235,6 +279,8 @@ def main() -> int:
         )
         print(f"    with bridges: {', '.join(f'{n} {own}' for n, own in found.bridges.items())}")
         print(f"    voices: {', '.join(f'{n} {own}' for n, own in found.voices.items())}")
+        writes = count_writes(processor)
+        print(f"    writing the duties {writes['writes']}, with bridges {writes['bridge_writes']}")
         parts = ", ".join(f"{name.replace('_', ' ')} {size}" for name, size in found.ram.items())
         print(f"    RAM: {sum(found.ram.values())} bytes: {parts}")
     return 0

@@ -6,7 +6,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from instruction_counts import PROCESSORS, Processor, count
+from instruction_counts import PROCESSORS, Processor, count, count_writes
 from stack_depth import depths
 
 from chladni.tables.format import pack
@@ -34,6 +34,8 @@ MOST_OF_VOICES = {
 """By channels; ramps and news of five voices, all of which begin or end at once."""
 MOST_PER_VOICE = {5: 103, 16: 230}
 """Of the third voice and each further one."""
+MOST_PER_WRITES, MOST_PER_BRIDGE_WRITES = 110, 170
+"""Of five duties, by the chip layer."""
 
 
 @pytest.fixture(scope="module", params=PROCESSORS, ids=lambda processor: str(processor.name))
@@ -71,6 +73,17 @@ def test_one_more_voice_costs_what_the_documentation_says(
     for number in (3, 4, 5):
         more = found[str(number)] - found[str(number - 1)]
         assert 0 < more <= MOST_PER_VOICE[channels]
+
+
+@pytest.mark.parametrize("processor", PROCESSORS, ids=lambda processor: str(processor.name))
+def test_the_chip_layer_writes_duties_and_signs_in_few_instructions(processor: Processor) -> None:
+    found = count_writes(processor)
+    assert 0 < found["writes"] <= MOST_PER_WRITES
+    assert 0 < found["bridge_writes"] <= MOST_PER_BRIDGE_WRITES
+    # The last of 0 to 400 steps, in sixteenths, and with bridges all but the 0 negative.
+    for begins, high in (("", 0), ("bridge_", sum(1 << pin for pin in (19, 23, 25, 26)))):
+        assert found[f"{begins}last_duty"] == 400 << 4
+        assert (found[f"{begins}high"], found[f"{begins}low"]) == (high, 0)
 
 
 def test_stacks_stay_as_small_as_the_documentation_says() -> None:

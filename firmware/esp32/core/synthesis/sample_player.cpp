@@ -176,18 +176,6 @@ void SamplePlayer::play_mode() {
   }
 }
 
-// Again in every sample: a channel may not have taken the 0 that ended what it played.
-void SamplePlayer::stay_off() {
-  for (uint32_t k = 0; k < settings_.channels; ++k) {
-    meter(channels_[k], duties_[k], 1);
-    duties_[k] = 0;
-  }
-}
-
-void SamplePlayer::meter_all(uint32_t samples) {
-  for (uint32_t k = 0; k < settings_.channels; ++k) meter(channels_[k], duties_[k], samples);
-}
-
 void SamplePlayer::other_sample() {
   if (ramp_left_ > 0) {
     --ramp_left_;
