@@ -351,4 +351,86 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
 }
 }  // namespace network_get
 
+namespace touches {
+constexpr uint32_t kCode = 21U;
+struct Answer {
+  static constexpr uint32_t kBytes = 1U;
+  struct Count { uint8_t value; } count;  // That follow.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.count.value);
+}
+struct Entry {
+  static constexpr uint32_t kBytes = 13U;
+  struct Slot { uint8_t value; } slot;  // 0 to 4, for as long as it is down.
+  struct XUm { int32_t value; } x_um;  // From the board's centre.
+  struct YUm { int32_t value; } y_um;  // The same.
+  struct Isolation { uint16_t value; } isolation;  // Own displacement over the most of another.
+  struct OfLoudest { uint16_t value; } of_loudest;  // Own displacement, thousandths of the most.
+};
+template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
+  put(to + 0, from.slot.value);
+  put(to + 1, from.x_um.value);
+  put(to + 5, from.y_um.value);
+  put(to + 9, from.isolation.value);
+  put(to + 11, from.of_loudest.value);
+}
+}  // namespace touches
+
+namespace voice {
+constexpr uint32_t kCode = 22U;
+struct Request {
+  static constexpr uint32_t kBytes = 7U;
+  uint8_t finger;  // 0 to 4.
+  uint32_t millihertz;  // 0: the table's.
+  uint16_t level_q15;  // 32767 is the configured level; 0: it feels, and is not heard.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  take(from + 1, found.millihertz);
+  take(from + 5, found.level_q15);
+  return found;
+}
+}  // namespace voice
+
+namespace finger_touch {
+constexpr uint32_t kCode = 23U;
+struct Request {
+  static constexpr uint32_t kBytes = 9U;
+  uint8_t finger;  // 0 to 4.
+  int32_t x_um;  // From the board's centre.
+  int32_t y_um;  // The same.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  take(from + 1, found.x_um);
+  take(from + 5, found.y_um);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 8U;
+  struct XUm { int32_t value; } x_um;  // From the board's centre.
+  struct YUm { int32_t value; } y_um;  // The same.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.x_um.value);
+  put(to + 4, from.y_um.value);
+}
+}  // namespace finger_touch
+
+namespace finger_lift {
+constexpr uint32_t kCode = 24U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t finger;  // 0 to 4.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  return found;
+}
+}  // namespace finger_lift
+
 }  // namespace chladni::link_format

@@ -25,6 +25,7 @@ bool is_done_once(uint32_t kind) {
     case f::faults::kCode:
     case f::config_get::kCode:
     case f::network_get::kCode:
+    case f::touches::kCode:
     case f::table_data::kCode: return false;
     default: return true;
   }
@@ -60,11 +61,6 @@ uint8_t* Requests::append(uint32_t bytes) {
   uint8_t* const at = with_->answer.data() + with_->answer_size;
   with_->answer_size += bytes;
   return at;
-}
-
-template <typename Fields>
-void Requests::put(const Fields& fields) {
-  write(fields, append(Fields::kBytes), Put{});
 }
 
 Status Requests::handle(uint32_t kind, const Request& request) {
@@ -133,6 +129,10 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       device_.lift();
       put(f::lift::Answer{f::lift::Answer::PlayedMs{device_.played_ms()}});
       return Status::kOk;
+    case f::touches::kCode: return put_touches();
+    case f::voice::kCode: return set_voice(request);
+    case f::finger_touch::kCode: return touch_finger(request);
+    case f::finger_lift::kCode: return lift_finger(request);
     case f::frequency::kCode: return select_frequency(request);
     case f::waveform::kCode: return select_waveform(request);
     case f::config_set::kCode: return set_config(request);
@@ -143,17 +143,6 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::live::kCode: return take_live(request);
     default: return Status::kUnknown;
   }
-}
-
-Status Requests::touch(const Request& request) {
-  namespace m = f::touch;
-  using A = m::Answer;
-  if (request.size != m::Request::kBytes) return Status::kMalformed;
-  if (!device_.table().is_loaded()) return Status::kNotNow;
-  const m::Request asked = m::read_request(request.fields, Take{});
-  const Place place = device_.touch({asked.x_um, asked.y_um}, with_);
-  put(A{A::XUm{place.x_um}, A::YUm{place.y_um}});
-  return Status::kOk;
 }
 
 Status Requests::select_frequency(const Request& request) {

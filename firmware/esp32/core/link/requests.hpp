@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/base/bytes.hpp"
 #include "core/device/device.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/link/network_state.hpp"
@@ -51,7 +52,13 @@ class Requests {
   link_format::Status take_table(const Request& request);
   template <typename Answer>
   link_format::Status end_table(link_format::Status status);
+  // Fingers (finger_requests.cpp).
   link_format::Status touch(const Request& request);
+  link_format::Status touch_finger(const Request& request);
+  link_format::Status lift_finger(const Request& request);
+  link_format::Status set_voice(const Request& request);
+  link_format::Status put_touches();
+
   link_format::Status select_frequency(const Request& request);
   link_format::Status select_waveform(const Request& request);
   link_format::Status set_config(const Request& request);
@@ -65,7 +72,9 @@ class Requests {
   link_format::Status take_live(const Request& request);
   uint8_t* append(uint32_t bytes);
   template <typename Fields>
-  void put(const Fields& fields);
+  void put(const Fields& fields) {
+    write(fields, append(Fields::kBytes), Put{});
+  }
 
   Device& device_;
   const NetworkState& network_;

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.host.device.device_fingers import DeviceFingers
 from chladni.host.device.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
@@ -78,6 +79,7 @@ class Device:
         self.wire = wire
         self.link = Link(wire)
         self._keeper = TouchKeeper(self.link)
+        self.fingers = DeviceFingers(self.link, self._keeper)
         try:
             self.version = self.link.request(
                 "hello", tries=GREETING_TRIES, major=VERSION_MAJOR, minor=VERSION_MINOR

@@ -19,7 +19,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 3
+VERSION_MAJOR, VERSION_MINOR = 2, 4
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -100,6 +100,7 @@ class Message:
 
 
 _PLACE = (Field("x_um", "i32", "From the board's centre."), Field("y_um", "i32", "The same."))
+_FINGER = Field("finger", "u8", "0 to 4.")
 MESSAGES = (
     Message(1, "hello", (Field("major", "u8", "The host's version."),
                          Field("minor", "u8", "")), "",
@@ -183,5 +184,20 @@ MESSAGES = (
              Field("accepted", "u32", "Datagrams since start."),
              Field("rejected", "u32", "The same."), Field("ssid", "char32", "")), "",
             "Never the key or the passphrase."),
+    Message(21, "touches", (), "", (Field("count", "u8", "That follow."),),
+            "each: slot u8, x_um i32, y_um i32, isolation u16, of_loudest u16",
+            "Fingers that are down: what each has of its own signal over the most that another has "
+            "of it, 0 if there is none; and in thousandths of the loudest.",
+            each=(Field("slot", "u8", "0 to 4, for as long as it is down."), *_PLACE,
+                  Field("isolation", "u16", "Own displacement over the most of another."),
+                  Field("of_loudest", "u16", "Own displacement, thousandths of the most."))),
+    Message(22, "voice", (_FINGER, Field("millihertz", "u32", "0: the table's."),
+                          Field("level_q15", "u16", "32767 is the configured level; 0: it feels, "
+                                "and is not heard.")),
+            "", (), "", "Of a slot's fingers from their next touch on, where the table has "
+            "responses."),
+    Message(23, "finger_touch", (_FINGER, *_PLACE), "", _PLACE, "",
+            "As `touch`, of one of five fingers; without responses only the first counts."),
+    Message(24, "finger_lift", (_FINGER,), "", (), "", "Of one; `lift` lifts all."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}
