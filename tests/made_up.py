@@ -130,6 +130,8 @@ def with_responses(
         parts = rng.normal(size=(2, count, count)) * 10.0 ** rng.uniform(-3, 9)
         upper = np.triu(parts[0] + 1j * parts[1]).astype(np.complex64).astype(np.complex128)
         coupling = upper + np.triu(upper, 1).T
+        known = rng.integers(0, 2**32, 2).tolist()
+        stiffness = complex(*rng.normal(0.0, 1e3, 2).astype(np.float32))
         sections.append(
             ResponsesSection(
                 frequency,
@@ -137,10 +139,7 @@ def with_responses(
                 scales[1],
                 coupling,
                 iq.astype(np.int16),
-                ReckonedFinger(
-                    *rng.integers(0, 2**32, 2).tolist(),
-                    complex(*rng.normal(0.0, 1e3, 2).astype(np.float32)),
-                ),
+                ReckonedFinger(known[0], known[1], stiffness),
             )
         )
     drives = () if alone else table.sections

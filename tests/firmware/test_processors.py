@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("cross_compilers")
 
 MOST_PER_LOOKUP, MOST_PER_CHANNEL = 600, 85
 """Of five channels, and of each further one."""
-MOST_RAM = 40 * 1024
+MOST_RAM = 45 * 1024
 MOST_PER_SAMPLE = {
     "sine_steady": 240, "sine_ramping": 305, "others_steady": 420, "others_ramping": 420,
     "with_news": 1000,

@@ -29,7 +29,6 @@ class SynthesisAlone {
     for (size_t k = 0; k < full_current_ma.size() && k < kMaxChannels; ++k) {
       own.limits.full_current_ma[k] = full_current_ma[k];
     }
-    if (!synthesis_.start(own)) throw nb::value_error("a setting is out of range");
     hal_.context = this;
     hal_.set_duties = [](void* context, int32_t* duties) {
       auto& self = *static_cast<SynthesisAlone*>(context);
@@ -37,6 +36,7 @@ class SynthesisAlone {
         self.record_.push_back(static_cast<int16_t>(duties[k]));
       }
     };
+    if (!synthesis_.start(hal_, own)) throw nb::value_error("a setting is out of range");
   }
 
   bool play(const Gains& gains, uint32_t level_q15, uint32_t ramp_us, bool starts_touch) {
@@ -58,7 +58,7 @@ class SynthesisAlone {
     record_.clear();
     for (uint32_t k = 0; k < samples; ++k) {
       if (k % 20U == 0) synthesis_.keep_alive();
-      synthesis_.player().sample(hal_, k == 0 ? missed : 0U);
+      synthesis_.player().sample(k == 0 ? missed : 0U);
     }
     auto* record = new std::vector<int16_t>(std::move(record_));
     nb::capsule owner(record,

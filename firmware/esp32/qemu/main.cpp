@@ -198,7 +198,9 @@ void say_ram() {
   say("ram_stream_ring", sizeof(DutyRing));
   say("ram_synthesis", sizeof(Synthesis) - sizeof(DutyRing));
   say("ram_table", sizeof(Table));
-  say("ram_rest_of_device", sizeof(Device) - sizeof(Synthesis) - sizeof(Table));
+  say("ram_finger_drives", sizeof(FingerDrives));
+  say("ram_rest_of_device",
+      sizeof(Device) - sizeof(Synthesis) - sizeof(Table) - sizeof(FingerDrives));
   say("ram_link", sizeof(Link));
   say("ram_datagrams", sizeof(Datagrams));
 }

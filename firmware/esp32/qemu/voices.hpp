@@ -23,7 +23,7 @@ class VoicesScenario {
     settings.ramp_us = 4000;
     settings.touch_timeout_us = 100000;
     settings.max_on_us = 10000000;
-    synthesis_.start(settings);
+    synthesis_.start(hal_, settings);
     for (uint32_t count = 1; count <= kMaxVoices; ++count) {
       Voices voices{};
       for (uint32_t v = 0; v < count; ++v) {
@@ -38,7 +38,7 @@ class VoicesScenario {
       synthesis_.play_voices(voices, {0, 4000, count == 1});
       for (uint32_t sample = 0; sample < kSamples; ++sample) {
         const uint32_t begin = counter();
-        synthesis_.player().sample(hal_, 0);
+        synthesis_.player().sample(0);
         const uint32_t taken = counter() - begin - overhead;
         uint32_t& most = sample == 0 ? with_news : (sample < kRamp ? ramping : steady[count - 1U]);
         if (taken > most) most = taken;

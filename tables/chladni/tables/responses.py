@@ -155,7 +155,8 @@ def check_responses(section: ResponsesSection, cells: int, actuators: int, bits:
         if not 0 <= value <= 0xFFFFFFFF:
             raise InputError(f"table.{name}", value, f"0 to {0xFFFFFFFF}")
     for name, numbers in (("coupling", section.coupling), ("stiffness", finger.stiffness)):
-        if not np.all(np.abs([np.real(numbers), np.imag(numbers)]) <= np.finfo(np.float32).max):
+        parts = np.array([np.real(numbers), np.imag(numbers)], dtype=np.float64)
+        if not np.all(np.abs(parts) <= np.finfo(np.float32).max):
             raise InputError(f"table.{name}", "NaN or infinity", "numbers that float32 holds")
     if not np.array_equal(section.coupling, section.coupling.T):
         raise InputError("table.coupling", "another matrix", "a symmetric matrix")

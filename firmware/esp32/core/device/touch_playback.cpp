@@ -208,7 +208,7 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
   uint32_t begun = 0;
   goes_on_ = false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
-    FingerVoice& finger = fingers_[s];
+    const FingerVoice& finger = fingers_[s];
     Voice& voice = voices[s];
     if (!finger.is_there || !drive_of(s, table, voice.drive)) continue;
     apply_coil_gains(config, voice.drive);

@@ -23,8 +23,8 @@ int16_t rounded_q15(float gain) {
   return static_cast<int16_t>(scaled < 0.0F ? scaled - 0.5F : scaled + 0.5F);
 }
 
-uint16_t rounded_u16(float value) {
-  return value < 65535.0F ? static_cast<uint16_t>(value + 0.5F) : uint16_t{65535};
+uint16_t whole(float value) {
+  return value < 65535.0F ? static_cast<uint16_t>(value) : uint16_t{65535};
 }
 
 int32_t near_um(int32_t place_um) {
@@ -134,8 +134,8 @@ void FingerDrives::take_one(uint32_t finger, uint32_t slot) {
     if (j != finger && found.shares[j] > most) most = found.shares[j];
   }
   solved_ |= 1U << slot;
-  of_loudest_[slot] = rounded_u16(1000.0F * found.of_loudest);
-  if (most > 0.0F) isolations_[slot] = rounded_u16(found.shares[finger] / most);
+  of_loudest_[slot] = whole(1000.0F * found.of_loudest);
+  if (most > 0.0F) isolations_[slot] = whole(found.shares[finger] / most);
 }
 
 }  // namespace chladni

@@ -1,5 +1,7 @@
 #include "core/synthesis/envelope.hpp"
 
+#include "core/synthesis/output_limits.hpp"
+
 namespace chladni {
 
 void Envelope::start(const Config& config, uint32_t table_ramp_us) {
@@ -36,8 +38,9 @@ bool Envelope::decays(uint32_t now_us) {
 uint32_t Envelope::level_at(uint32_t now_us) const {
   const uint32_t to = is_decaying_ ? sustain_q15_ : level_q15_, passed = now_us - line_us_;
   if (passed >= line_ramp_us_) return to;
-  const auto from = static_cast<int64_t>(is_decaying_ ? level_q15_ : 0U);
-  return static_cast<uint32_t>(from + (static_cast<int64_t>(to) - from) * passed / line_ramp_us_);
+  const uint32_t from = is_decaying_ ? level_q15_ : 0U;
+  return from < to ? from + share_of(to - from, passed, line_ramp_us_)
+                   : from - share_of(from - to, passed, line_ramp_us_);
 }
 
 Line Envelope::current(uint32_t now_us) const {

@@ -9,8 +9,12 @@ void Contacts::start(const Config& config, uint32_t timeout_us) {
   press_reports_ = config.press_reports;
 }
 
-int64_t Contacts::distance2(Place one, Place other) {
-  const int64_t x = one.x_um - other.x_um, y = one.y_um - other.y_um;
+uint32_t Contacts::distance2(Place one, Place other) {
+  const auto clipped = [](int32_t um) -> uint32_t {
+    const int32_t size = um < 0 ? -um : um;
+    return static_cast<uint32_t>(size < 32767 ? size : 32767);
+  };
+  const uint32_t x = clipped(one.x_um - other.x_um), y = clipped(one.y_um - other.y_um);
   return x * x + y * y;
 }
 
@@ -28,20 +32,13 @@ bool Contacts::is_any_lifting() const {
   return false;
 }
 
-bool Contacts::is_followed(const Listed& listed, uint32_t slot) const {
-  for (uint32_t k = 0; k < listed.count; ++k) {
-    if (listed.fingers[k].slot == slot) return true;
-  }
-  return false;
-}
-
 void Contacts::follow_numbers(Listed& listed) const {
   for (uint32_t k = 0; k < listed.count; ++k) {
     Found& finger = listed.fingers[k];
     for (uint32_t s = 0; s < kMaxFingers; ++s) {
       const Slot& slot = slots_[s];
       const bool is_it = slot.phase != Phase::kFree && slot.id == finger.id;
-      if (is_it && !is_followed(listed, s)) finger.slot = s;
+      if (is_it && !listed.has(s)) finger.slot = s;
     }
   }
 }
@@ -51,13 +48,13 @@ void Contacts::follow_places(Listed& listed) const {
   for (;;) {
     Found* nearest = nullptr;
     uint32_t its_slot = kNoSlot;
-    int64_t least = kReachUm * kReachUm + 1;
+    uint32_t least = kReachUm * kReachUm + 1;
     for (uint32_t k = 0; k < listed.count; ++k) {
       Found& finger = listed.fingers[k];
       if (finger.slot != kNoSlot) continue;
       for (uint32_t s = 0; s < kMaxFingers; ++s) {
-        if (slots_[s].phase == Phase::kFree || is_followed(listed, s)) continue;
-        const int64_t own = distance2(finger.place, slots_[s].place);
+        if (slots_[s].phase == Phase::kFree || listed.has(s)) continue;
+        const uint32_t own = distance2(finger.place, slots_[s].place);
         if (own >= least) continue;
         least = own;
         nearest = &finger;
@@ -94,7 +91,7 @@ void Contacts::take(const PanelReport& report, const PanelMap& map, bool is_news
   undo_swaps(listed);
   follow_places(listed);
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
-    if (!is_followed(listed, s)) miss(slots_[s], now_us);
+    if (!listed.has(s)) miss(s, now_us);
   }
   for (uint32_t k = 0; is_news && k < listed.count; ++k) {
     if (listed.fingers[k].slot == kNoSlot) {
@@ -125,7 +122,8 @@ void Contacts::begin(const Found& finger, uint32_t now_us) {
   }
 }
 
-void Contacts::miss(Slot& slot, uint32_t now_us) {
+void Contacts::miss(uint32_t number, uint32_t now_us) {
+  Slot& slot = slots_[number];
   if (slot.phase == Phase::kFree || slot.phase == Phase::kLifting) return;
   if (slot.phase == Phase::kPressing || hold_us_ == 0) {
     slot = {};

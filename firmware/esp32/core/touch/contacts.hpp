@@ -48,7 +48,7 @@ class Contacts {
 
  private:
   // A finger moves no further from one report to the next, um.
-  static constexpr int64_t kReachUm = 8000;
+  static constexpr uint32_t kReachUm = 8000;
 
   enum class Phase : uint8_t { kFree, kPressing, kDown, kLifting };
 
@@ -71,19 +71,26 @@ class Contacts {
   struct Listed {
     std::array<Found, kMaxFingers> fingers;
     uint32_t count;
+
+    bool has(uint32_t slot) const {
+      for (uint32_t k = 0; k < count; ++k) {
+        if (fingers[k].slot == slot) return true;
+      }
+      return false;
+    }
   };
 
-  static int64_t distance2(Place one, Place other);
+  // Squared, um²; the longest are as long as 46 mm.
+  static uint32_t distance2(Place one, Place other);
   bool is_in_reach(const Found& finger, uint32_t slot) const {
     return distance2(finger.place, slots_[slot].place) <= kReachUm * kReachUm;
   }
-  bool is_followed(const Listed& listed, uint32_t slot) const;
   void follow_numbers(Listed& listed) const;
   void follow_places(Listed& listed) const;
   void undo_swaps(Listed& listed) const;
   void keep(const Found& finger, uint32_t now_us);
   void begin(const Found& finger, uint32_t now_us);
-  void miss(Slot& slot, uint32_t now_us);
+  void miss(uint32_t number, uint32_t now_us);
   void publish();
 
   std::array<Slot, kMaxFingers> slots_{};
