@@ -6,6 +6,7 @@ synthesis sample. Amplitudes are corrected for the staircase (sinc) and phases f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ PURITY_PERIODS = 1 << 19
 """Carrier periods an SFDR is measured over; shorter captures give none."""
 BAND_HZ = (20.0, 1000.0)
 FUNDAMENTAL_BINS = 8
+BLACKMAN_HARRIS_4 = (0.35875, 0.48829, 0.14128, 0.01168)
+"""Side lobes 92 dB down (Harris 1978)."""
 BLACKMAN_HARRIS_7 = (
     0.27105140069342, 0.43329793923448, 0.21812299954311, 0.06592544638803,
     0.01081174209837, 0.00077658482522, 0.00001388721735,
@@ -58,11 +61,8 @@ def phasors(
     number of waves and of less than one. Of half a wave at 160 Hz it is right within 0.03 %.
     """
     index = np.arange(play.start, play.stop)
-    # scipy.signal brings scipy.stats, which takes half a second to load.
-    from scipy.signal.windows import blackmanharris  # noqa: PLC0415
-
     # Without the two outermost points, which weigh nothing.
-    weight = np.sqrt(blackmanharris(len(index) + 2, sym=True)[1:-1])[:, None]
+    weight = np.sqrt(_window(BLACKMAN_HARRIS_4, len(index) + 1)[1:])[:, None]
     turns = 2.0 * np.pi * frequency_hz * index / recording.carrier_hz
     terms = np.stack([np.ones_like(turns), np.cos(turns), np.sin(turns)], axis=1)
     duty = recording.duty_steps[play.start : play.stop] / float(1 << recording.pwm_bits)
@@ -161,6 +161,16 @@ def sndr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float
     ]
 
 
+def _window(weights: Sequence[float], period: int) -> FloatArray:
+    """Σ aₖ cos k(2πn/N − π) for n = 0 … N − 1, N the period: a sum of cosines, largest half-way.
+
+    `scipy.signal.windows` has it, but takes a second to load with all of scipy.stats.
+    """
+    turn = np.linspace(-np.pi, np.pi, period, endpoint=False)
+    terms = [weight * np.cos(k * turn) for k, weight in enumerate(weights)]
+    return np.asarray(np.sum(terms, axis=0))
+
+
 @dataclass(frozen=True)
 class _Band:
     """Magnitudes of a duty's spectrum from 20 to 1000 Hz: the wave's bins, and the rest."""
@@ -176,9 +186,7 @@ def _band(
     if play.stop - play.start < PURITY_PERIODS:
         return [None] * channels
     duty = recording.duty[play.stop - PURITY_PERIODS : play.stop]
-    from scipy.signal.windows import general_cosine  # noqa: PLC0415  (as above)
-
-    window = general_cosine(PURITY_PERIODS, list(BLACKMAN_HARRIS_7), sym=False)
+    window = _window(BLACKMAN_HARRIS_7, PURITY_PERIODS)
     bins_hz = np.arange(PURITY_PERIODS // 2 + 1) * recording.carrier_hz / PURITY_PERIODS
     fundamental = round(frequency_hz * PURITY_PERIODS / recording.carrier_hz)
     own = np.zeros(bins_hz.size, dtype=bool)

@@ -7,6 +7,7 @@ the board weigh every image point alike.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,12 +125,16 @@ class FingertipDiscs:
         for step in (float(x[1] - x[0]), float(y[1] - y[0])):
             half = int(radius / step)
             offsets.append(np.arange(-half, half + 1) * step)
-        self._kernel = (np.hypot(offsets[0][:, None], offsets[1]) <= radius).astype(np.float64)
+        disc = (np.hypot(offsets[0][:, None], offsets[1]) <= radius).astype(np.float64)
+        self._half = (disc.shape[0] // 2, disc.shape[1] // 2)
+        # Room for half a disc beyond one edge: what comes round from the other falls outside.
+        self._shape = [
+            _fast_length(max(points + half, 2 * half + 1))
+            for points, half in zip((x.size, y.size), self._half, strict=True)
+        ]
+        self._disc = np.fft.rfft2(disc, self._shape)
         # Each sum is divided by its own number of points.
-        # scipy.signal brings scipy.stats, which takes half a second to load.
-        from scipy.signal import fftconvolve  # noqa: PLC0415
-
-        self._count = fftconvolve(np.ones((x.size, y.size)), self._kernel, mode="same")
+        self._count = self._sums(np.ones((x.size, y.size)))
 
     def second_finger_db(
         self, w: ComplexArray, target: Place, distances: Sequence[float]
@@ -150,11 +155,22 @@ class FingertipDiscs:
 
     def means(self, power: FloatArray) -> FloatArray:
         """The mean over every disc of something on the image points, shape (nx, ny)."""
-        from scipy.signal import fftconvolve  # noqa: PLC0415  (as above)
+        return np.asarray(np.maximum(self._sums(power), 0.0) / self._count)
 
-        return np.asarray(
-            np.maximum(fftconvolve(power, self._kernel, mode="same"), 0.0) / self._count
-        )
+    def _sums(self, values: FloatArray) -> FloatArray:
+        """The sum over every disc, as a product of spectra.
+
+        `scipy.signal.fftconvolve` would do, but takes a second to load with all of scipy.stats.
+        """
+        product = np.fft.rfft2(values, self._shape) * self._disc
+        first, second = self._half
+        whole = np.fft.irfft2(product, self._shape)
+        return np.asarray(whole[first:, second:][: self._x.size, : self._y.size])
+
+
+def _fast_length(least: int) -> int:
+    """The first length from `least` on with no prime factor above 5: its transform is fast."""
+    return next(length for length in count(least) if 30**20 % length == 0)
 
 
 def second_finger_db(w: ComplexArray, x: FloatArray, y: FloatArray, target: Place) -> float:
