@@ -11,6 +11,9 @@ NATIVE_SOURCES := $(shell find firmware tables/native wheel -name '*.cpp' -o -na
 # processes would fight over the cores.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
+# Images of Python often set it. Without .pyc files each of some hundred processes compiles all of
+# Chladni, and each of pytest's all tests.
+unexport PYTHONDONTWRITEBYTECODE
 
 # What both analysers read: the core and the emulator; the bindings are mostly nanobind's.
 CHECKED_SOURCES := $(filter-out firmware/esp32/emulator/bindings%, \
