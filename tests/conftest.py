@@ -5,13 +5,15 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 from hypothesis import settings
@@ -38,6 +40,7 @@ settings.load_profile("kept")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[1]
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,30 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if is_device and not config.pluginmanager.hasplugin("pytest_embedded") else None
 
 
+def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], object]) -> Path:
+    """A folder that one worker of a run builds something in, for all of them."""
+    base = factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
+    done = folder / "done"
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not done.exists():
+            folder.mkdir(exist_ok=True)
+            build(folder)
+            done.touch()
+    return folder
+
+
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[], Made]) -> Made:
+    """What one worker of a run makes, for all of them: each has an equal one of its own."""
+
+    def build(folder: Path) -> None:
+        (folder / "made").write_bytes(pickle.dumps(make()))
+
+    made: Made = pickle.loads((built_once(factory, name, build) / "made").read_bytes())
+    return made
+
+
 @pytest.fixture
 def chladni(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> CommandLine:
     """Run `chladni` with arguments, in this process."""
@@ -93,13 +120,13 @@ def chladni(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
 @pytest.fixture(scope="session")
 def prototype() -> Board:
     """The shipped prototype board."""
-    return load_board("prototype")
+    return shipped_board("prototype")
 
 
 @pytest.fixture(scope="session")
 def paper() -> Board:
     """The shipped paper board."""
-    return load_board("paper")
+    return shipped_board("paper")
 
 
 @pytest.fixture(scope="session")
@@ -109,9 +136,22 @@ def coarse_board(prototype: Board) -> Board:
 
 
 @pytest.fixture(scope="session")
-def coarse_table(coarse_board: Board) -> tuple[Table, TableReport]:
+def coarse_table(
+    coarse_board: Board, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Table, TableReport]:
     """A table of `coarse_board`, built on all cores."""
-    return build_table(coarse_board)
+    return made_once(tmp_path_factory, "coarse-table", lambda: build_table(coarse_board))
+
+
+@cache
+def shipped_board(name: str) -> Board:
+    """A shipped board that stays in use as long as the run: its plate is solved once."""
+    return load_board(name)
+
+
+def shipped_table(factory: pytest.TempPathFactory, name: str) -> tuple[Table, TableReport]:
+    """The table of a shipped board."""
+    return made_once(factory, f"table-{name}", lambda: build_table(shipped_board(name)))
 
 
 @pytest.fixture(scope="session")
@@ -150,20 +190,6 @@ def cross_compilers() -> None:
     if os.environ.get("CHLADNI_REQUIRE_CROSS") == "1":
         pytest.fail(f"not installed: {', '.join(missing())}")
     pytest.skip(f"not installed: {', '.join(missing())}")
-
-
-def built_once(factory: pytest.TempPathFactory, name: str, build: Callable[[Path], object]) -> Path:
-    """A folder that one worker of a run builds something in, for all of them."""
-    base = factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / name
-    done = folder / "done"
-    with folder.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not done.exists():
-            folder.mkdir(exist_ok=True)
-            build(folder)
-            done.touch()
-    return folder
 
 
 @pytest.fixture(scope="session", params=["esp32"])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.responses import Responses, interpolated
 from chladni.drives.fingers.silence import Place, Plate, ring_offsets
 from chladni.host.emulation import _emulator
-from chladni.sim.board.file import load_board
 from chladni.sim.fields.transfer import transfer_fields
+from conftest import shipped_board
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -138,7 +138,7 @@ def coarse_plate(name: str) -> Responses:
 
     Real plates, unlike numbers at random, make equations of bad condition.
     """
-    board = load_board(name)
+    board = shipped_board(name)
     points = [max(9, round(side / 4e-3)) for side in board.plate.size]
     board = replace(board, image=replace(board.image, points=(points[0], points[1])))
     fields = transfer_fields(board)

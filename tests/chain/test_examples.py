@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from chladni.sim import load_board
-from chladni.tables import build_table, pack, read_table
-from conftest import ROOT, Answer
+from chladni.tables import pack, read_table
+from conftest import ROOT, Answer, shipped_board, shipped_table
 
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
 MOST_LINES = 40
@@ -51,7 +51,7 @@ def of_field(said: str, folder: Path) -> None:
 
 def of_table(said: str, folder: Path) -> None:
     table = read_table(folder / "strip5.chl")
-    assert table.board_fingerprint == load_board("strip5").fingerprint()
+    assert table.board_fingerprint == shipped_board("strip5").fingerprint()
     second = re.search(r"second finger 20 mm away: (\S+) dB below", said)
     assert second is not None
     assert float(second[1]) > 15.0
@@ -105,9 +105,11 @@ def emulated(table: Path) -> Iterator[str]:
 
 
 @pytest.mark.slow
-def test_the_device_on_a_port_plays(run: Run, tmp_path: Path) -> None:
+def test_the_device_on_a_port_plays(
+    run: Run, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     table = tmp_path / "t.chl"
-    table.write_bytes(pack(build_table(load_board("strip5"))[0]))
+    table.write_bytes(pack(shipped_table(tmp_path_factory, "strip5")[0]))
     with emulated(table) as port:
         begun = monotonic()
         done = run("device", port, tmp_path)

@@ -20,7 +20,7 @@ from chladni.sim.coil.full_drive import full_drive
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.table import Table
-from conftest import CommandLine
+from conftest import CommandLine, shipped_board, shipped_table
 from wired_boards import SWITCHED
 
 Made = tuple[Board, Table]
@@ -46,9 +46,8 @@ BOARDS = [
 
 
 @pytest.fixture(scope="module", params=BOARDS)
-def made(request: pytest.FixtureRequest) -> Made:
-    board = load_board(request.param)
-    return board, build_table(board)[0]
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    return shipped_board(request.param), shipped_table(tmp_path_factory, request.param)[0]
 
 
 def check_focus(made: Made, pitch: float) -> None:

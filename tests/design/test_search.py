@@ -25,7 +25,7 @@ from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import score_board
 from chladni.sim.board.file import load_board
-from conftest import CommandLine
+from conftest import CommandLine, made_once
 from made_specs import small
 
 
@@ -50,18 +50,22 @@ def test_of_listed_boards_the_best_is_found() -> None:
 
 
 @pytest.fixture(scope="module")
-def whole() -> tuple[Design, list[float]]:
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Design, list[float]]:
     """A search in this process, and the scores of boards that were better than all before."""
-    better: list[float] = []
-    found = design(
-        spec_of(small()),
-        jobs=1,
-        samples=1,
-        on_board=lambda own, is_best: (
-            better.append(own.evaluation.robust_score) if is_best else None
-        ),
-    )
-    return found, better
+
+    def make() -> tuple[Design, list[float]]:
+        better: list[float] = []
+        found = design(
+            spec_of(small()),
+            jobs=1,
+            samples=1,
+            on_board=lambda own, is_best: (
+                better.append(own.evaluation.robust_score) if is_best else None
+            ),
+        )
+        return found, better
+
+    return made_once(tmp_path_factory, "design", make)
 
 
 def test_a_search_beats_its_starts(whole: tuple[Design, list[float]]) -> None:

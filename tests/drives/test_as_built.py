@@ -13,7 +13,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ArgumentError
-from conftest import CommandLine
+from conftest import CommandLine, shipped_board
 from wired_boards import SWITCHED
 
 PITCH, SAMPLES, SEED = 20e-3, 2, 5
@@ -22,7 +22,7 @@ PITCH, SAMPLES, SEED = 20e-3, 2, 5
 @pytest.fixture(scope="module")
 def board() -> Board:
     """`strip5` with fewer image points, on a sheet that a press does not stretch."""
-    own = load_board("strip5")
+    own = shipped_board("strip5")
     plate = replace(own.plate, thickness=0.6e-3)
     return replace(own, plate=plate, image=replace(own.image, points=(29, 121)))
 
@@ -87,7 +87,7 @@ def test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be(built: AsBu
 
 @pytest.mark.soak
 def test_a_thin_sheet_goes_down_and_stretches() -> None:
-    found = score_as_built(load_board("strip5"), pitch=PITCH, samples=SAMPLES)
+    found = score_as_built(shipped_board("strip5"), pitch=PITCH, samples=SAMPLES)
     assert found.pressed_mm is not None
     assert 0.1 < found.pressed_mm.median < 0.3
     assert um(found.nominal) > um(found.pressed["1"]) > um(found.pressed["3"])
@@ -99,7 +99,7 @@ def test_the_last_row_alone_is_the_same(board: Board, built: AsBuilt) -> None:
 
 
 def test_a_board_with_a_layer_gets_no_film_besides(board: Board) -> None:
-    panel = load_board("pad16").panel
+    panel = shipped_board("pad16").panel
     assert panel is not None
     filmed = replace(board, panel=replace(panel, place="on", film=50e-6, size=board.plate.size))
     found = score_as_built(filmed, pitch=30e-3, samples=1)
@@ -109,7 +109,7 @@ def test_a_board_with_a_layer_gets_no_film_besides(board: Board) -> None:
 @pytest.mark.parametrize("newtons", [0.01, 100.0])
 def test_what_no_finger_presses_with_is_refused(chladni: CommandLine, newtons: float) -> None:
     with pytest.raises(ArgumentError, match=r"0\.05 to 10 N"):
-        score_as_built(load_board("strip5"), newtons=newtons)
+        score_as_built(shipped_board("strip5"), newtons=newtons)
     refused = chladni("board", "score", "strip5", "--built", "--press", newtons)
     assert refused.code == 2
     assert "press" in refused.err

@@ -25,7 +25,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.focus import Active
 from chladni.sim.errors import InputError
 from chladni.sim.image import metrics
-from conftest import CommandLine
+from conftest import CommandLine, shipped_board
 
 # Median and 10th percentile of the second finger from 12, 16 and 20 mm on (dB), the median focal
 # error (mm) and the share of places above every second finger: what drives by weighted least
@@ -38,7 +38,7 @@ KNOWN = {
 
 def test_the_nearest_coil_alone_stands_beside_the_drives() -> None:
     """At each place the coil that is nearest, found and measured another way."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     score = score_board(board, samples=0, pitch=12e-3)
     fields, found = solved_board(board).fields.values, []
     for x, y in active_lattice(board, 12e-3).places:
@@ -57,7 +57,7 @@ def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
     Fields are known to 0.1 %, which is 0.01 dB, and drives to 0.05 dB. What was known was by drives
     for the foam of the data sheet, so these are too.
     """
-    board = load_board(name)
+    board = shipped_board(name)
     assert board.focus is not None
     score = score_board(replace(board, focus=replace(board.focus, foam_ratio=1.0)), samples=0)
     *levels, focal_error, above = KNOWN[name]
@@ -79,7 +79,7 @@ def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
 @pytest.mark.parametrize(("name", "least"), [("strip5", 12.0), ("pad16", 15.0), ("quiet16", 11.0)])
 def test_the_border_of_the_active_area_has_a_row_of_its_own(name: str, least: float) -> None:
     """Its corners among its places; a decibel below what was found. At 3 mm `quiet16` had −1.7."""
-    board = load_board(name)
+    board = shipped_board(name)
     places = np.array(border_places(board, 8e-3))
     half = np.array(board.plate.size) / 2.0 - (board.active or Active()).margin
     assert np.isclose(abs(places), half).any(axis=1).all()
@@ -95,7 +95,7 @@ def test_the_border_of_the_active_area_has_a_row_of_its_own(name: str, least: fl
 
 @pytest.mark.slow
 def test_a_hand_sized_board_can_only_just_win() -> None:
-    score = score_board(load_board("phone15"), pitch=18e-3, samples=0)
+    score = score_board(shipped_board("phone15"), pitch=18e-3, samples=0)
     assert score.second_finger_db is not None
     assert score.second_finger_20mm_db is not None
     assert 0.5 < score.second_finger_db.median < 2.5
@@ -108,7 +108,7 @@ def test_a_hand_sized_board_can_only_just_win() -> None:
 @pytest.mark.slow
 def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
     """Four boards of the 32: within 1.5 dB of the board as drawn, and nearly all places win."""
-    score = score_board(load_board("strip5"), samples=4)
+    score = score_board(shipped_board("strip5"), samples=4)
     perturbed = score.perturbed
     assert perturbed is not None
     assert (perturbed.samples, perturbed.above_second_finger >= 0.95) == (4, True)
@@ -123,7 +123,7 @@ def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
         score_board(load_board("strip5"), pitch=12e-3, samples=1).perturbed for _ in range(2)
     )
     assert first == again
-    other = score_board(load_board("strip5"), pitch=12e-3, samples=1, seed=1).perturbed
+    other = score_board(shipped_board("strip5"), pitch=12e-3, samples=1, seed=1).perturbed
     assert first is not None
     assert other is not None
     assert other.second_finger_db != first.second_finger_db
@@ -131,7 +131,7 @@ def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
 
 def test_a_score_is_what_solve_says_of_each_place() -> None:
     """Places by hand, solved one by one, against the numbers of the maps."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     score = score_board(board, samples=0)
     maps = score.maps
     assert maps.x_mm == pytest.approx([0.0])
@@ -150,7 +150,7 @@ def test_a_score_is_what_solve_says_of_each_place() -> None:
 
 def test_the_contrast_limit_is_that_of_the_pencil() -> None:
     """By eigenvalues of orthonormal fields, against the QR of `metrics.best_contrast`."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     score = score_board(board, samples=0)
     limits = []
     for y in score.maps.y_mm:
@@ -197,7 +197,7 @@ def load_board_of_margin(board: Board) -> Board:
 
 
 def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
-    board = load_board("pad16")
+    board = shipped_board("pad16")
     assert board.foundation is not None
     factors = []
     for drawn in drawn_boards(board, 40, 3):
@@ -267,7 +267,7 @@ def test_wrong_options_are_named(
 
 def test_a_board_without_a_second_finger_has_no_number_for_it() -> None:
     """On 14 × 20 mm nothing is 25 mm away."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     short = replace(
         board,
         plate=replace(board.plate, size=(14e-3, 20e-3)),

@@ -24,13 +24,17 @@ from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from conftest import made_once
 
 CHEAP = ["phasor", "nearest", "contrast", "gerchberg-saxton"]
 
 
 @pytest.fixture(scope="module")
-def rows(prototype: Board) -> list[Row]:
-    return compare(prototype, pitch=36e-3, methods=CHEAP)[1]
+def rows(prototype: Board, tmp_path_factory: pytest.TempPathFactory) -> list[Row]:
+    def make() -> list[Row]:
+        return compare(prototype, pitch=36e-3, methods=CHEAP)[1]
+
+    return made_once(tmp_path_factory, "compared", make)
 
 
 def test_all_methods_and_objectives_are_compared() -> None:

@@ -10,10 +10,10 @@ import pytest
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image import metrics
 from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
+from conftest import shipped_board
 
 APART = 16e-3
 STIFFNESS = pressing_stiffness(1.0, 160.0)
@@ -21,7 +21,7 @@ STIFFNESS = pressing_stiffness(1.0, 160.0)
 
 @pytest.fixture(scope="module")
 def board() -> Board:
-    own = load_board("strip5")
+    own = shipped_board("strip5")
     return replace(own, image=replace(own.image, points=(29, 121)))
 
 

@@ -13,9 +13,9 @@ from chladni.drives.fingers import drives_for, fitted_coupling, responses_at
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.fingers.silence import disc_weights, loaded_points, ring_offsets
 from chladni.drives.problem.problem import solved_board
-from chladni.sim.board.file import load_board
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image import metrics
+from conftest import shipped_board
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -185,7 +185,7 @@ def test_responses_are_exact_on_planes_and_constant_beyond() -> None:
 
 def test_a_boards_responses_are_its_fields() -> None:
     """Of a strip: at image points to rounding, and a fingertip's own compliance solved again."""
-    solved = solved_board(load_board("strip5"))
+    solved = solved_board(shipped_board("strip5"))
     board, known = solved.board, responses_at(solved)
     place = (board.x[9], board.y[40])
     np.testing.assert_allclose(known.at(np.array([place]))[0], solved.fields.values[:, 9, 40])

@@ -17,7 +17,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image.finger import pressing_stiffness
-from conftest import ROOT
+from conftest import ROOT, made_once
 
 SWITCHED = ROOT / "tests" / "boards" / "strip5.toml"
 STIFFNESS = pressing_stiffness(1.0, 160.0)
@@ -29,8 +29,11 @@ def strip() -> Board:
 
 
 @pytest.fixture(scope="module")
-def score(strip: Board) -> FingersScore:
-    return score_fingers(strip, (2, 5), sets=60, samples=1, regularisation=1e-3)
+def score(strip: Board, tmp_path_factory: pytest.TempPathFactory) -> FingersScore:
+    def make() -> FingersScore:
+        return score_fingers(strip, (2, 5), sets=60, samples=1, regularisation=1e-3)
+
+    return made_once(tmp_path_factory, "fingers-score", make)
 
 
 def test_two_fingers_of_a_strip_are_kept_apart(score: FingersScore) -> None:

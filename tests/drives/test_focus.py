@@ -15,12 +15,11 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.solve import solve, solve_problem
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
 from chladni.sim.board.focus import Focus
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.image import metrics
 from cone_program import cone_program
-from conftest import CommandLine
+from conftest import CommandLine, shipped_board
 
 ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
@@ -80,7 +79,7 @@ def test_a_general_cone_solver_finds_the_same_focus(name: str, place: tuple[floa
 
     Fewer discs can only raise the solver's ratio, so one that agrees holds for all discs.
     """
-    solved, found = focused(load_board(name), place)
+    solved, found = focused(shipped_board(name), place)
     place_m = (place[0] * 1e-3, place[1] * 1e-3)
     discs, asked = solved.second_fingers, asked_of(solved)
     apart, levels = discs.distances(place_m), discs.mean_squares(found.drive)
@@ -106,7 +105,7 @@ def test_a_general_cone_solver_finds_the_same_focus(name: str, place: tuple[floa
 
 @pytest.mark.parametrize(("name", "place"), CASES)
 def test_a_focus_keeps_to_what_it_promises(name: str, place: tuple[float, float]) -> None:
-    solved, found = focused(load_board(name), place)
+    solved, found = focused(shipped_board(name), place)
     board, asked = solved.board, asked_of(solved)
     place_m = (place[0] * 1e-3, place[1] * 1e-3)
     apart, levels = (
@@ -132,7 +131,7 @@ def test_a_focus_keeps_to_what_it_promises(name: str, place: tuple[float, float]
 
 @pytest.mark.parametrize("name", ["strip5", "pad16"])
 def test_no_random_drive_beats_the_bound(name: str) -> None:
-    solved, found = focused(load_board(name), (1.5, 5.5))
+    solved, found = focused(shipped_board(name), (1.5, 5.5))
     place = (1.5e-3, 5.5e-3)
     mean, discs, asked = mean_under(solved, place), solved.second_fingers, asked_of(solved)
     apart = discs.distances(place)
@@ -153,7 +152,7 @@ def test_no_random_drive_beats_the_bound(name: str) -> None:
 
 def test_forms_are_the_metric_s_own_discs() -> None:
     """gᴴ R g against the mean over `disc_mask` of the field, at edges and corners too."""
-    solved = solved_board(load_board("pad16"))
+    solved = solved_board(shipped_board("pad16"))
     board, discs = solved.board, solved.second_fingers
     rng = np.random.default_rng(3)
     drive = rng.normal(size=16) + 1j * rng.normal(size=16)
@@ -167,7 +166,7 @@ def test_forms_are_the_metric_s_own_discs() -> None:
 
 
 def test_a_board_too_large_for_its_coils_gets_discs_further_apart() -> None:
-    fields = solved_board(load_board("pad16")).fields
+    fields = solved_board(shipped_board("pad16")).fields
     many = replace(fields, values=np.tile(fields.values, (5, 1, 1)))
     count = len(SecondFingers.of(many).centres)
     assert count < len(SecondFingers.of(fields).centres)
@@ -190,7 +189,7 @@ def test_a_board_that_cannot_is_given_the_most_it_can(prototype: Board) -> None:
 
 
 def test_a_higher_floor_costs_silence_and_a_lower_one_buys_it() -> None:
-    board = load_board("pad16")
+    board = shipped_board("pad16")
     ratios = []
     for floor in (0.5, 5.0, 14.0):
         asked = replace(board, focus=Focus(floor_um=floor))
@@ -202,7 +201,7 @@ def test_a_higher_floor_costs_silence_and_a_lower_one_buys_it() -> None:
 
 
 def test_a_margin_costs_silence() -> None:
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     ratios = [
         focused(replace(board, focus=Focus(quieter_db=margin)), (2.6, -4.9))[1].ratio_db
         for margin in (0.0, 3.0)
@@ -212,7 +211,7 @@ def test_a_margin_costs_silence() -> None:
 
 def test_a_reserve_of_margin_buys_silence() -> None:
     """Off the strip's middle line, where the largest margin takes all that five coils can do."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     place = (2.6, -4.9)
     found = {
         reserve: focused(
@@ -235,7 +234,7 @@ def test_a_reserve_of_margin_buys_silence() -> None:
 
 
 def test_solve_answers_with_the_certificate() -> None:
-    solution = solve(load_board("strip5"), (0.0, 6.0), objective="focus")
+    solution = solve(shipped_board("strip5"), (0.0, 6.0), objective="focus")
     assert solution.details["gap_db"] <= GAP_DB
     assert solution.details["ratio_db"] > 10.0
     assert np.abs(solution.drive).max() == pytest.approx(10.0)
@@ -251,7 +250,7 @@ def test_places_that_no_coil_moves_get_a_drive_all_the_same(prototype: Board) ->
 
 def test_mirrored_places_have_mirrored_foci() -> None:
     """The minimum is unique up to the gap: levels agree to it."""
-    board = load_board("pad16")
+    board = shipped_board("pad16")
     ratios = [
         focused(board, place)[1].ratio_db for place in ((7.0, 12.0), (-7.0, 12.0), (-7.0, -12.0))
     ]
@@ -277,7 +276,7 @@ def test_solve_has_options_of_a_focus_and_says_what_gave_way(chladni: CommandLin
 @pytest.mark.parametrize("name", ["strip5", "pad16", "prototype", "paper"])
 def test_any_request_anywhere_is_certified(name: str) -> None:
     """Zones, margins and floors that can be had and that cannot, edges and corners among places."""
-    board = load_board(name)
+    board = shipped_board(name)
     plate = solved_board(board).plate
     rng = np.random.default_rng(11)
     half = np.array(board.plate.size) / 2.0
@@ -298,7 +297,7 @@ def test_any_request_anywhere_is_certified(name: str) -> None:
 
 def test_a_supply_that_coils_share_keeps_the_floor_honest() -> None:
     """With little supply pad16 reaches what it says it does, and no more than was asked."""
-    board = load_board("pad16")
+    board = shipped_board("pad16")
     weak = replace(board, electronics=replace(board.electronics, supply_limit_ma=60.0))
     for floor in (1.0, 4.0):
         _, found = focused(replace(weak, focus=Focus(floor_um=floor)), (5.5, 5.5))

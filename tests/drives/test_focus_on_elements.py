@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.sim.board.file import load_board
+from conftest import shipped_board
 from plate_fem.boards import compared_second_fingers
 
 PLACES = [(0.0, 0.0), (0.0, 6.0), (0.0, -13.0), (1.5, 18.0), (0.0, 25.0), (-3.0, -20.0)]
@@ -19,7 +19,7 @@ def test_second_fingers_of_strip5_are_those_on_finite_elements() -> None:
     agree there to 2e-4 · 22 = 0.4 %, 0.04 dB. Triangles of 2/3 the size leave half at most.
     `bench/second_finger.py` has the other boards.
     """
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     apart = []
     for mesh in ((4e-3, 16), (3e-3, 24)):
         found = compared_second_fingers(board, PLACES, *mesh)

@@ -14,6 +14,7 @@ import pytest
 
 from chladni.sim.board.electronics import ChipName
 from chladni.sim.board.gpio import CHIPS
+from conftest import built_once
 from firmware.chip_process import chip_sources, includes
 
 MARKED = re.compile(r"IRAM_ATTR (\w+)\(")
@@ -32,13 +33,16 @@ REACHED = {
 @pytest.fixture(scope="module", params=CHIPS)
 def objects(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """chip/ as the chip's compiler would inline it: optimised."""
-    folder = tmp_path_factory.mktemp("iram")
     chip: ChipName = request.param
-    include = includes(folder, chip)
-    for source in chip_sources(chip):
-        made = folder / f"{source.stem}.o"
-        subprocess.run(["g++", "-std=c++17", "-O2", "-c", source, "-o", made, *include], check=True)
-    return sorted(folder.glob("*.o"))
+
+    def build(folder: Path) -> None:
+        include = includes(folder, chip)
+        for source in chip_sources(chip):
+            made = folder / f"{source.stem}.o"
+            command = ["g++", "-std=c++17", "-O2", "-c", str(source), "-o", str(made), *include]
+            subprocess.run(command, check=True)
+
+    return sorted(built_once(tmp_path_factory, f"iram-{chip}", build).glob("*.o"))
 
 
 def dump(option: str, path: Path) -> str:

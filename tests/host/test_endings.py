@@ -17,7 +17,7 @@ import pytest
 
 import chladni.host
 from chladni.host.cli.app import main
-from conftest import ROOT, CommandLine
+from conftest import ROOT, CommandLine, made_once
 from one_process import run_all
 
 pytestmark = pytest.mark.slow
@@ -221,30 +221,34 @@ Ended = tuple[int, str, dict[str, bytes], dict[str, bytes]]
 """Exit code, standard error, and the files of the folder before and after."""
 
 
-@pytest.fixture(scope="module")
-def on_a_full_disk(
-    table_bytes: bytes, tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, Ended]:
+def fill_disks(folder: Path, table: bytes) -> dict[str, Ended]:
     """All of `WRITING`, in one process that may write 40 bytes to a file: the same calls fail."""
 
     def contents(folder: Path) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 
     runs = []
-    for case, template in WRITING.items():
-        folder = tmp_path_factory.mktemp("full")
+    for number, (case, template) in enumerate(WRITING.items()):
+        own = folder / str(number)
+        own.mkdir()
         words = [word.replace("@.", "result.") for word in template]
-        (folder / "t.chl").write_bytes(table_bytes)
+        (own / "t.chl").write_bytes(table)
         if case not in NEW_ONLY:
             (name,) = (word for word in words if word.startswith("result."))
-            (folder / name).write_bytes(b"what was there")
-        runs.append((folder, words))
-    olds = [contents(folder) for folder, _ in runs]
+            (own / name).write_bytes(b"what was there")
+        runs.append((own, words))
+    olds = [contents(own) for own, _ in runs]
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (40, 40))
     rows = zip(WRITING, runs, olds, run_all(runs, before=limit), strict=True)
-    return {
-        case: (code, err, old, contents(folder)) for case, (folder, _), old, (code, _, err) in rows
-    }
+    return {case: (code, err, old, contents(own)) for case, (own, _), old, (code, _, err) in rows}
+
+
+@pytest.fixture(scope="module")
+def on_a_full_disk(
+    table_bytes: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Ended]:
+    folder = tmp_path_factory.mktemp("full")
+    return made_once(tmp_path_factory, "full-disk", lambda: fill_disks(folder, table_bytes))
 
 
 @pytest.mark.parametrize("case", WRITING)

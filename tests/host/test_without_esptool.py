@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, made_once
 from one_process import run_all
 
 # Refuses esptool as an environment without it does.
@@ -45,7 +45,8 @@ def without(
     (folder / "t.chl").write_bytes(table_bytes)
     (folder / "f.bin").write_bytes(b"\xe9" + bytes(99))
     commands = (*NEEDS_IT, *WORKS_WITHOUT)
-    ended = run_all([(folder, words) for words in commands], first=MISSING)
+    runs = [(folder, words) for words in commands]
+    ended = made_once(tmp_path_factory, "no-esptool", lambda: run_all(runs, first=MISSING))
     return dict(zip(commands, ended, strict=True))
 
 

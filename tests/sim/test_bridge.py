@@ -17,7 +17,7 @@ from chladni.sim.board.writing import board_file
 from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of, current_wave
 from chladni.sim.coil.full_drive import full_drive, least_duty
-from conftest import CommandLine
+from conftest import CommandLine, shipped_board
 from wired_boards import SWITCHED, limits_used, with_bridges
 
 CIRCUIT = BridgeCircuit(10.36, 5.0, 40e-9, 78_125.0)
@@ -196,7 +196,7 @@ def test_board_show_tells_of_a_bridge_and_of_no_diode(chladni: CommandLine, tmp_
 @pytest.mark.parametrize("name", ["strip5", "quiet5"])
 def test_shipped_strips_move_half_as_much_again_as_with_switches(name: str) -> None:
     """At least 4.5 dB more under a finger, by the same heat in the loudest coil."""
-    solved = solved_board(load_board(name))
+    solved = solved_board(shipped_board(name))
     (problem,) = solved.problems([(0.0, 6.0)])
     switched = load_board(SWITCHED / f"{name}.toml")
     assert solved.board.electronics.is_bridge

@@ -26,7 +26,7 @@ from chladni.sim.board.file import load_board
 from chladni.tables.build import build_table
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
-from conftest import ROOT
+from conftest import ROOT, made_once
 
 READY = "section[data-board]"
 TIMEOUT_MS = 15_000
@@ -89,9 +89,11 @@ def small_board(small_file: Path) -> Board:
 
 
 @pytest.fixture(scope="session")
-def small_table(small_board: Board) -> tuple[Table, TableReport]:
+def small_table(
+    small_board: Board, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Table, TableReport]:
     """Its table, as the studio builds it."""
-    return build_table(small_board)
+    return made_once(tmp_path_factory, "small-table", lambda: build_table(small_board))
 
 
 @contextmanager

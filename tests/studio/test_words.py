@@ -9,8 +9,8 @@ import pytest
 from chladni.drives.scoring.scorecard import score
 from chladni.drives.solve import solve
 from chladni.host.studio.playing.press_score import in_words
-from chladni.sim.board.file import load_board
 from chladni.sim.image.finger import threshold_um
+from conftest import shipped_board
 
 
 @pytest.mark.parametrize(
@@ -24,7 +24,7 @@ from chladni.sim.image.finger import threshold_um
 )
 def test_a_pressing_finger_feels_what_a_resting_one_does_not(level_db: float, words: str) -> None:
     """Thresholds in active touch are lower, not higher (Papetti and others, 2017)."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     card = score(solve(board, (0.0, 6.0)), board)
     threshold = threshold_um(160.0)
     assert card.felt is not None

@@ -10,7 +10,6 @@ import pytest
 from chladni.drives.methods import Options
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.sim.fields.transfer import target_fields
 from chladni.sim.image import metrics
@@ -31,6 +30,7 @@ from chladni.tables.quantisation_loss import LIMITS, MeasuredPoint, losses
 from chladni.tables.report import TableReport
 from chladni.tables.stored_regions import stored_regions
 from chladni.tables.table import Table
+from conftest import shipped_board
 from soaking import IS_SOAKING, seed, tries
 
 PLACES = tries(32, 96)
@@ -144,7 +144,7 @@ def test_at_places_drawn_at_random_the_limits_are_kept_too(name: str, objective:
 
     In `make test` of the widest regions that are interpolated, of which there are half as many.
     """
-    board = load_board(name)
+    board = shipped_board(name)
     if not IS_SOAKING:
         board = replace(board, regions=Regions(pitch=7.5e-3))
     table, report = build_table(board, objective=objective)

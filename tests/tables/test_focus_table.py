@@ -12,7 +12,6 @@ from chladni.drives.methods.focus import GAP_DB, focus
 from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
 from chladni.sim.board.finger import FINGERS
 from chladni.sim.image import metrics
 from chladni.tables.build import build_table, default_objective
@@ -22,18 +21,19 @@ from chladni.tables.mirror_symmetry import JOINED
 from chladni.tables.quantisation_loss import LIMITS
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
+from conftest import shipped_board, shipped_table
 
 Place = tuple[float, float]
 
 
 @pytest.fixture(scope="module")
 def strip5() -> Board:
-    return load_board("strip5")
+    return shipped_board("strip5")
 
 
 @pytest.fixture(scope="module")
-def built(strip5: Board) -> tuple[Table, TableReport]:
-    return build_table(strip5)
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Table, TableReport]:
+    return shipped_table(tmp_path_factory, "strip5")
 
 
 def second_fingers(board: Board, table: Table, places_mm: list[Place]) -> list[float]:
@@ -83,7 +83,7 @@ def test_what_a_focus_table_plays_focuses_between_regions_too(
 
 def test_boards_made_to_focus_are_the_ones_whose_file_says_so() -> None:
     names = ("paper", "prototype", "strip5", "pad16", "phone15")
-    assert [default_objective(load_board(name)) for name in names] == [
+    assert [default_objective(shipped_board(name)) for name in names] == [
         "ssim", "ssim", "focus", "focus", "focus",
     ]  # fmt: skip
 

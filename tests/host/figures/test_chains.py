@@ -7,14 +7,14 @@ import pytest
 
 from chladni.drives.problem.problem import solved_board
 from chladni.host.figures.chains import FARTHEST_MM, RING, Chain, chains_figure, profile
-from chladni.sim.board.file import load_board
 from chladni.sim.image import metrics
+from conftest import shipped_board
 
 
 @pytest.mark.parametrize("target", [(0.0, 6.0), (2.5, -19.0)])
 def test_the_loudest_of_a_profile_is_the_second_finger(target: tuple[float, float]) -> None:
     """From whole rings on, the loudest ring is what `second_finger_db` finds from there on."""
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     fields = solved_board(board).fields.values
     drive = np.random.default_rng(1).normal(size=(2, 5)) @ fields.reshape(5, -1)
     field = (drive[0] + 1j * drive[1]).reshape(fields.shape[1:])
@@ -33,7 +33,7 @@ def test_the_loudest_of_a_profile_is_the_second_finger(target: tuple[float, floa
 
 
 def test_the_figure_has_a_row_a_board_and_levels_on_one_scale() -> None:
-    board = load_board("strip5")
+    board = shipped_board("strip5")
     field = solved_board(board).fields.values[2]
     chain = Chain(board, (0.0, 0.0), field, field, "the middle coil alone")
     figure = chains_figure([chain, chain])
