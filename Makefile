@@ -28,12 +28,13 @@ TIDY := $(CHECKED_SOURCES:%=build/tidy/%.done)
 help:  ## say what each target does
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
 
+# Python compiles what is used when that is used first: of all that pip would, a third.
 venv: $(STAMP)  ## set up .venv and build the emulator into it
 
 $(STAMP): pyproject.toml $(NATIVE_SOURCES)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable '.[dev]'
 	touch $@
 
 demo: venv  ## run the whole chain on prototype and strip5; writes out/demo.png
