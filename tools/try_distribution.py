@@ -65,6 +65,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "flash": ("t.chl", "--emulator"),
     "device info": ("--emulator", "--table", "t.chl"),
     "device touch": ("10,25", "--seconds", "0.2", "--emulator", "--table", "t.chl"),
+    "device touches": ("--emulator", "--table", "t.chl"),
     "device stream": ("1@0,0.5@90,0.2@0,0@0,0@0", "--seconds", "0.2", "--emulator"),
     "device self-test": ("--emulator",),
     "device frequency": ("160", "--emulator", "--table", "t.chl"),

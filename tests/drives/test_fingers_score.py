@@ -130,4 +130,4 @@ def test_what_a_table_knows_takes_the_place_of_the_boards_own(strip: Board) -> N
 def test_progress_counts_every_set(strip: Board) -> None:
     seen: list[tuple[int, int]] = []
     score_fingers(strip, (2,), sets=3, samples=0, progress=lambda done, of: seen.append((done, of)))
-    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert seen == [(k, 6) for k in range(1, 7)]  # found, then solved

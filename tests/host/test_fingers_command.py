@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from chladni.tables.format import pack, read_table
 from conftest import ROOT, CommandLine
+from made_up import make_section
 
 STRIP = ROOT / "tests" / "boards" / "strip5.toml"
 FEW = ("--sets", "6", "--samples", "1")
@@ -53,28 +57,45 @@ def test_more_silence_is_less_level(chladni: CommandLine) -> None:
     assert found[0]["isolation_db"]["median"] < found[1]["isolation_db"]["median"]
 
 
-def test_a_tables_responses_make_the_drives(chladni: CommandLine, tmp_path: Path) -> None:
-    """Nearly as good as the board's own, and not the same; a table without any is refused."""
+@pytest.mark.parametrize("board", [STRIP, "strip5"])
+def test_an_emulated_device_plays_nearly_what_the_board_would(
+    chladni: CommandLine, tmp_path: Path, board: str | Path
+) -> None:
+    """Switches and bridges: panel, table, solver, voices and diodes cost little."""
     table = tmp_path / "t.chl"
-    assert chladni("table", "build", STRIP, "--for", "fingers", "-o", table).code == 0
-    own = [
+    assert chladni("table", "build", board, "--for", "fingers", "-o", table).code == 0
+    exact, played = (
         json.loads(
             chladni(
-                "fingers", STRIP, "--sets", "40", "--fingers", "2", "--no-perturbed",
-                "--lambda", "1e-3", *words, "--json",
+                "fingers", board, "--sets", "30", "--fingers", "2", "--no-perturbed", *words,
+                "--json",
             ).out
-        )
+        )["counts"][0]
         for words in ((), ("--table", table))
-    ]  # fmt: skip
-    assert [one["table"] for one in own] == [None, str(table)]
-    exact, read = (one["counts"][0]["isolation_db"]["median"] for one in own)
-    assert exact != read
-    # The build lets 2 dB go at the median of a hundred pairs; these are forty others.
-    assert exact - 3.0 < read < exact + 1.0
-    refused = chladni("fingers", "prototype", "--table", table, "--json")
-    assert refused.code == 2
-    assert "board_fingerprint" in refused.err
-    assert str(table) in refused.err
+    )  # fmt: skip
+    # The build lets 2 dB go at the median of a hundred pairs; these are thirty others.
+    lost = exact["isolation_db"]["median"] - played["isolation_db"]["median"]
+    assert 0.0 < lost < 4.0
+    assert played["level_db"]["median"] == pytest.approx(exact["level_db"]["median"], abs=1.5)
+    assert played["unfelt"] > exact["unfelt"] - 0.1
+
+
+def test_a_device_needs_a_table_of_the_board_with_responses(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    table, drives = tmp_path / "t.chl", tmp_path / "drives.chl"
+    assert chladni("table", "build", STRIP, "--for", "fingers", "-o", table).code == 0
+    known = read_table(table)
+    section = make_section(np.tile([10.0, 0.0, 0.0, 0.0, 0.0], (known.regions.count, 1)))
+    drives.write_bytes(pack(replace(known, responses=(), sections=(section,), bits=16)))
+    for words, named in (
+        (("prototype", "--table", table), "board_fingerprint"),
+        ((STRIP, "--table", drives), "expected a section of responses"),
+        ((STRIP, "--table", table, "--lambda", "1e-3"), "--lambda does not go with --table"),
+    ):
+        refused = chladni("fingers", *words, "--json")
+        assert (refused.code, refused.out) == (2, "")
+        assert named in refused.err
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
@@ -31,13 +34,16 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, progress_bar, say, say_unmet, write_figure
 from chladni.host.cli.common.ranges import within
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import InputError
+from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.image.finger import threshold_um
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
-from chladni.tables.responses import TableResponses
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 COUNTS = (2, 3, 4, 5)
 NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
@@ -76,7 +82,9 @@ def fingers(
     ] = PRESS,
     table: Annotated[
         Path | None,
-        typer.Option(help="Table whose responses make the drives; the board's own if left out."),
+        typer.Option(
+            help="Table with responses: the pins of a device that is emulated make the drives."
+        ),
     ] = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
@@ -88,7 +96,9 @@ def fingers(
     """Score what fingers that press a board at once feel of each other's signals."""
     check_figure(figure)
     loaded = load_board(board)
-    plate = None if table is None else _responses_of(table, board, loaded.drive.frequency_hz)
+    if table is not None and regularisation is not None:
+        raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
+    solve = None if table is None else _device_of(table, loaded, board)
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
@@ -99,7 +109,7 @@ def fingers(
             newtons=press,
             samples=samples if perturbed else 0,
             seed=seed,
-            plate=plate,
+            solve=solve,
             progress=progress,
         )
     fields = solved_board(loaded).fields
@@ -129,14 +139,19 @@ def fingers(
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
 
 
-def _responses_of(table: Path, board: str, frequency_hz: float) -> TableResponses:
-    """What a table says of the board that it was made for."""
+def _device_of(table: Path, board: Board, named: str) -> Callable[[FloatArray], ComplexArray]:
+    """What an emulated device plays of a table that was made for the board."""
+    # The firmware takes a moment to load.
+    from chladni.host.emulation.played_fingers import played_finger_drives  # noqa: PLC0415
+
     loaded = read_table(table)
-    board_for(loaded, board, file=str(table))
+    board_for(loaded, named, file=str(table))
+    frequency_hz = board.drive.frequency_hz
     try:
-        return TableResponses.of(loaded, frequency_hz)
+        loaded.responses_section(frequency_hz)
     except InputError as error:
         raise error.in_file(str(table)) from None
+    return lambda places: played_finger_drives(loaded, board, places, frequency_hz=frequency_hz)
 
 
 def sentence(score: CountScore, apart_mm: float) -> str:

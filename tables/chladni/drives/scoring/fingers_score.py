@@ -1,8 +1,8 @@
 """How well a board keeps several fingers apart: drawn sets of them, all pressing, all voices on.
 
-Every finger of a set has a drive of its own that knows the board as drawn. What each finger then
-gets of its own signal and of the others' is found with the plate solved again under the fingers
-(finger_sets.py), on the board as drawn and on boards within its tolerances.
+Every finger of a set has a drive of its own that knows the board as drawn, or comes from a device.
+What each finger then gets of its own signal and of the others' is found with the plate solved again
+under the fingers (finger_sets.py), on the board as drawn and on boards within its tolerances.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import (
     MOST_FINGERS,
     REGULARISATION,
-    FingerDrives,
     drives_for,
 )
 from chladni.drives.methods import SEED, Progress
@@ -41,7 +40,7 @@ from chladni.sim.image.finger import pressing_stiffness, threshold_um
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Solve = Callable[[FloatArray], FingerDrives]
+Solve = Callable[[FloatArray], ComplexArray]
 
 SETS = 200
 """Of each number of fingers: the worst tenth is then known to 2 dB."""
@@ -128,6 +127,7 @@ def score_fingers(
     samples: int = SAMPLES,
     seed: int = SEED,
     plate: Plate | None = None,
+    solve: Solve | None = None,
     progress: Progress | None = None,
 ) -> FingersScore:
     """Score a board with several fingers on it.
@@ -148,6 +148,9 @@ def score_fingers(
         Boards drawn within the tolerances, the sets shared out among them; 0 leaves them out.
     plate
         What drives are found from; the board's own responses if left out.
+    solve
+        Finds drives in another way, and needs neither plate nor λ: of fingers at (fingers, 2), m,
+        drives of shape (fingers, actuators), of any common scale.
     progress
         Called with (done, all) of the sets.
 
@@ -161,12 +164,13 @@ def score_fingers(
         if not 2 <= count <= MOST_FINGERS:
             raise ArgumentError("fingers", count, f"2 to {MOST_FINGERS}")
     solved = solved_board(board)
-    with one_blas_thread():
-        known = responses_at(solved) if plate is None else plate
-    solve = _solver(board, known, regularisation)
+    if solve is None:
+        with one_blas_thread():
+            known = responses_at(solved) if plate is None else plate
+        solve = _solver(board, known, regularisation)
     places = _drawn_sets(board, counts, sets, apart, seed)
-    drives = [[solve(own) for own in group] for group in places]
-    counter = StepCounter(progress, sum(map(len, places)) * (2 if samples else 1))
+    counter = StepCounter(progress, sum(map(len, places)) * (3 if samples else 2))
+    drives = [_found(solve, group, counter) for group in places]
     stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
     with one_blas_thread():
         rows = [
@@ -206,19 +210,27 @@ def _solver(board: Board, plate: Plate, regularisation: float | None) -> Solve:
     threshold = threshold_um(board.drive.frequency_hz)
     fixed = REGULARISATION if regularisation is None else regularisation
 
-    def solve(places: FloatArray) -> FingerDrives:
+    def solve(places: FloatArray) -> ComplexArray:
         fingers = places.tolist()
-        first = drives_for(plate, fingers, stiffness=stiffness, regularisation=fixed)
-        newtons = most_newtons(board, first.drives)
+        first = drives_for(plate, fingers, stiffness=stiffness, regularisation=fixed).drives
+        newtons = most_newtons(board, first)
         if regularisation is not None or threshold is None or newtons is None:
             return first
         felt = np.full(len(fingers), threshold * MICROMETRE * EXPECTED_TO_REAL)
         levels = np.full(len(fingers), newtons)
         return chosen_drives(
             plate, fingers, thresholds=felt.tolist(), levels=levels.tolist(), stiffness=stiffness
-        ).found
+        ).found.drives
 
     return solve
+
+
+def _found(solve: Solve, places: FloatArray, counter: StepCounter) -> list[ComplexArray]:
+    drives = []
+    for own in places:
+        drives.append(solve(own))
+        counter.step()
+    return drives
 
 
 def _drawn_sets(
@@ -238,13 +250,13 @@ def _drawn_sets(
 def _nominal(
     solved: SolvedBoard,
     places: FloatArray,
-    drives: Sequence[FingerDrives],
+    drives: Sequence[ComplexArray],
     stiffness: complex,
     counter: StepCounter,
 ) -> FloatArray:
     rows = []
     for own, known in zip(FingerSet.of_all(solved, places, stiffness), drives, strict=True):
-        rows.append(_rows(solved.board, own, known.drives, np.ones(known.drives.shape[1])))
+        rows.append(_rows(solved.board, own, known, np.ones(known.shape[1])))
         counter.step()
     return np.concatenate(rows)
 
@@ -252,7 +264,7 @@ def _nominal(
 def _perturbed(
     board: Board,
     places: Sequence[FloatArray],
-    drives: Sequence[Sequence[FingerDrives]],
+    drives: Sequence[Sequence[ComplexArray]],
     stiffness: complex,
     samples: int,
     seed: int,
@@ -268,7 +280,7 @@ def _perturbed(
             mine = range(number, len(group), samples)
             found = FingerSet.of_all(solved, group[number::samples], stiffness)
             for k, fingers in zip(mine, found, strict=True):
-                own.append(_rows(board, fingers, known[k].drives, drawn.forces))
+                own.append(_rows(board, fingers, known[k], drawn.forces))
                 counter.step()
     return [np.concatenate(own) for own in rows]
 

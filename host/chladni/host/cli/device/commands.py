@@ -11,7 +11,7 @@ from serial.tools import list_ports
 
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import JsonOption
-from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.ranges import TABLE_FREQUENCIES, within
 from chladni.host.cli.device.config import config
 from chladni.host.cli.device.connection import Connection, connecting
@@ -19,19 +19,13 @@ from chladni.host.cli.device.flash import flash
 from chladni.host.cli.device.network import network
 from chladni.host.cli.device.self_test import self_test
 from chladni.host.cli.device.stream import stream
+from chladni.host.cli.device.touch import touch, touches
 from chladni.host.device.device import Device
 from chladni.host.device.info_rows import info_rows
-from chladni.host.device.link import LinkError
-from chladni.host.device.readiness import check_ready
 from chladni.host.device.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError
-
-FARTHEST_MM = 1000.0
-"""More than any board; a touch off the board plays its nearest place."""
-MOVED_MM = 0.0015
-"""More than a place is rounded by on its way to the device."""
 
 device_app = typer.Typer(cls=CommandGroup, help="Query and control a device.", no_args_is_help=True)
 key_app = typer.Typer(
@@ -58,45 +52,8 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
     answer(result if as_json else info_rows(result), as_json=as_json, title="Device")
 
 
-@device_app.command("touch", context_settings={"ignore_unknown_options": True})
-@connecting
-def touch(
-    connection: Connection,
-    place: Annotated[str, typer.Argument(metavar="X,Y", help="Place in mm.")],
-    seconds: Annotated[
-        float,
-        typer.Option(
-            callback=within(0.0, 60.0, "s", above=True), help="How long the finger stays."
-        ),
-    ] = 1.0,
-    as_json: JsonOption = False,
-) -> None:
-    """Play a place for a while, as a finger would."""
-    x, y = parse_place(place, "X,Y")
-    if max(abs(x), abs(y)) > FARTHEST_MM:
-        raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
-    with connection.device() as device:
-        check_ready(device.info(), is_emulated=connection.emulator)
-        place_mm = device.touch(x, y)
-        device.link.wait(seconds)
-        state = device.info()["state"]
-        faults = device.faults()
-        # Where it is interrupted, the device that is closed lifts.
-        played_s = device.lift()
-    if state != "playing":
-        why = f", {faults[-1]['cause']}" if faults else ""
-        raise LinkError(
-            f"the device stopped after {played_s:.2f} s: {state}{why}",
-            hint="`chladni device info` shows its faults",
-        )
-    moved = max(abs(place_mm[0] - x), abs(place_mm[1] - y)) > MOVED_MM
-    result = {"place_mm": list(place_mm), "asked_mm": [x, y], "moved": moved,
-              "seconds": seconds, "played_s": played_s, "state": state}  # fmt: skip
-    if not as_json:
-        at = f"{place_mm[0]:g}, {place_mm[1]:g} mm"
-        off = f"; {x:g}, {y:g} lies off the board" if moved else ""
-        result = {"place": at + off, "played for": f"{played_s:.2f} s"}
-    answer(result, as_json=as_json, title="Touch")
+device_app.command("touch", context_settings={"ignore_unknown_options": True})(touch)
+device_app.command("touches")(touches)
 
 
 @device_app.command("frequency")

@@ -1,0 +1,120 @@
+"""`chladni device touch`, `device touches`: fingers that a host holds, and those that are down."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from chladni.host.cli.common.options import JsonOption
+from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.common.ranges import within
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.device import Device
+from chladni.host.device.device_fingers import MOST_FINGERS
+from chladni.host.device.link import LinkError
+from chladni.host.device.readiness import check_ready
+from chladni.sim.errors import InputError
+
+FARTHEST_MM = 1000.0
+"""More than any board; a touch off the board plays its nearest place."""
+MOVED_MM = 0.0015
+"""More than a place is rounded by on its way to the device."""
+Place = tuple[float, float]
+
+
+@connecting
+def touch(
+    connection: Connection,
+    places: Annotated[
+        list[str], typer.Argument(metavar="X,Y...", help="Place in mm, of one to five fingers.")
+    ],
+    seconds: Annotated[
+        float,
+        typer.Option(
+            callback=within(0.0, 60.0, "s", above=True), help="How long the fingers stay."
+        ),
+    ] = 1.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Play places for a while, as fingers would."""
+    asked = [_parsed(place) for place in places]
+    if len(asked) > MOST_FINGERS:
+        raise InputError("X,Y", f"{len(asked)} places", f"at most {MOST_FINGERS} fingers")
+    with connection.device() as device:
+        check_ready(device.info(), is_emulated=connection.emulator)
+        held = _hold(device, asked)
+        device.link.wait(seconds)
+        state = device.info()["state"]
+        fingers = device.fingers.all() if len(asked) > 1 else []
+        faults = device.faults()
+        # Where it is interrupted, the device that is closed lifts.
+        played_s = device.lift()
+    if state != "playing":
+        why = f", {faults[-1]['cause']}" if faults else ""
+        raise LinkError(
+            f"the device stopped after {played_s:.2f} s: {state}{why}",
+            hint="`chladni device info` shows its faults",
+        )
+    _answer(asked, held, fingers, as_json, seconds=seconds, played_s=played_s, state=state)
+
+
+@connecting
+def touches(connection: Connection, as_json: JsonOption = False) -> None:
+    """Show the fingers that are down, and how far their signals are kept apart."""
+    with connection.device() as device:
+        found = device.fingers.all()
+    result: dict[str, Any] = {"fingers": found}
+    if not as_json:
+        result = _rows(found) or {"down": "none"}
+    answer(result, as_json=as_json, title="Fingers")
+
+
+def _parsed(place: str) -> Place:
+    x, y = parse_place(place, "X,Y")
+    if max(abs(x), abs(y)) > FARTHEST_MM:
+        raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
+    return x, y
+
+
+def _hold(device: Device, asked: list[Place]) -> list[Place]:
+    """One alone by the request that devices of any table know."""
+    if len(asked) == 1:
+        return [device.touch(*asked[0])]
+    return [device.fingers.touch(finger, *place) for finger, place in enumerate(asked)]
+
+
+def _answer(
+    asked: list[Place],
+    held: list[Place],
+    fingers: list[dict[str, Any]],
+    as_json: bool,
+    **rest: Any,
+) -> None:
+    moved = [
+        max(abs(a - x), abs(b - y)) > MOVED_MM for (a, b), (x, y) in zip(held, asked, strict=True)
+    ]
+    if as_json:
+        # Of the first, as ever, and all of them.
+        first = {"place_mm": list(held[0]), "asked_mm": list(asked[0]), "moved": moved[0]}
+        answer(first | rest | {"fingers": fingers}, as_json=True)
+        return
+    texts = []
+    for (a, b), (x, y), has_moved in zip(held, asked, moved, strict=True):
+        texts.append(f"{a:g}, {b:g} mm" + (f"; {x:g}, {y:g} lies off the board" * has_moved))
+    result = {"place": "; ".join(texts), "played for": f"{rest['played_s']:.2f} s"}
+    answer(result | _rows(fingers), as_json=False, title="Touch")
+
+
+def _rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
+    rows = {}
+    for one in fingers:
+        x, y = one["place_mm"]
+        apart, level = one["isolation_db"], one["level_db"]
+        text = f"{x:g}, {y:g} mm"
+        if level is not None:
+            text += f", {-level:.0f} dB below the loudest"
+        if apart is not None:
+            text += f", the others have {apart:.0f} dB less of it by the table"
+        rows[f"finger {one['finger']}"] = text
+    return rows

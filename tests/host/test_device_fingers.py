@@ -1,0 +1,121 @@
+"""Fingers that a host holds, hears and asks about: over the link, and by command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator
+from chladni.sim.errors import ArgumentError
+from chladni.tables.format import pack
+from chladni.tables.table import Limits, Table
+from conftest import CommandLine
+from made_up import device_of, make_table
+from plate_of_bumps import responses_table
+
+LIMITS = Limits(4000, 100_000, 10_000_000)
+
+
+@pytest.fixture(scope="module")
+def table() -> Table:
+    return responses_table(limits=LIMITS)
+
+
+def test_a_host_holds_several_fingers_and_hears_of_them(table: Table) -> None:
+    emulator = Emulator(device_of(table), table)
+    with Device(EmulatorWire(emulator)) as device:
+        assert device.fingers.all() == []
+        assert device.fingers.touch(0, -18.0, 30.0) == (-18.0, 30.0)
+        device.link.wait(0.05)
+        (alone,) = device.fingers.all()
+        assert (alone["finger"], alone["place_mm"]) == (0, [-18.0, 30.0])
+        assert alone["isolation_db"] is None
+        # Coils work in proportion to what they do: below all of them at full.
+        assert -6.0 < alone["level_db"] < 0.0
+        # Off the board it is the nearest place on it.
+        assert device.fingers.touch(3, 17.0, -70.0) == (17.0, -50.0)
+        device.link.wait(0.05)
+        both = device.fingers.all()
+        assert [one["finger"] for one in both] == [0, 3]
+        assert all(one["isolation_db"] > 30.0 for one in both)
+        assert all(one["level_db"] < 0.0 for one in both)
+        device.fingers.lift(0)
+        device.link.wait(0.05)
+        assert [one["finger"] for one in device.fingers.all()] == [3]
+        assert device.info()["state"] == "playing"
+        device.fingers.lift(3)
+        device.link.wait(0.1)
+        assert device.info()["state"] == "idle"
+        assert device.fingers.all() == []
+
+
+def test_fingers_of_a_host_that_falls_silent_are_lifted(table: Table) -> None:
+    emulator = Emulator(device_of(table), table)
+    device = Device(EmulatorWire(emulator))
+    device.fingers.touch(1, 0.0, 10.0)
+    device.fingers.touch(2, 0.0, -20.0)
+    emulator.run(1500.0)
+    assert not emulator.run(20.0).duty_steps.any()
+    assert emulator.core.faults[-1][0] == "host silent"
+
+
+def test_a_table_without_responses_has_one_finger() -> None:
+    table = make_table([[10.0, 1.0, 2.0, 3.0, 4.0]])  # type: ignore[arg-type]
+    emulator = Emulator(device_of(table), table)
+    with Device(EmulatorWire(emulator)) as device:
+        device.fingers.touch(0, 1.0, 2.0)
+        with pytest.raises(LinkError, match="finger_touch"):
+            device.fingers.touch(1, 5.0, 5.0)
+
+
+@pytest.mark.parametrize("finger", [-1, 5])
+def test_there_are_five_fingers(table: Table, finger: int) -> None:
+    with Device(EmulatorWire(Emulator(device_of(table), table))) as device:
+        for ask in (
+            lambda: device.fingers.touch(finger, 0.0, 0.0),
+            lambda: device.fingers.lift(finger),
+            lambda: device.fingers.set_voice(finger),
+        ):
+            with pytest.raises(ArgumentError, match="0 to 4"):
+                ask()
+        with pytest.raises(ArgumentError, match="level"):
+            device.fingers.set_voice(0, level=1.5)
+        # And what a library does not check, the device refuses.
+        wrong: list[tuple[str, dict[str, int]]] = [
+            ("finger_touch", {"finger": 5, "x_um": 0, "y_um": 0}),
+            ("finger_lift", {"finger": 5}),
+            ("voice", {"finger": 5, "millihertz": 0, "level_q15": 0}),
+            ("voice", {"finger": 0, "millihertz": 999, "level_q15": 0}),
+            ("voice", {"finger": 0, "millihertz": 0, "level_q15": 32768}),
+        ]
+        for request, fields in wrong:
+            with pytest.raises(LinkError):
+                device.link.request(request, b"", **fields)
+
+
+def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_path: Path) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(table))
+    known = ("--emulator", "--table", path)
+    found = chladni("device", "touch", "-18,30", "17,-25", *known, "--seconds", "0.2", "--json")
+    assert found.code == 0, found.err
+    answer = json.loads(found.out)
+    assert answer["place_mm"] == [-18.0, 30.0]
+    assert [one["place_mm"] for one in answer["fingers"]] == [[-18.0, 30.0], [17.0, -25.0]]
+    people = chladni("device", "touch", "-18,30", "17,-25", *known, "--seconds", "0.2")
+    assert "finger 1" in people.out
+    listed = chladni("device", "touches", *known, "--json")
+    assert json.loads(listed.out) == {"fingers": []}
+    for words, named in (
+        (["0,0"] * 6, "X,Y: expected at most 5 fingers"),
+        (["0,0", "1;2"], "X,Y"),
+        (["0,0", "5000,0"], "within 1000 mm"),
+    ):
+        refused = chladni("device", "touch", *words, *known, "--json")
+        assert (refused.code, refused.out) == (2, "")
+        assert named in refused.err
