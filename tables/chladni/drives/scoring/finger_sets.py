@@ -91,17 +91,42 @@ class FingerSet:
         )
 
 
+def pressed_fields(solved: SolvedBoard, places: FloatArray, stiffness: complex) -> ComplexArray:
+    """What each coil does at all image points with fingers at places (fingers, 2), m, on the plate.
+
+    complex128, shape (actuators, x, y), m/N.
+    """
+    targets = [(float(x / MM), float(y / MM)) for x, y in places]
+    answers, transfer = solved.under_finger(targets), solved.fields.values
+    masks = _discs(solved.board, places)
+    back = _pushed_back(
+        [transfer[:, mask].T for mask in masks], [answers[:, mask].T for mask in masks], stiffness
+    )
+    return np.asarray(transfer - np.tensordot(back.T, answers, axes=1))
+
+
+def _discs(board: Board, places: FloatArray) -> list[NDArray[np.bool_]]:
+    radius = metrics.FINGERTIP_RADIUS
+    return [metrics.disc_mask(board.x, board.y, (x, y), radius) for x, y in places.tolist()]
+
+
+def _pushed_back(
+    free: list[ComplexArray], pushes: list[ComplexArray], stiffness: complex
+) -> ComplexArray:
+    """Z u of each finger for a newton of each coil, shape (fingers, actuators)."""
+    pairs = np.stack([own.mean(axis=0) for own in pushes])
+    means = np.stack([own.mean(axis=0) for own in free])
+    return np.asarray(stiffness * np.linalg.solve(np.eye(len(free)) + stiffness * pairs, means))
+
+
 def _loaded_discs(
     solved: SolvedBoard, places: FloatArray, answers: ComplexArray, stiffness: complex
 ) -> list[ComplexArray]:
-    board, transfer = solved.board, solved.fields.values
-    radius = metrics.FINGERTIP_RADIUS
-    masks = [metrics.disc_mask(board.x, board.y, (x, y), radius) for x, y in places.tolist()]
+    transfer = solved.fields.values
+    masks = _discs(solved.board, places)
     free = [transfer[:, mask].T for mask in masks]
     pushes = [answers[:, mask].T for mask in masks]
-    pairs = np.stack([own.mean(axis=0) for own in pushes])
-    means = np.stack([own.mean(axis=0) for own in free])
-    back = stiffness * np.linalg.solve(np.eye(len(places)) + stiffness * pairs, means)
+    back = _pushed_back(free, pushes, stiffness)
     return [own - push @ back for own, push in zip(free, pushes, strict=True)]
 
 
