@@ -14,6 +14,7 @@ import pytest
 from chladni.sim.board.file import load_board
 from conftest import ROOT
 
+TESTS = ROOT / "tests"
 CORE = ROOT / "firmware" / "esp32" / "core"
 CORE_SOURCES = sorted([*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")])
 ROOMS = (
@@ -248,3 +249,11 @@ def test_what_is_too_long_is_found(tmp_path: Path) -> None:
         "a/long.py, f: 51 lines", "a/long.js, export function f() {: 51 lines",
         "a/long.c, static void f(int a,\n    int b): 51 lines", "b: 16 files",
     ]  # fmt: skip
+
+
+def test_names_of_test_files_are_used_once() -> None:
+    """Of two outside a package, whoever runs both folders gets one."""
+    files = [
+        path for path in TESTS.rglob("test_*.py") if not (path.parent / "__init__.py").exists()
+    ]
+    assert [name for name, times in Counter(path.name for path in files).items() if times > 1] == []

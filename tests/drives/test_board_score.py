@@ -234,6 +234,10 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
     assert set(answer["second_finger_db"]) == {"median", "p10", "p90"}
     assert answer["foam_length_mm"] == pytest.approx(6.69, abs=0.01)
     assert answer["coil_spacing_mm"] == pytest.approx(12.0)
+    assert answer["two_fingers"].keys() == {
+        "isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing",
+    }  # fmt: skip
+    assert answer["two_fingers"]["isolation_db"]["median"] > 34.0
     plain = chladni(
         "board",
         "score",

@@ -131,3 +131,23 @@ def test_progress_counts_every_set(strip: Board) -> None:
     seen: list[tuple[int, int]] = []
     score_fingers(strip, (2,), sets=3, samples=0, progress=lambda done, of: seen.append((done, of)))
     assert seen == [(k, 6) for k in range(1, 7)]  # found, then solved
+
+
+def test_fingers_beside_their_places_and_pressing_hard_lose_little(strip: Board) -> None:
+    """The issue of fingers' own figures: 6 dB at 2 mm, 10 dB at 3 N; on the same sets."""
+
+    def median(**changed: float) -> float:
+        (two,) = score_fingers(
+            strip,
+            (2,),
+            sets=60,
+            samples=0,
+            regularisation=1e-3,
+            **changed,  # type: ignore[arg-type]
+        ).counts
+        return two.isolation_db.median
+
+    there = median()
+    assert there - 6.0 < median(beside=2e-3) < there - 0.3
+    assert there - 10.0 < median(newtons=3.0) < there - 0.3
+    assert median(beside=12e-3) < there - 8.0  # a finger is as wide

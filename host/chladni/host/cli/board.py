@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,6 +14,7 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
+from chladni.drives.scoring.fingers_score import score_fingers
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.soft_wave import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
@@ -54,9 +55,11 @@ from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
+from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
@@ -150,6 +153,7 @@ def board_score(
         write_figure(score_figure(loaded, score), figure)
     result = {"name": loaded.name} | asdict(score)
     del result["maps"]
+    result["two_fingers"] = _two_fingers(loaded, seed)
     if built:
         with progress_bar("steps") as progress:
             found = score_as_built(
@@ -164,6 +168,16 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
+
+
+def _two_fingers(board: Board, seed: int) -> dict[str, Any] | None:
+    """How far apart two pressing fingers are kept, on the board as drawn; None without room."""
+    try:
+        (score,) = score_fingers(board, (2,), samples=0, seed=seed).counts
+    except ArgumentError:
+        return None
+    keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
+    return {key: value for key, value in asdict(score).items() if key in keys}
 
 
 @board_app.command("sensitivity")

@@ -80,6 +80,13 @@ def fingers(
         float,
         typer.Option(callback=within(LEAST_PRESS, MOST_PRESS, "N"), help="Of each finger, N."),
     ] = PRESS,
+    beside: Annotated[
+        float,
+        typer.Option(
+            callback=within(0.0, 20.0, "mm"),
+            help="How far fingers lie from where the panel has them, mm.",
+        ),
+    ] = 0.0,
     table: Annotated[
         Path | None,
         typer.Option(
@@ -107,6 +114,7 @@ def fingers(
             sets=sets,
             regularisation=regularisation,
             newtons=press,
+            beside=beside * MM,
             samples=samples if perturbed else 0,
             seed=seed,
             solve=solve,
@@ -127,6 +135,7 @@ def fingers(
         "name": loaded.name,
         "apart_mm": apart,
         "newtons": press,
+        "beside_mm": beside,
         "lambda": regularisation,
         "table": None if table is None else str(table),
         "seed": seed,

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.device_fingers import DeviceFingers
+from chladni.host.device.device_fingers import DeviceFingers, TouchKeeper
 from chladni.host.device.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
@@ -21,7 +21,6 @@ from chladni.host.device.link import (
     LinkError,
 )
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
-from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.upload import Progress, TableUpload
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.codes import (

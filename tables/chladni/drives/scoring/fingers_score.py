@@ -124,6 +124,7 @@ def score_fingers(
     sets: int = SETS,
     regularisation: float | None = None,
     newtons: float = PRESS,
+    beside: float = 0.0,
     samples: int = SAMPLES,
     seed: int = SEED,
     plate: Plate | None = None,
@@ -144,6 +145,8 @@ def score_fingers(
         λ of all drives (silence.py); chosen for each finger if left out (choice.py).
     newtons
         How hard every finger presses; drives reckon with 1 N whatever it is.
+    beside
+        How far each finger lies from where its drive has it, in a direction of its own, m.
     samples
         Boards drawn within the tolerances, the sets shared out among them; 0 leaves them out.
     plate
@@ -171,6 +174,7 @@ def score_fingers(
     places = _drawn_sets(board, counts, sets, apart, seed)
     counter = StepCounter(progress, sum(map(len, places)) * (3 if samples else 2))
     drives = [_found(solve, group, counter) for group in places]
+    places = [_moved(board, group, beside, seed) for group in places]
     stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
     with one_blas_thread():
         rows = [
@@ -231,6 +235,14 @@ def _found(solve: Solve, places: FloatArray, counter: StepCounter) -> list[Compl
         drives.append(solve(own))
         counter.step()
     return drives
+
+
+def _moved(board: Board, places: FloatArray, beside: float, seed: int) -> FloatArray:
+    """Places of fingers that lie `beside` them, m, on the board."""
+    turns = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, places.shape[:-1])
+    half = np.array(board.plate.size) / 2.0
+    moved = places + beside * np.stack((np.cos(turns), np.sin(turns)), axis=-1)
+    return np.asarray(np.clip(moved, -half, half))
 
 
 def _drawn_sets(

@@ -36,6 +36,8 @@ WORDS = {
     "finger_load": "pressing adds",
     "level_db": "level",
     "isolation_db": "own signal over its share at the others",
+    "two_fingers": "two fingers pressing, 16 mm apart or more",
+    "beside_mm": "fingers lie beside their places",
     "unfelt": "share that feels nothing of the others, at rest",
     "unfelt_pressing": "share that feels nothing of the others, pressing",
     "error_estimate": "estimated error of the fields",
