@@ -302,3 +302,23 @@ def test_a_tables_finger_is_what_presses_it() -> None:
     places = [(x * 1e-3, y * 1e-3) for x, y in reported(emulator).values()]
     wanted = drives_for(TableResponses.of(free), places).drives
     assert max(off(*pair) for pair in zip(found, wanted, strict=True)) < 0.012
+
+
+@pytest.mark.parametrize(("channels", "fingers", "turns"), [(5, 2, 0), (16, 2, 1), (16, 5, 6)])
+def test_a_finger_more_is_heard_within_turns(channels: int, fingers: int, turns: int) -> None:
+    """A turn of the main loop is a millisecond: so much later than the first finger alone.
+
+    And the bus brings eight bytes more of each finger, 0.2 ms.
+    """
+    rng = np.random.default_rng(5)
+    coils = [(rng.uniform(-0.025, 0.025), rng.uniform(-0.045, 0.045)) for _ in range(channels)]
+    table = responses_table(coils, limits=LIMITS)
+
+    def latency_ms(count: int) -> float:
+        emulator = Emulator(device_of(table), table, level=1.0)
+        lay(emulator, 20.0, dict(enumerate(PLACES[:count])))
+        recording = emulator.run(80.0)
+        first = np.flatnonzero(recording.duty_steps.any(axis=1))[0]
+        return float(first / recording.carrier_hz * 1e3)
+
+    assert latency_ms(fingers) - latency_ms(1) <= turns + 0.25 * fingers

@@ -31,7 +31,8 @@ using Numbers = std::vector<Number>;
 using Reals = std::vector<float>;
 // Gains, means and shares, then its displacement over that of the loudest, and λ.
 using Row = std::tuple<Numbers, Numbers, Reals, float, float>;
-using CountRow = std::tuple<uint32_t, uint32_t>;
+// Products, sums, and the products that were announced.
+using CountRow = std::tuple<uint32_t, uint32_t, uint32_t>;
 
 template <typename Real>
 fingers::Complex<Real> number(const Number& value) {
@@ -107,8 +108,9 @@ std::vector<CountRow> finger_operations(const Given& what) {
   std::vector<CountRow> slices;
   for (bool goes_on = true; goes_on;) {
     CountedReal::counts = {};
+    const uint32_t announced = solver->next_cost() * what.channels * what.channels;
     goes_on = solver->step();
-    slices.emplace_back(CountedReal::counts.products, CountedReal::counts.sums);
+    slices.emplace_back(CountedReal::counts.products, CountedReal::counts.sums, announced);
   }
   return slices;
 }

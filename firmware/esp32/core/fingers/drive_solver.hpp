@@ -28,6 +28,9 @@ class DriveSolver {
   // 0.
   bool step();
 
+  // The most that the next step multiplies, over channels².
+  uint32_t next_cost() const;
+
   bool is_done() const { return slice_ == Slice::kDone; }
   // Of a finger of the set, once `step` has said that all are found.
   const FingerDrive<Real>& drive(uint32_t finger) const { return drives_[finger]; }

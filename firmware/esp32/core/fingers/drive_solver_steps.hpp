@@ -50,6 +50,20 @@ bool DriveSolver<Real>::step() {
 }
 
 template <typename Real>
+uint32_t DriveSolver<Real>::next_cost() const {
+  switch (slice_) {
+    case Slice::kScale: return 9;
+    case Slice::kPush: return 8 + 6 * set_.count;
+    case Slice::kLoad: return 4 + 5 * set_.count;
+    case Slice::kTake: return 20;
+    case Slice::kFirst: return 36;
+    case Slice::kChoose: return 60;
+    case Slice::kDone: break;
+  }
+  return 0;
+}
+
+template <typename Real>
 void DriveSolver<Real>::advance(Slice after) {
   if (++finger_ < set_.count) return;
   finger_ = 0;

@@ -54,13 +54,14 @@ void FingerDrives::ask(uint32_t there, uint32_t silent, const Places& places) {
 
 bool FingerDrives::work(const Table& table) {
   if (!is_busy() || !table.has_responses()) return false;
-  uint32_t left = kSquaresOfATurn;
-  const uint32_t each = channels_ * channels_;
-  while (left >= each) {
-    left -= each;
+  uint32_t left = kProductsOfATurn;
+  for (;;) {
+    const uint32_t cost = stage_ == Stage::kFill ? kFillCost : solver_.next_cost();
+    const uint32_t products = cost * channels_ * channels_;
+    if (products > left) return false;
+    left -= products;
     if (!step(table)) return true;
   }
-  return false;
 }
 
 // False when all is done.

@@ -1,5 +1,5 @@
 // The drives of the fingers that are there, from a table's responses. The work is shared out over
-// turns of the main loop: no turn gets more than a few hundred microseconds of it.
+// turns of the main loop, of which none gets more than a millisecond of it.
 #pragma once
 
 #include <array>
@@ -39,9 +39,11 @@ class FingerDrives {
  private:
   enum class Stage : uint8_t { kFill, kSolve, kDone };
 
-  // What a turn may do: a step on sixteen channels takes some 50,000 instructions at most, and
-  // steps grow with the square of channels (tools/finger_instructions.py).
-  static constexpr uint32_t kSquaresOfATurn = 3U * 16U * 16U;
+  // What a turn may multiply, at less than five instructions each: less than a millisecond of an
+  // ESP32. Two fingers take a turn on five coils, and two on sixteen.
+  static constexpr uint32_t kProductsOfATurn = 40000;
+  // Of looking up a finger's responses, in instructions as much as so many products over channels².
+  static constexpr uint32_t kFillCost = 14;
 
   bool step(const Table& table);
   bool fill(const Table& table);

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 
 from chladni.host.emulation.played_fingers import FingersPlay
@@ -22,7 +23,7 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
     """For each board two pictures: finger A plays and B is still, and the other way round."""
     figure = Figure(figsize=(4.1 * len(plays) * len(NAMES) / 1.6, 5.4), layout="constrained")
     panels = figure.subplots(1, len(plays) * len(NAMES), squeeze=False)[0]
-    image = None
+    image: AxesImage | None = None
     for number, play in enumerate(plays):
         for own in range(len(NAMES)):
             axes = panels[len(NAMES) * number + own]
@@ -33,7 +34,7 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, play: FingersPlay, own: int) -> object:
+def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
     board, other = play.board, 1 - own
     half = [side / 2.0 / MM for side in board.plate.size]
     level = 20.0 * np.log10(np.maximum(play.fields_um[own], 1e-9) / play.finger_um[own])
