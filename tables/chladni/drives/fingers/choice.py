@@ -15,8 +15,9 @@ the same (firmware/esp32/core/fingers/choice.hpp) from sums that it keeps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,8 +94,12 @@ def chosen_drives(
         raise ArgumentError("thresholds", felt.shape, f"one for each of {count} fingers")
     sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
     pressed = PressedPoints.of(plate, fingers, stiffness)
-    tried = {each: pressed.drives(sizes, each) for each in (REGULARISATION, STILLER, *LOUDER)}
-    first = tried[REGULARISATION]
+
+    @cache
+    def tried(each: float) -> FingerDrives:
+        return pressed.drives(sizes, each)
+
+    first = tried(REGULARISATION)
     tolerated = np.where(sizes > 0.0, np.diag(first.shares), felt)
     chosen = np.array([_choose(tried, own, felt, tolerated) for own in range(count)])
     chosen[sizes <= 0.0] = REGULARISATION
@@ -102,16 +107,16 @@ def chosen_drives(
 
 
 def _choose(
-    tried: dict[float, FingerDrives], own: int, felt: FloatArray, tolerated: FloatArray
+    tried: Callable[[float], FingerDrives], own: int, felt: FloatArray, tolerated: FloatArray
 ) -> float:
     """λ of one finger, by what others feel and what they tolerate, m."""
     others = np.arange(len(felt)) != own
 
     def is_quiet(each: float) -> bool:
-        return bool(tried[each].below_loudest_db[own] < LEAST_OF_LOUDEST_DB)
+        return bool(tried(each).below_loudest_db[own] < LEAST_OF_LOUDEST_DB)
 
     def is_above(each: float, most: FloatArray) -> bool:
-        return bool(np.any(tried[each].shares[own][others] > most[others]))
+        return bool(np.any(tried(each).shares[own][others] > most[others]))
 
     if not is_quiet(REGULARISATION):
         stiller = is_above(REGULARISATION, felt) and not is_quiet(STILLER)
