@@ -34,6 +34,90 @@ MEASURED_MS = 250.0
 """The window's main lobe is 16 Hz wide to either side."""
 
 
+@dataclass(frozen=True)
+class FingerVoice:
+    """A finger that is put down, and what it plays.
+
+    Attributes
+    ----------
+    place_mm
+        Millimetres from the board's centre.
+    frequency_hz
+        Of its signal. Two of them are told apart from 16 Hz on.
+    level
+        Of the configured level, 0 to 1; at 0 it feels, and is silent.
+    """
+
+    place_mm: tuple[float, float]
+    frequency_hz: float
+    level: float = 1.0
+
+
+@dataclass(frozen=True)
+class PlayedVoices:
+    """What the pins play for several fingers.
+
+    Attributes
+    ----------
+    drives
+        complex128, shape (fingers, actuators), in units of a duty of 1; each with a common phase of
+        its own.
+    of_loudest
+        Each finger's own signal by its drive, over that by the loudest drive for its place, as the
+        device reckons; 0 where it plays the table's own drive, or is silent; shape (fingers,).
+    state
+        Of the firmware's states, at the end.
+    """
+
+    drives: ComplexArray
+    of_loudest: FloatArray
+    state: str
+
+
+def played_voices(
+    table: Table, board: Board, voices: Sequence[FingerVoice], *, frequency_hz: float | None = None
+) -> PlayedVoices:
+    """What the pins play once fingers have come down, all at once, on a device powered on for them.
+
+    Parameters
+    ----------
+    table
+        With responses.
+    voices
+        One a finger. Their drives are told apart by their frequencies.
+    frequency_hz
+        Of the table's responses; the first by default.
+
+    Raises
+    ------
+    InputError
+        The panel does not reach there.
+    ChladniError
+        The device did not hear all fingers.
+    """
+    emulator = Emulator(board, table, level=LEVEL, frequency_hz=frequency_hz)
+    for finger, voice in enumerate(voices):
+        level_q15 = round(voice.level * 32767.0)
+        emulator.core.set_voice(finger, round(voice.frequency_hz * 1e3), level_q15)
+        emulator.touch(TouchEvent(1.0, voice.place_mm, finger))
+    emulator.run(SETTLED_MS)
+    touches = emulator.core.touches()
+    if sum(one[0] for one in touches) != len(voices):
+        raise ChladniError(
+            "the emulated panel lost a finger",
+            hint="fingers lie 12 mm apart or more, and some panels have two at most",
+        )
+    recording = emulator.run(MEASURED_MS)
+    play = Play(0, len(recording.duty_steps))
+    circuit = circuit_of(board)
+    found = [phasors(recording, play, own.frequency_hz, circuit) for own in voices]
+    return PlayedVoices(
+        drives=np.asarray(np.stack(found) / np.array(coil_gains(board))),
+        of_loudest=np.array([one[4] for one in touches[: len(voices)]]) / 1e3,
+        state=emulator.core.state,
+    )
+
+
 def played_finger_drives(
     table: Table, board: Board, places: FloatArray, *, frequency_hz: float | None = None
 ) -> ComplexArray:
@@ -63,18 +147,12 @@ def played_finger_drives(
         The device did not hear all fingers.
     """
     middle = table.responses_section(frequency_hz).frequency_hz
-    emulator = Emulator(board, table, level=LEVEL, frequency_hz=frequency_hz)
     hertz = [middle + STEP_HZ * (k - len(places) // 2) for k in range(len(places))]
-    for finger, ((x, y), own) in enumerate(zip(places.tolist(), hertz, strict=True)):
-        emulator.core.set_voice(finger, round(own * 1e3), 32767)
-        emulator.touch(TouchEvent(1.0, (x / MM, y / MM), finger))
-    emulator.run(SETTLED_MS)
-    if sum(one[0] for one in emulator.core.touches()) != len(places):
-        raise ChladniError("the emulated panel lost a finger")
-    recording = emulator.run(MEASURED_MS)
-    play = Play(0, len(recording.duty_steps))
-    found = [phasors(recording, play, own, circuit_of(board)) for own in hertz]
-    return np.asarray(np.stack(found) / np.array(coil_gains(board)))
+    voices = [
+        FingerVoice((x / MM, y / MM), own)
+        for (x, y), own in zip(places.tolist(), hertz, strict=True)
+    ]
+    return played_voices(table, board, voices, frequency_hz=frequency_hz).drives
 
 
 @dataclass(frozen=True)
