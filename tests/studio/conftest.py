@@ -23,11 +23,12 @@ from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
 from chladni.host.studio.server import listen, make_server
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.tables.build import build_table
+from chladni.tables.build import build_table, default_objective
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT, made_once
 
+STRIP = ROOT / "tests" / "boards" / "strip5.toml"
 READY = "section[data-board]"
 TIMEOUT_MS = 15_000
 """Of what takes a second; a busy machine is no failure."""
@@ -117,6 +118,21 @@ def serving_here(
 @pytest.fixture(scope="session")
 def ready(small_board: Board, small_table: tuple[Table, TableReport]) -> ReadyBoard:
     return ReadyBoard(BoardChoice(small_board, "ssim"), solved_board(small_board), small_table[0])
+
+
+@pytest.fixture(scope="session")
+def strip(tmp_path_factory: pytest.TempPathFactory) -> ReadyBoard:
+    """A strip of five coils that gives each finger a signal of its own."""
+    board = load_board(STRIP)
+    choice = BoardChoice(board, default_objective(board))
+    table = made_once(tmp_path_factory, "strip-table", lambda: ReadyBoard.of(choice, jobs=1).table)
+    return ReadyBoard(choice, solved_board(board), table)
+
+
+@pytest.fixture(scope="session")
+def strip_studio(strip: ReadyBoard) -> Iterator[Studio]:
+    with serving_here(strip) as own:
+        yield own
 
 
 @pytest.fixture(scope="session")

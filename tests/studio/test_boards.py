@@ -27,6 +27,7 @@ from chladni.sim.errors import StoppedError
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.report import TableReport
+from chladni.tables.several_fingers.build import with_responses
 from chladni.tables.table import Table
 from studio.conftest import READY, Studio, serving_here
 from studio.pages import RULES, drive, numbers, point_of, press, settle
@@ -126,7 +127,9 @@ def test_a_table_is_built_for_what_is_chosen(studio: Studio, small_board: Board)
         own.recv(TIMEOUT_S)
         ask(own, type="save", what="table")
         data = base64.b64decode(told_of(own, "file")["data"])
-        assert data == pack(build_table(driven, objective="contrast")[0])
+        table, _ = build_table(driven, objective="contrast")
+        both, _ = with_responses(table, driven, bits=table.bits)
+        assert data == pack(both)
         ask(own, **PRESS)
         assert told_of(own, "played")["state"] == "playing"
 

@@ -7,11 +7,11 @@ import asyncio
 import pytest
 
 from chladni.host.studio.messages.guard import SentAwayError
-from chladni.host.studio.messages.requests import Move, Place, Touch
+from chladni.host.studio.messages.requests import Move, Place, Touch, Voice
 from chladni.host.studio.playing.queue import MOST_WAITING, Queue
 
 
-def taken(*requests: Touch | Move) -> list[int]:
+def taken(*requests: Touch | Voice | Move) -> list[int]:
     """Numbers of the requests that are played of those that came."""
     queue = Queue()
     for request in requests:
@@ -28,6 +28,9 @@ def test_of_one_finger_or_part_that_moves_on_only_the_last_place_is_played() -> 
     assert taken(touch(1, 0, here), touch(2, 0, there)) == [2]
     coil, screw = Move(1, "actuators", 0, here), Move(2, "screws", 0, here)
     assert taken(coil, Move(3, "actuators", 0, there)) == [3]
+    voice = Voice(1, 0, 100.0, 1.0)
+    assert taken(voice, Voice(2, 0, 101.0, 1.0)) == [2]
+    assert taken(voice, Voice(2, 1, 101.0, 1.0), touch(3, 1, here)) == [1, 2, 3]
     # Another finger, another part, a lift and what follows it are all played.
     assert taken(touch(1, 0, here), touch(2, 1, there)) == [1, 2]
     assert taken(coil, screw) == [1, 2]
@@ -43,7 +46,7 @@ def test_a_page_that_lets_more_wait_than_it_may_is_sent_away() -> None:
 
 
 def test_what_is_forgotten_is_not_waited_for() -> None:
-    async def take_after_clear() -> list[Touch | Move]:
+    async def take_after_clear() -> list[Touch | Voice | Move]:
         queue = Queue()
         queue.put(touch(1, 0, (0.0, 0.0)))
         queue.clear()

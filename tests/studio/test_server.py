@@ -28,7 +28,7 @@ from chladni.host.studio.server import MOST_CONNECTIONS, listen, serve
 from chladni.sim.board.board import Board
 from conftest import CommandLine
 from studio.conftest import Studio, serving
-from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
+from studio.wire import PRESS, TIMEOUT_S, VOICE, opened, read_fields, told_of
 
 
 def close_code(own: ClientConnection) -> int | None:
@@ -65,10 +65,15 @@ def test_large_fields_travel_at_fewer_points(prototype: Board) -> None:
         ("{", "message"), ("[]", "message"), ("[" * 1500, "message"), ('{"type": "own"}', "type"),
         ('{"type": "lift", "number": 1}', "finger"),
         *((json.dumps(PRESS | {key: value}), key) for key, value in (
-            ("x_mm", "far"), ("y_mm", 1e9), ("finger", 2), ("finger", True), ("number", -1),
+            ("x_mm", "far"), ("y_mm", 1e9), ("finger", 7), ("finger", True), ("number", -1),
             ("more", 1),
         )),
         (json.dumps(PRESS | {"x_mm": float("inf")}), "message"),
+        *((json.dumps(VOICE | {key: value}), key) for key, value in (
+            ("finger", 5), ("tone_hz", 5.0), ("tone_hz", 251.0), ("tone_hz", "high"),
+            ("level", -0.1), ("level", 1.1), ("level", None), ("x_mm", 0.0),
+        )),
+        (json.dumps(VOICE | {"level": float("nan")}), "message"),
     ],
 )  # fmt: skip
 def test_a_malformed_message_is_answered_and_does_no_harm(

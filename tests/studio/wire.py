@@ -16,6 +16,8 @@ from studio.conftest import Studio
 TIMEOUT_S = 60.0
 PRESS = {"type": "press", "number": 1, "finger": 0, "x_mm": 10.0, "y_mm": 25.0}
 
+VOICE = {"type": "voice", "number": 1, "finger": 0, "tone_hz": 100.0, "level": 0.5}
+
 
 @contextmanager
 def opened(studio: Studio, **options: Any) -> Iterator[ClientConnection]:

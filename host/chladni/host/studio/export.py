@@ -71,7 +71,7 @@ def file_data(ready: ReadyBoard) -> dict[str, Any]:
         full = full_drive(ready.board, drive, section.frequency_hz)
         newtons[k] = full.newtons / np.abs(drive).max() if full else np.nan
     return {
-        "board": board_message(ready, FROM_TABLE),
+        "board": board_message(ready, FROM_TABLE) | {"most_fingers": 1},
         "fields": _base64(fields_bytes(ready)),
         "places": {"x_mm": x_mm, "y_mm": y_mm},
         "full_scale_gain": section.full_scale_gain,

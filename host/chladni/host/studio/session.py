@@ -24,6 +24,7 @@ from chladni.host.studio.messages.requests import (
     Stop,
     Take,
     Touch,
+    Voice,
     parse,
 )
 from chladni.host.studio.messages.sender import Sender
@@ -118,7 +119,7 @@ class Session:
 
     async def _answer(self, request: Request) -> None:
         """Hand a request to the part that answers it."""
-        if isinstance(request, (Touch, Move)):
+        if isinstance(request, (Touch, Voice, Move)):
             self._queue.put(request)
         elif isinstance(request, Save):
             await self._sender.send(file_message(self._player.shown, request.what))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.drives.fingers.silence import MOST_FINGERS
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
@@ -60,6 +61,7 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "source": source,
         "is_draft": is_draft,
         "has_table": not is_draft and isinstance(ready, ReadyBoard),
+        "most_fingers": _most_fingers(ready) if not is_draft else 1,
         "frequency_hz": fields.frequency_hz,
         "size_mm": [side / MM for side in board.plate.size],
         "corner_radius_mm": board.plate.corner_radius / MM,
@@ -73,6 +75,14 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "error_estimate": fields.error_estimate,
         "tolerance_met": fields.tolerance_met,
     }
+
+
+def _most_fingers(ready: Prepared) -> int:
+    """How many fingers get a signal of their own."""
+    if not isinstance(ready, ReadyBoard) or not ready.follows_several:
+        return 1
+    panel = ready.board.panel
+    return 2 if panel is not None and panel.controller == "ft6x36" else MOST_FINGERS
 
 
 def _mm(place: tuple[float, float]) -> list[float]:

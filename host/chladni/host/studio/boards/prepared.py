@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.errors import check_estimate
+from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.build import build_table
+from chladni.tables.several_fingers.build import with_responses
 from chladni.tables.table import Table
 
 TABLE_METHOD = "phasor"
@@ -60,21 +61,42 @@ class ReadyBoard(Prepared):
 
     table: Table
 
+    @property
+    def follows_several(self) -> bool:
+        """Whether a device with the table gives each of several fingers a signal of its own."""
+        return bool(self.table.responses)
+
     @classmethod
     def of(
         cls, choice: BoardChoice, *, jobs: int | None = None, progress: Progress | None = None
     ) -> ReadyBoard:
-        """Solve a board's plate and build its table.
+        """Solve a board's plate and build its table, with responses if there is room for them.
 
         Parameters
         ----------
         jobs
             Threads; all cores by default.
         progress
-            Called as progress(done regions, all regions).
+            Called as progress(done, all), of regions and then of pairs of fingers.
         """
         solved = Prepared.of(choice).solved
         table, _ = build_table(
             choice.board, objective=choice.objective, jobs=jobs, progress=progress, allow_unmet=True
         )
-        return cls(choice, solved, table)
+        return cls(choice, solved, _for_several(choice.board, table, progress))
+
+
+def _for_several(board: Board, table: Table, progress: Progress | None) -> Table:
+    """A table with responses besides its drives; as it was on a board without room for them."""
+    try:
+        both, _ = with_responses(
+            table,
+            board,
+            frequencies_hz=[table.sections[0].frequency_hz],
+            bits=table.bits,  # wider integers are tried otherwise, and a page would wait for them
+            progress=progress,
+            allow_unmet=True,
+        )
+    except InputError:
+        return table
+    return both

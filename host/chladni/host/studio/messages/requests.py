@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.drives.fingers.silence import MOST_FINGERS
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
 from chladni.sim.board.file import MOST_BYTES as MOST_BOARD_BYTES
@@ -18,10 +19,13 @@ MOST_BYTES = 2048
 """Of a request, unless it brings a board file or a SPEC."""
 LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
 """Of one that does: in JSON a quote or the end of a line takes two bytes."""
-FINGERS = (0, 1)
+LOWEST_TONE_HZ, HIGHEST_TONE_HZ = 20.0, 250.0
+"""Of a finger's own signal: what lies below is seen and not felt as a vibration, and plates as ours
+have waves above."""
 PARTS = ("actuators", "screws")
 FILES = ("board", "table")
 ORDERS = ("about", "flash", "self-test", "set", "configure")
+LEVELS, TONES = "0 to 1", f"{LOWEST_TONE_HZ:g} to {HIGHEST_TONE_HZ:g} Hz, or null"
 LARGEST_NUMBER = 2**53
 """The page counts its requests in JavaScript's whole numbers."""
 LARGEST_MM, LARGEST_HZ = 1e6, 1e6
@@ -30,11 +34,21 @@ LARGEST_MM, LARGEST_HZ = 1e6, 1e6
 
 @dataclass(frozen=True)
 class Touch:
-    """A finger (0 or 1) that is put down or moves, or that lifts: its place is None then."""
+    """A finger (0 to 4) that is put down or moves, or that lifts: its place is None then."""
 
     number: int
     finger: int
     place_mm: Place | None
+
+
+@dataclass(frozen=True)
+class Voice:
+    """What a finger plays from its next touch on: its tone, None for the table's, and its level."""
+
+    number: int
+    finger: int
+    tone_hz: float | None
+    level: float
 
 
 @dataclass(frozen=True)
@@ -110,7 +124,7 @@ class Order:
     text: str
 
 
-Request = Touch | Move | Choose | Open | Begin | Stop | Take | Save | Attach | Order
+Request = Touch | Voice | Move | Choose | Open | Begin | Stop | Take | Save | Attach | Order
 
 
 def parse(text: str) -> Request:
@@ -153,6 +167,17 @@ def _press(message: dict[str, Any]) -> Touch:
 
 def _lift(message: dict[str, Any]) -> Touch:
     return Touch(_whole(message, "number"), _finger(message), None)
+
+
+def _voice(message: dict[str, Any]) -> Voice:
+    tone_hz, level = message["tone_hz"], _number(message, "level", LEVELS, 1.0)
+    if level < 0.0:
+        raise InputError("level", level, LEVELS)
+    if tone_hz is not None:
+        tone_hz = _number(message, "tone_hz", TONES, HIGHEST_TONE_HZ)
+        if tone_hz < LOWEST_TONE_HZ:
+            raise InputError("tone_hz", tone_hz, TONES)
+    return Voice(_whole(message, "number"), _finger(message), tone_hz, level)
 
 
 def _move(message: dict[str, Any]) -> Move:
@@ -202,6 +227,7 @@ def _order(message: dict[str, Any]) -> Order:
 _KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] = {
     "press": (("number", "finger", "x_mm", "y_mm"), _press),
     "lift": (("number", "finger"), _lift),
+    "voice": (("number", "finger", "tone_hz", "level"), _voice),
     "move": (("number", "part", "index", "x_mm", "y_mm"), _move),
     "choose": (("board", "objective", "method", "frequency_hz"), _choose),
     "open": (("name", "text"), _open),
@@ -239,8 +265,8 @@ def _whole(message: dict[str, Any], key: str) -> int:
 
 def _finger(message: dict[str, Any]) -> int:
     value = _whole(message, "finger")
-    if value not in FINGERS:
-        raise InputError("finger", value, "0 or 1")
+    if value >= MOST_FINGERS:
+        raise InputError("finger", value, f"0 to {MOST_FINGERS - 1}")
     return value
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
 from chladni.host.studio.boards.prepared import Prepared
-from chladni.host.studio.messages.requests import Move, Place, Touch
+from chladni.host.studio.messages.requests import Move, Place, Touch, Voice
 from chladni.host.studio.playing.played import Played
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -49,8 +49,10 @@ class ComputedDrives:
         self.prepared = Prepared.of(replace(self.prepared.choice, board=board))
         return self.prepared
 
-    def apply(self, touches: Sequence[Touch]) -> Played | None:
+    def apply(self, touches: Sequence[Touch | Voice]) -> Played | None:
         """Let fingers go down, move and lift; the first one's drive, None if none is left.
+
+        What a finger plays is a device's, of which there is none.
 
         Raises
         ------
@@ -59,6 +61,8 @@ class ComputedDrives:
         """
         down = dict(self._down)
         for touch in touches:
+            if isinstance(touch, Voice):
+                continue
             if touch.place_mm is None:
                 down.pop(touch.finger, None)
             else:

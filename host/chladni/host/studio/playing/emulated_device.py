@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from chladni.host.emulation.demodulate import Play, first_change, made_drive
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
 from chladni.host.emulation.settling import LEAST_WAVES, SETTLE_MS
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.requests import Place, Touch
-from chladni.host.studio.playing.played import Played
+from chladni.host.studio.playing.played import Played, turned
 from chladni.sim.errors import ChladniError
 
 FIRST_TOUCH_MS = 20.0
@@ -110,7 +108,7 @@ class EmulatedDevice:
         return self._emulator.core.now_us / 1e3 - self._begun_ms
 
     def _measure(self, latency: float | None) -> Played:
-        emulator, solved = self._emulator, self._ready.solved
+        emulator = self._emulator
         assert emulator is not None
         emulator.run(self._settle_ms)
         recording = emulator.run(self._step_ms - self._settle_ms)
@@ -118,10 +116,7 @@ class EmulatedDevice:
         drive = made_drive(recording, play, self._section, self._ready.board, level=LEVEL)
         # The firmware's rule: the first finger down plays until it lifts.
         place = next(iter(self._down.values()))
-        i = int(np.argmin(np.abs(solved.fields.x - place[0] * 1e-3)))
-        j = int(np.argmin(np.abs(solved.fields.y - place[1] * 1e-3)))
-        turn = np.exp(-1j * np.angle(drive @ solved.fields.values[:, i, j]))
-        return Played(place, np.asarray(drive * turn), latency, emulator.core.state)
+        return Played(place, turned(self._ready, drive, place), latency, emulator.core.state)
 
 
 def _latency_ms(recording: Recording) -> float | None:

@@ -9,10 +9,10 @@ from typing import TypeVar
 
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
-from chladni.host.studio.messages.requests import Move, Place, Touch
+from chladni.host.studio.messages.requests import Move, Place, Touch, Voice
 from chladni.host.studio.messages.sender import Sender
 from chladni.host.studio.playing.computed_drives import ComputedDrives
-from chladni.host.studio.playing.emulated_device import EmulatedDevice
+from chladni.host.studio.playing.emulated_fingers import EmulatedFingers
 from chladni.host.studio.playing.played import Played, played_message
 from chladni.host.studio.playing.queue import Queue
 from chladni.host.studio.playing.real_device import RealDevice
@@ -71,8 +71,8 @@ class Player:
 
     async def play(self, prepared: Prepared) -> None:
         """Answer presses on a board that is shown, until cancelled."""
-        source: EmulatedDevice | ComputedDrives = (
-            EmulatedDevice(prepared)
+        source: EmulatedFingers | ComputedDrives = (
+            EmulatedFingers(prepared)
             if isinstance(prepared, ReadyBoard)
             else ComputedDrives(prepared)
         )
@@ -80,7 +80,7 @@ class Player:
             requests = await self._queue.take()
             number = requests[-1].number
             moves = [one for one in requests if isinstance(one, Move)]
-            touches = [one for one in requests if isinstance(one, Touch)]
+            touches = [one for one in requests if isinstance(one, (Touch, Voice))]
             try:
                 if moves:
                     source = await self._move(source, moves)
@@ -96,7 +96,7 @@ class Player:
             await self._send(number, played)
 
     async def _move(
-        self, source: EmulatedDevice | ComputedDrives, moves: Sequence[Move]
+        self, source: EmulatedFingers | ComputedDrives, moves: Sequence[Move]
     ) -> ComputedDrives:
         """Put parts elsewhere; what then answers. A part that may not be there changes nothing."""
         assert self.shown is not None

@@ -6,7 +6,7 @@ import asyncio
 from collections import deque
 
 from chladni.host.studio.messages.guard import TOO_MUCH, SentAwayError
-from chladni.host.studio.messages.requests import Move, Touch
+from chladni.host.studio.messages.requests import Move, Touch, Voice
 
 MOST_WAITING = 64
 """Requests; moves of one finger are one, so only fingers that go up and down add up."""
@@ -16,10 +16,10 @@ class Queue:
     """Keeps requests in their order, and of one finger or part that moves on the last."""
 
     def __init__(self) -> None:
-        self._waiting: deque[Touch | Move] = deque()
+        self._waiting: deque[Touch | Voice | Move] = deque()
         self._has_news = asyncio.Event()
 
-    def put(self, request: Touch | Move) -> None:
+    def put(self, request: Touch | Voice | Move) -> None:
         """Let a request wait.
 
         Raises
@@ -35,7 +35,7 @@ class Queue:
         self._waiting.append(request)
         self._has_news.set()
 
-    async def take(self) -> list[Touch | Move]:
+    async def take(self) -> list[Touch | Voice | Move]:
         """All that wait, once there are some."""
         await self._has_news.wait()
         taken = list(self._waiting)
@@ -48,10 +48,12 @@ class Queue:
         self._has_news.clear()
 
 
-def _is_further(new: Touch | Move, old: Touch | Move) -> bool:
+def _is_further(new: Touch | Voice | Move, old: Touch | Voice | Move) -> bool:
     """Whether a request is the same finger or part, further on."""
     if isinstance(new, Touch) and isinstance(old, Touch):
         return bool(new.finger == old.finger and new.place_mm and old.place_mm)
+    if isinstance(new, Voice) and isinstance(old, Voice):
+        return new.finger == old.finger
     if isinstance(new, Move) and isinstance(old, Move):
         return (new.part, new.index) == (old.part, old.index)
     return False
