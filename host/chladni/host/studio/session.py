@@ -25,6 +25,7 @@ from chladni.host.studio.messages.requests import (
     Take,
     Touch,
     Voice,
+    number_of,
     parse,
 )
 from chladni.host.studio.messages.sender import Sender
@@ -102,7 +103,7 @@ class Session:
                 try:
                     await self._answer(parse(text))
                 except ChladniError as error:
-                    await self._sender.refuse(error)
+                    await self._sender.refuse(error, number_of(text))
         except SentAwayError as error:
             await self._socket.close(error.code, error.reason)
 

@@ -157,6 +157,16 @@ def parse(text: str) -> Request:
     return make(message)
 
 
+def number_of(text: str) -> int | None:
+    """The number of a request, also of one that is refused, so that its page waits no longer."""
+    try:
+        number = json.loads(text)["number"]
+    except (ValueError, RecursionError, KeyError, TypeError):
+        return None
+    is_whole = isinstance(number, int) and not isinstance(number, bool)
+    return number if is_whole and 0 <= number < LARGEST_NUMBER else None
+
+
 def _no_constant(name: str) -> float:
     raise ValueError(name)
 
