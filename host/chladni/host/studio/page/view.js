@@ -4,6 +4,7 @@ import { Design } from "./design.js";
 import { RealDevice } from "./real_device.js";
 import { micrometres, showCoils, showLatency, showNumbers } from "./scorecard.js";
 import { MovableParts } from "./movable_parts.js";
+import { Fingers } from "./fingers.js";
 import { Field } from "./picture/field.js";
 import { Marks } from "./picture/marks.js";
 import { Painter } from "./picture/painter.js";
@@ -13,6 +14,8 @@ import { Timing } from "./timing.js";
 import { Touches } from "./touches.js";
 
 const TOLD_EVERY_MS = 500;
+const KEYS = "Board. Arrow keys move a finger by 1 mm, with Shift by 5 mm. Space puts it down or lifts it. Escape lifts it.";
+const SEVERAL_KEYS = "A adds a finger that stays. Tab selects the next finger, Delete removes it.";
 
 export class View {
   // `source`: a class made with a view as listener, with send(message).
@@ -37,6 +40,7 @@ export class View {
     this.queue = new Queue((message) => this.source.send(message));
     this.setup = new Setup(this);
     this.movable = new MovableParts(this);
+    this.fingers = new Fingers(this);
     this.realDevice = new RealDevice(this);
     this.design = new Design(this);
     this.source = connect(this);
@@ -61,9 +65,15 @@ export class View {
     parts.place.addEventListener("submit", (event) => {
       event.preventDefault();
       if (!this.board) return;
-      this.touches.go(0, [parts.x.valueAsNumber, parts.y.valueAsNumber], event.timeStamp);
+      this.touches.go(this.touches.selected, this.asked(), event.timeStamp);
     });
-    parts.lift.addEventListener("click", () => this.touches.lift(0));
+    parts.lift.addEventListener("click", () => this.touches.lift(this.touches.selected));
+    parts.add.addEventListener("click", ({ timeStamp }) => this.touches.add(this.asked(), timeStamp));
+  }
+
+  // The place in the form's fields.
+  asked() {
+    return [this.parts.x.valueAsNumber, this.parts.y.valueAsNumber];
   }
 
   close() {
@@ -138,6 +148,8 @@ export class View {
     parts.plate.style.setProperty("--corner-y", `${(100 * board.corner_radius_mm) / board.size_mm[1]}%`);
     this.marks.fit(board);
     this.touches.fit(board);
+    parts.add.hidden = parts.severalHint.hidden = board.most_fingers < 2;
+    parts.plate.setAttribute("aria-label", board.most_fingers < 2 ? KEYS : `${KEYS} ${SEVERAL_KEYS}`);
     this.movable.fit(board);
     parts.saveTable.disabled = !board.has_table;
     this.drive = null;
@@ -150,6 +162,9 @@ export class View {
     this.say("");
     this.shownPress = this.scoredPress = 0;
     this.latency = undefined;
+    this.fingers.reset();
+    this.isSum = false;
+    this.tone = undefined;
     parts.hint.textContent = "Press the board.";
     parts.words.textContent = "";
     for (const table of [parts.numbers, parts.coils]) table.tBodies[0].replaceChildren();
@@ -169,30 +184,43 @@ export class View {
     this.shownPress = message.number;
     this.drive = message.drive;
     this.newtons = message.newtons_per_gain;
-    this.field.add(message.drive);
     this.begun = done?.time;
     const { parts } = this;
     parts.hint.textContent = "";
     Marks.put(this.marks.finger, message.place_mm);
-    Marks.put(this.marks.maximum, this.field.peakMm());
+    this.fingers.played(message);
+    this.pictured();
     Marks.put(this.marks.second, null);
     showCoils(parts.coils, this.board.actuators, message.drive);
     if (message.latency_ms !== null) this.latency = message.latency_ms;
     if (message.state === "computed") this.latency = undefined;
     else if (message.state !== "playing") this.say(`The device does not play: ${message.state}.`);
-    this.look();
     this.queue.next();
   }
 
+  // What the picture shows: the drive that plays, or of several fingers all signals or the chosen one.
+  pictured() {
+    if (!this.drive) return;
+    const seen = this.fingers.areSeveral ? this.fingers.seen() : [];
+    const drives = this.fingers.areSeveral ? seen.map(({ drive }) => drive) : [this.drive];
+    this.tone = seen[0]?.tone_hz ?? this.board.frequency_hz;
+    this.isSum = drives.length !== 1;
+    this.arrows = this.isSum ? this.drive.map(() => [0, 0]) : drives[0];
+    if (this.isSum) this.field.addSeveral(drives);
+    else this.field.add(drives[0]);
+    Marks.put(this.marks.maximum, this.field.peak > 0 ? this.field.peakMm() : null);
+    this.look();
+  }
+
   on_scored(numbers) {
-    Marks.put(this.marks.maximum, numbers.maximum_mm);
-    Marks.put(this.marks.second, numbers.second_finger_mm);
+    Marks.put(this.marks.maximum, this.fingers.areSeveral ? this.field.peakMm() : numbers.maximum_mm);
+    Marks.put(this.marks.second, this.fingers.areSeveral ? null : numbers.second_finger_mm);
     showNumbers(this.parts.numbers, numbers);
     if (this.latency !== undefined) showLatency(this.parts.numbers, this.latency);
     this.section.dataset.scored = numbers.number;
-    this.scoredPress = numbers.number;
+    this.scoredPress = Math.max(this.scoredPress, numbers.number);
     this.waits();
-    this.parts.words.textContent = numbers.words;
+    this.parts.words.textContent = this.fingers.areSeveral ? this.fingers.words() : numbers.words;
   }
 
   on_lifted({ number }) {
@@ -210,6 +238,7 @@ export class View {
     this.queue.answered(number);
     this.scoredPress = Math.max(this.scoredPress, number ?? 0);
     this.say(text);
+    this.fingers.restore();
     this.queue.next();
     this.waits();
   }
@@ -220,14 +249,18 @@ export class View {
     this.say("");
     this.queue.put({ type: "press", finger, x_mm: place[0], y_mm: place[1] }, `finger ${finger}`, time);
     this.waits();
-    if (finger === 0) this.aimed(place);
-    else Marks.put(this.marks.other, place);
+    if (finger === this.touches.selected) this.aimed(place);
+    if (finger > 0) Marks.put(this.marks.fingers[finger], place);
   }
 
   up(finger) {
     this.queue.put({ type: "lift", finger }, null, performance.now());
     this.waits();
-    if (finger > 0) Marks.put(this.marks.other, null);
+    if (finger > 0) Marks.put(this.marks.fingers[finger], null);
+  }
+
+  selected(finger) {
+    this.fingers.selected(finger);
   }
 
   partAt(place) {
@@ -251,15 +284,20 @@ export class View {
     if (this.parts.status.textContent !== text) this.parts.status.textContent = text;
   }
 
+  // Of several signals no moment is that of all, so their energy is shown.
+  get kind() {
+    return this.isSum ? "energy" : this.show;
+  }
+
   // What is shown has changed: draw it, and go on if it moves.
   look() {
-    const { parts } = this, isMoving = this.show === "displacement";
+    const { parts } = this, isMoving = this.kind === "displacement";
     const waves = Number(parts.speed.value);
     parts.pause.disabled = parts.speed.disabled = !isMoving;
     parts.pause.textContent = this.isStill ? "Play" : "Pause";
     if (this.board) {
-      const factor = this.board.frequency_hz / waves;
-      parts.factor.textContent = isMoving ? `slowed ${Number(factor.toPrecision(3))} times` : "rms over a wave";
+      const factor = (this.tone ?? this.board.frequency_hz) / waves;
+      parts.factor.textContent = isMoving ? `slowed ${Number(factor.toPrecision(3))} times` : this.isSum ? "rms of all signals" : "rms over a wave";
     }
     this.drawScale();
     if (!this.isAwaited) {
@@ -269,8 +307,8 @@ export class View {
   }
 
   drawScale() {
-    Painter.bar(this.parts.bar, this.show);
-    const { low, high } = this.parts, isEnergy = this.show === "energy";
+    Painter.bar(this.parts.bar, this.kind);
+    const { low, high } = this.parts, isEnergy = this.kind === "energy";
     if (!this.drive) {
       low.textContent = high.textContent = "";
       return;
@@ -284,7 +322,7 @@ export class View {
   paint(now) {
     this.isAwaited = false;
     if (!this.drive || !this.painter.works) return;
-    const isMoving = this.show === "displacement" && !this.isStill;
+    const isMoving = this.kind === "displacement" && !this.isStill;
     if (isMoving) {
       this.phase += 2 * Math.PI * Number(this.parts.speed.value) * Math.min((now - (this.at ?? now)) / 1000, 0.1);
       this.timing.frame(now);
@@ -292,9 +330,9 @@ export class View {
       requestAnimationFrame((next) => this.paint(next));
     }
     this.at = isMoving ? now : undefined;
-    if (this.show === "energy") this.painter.energy(this.field);
+    if (this.kind === "energy") this.painter.energy(this.field);
     else this.painter.displacement(this.field, this.phase);
-    this.marks.phasors(this.drive, this.show === "energy" ? 0 : this.phase);
+    this.marks.phasors(this.arrows, this.kind === "energy" ? 0 : this.phase);
     if (this.begun !== undefined) this.timing.picture(this.begun);
     this.begun = undefined;
     if (!(now < this.toldAt + TOLD_EVERY_MS)) {

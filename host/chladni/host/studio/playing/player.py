@@ -116,7 +116,8 @@ class Player:
         assert self.shown is not None
         self._place_mm = played.place_mm
         await self._sender.send(played_message(self.shown, number, played))
-        self._scorer.put(number, self.shown, played)
+        if played.drive.any():  # fingers may all be silent
+            self._scorer.put(number, self.shown, played)
 
     async def _in_thread(self, work: Callable[..., Result], *given: object) -> Result:
         return await asyncio.get_running_loop().run_in_executor(self._thread, work, *given)

@@ -33,6 +33,23 @@ export class Field {
         imaginary[k] += re * behind[k] + im * across[k];
       }
     });
+    this.findPeak();
+  }
+
+  // Amplitudes of signals at tones of their own: powers add up. No phase is left, so none moves.
+  addSeveral(drives) {
+    const { real, imaginary, count } = this, powers = new Float32Array(count);
+    for (const drive of drives) {
+      this.add(drive);
+      for (let k = 0; k < count; k += 1) powers[k] += real[k] * real[k] + imaginary[k] * imaginary[k];
+    }
+    for (let k = 0; k < count; k += 1) real[k] = Math.sqrt(powers[k]);
+    imaginary.fill(0);
+    this.findPeak();
+  }
+
+  findPeak() {
+    const { real, imaginary, count } = this;
     let most = -1;
     for (let k = 0; k < count; k += 1) {
       const power = real[k] * real[k] + imaginary[k] * imaginary[k];

@@ -1,5 +1,6 @@
 // What is drawn over the field, in millimetres with y upwards: screws, coils, places.
 
+const MOST_FINGERS = 5;
 const SVG = "http://www.w3.org/2000/svg";
 
 export class Marks {
@@ -30,13 +31,26 @@ export class Marks {
       ["path", { d: `M${-2 * d} 0H${2 * d}M0 ${-2 * d}V${2 * d}` }],
       ["circle", { r: radius }],
     ]);
-    this.other = this.place("other", [["circle", { r: radius, "stroke-dasharray": "2 5" }]]);
+    const others = [...Array(MOST_FINGERS - 1).keys()].map((k) =>
+      this.place(k === 0 ? "other" : `other-${k + 1}`, [["circle", { r: radius, "stroke-dasharray": "2 5" }]]));
+    this.fingers = [this.finger, ...others];
+    this.fingers.forEach((mark, k) => {
+      const [x, y] = [0.75 * radius, 0.75 * radius];
+      const attributes = { transform: `translate(${x} ${y}) scale(1 -1)`, "font-size": 4 * unit };
+      for (const text of draw(mark, "text", attributes)) text.textContent = k + 1;
+    });
   }
 
   place(name, shapes) {
     const own = group(this.all, { class: `place-${name}`, visibility: "hidden" });
     for (const [kind, attributes] of shapes) draw(own, kind, attributes);
     return own;
+  }
+
+  // Numbers are seen where there are several fingers, and which of them keys move.
+  select(finger, areSeveral) {
+    this.svg.classList.toggle("several", areSeveral);
+    this.fingers?.forEach((mark, k) => mark.classList.toggle("selected", k === finger));
   }
 
   // Puts a mark at a place in mm, or takes it away.
