@@ -272,7 +272,7 @@ def test_finding_drives_takes_no_more_operations_than_promised(fingers: int, cha
 
 
 def operations(plate: MadeUpPlate, regularisation: float) -> tuple[np.ndarray, np.ndarray]:
-    """Products and sums of each slice; how many products it announces, by which turns are filled."""
+    """Products and sums of each slice, and the products that it announces, by which turns fill."""
     given_set = core_set(
         plate,
         stiffness=cmath.rect(0.1, 0.3) / np.abs(plate.own).max(),
