@@ -56,7 +56,8 @@ test: venv  ## lint, type-check and run the tests
 	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 long: venv  ## run the tests that take longer (tests/long_tests.py)
-	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m long
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone"
+	$(BIN)/python -m pytest -q -m alone
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	@$(BESIDE) --keep-going $(LINTERS)

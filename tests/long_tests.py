@@ -90,6 +90,11 @@ LONG = (
     "tables/test_table_hard_cases.py::test_the_bytes_do_not_depend_on_threads",
 )
 """Beginnings of their names."""
+ALONE = (
+    "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[first-boot.md]",
+)
+"""Of them, those that run with no others beside them: their device keeps real time, and takes its
+host for silent where that gets no turn for a tenth of a second."""
 WHOLE_SUITE = 2000
 """Tests, more than any part of the suite has."""
 
@@ -108,6 +113,8 @@ def mark_long(items: Sequence[pytest.Item]) -> None:
         for own in LONG:
             if name.startswith(own):
                 item.add_marker(pytest.mark.long)
+                if own in ALONE:
+                    item.add_marker(pytest.mark.alone)
                 unused.discard(own)
     if unused and len(items) > WHOLE_SUITE:
         raise pytest.UsageError(f"tests/long_tests.py: no such tests: {', '.join(sorted(unused))}")
