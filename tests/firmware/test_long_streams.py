@@ -22,6 +22,7 @@ int main() {
   settings.shaper = {20, (1 << 20) - 1, 1023};
   settings.fade = {80, 409, 0};
   settings.touch_timeout = settings.most_late = 2000000000U;  // neither ends it here
+  player.connect(hal);
   player.start(settings);
   Handover& handover = player.handover();
   const uint16_t full = 32768, current = 0;
@@ -29,7 +30,7 @@ int main() {
   auto play = [&](uint32_t seconds) {
     for (int k = 0; k < 64; ++k) handover.stream.push(&full);
     handover.news.store(handover.news.load() + 1);
-    player.sample(hal, seconds * rate);
+    player.sample(seconds * rate);
     std::printf("%d\n", static_cast<int>(handover.fade_cause.load()));
   };
   handover.command.kind = Command::Kind::kStream;

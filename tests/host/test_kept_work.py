@@ -13,11 +13,12 @@ import tomlkit
 from chladni.design import search
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
-from chladni.host.cli import compare, design, table
+from chladni.host.cli import compare, design, table_build
 from chladni.host.cli.common.output import progress_bar
 from chladni.sim.errors import StoppedError
 from chladni.sim.files import write_whole
 from chladni.tables.build import build_table
+from chladni.tables.several_fingers import build_for
 from conftest import ROOT, CommandLine
 from made_specs import small
 
@@ -49,7 +50,7 @@ def test_a_table_that_cannot_be_written_is_not_solved_again(
 ) -> None:
     words = ("table", "build", coarse, "-o", tmp_path / "t.chl", "--objective", "contrast")
     with monkeypatch.context() as patched:
-        patched.setattr(table, "write_whole", failing)
+        patched.setattr(table_build, "write_whole", failing)
         answer = chladni(*words)
     assert answer.code == 1
     assert "No space left" in answer.err
@@ -116,7 +117,7 @@ def test_ctrl_c_promises_what_was_kept_only_where_something_was(
             build_table(*arguments, **{**options, "progress": press})
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(table, "build_table", cut_off)
+    monkeypatch.setattr(build_for, "build_table", cut_off)
     output = tmp_path / "t.chl"
     answer = chladni("table", "build", coarse, "-o", output, "--objective", "contrast")
     hint = "; the same command goes on from what was kept" * is_kept

@@ -41,7 +41,7 @@ NEEDED: dict[str, list[str]] = {
 """Of the commands that refuse some numbers only once the rest is right, the rest."""
 NONE_LIKE_IT = [math.nan, math.inf, 1e300, -1.0, 1e-300, 10**30, -1]
 MAY_BE_TINY = {"lift", "ms", "seconds", "level", "quieter_from_mm", "quieter_db", "silent_from_mm",
-               "floor_um"}  # fmt: skip
+               "floor_um", "beside"}  # fmt: skip
 """What is next to zero is as good as any other there."""
 COMMANDS = typer.main.get_command(app)
 """Made once, for `chladni` makes them at every call."""

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.drives.fingers.silence import drives_for
+from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -113,9 +115,16 @@ def test_what_needs_drives_refuses_a_table_without_by_name(
 
 
 def test_a_device_starts_with_responses_alone(path: Path) -> None:
-    """It takes the table, and a touch moves nothing."""
+    """It takes the table, and a touch plays the loudest drive of its place."""
     emulator = powered(read_table(path))
     emulator.touch(TouchEvent(5.0, (10.0, 25.0)))
     recording = emulator.run(60.0)
-    assert not recording.duty_steps.any()
     assert emulator.core.state == "playing"
+    assert emulator.core.faults == []
+    found = phasors(recording, Play(2500, len(recording.duty_steps)), 120.0)
+    ((_, x_um, y_um, *_), *_) = emulator.core.touches()
+    plate = TableResponses.of(read_table(path))
+    place = (x_um * 1e-6, y_um * 1e-6)
+    (wanted,) = drives_for(plate, [place], stiffness=plate.finger.stiffness).drives
+    scale = np.vdot(found, wanted) / np.vdot(found, found)
+    assert np.abs(scale * found - wanted).max() < 0.03
