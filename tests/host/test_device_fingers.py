@@ -114,6 +114,7 @@ def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_p
     for words, named in (
         (["0,0"] * 6, "X,Y: expected at most 5 fingers"),
         (["0,0", "1;2"], "X,Y"),
+        (["0,0", "9,9", "1,1"], "X,Y: expected fingers that lie 5 mm apart or more, got '1,1'"),
         (["0,0", "5000,0"], "within 1000 mm"),
     ):
         refused = chladni("device", "touch", *words, *known, "--json")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import combinations
 from typing import Annotated, Any
 
 import typer
@@ -20,6 +22,8 @@ FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
+LEAST_APART_MM = 5.0
+"""Less than two fingertips can lie apart."""
 Place = tuple[float, float]
 
 
@@ -41,6 +45,10 @@ def touch(
     asked = [_parsed(place) for place in places]
     if len(asked) > MOST_FINGERS:
         raise InputError("X,Y", f"{len(asked)} places", f"at most {MOST_FINGERS} fingers")
+    for one, other in combinations(asked, 2):
+        if math.dist(one, other) < LEAST_APART_MM:
+            expected = f"fingers that lie {LEAST_APART_MM:g} mm apart or more"
+            raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
         held = _hold(device, asked)
