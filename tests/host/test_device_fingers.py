@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
@@ -65,12 +67,14 @@ def test_fingers_of_a_host_that_falls_silent_are_lifted(table: Table) -> None:
 
 
 def test_a_table_without_responses_has_one_finger() -> None:
-    table = make_table([[10.0, 1.0, 2.0, 3.0, 4.0]])  # type: ignore[arg-type]
+    table = replace(make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]])), limits=LIMITS)
     emulator = Emulator(device_of(table), table)
     with Device(EmulatorWire(emulator)) as device:
         device.fingers.touch(0, 1.0, 2.0)
         with pytest.raises(LinkError, match="finger_touch"):
             device.fingers.touch(1, 5.0, 5.0)
+        device.link.wait(1.5)  # longer than a silent host's finger stays
+        assert device.info()["state"] == "playing"
 
 
 @pytest.mark.parametrize("finger", [-1, 5])

@@ -151,13 +151,8 @@ class Device:
         While this program runs, it tells the device so: a device ends a touch whose host says
         nothing for 0.8 s. No touch is longer than the board's `max_on_s`.
         """
-        # Before it is asked for: what interrupts that finds a touch to be lifted.
-        self._keeper.begin()
-        try:
+        with self._keeper.beginning():
             answer = self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
-        except LinkError:
-            self._keeper.end()
-            raise
         found = answer.fields
         return found["x_um"] / 1e3, found["y_um"] / 1e3
 

@@ -6,8 +6,10 @@ says something meanwhile. More than one finger needs a table with responses.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 from chladni.host.device.link import KEEP_ALIVE_S, Link, LinkError
@@ -17,6 +19,7 @@ from chladni.host.protocol.link import BY_NAME
 from chladni.sim.errors import ArgumentError, ChladniError
 
 MOST_FINGERS = 5
+"""As of `drives.fingers.silence`, which takes as long to load as all of this."""
 
 
 class TouchKeeper:
@@ -42,6 +45,21 @@ class TouchKeeper:
             self._ended = threading.Event()
             # It ends with the program, and the touch does soon after.
             threading.Thread(target=self._run, args=(self._ended,), daemon=True).start()
+
+    @contextlib.contextmanager
+    def beginning(self) -> Iterator[None]:
+        """Keep a touch alive that is asked for within; not if it is refused, and none was held.
+
+        Before it is asked for: what interrupts that finds a touch to be lifted.
+        """
+        was_holding = self.is_holding
+        self.begin()
+        try:
+            yield
+        except LinkError:
+            if not was_holding:
+                self.end()
+            raise
 
     def end(self) -> None:
         """Let it go."""
@@ -80,14 +98,10 @@ class DeviceFingers:
             The device's table has no responses, or none of it is there.
         """
         _check(finger)
-        self._keeper.begin()
-        try:
+        with self._keeper.beginning():
             answer = self._link.request(
                 "finger_touch", finger=finger, x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)
             )
-        except LinkError:
-            self._keeper.end()
-            raise
         return answer.fields["x_um"] / 1e3, answer.fields["y_um"] / 1e3
 
     def lift(self, finger: int) -> None:
