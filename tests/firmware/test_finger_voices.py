@@ -258,8 +258,10 @@ def test_one_finger_plays_the_tables_drive_where_it_has_one(table: Table) -> Non
     recording = emulator.run(500.0)
     assert heard(recording) == [0, 1]
     assert off(voices(recording)[0], drives[0]) > 0.1
+    assert emulator.core.touches()[0][3] > 0
     lay(emulator, 1010.0, {1: None})
     assert off(voices(emulator.run(500.0))[0], drives[0]) < 0.01
+    assert emulator.core.touches()[0][3:] == (0, 0)  # of drives that play no more
 
 
 def test_both_together_keep_the_ceiling(table: Table) -> None:

@@ -13,10 +13,6 @@ bool is_near(Place one, Place other, int32_t um) {
   return x >= -um && x <= um && y >= -um && y <= um;
 }
 
-uint32_t share_q15(uint32_t level_q15, uint32_t of_q15) {
-  return of_q15 >= 32767U ? level_q15 : (level_q15 * of_q15) >> 15;
-}
-
 }  // namespace
 
 void TouchPlayback::start(const Config& config, uint32_t table_ramp_us) {
@@ -25,10 +21,9 @@ void TouchPlayback::start(const Config& config, uint32_t table_ramp_us) {
   next_ = Next::kNothing;
 }
 
-void TouchPlayback::come(FingerVoice& finger, Place place, uint32_t now_us) {
-  const auto slot = static_cast<uint32_t>(&finger - fingers_.data());
-  finger = {true, false, place, place, envelope_, wanted_[slot]};
-  finger.envelope.begin(now_us);
+void TouchPlayback::come(uint32_t slot, Place place, uint32_t now_us) {
+  fingers_[slot] = {true, false, place, place, envelope_, wanted_[slot]};
+  fingers_[slot].envelope.begin(now_us);
   drives_.forget(slot);
   ask_ = Ask::kNow;
 }
@@ -37,7 +32,7 @@ void TouchPlayback::begin(const Touches& touches, uint32_t now_us) {
   is_lifted_ = false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     fingers_[s] = {};
-    if (touches[s].is_down) come(fingers_[s], touches[s].place, now_us);
+    if (touches[s].is_down) come(s, touches[s].place, now_us);
   }
   next_ = Next::kStart;
 }
@@ -57,7 +52,7 @@ void TouchPlayback::follow(const Touches& touches, const Table& table, bool may_
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     FingerVoice& finger = fingers_[s];
     if (touches[s].is_down && !finger.is_there) {
-      come(finger, touches[s].place, now_us);
+      come(s, touches[s].place, now_us);
     } else if (!touches[s].is_down && finger.is_there) {
       finger.is_there = false;
       ask_ = Ask::kNow;
@@ -90,18 +85,17 @@ uint32_t TouchPlayback::there() const {
   return found;
 }
 
-uint32_t TouchPlayback::count() const {
-  uint32_t found = 0;
-  for (const FingerVoice& finger : fingers_) found += finger.is_there ? 1U : 0U;
-  return found;
+bool TouchPlayback::is_alone_with(const Table& table) const {
+  const uint32_t slots = there();
+  return slots != 0 && (slots & (slots - 1U)) == 0 && table.has_drives();
 }
 
-// A finger that came or left is worth beginning anew for, a move is not.
+// A finger that came or left is worth beginning again for, a move is not.
 void TouchPlayback::ask_drives(const Table& table, uint32_t now_us) {
   if (ask_ == Ask::kNo || !table.has_responses()) return;
   if (is_alone_with(table)) {
     ask_ = Ask::kNo;
-    drives_.forget();
+    drives_.stop();
     return;
   }
   const bool is_time = !drives_.is_busy() && now_us - asked_us_ >= kSolveUs;
@@ -131,24 +125,24 @@ Line TouchPlayback::common_line(uint32_t now_us) const {
 }
 
 // False while its drive is being looked for.
-bool TouchPlayback::drive_of(uint32_t slot, const Table& table, Drive& drive) const {
-  if (is_alone_with(table)) {
-    table.drive_at(fingers_[slot].place, drive);
-    return true;
-  }
-  if ((drives_.solved() >> slot & 1U) == 0) return false;
-  drive = drives_.drive(slot);
-  return true;
+bool TouchPlayback::has_drive(uint32_t slot, const Table& table) const {
+  return is_alone_with(table) || (drives_.solved() >> slot & 1U) != 0;
+}
+
+Drive TouchPlayback::drive_of(uint32_t slot, const Table& table) const {
+  if (!is_alone_with(table)) return drives_.drive(slot);
+  Drive drive{};
+  table.drive_at(fingers_[slot].place, drive);
+  return drive;
 }
 
 // Who plays goes on as it is until there are new drives for all of them, and nothing starts
 // without.
 bool TouchPlayback::are_all_ready(const Table& table) const {
-  Drive drive;
   bool is_any = false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     if (!fingers_[s].is_there) continue;
-    const bool is_ready = drive_of(s, table, drive);
+    const bool is_ready = has_drive(s, table);
     if (!is_ready && fingers_[s].has_begun) return false;
     is_any = is_any || is_ready;
   }
@@ -157,10 +151,9 @@ bool TouchPlayback::are_all_ready(const Table& table) const {
 
 // Of those that are heard from now on.
 void TouchPlayback::begin_envelopes(const Table& table, uint32_t now_us) {
-  Drive drive;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     FingerVoice& finger = fingers_[s];
-    if (!finger.is_there || finger.has_begun || !drive_of(s, table, drive)) continue;
+    if (!finger.is_there || finger.has_begun || !has_drive(s, table)) continue;
     finger.envelope.begin(now_us);
   }
 }
@@ -210,7 +203,8 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     const FingerVoice& finger = fingers_[s];
     Voice& voice = voices[s];
-    if (!finger.is_there || !drive_of(s, table, voice.drive)) continue;
+    if (!finger.is_there || !has_drive(s, table)) continue;
+    voice.drive = drive_of(s, table);
     apply_coil_gains(config, voice.drive);
     heat.even_out(voice.drive);
     const uint32_t level = is_lifted_ ? common.level_q15 : finger.envelope.level_at(end_us);

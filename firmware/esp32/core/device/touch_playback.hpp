@@ -20,6 +20,9 @@
 
 namespace chladni {
 
+// A finger has one slot everywhere.
+static_assert(kMaxFingers == kMaxVoices && kMaxFingers == fingers::kMostFingers);
+
 // What a finger plays, by slot.
 struct VoiceSettings {
   uint32_t frequency_millihertz = 0;  // 0: the table's
@@ -92,16 +95,16 @@ class TouchPlayback {
   void change() {
     if (next_ != Next::kStart) next_ = Next::kChange;
   }
-  void come(FingerVoice& finger, Place place, uint32_t now_us);
+  void come(uint32_t slot, Place place, uint32_t now_us);
   void move(FingerVoice& finger, Place place, const Table& table);
   uint32_t there() const;
-  uint32_t count() const;
-  bool is_alone_with(const Table& table) const { return count() == 1 && table.has_drives(); }
+  bool is_alone_with(const Table& table) const;
   void ask_drives(const Table& table, uint32_t now_us);
   Line common_line(uint32_t now_us) const;
   bool are_all_ready(const Table& table) const;
   void begin_envelopes(const Table& table, uint32_t now_us);
-  bool drive_of(uint32_t slot, const Table& table, Drive& drive) const;
+  bool has_drive(uint32_t slot, const Table& table) const;
+  Drive drive_of(uint32_t slot, const Table& table) const;
   bool play(Synthesis& synthesis, const Table& table, const Config& config, const CoilHeat& heat,
             uint32_t now_us);
   bool play_voices(Synthesis& synthesis, const Table& table, const Config& config,

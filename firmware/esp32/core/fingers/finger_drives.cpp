@@ -36,6 +36,10 @@ int32_t near_um(int32_t place_um) {
 
 void FingerDrives::start(uint32_t channels) {
   channels_ = channels;
+  stop();
+}
+
+void FingerDrives::stop() {
   stage_ = Stage::kDone;
   solved_ = 0;
   isolations_ = {};

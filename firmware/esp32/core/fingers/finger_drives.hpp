@@ -17,11 +17,12 @@ class FingerDrives {
   using Places = std::array<Place, fingers::kMostFingers>;
 
   void start(uint32_t channels);
-  // They are there now: whatever was being worked at begins anew. A slot that is silent feels, and
+  // They are there now: whatever was being worked at begins again. A slot that is silent feels, and
   // is not heard.
   void ask(uint32_t there, uint32_t silent, const Places& places);
-  // All of them, or one whose slot another finger takes.
-  void forget() { solved_ = 0; }
+  // None are wanted.
+  void stop();
+  // Another finger takes the slot.
   void forget(uint32_t slot) { solved_ &= ~(1U << slot); }
   // One turn's share of the work; true when the drives are new.
   bool work(const Table& table);

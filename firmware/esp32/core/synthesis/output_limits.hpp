@@ -32,6 +32,11 @@ inline uint32_t square_root(uint32_t value) {
   return root;
 }
 
+// A share of a share, both 15 bits; all of it is all of it.
+inline uint32_t share_q15(uint32_t value, uint32_t of_q15) {
+  return of_q15 >= 32767U ? value : (value * of_q15) >> 15;
+}
+
 // `value` * `part` / `whole` for part <= whole, rounded down, to 15 bits.
 inline uint32_t share_of(uint32_t value, uint32_t part, uint32_t whole) {
   while (whole > 0xFFFFU) {

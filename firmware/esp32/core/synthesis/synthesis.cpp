@@ -118,7 +118,7 @@ RampRate Synthesis::ramp_rate(uint32_t ramp_us) const {
 }
 
 // Written where the interrupt finds it, which reads it only once it is posted. What is not written
-// anew, as the phase steps of voices that go on, stays.
+// again, as the phase steps of voices that go on, stays.
 Command& Synthesis::next_command(Kind kind, bool starts_touch, uint32_t ramp_us) {
   Command& command = handover().command;
   command.kind = kind;

@@ -11,11 +11,6 @@ namespace chladni {
 
 namespace {
 
-// Shares of 1 and less, both 15 bits; all of it is all of it.
-uint32_t share_q15(uint32_t value, uint32_t of_q15) {
-  return of_q15 >= static_cast<uint32_t>(kOneQ15) ? value : (value * of_q15) >> 15;
-}
-
 uint32_t allowed(uint32_t frequency_millihertz) {
   namespace f = table_format;
   const uint32_t most = f::kMaxFrequencyMillihertz, least = f::kMinFrequencyMillihertz;

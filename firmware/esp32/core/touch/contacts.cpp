@@ -100,7 +100,6 @@ void Contacts::take(const PanelReport& report, const PanelMap& map, bool is_news
       keep(listed.fingers[k], now_us);
     }
   }
-  publish();
 }
 
 void Contacts::keep(const Found& finger, uint32_t now_us) {
@@ -143,16 +142,16 @@ bool Contacts::pass(uint32_t now_us) {
     is_overdue = is_overdue || slot.phase == Phase::kDown;
     slot = {};
   }
-  publish();
   return is_overdue;
 }
 
-// A finger that is gone for a moment is still down.
-void Contacts::publish() {
+Touches Contacts::touches() const {
+  Touches found{};
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     const Phase phase = slots_[s].phase;
-    touches_[s] = {phase == Phase::kDown || phase == Phase::kLifting, slots_[s].place};
+    found[s] = {phase == Phase::kDown || phase == Phase::kLifting, slots_[s].place};
   }
+  return found;
 }
 
 }  // namespace chladni

@@ -32,15 +32,16 @@ class Contacts {
   // `timeout_us` without news ends a touch.
   void start(const Config& config, uint32_t timeout_us);
 
-  // What a panel lists, those off its pixels left out. What is no news moves nobody and brings
-  // nobody.
+  // What a panel lists, those off its pixels left out. Without news no one moves
+  // and no one comes.
   void take(const PanelReport& report, const PanelMap& map, bool is_news, uint32_t now_us);
   // Those leave that were absent for long enough, or of whom nothing was heard. Whether one of the
   // latter.
   bool pass(uint32_t now_us);
   void set_timeout(uint32_t timeout_us) { timeout_us_ = timeout_us; }
 
-  const Touches& touches() const { return touches_; }
+  // A finger that is gone for a moment is still down.
+  Touches touches() const;
   // Also those that do not count yet.
   bool is_any_listed() const;
   // Gone, but perhaps for a moment only.
@@ -91,10 +92,8 @@ class Contacts {
   void keep(const Found& finger, uint32_t now_us);
   void begin(const Found& finger, uint32_t now_us);
   void miss(uint32_t number, uint32_t now_us);
-  void publish();
 
   std::array<Slot, kMaxFingers> slots_{};
-  Touches touches_{};
   uint32_t timeout_us_ = 100000;
   uint32_t hold_us_ = 0;
   uint32_t press_reports_ = 1;

@@ -234,7 +234,7 @@ TouchEvent TouchInput::overdue_all(uint32_t now_us) {
 }
 
 TouchEvent TouchInput::since(bool was_touched, TouchEvent otherwise) {
-  const Touches& touches = contacts_.touches();
+  const Touches touches = contacts_.touches();
   is_touched_ = count_of(touches) > 0;
   if (is_touched_) otherwise.place = place_ = place_of(touches);
   if (!is_touched_) return {was_touched ? TouchKind::kUp : TouchKind::kNothing, place_};
