@@ -112,7 +112,7 @@ def test_what_a_table_cannot_be_built_of_is_named(
         responses_table(board, bits=9)
     with pytest.raises(InputError, match="bytes"):
         responses_table(board, pitch=0.5e-3, bits=16, frequencies_hz=[100, 120, 140, 160])
-    monkeypatch.setattr(isolation, "APART", 0.5)
+    monkeypatch.setattr(isolation, "LEAST_APART", 0.5)
     with pytest.raises(ArgumentError, match="no room"):
         responses_table(board)
     with pytest.raises(ArgumentError, match="finger, fingers, both"):

@@ -30,8 +30,8 @@ STEP_HZ = 24.0
 """Between two voices, which tells them apart. All lie within 48 Hz of the table's frequency."""
 SETTLED_MS = 60.0
 """A panel's report, all slices of the drives' solver, the ramp."""
-MEASURED_MS = 250.0
-"""The window's main lobe is 16 Hz wide to either side."""
+MEASURED_MS, TOLD_APART_HZ = 250.0, 16.0
+"""The window's main lobe is so wide to either side."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,11 @@ def played_voices(
     )
 
 
+def tones_near(middle_hz: float, count: int) -> list[float]:
+    """Frequencies for so many fingers that the pins tell apart."""
+    return [middle_hz + STEP_HZ * (k - count // 2) for k in range(count)]
+
+
 def played_finger_drives(
     table: Table, board: Board, places: FloatArray, *, frequency_hz: float | None = None
 ) -> ComplexArray:
@@ -147,10 +152,9 @@ def played_finger_drives(
         The device did not hear all fingers.
     """
     middle = table.responses_section(frequency_hz).frequency_hz
-    hertz = [middle + STEP_HZ * (k - len(places) // 2) for k in range(len(places))]
     voices = [
         FingerVoice((x / MM, y / MM), own)
-        for (x, y), own in zip(places.tolist(), hertz, strict=True)
+        for (x, y), own in zip(places.tolist(), tones_near(middle, len(places)), strict=True)
     ]
     return played_voices(table, board, voices, frequency_hz=frequency_hz).drives
 

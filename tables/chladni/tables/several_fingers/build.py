@@ -162,17 +162,13 @@ def _smallest(
     check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
     at_frequencies = [solved.at_frequency(frequency) for frequency in frequencies]
     pairs = [DrawnPairs.of(one, tell) for one in at_frequencies]
+    fingers = [reckoned_finger(board, frequency) for frequency in frequencies]
     for own in candidates:
         filled = replace(
             own,
             responses=tuple(
-                section_of(
-                    one.known,
-                    reckoned_finger(board, one.known.frequency_hz),
-                    own.regions,
-                    own.bits,
-                )
-                for one in pairs
+                section_of(one.known, finger, own.regions, own.bits)
+                for one, finger in zip(pairs, fingers, strict=True)
             ),
         )
         found = _report(filled, pairs, at_frequencies)

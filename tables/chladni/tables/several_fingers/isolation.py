@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import Responses, responses_at
 from chladni.drives.fingers.silence import Plate, drives_for
 from chladni.drives.problem.problem import SolvedBoard
@@ -23,9 +24,9 @@ from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
 
-FINGERS, APART = 2, 16e-3
-"""Two fingers side by side or further apart, m: those for which drives can do most, and so lose
-most by rounding. They press with 1 N."""
+FINGERS = 2
+"""Side by side or further apart: those for which drives can do most, and so lose most by rounding.
+They press with 1 N."""
 SETS, SEED = 100, 1
 """Pairs drawn. Every table is measured on these, so a loss is known better than the isolation."""
 LIMIT_DB = 2.0
@@ -59,7 +60,7 @@ class DrawnPairs:
         ArgumentError
             The board has no room for two fingers.
         """
-        places = finger_sets(solved.board, FINGERS, SETS, APART, np.random.default_rng(SEED))
+        places = finger_sets(solved.board, FINGERS, SETS, LEAST_APART, np.random.default_rng(SEED))
         stiffness = pressing_stiffness(PRESS, solved.fields.frequency_hz)
         sets = []
         with one_blas_thread():

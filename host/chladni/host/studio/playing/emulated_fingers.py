@@ -8,15 +8,17 @@ from itertools import combinations
 
 import numpy as np
 
-from chladni.host.emulation.played_fingers import STEP_HZ, FingerVoice, played_voices
+from chladni.host.emulation.played_fingers import (
+    TOLD_APART_HZ,
+    FingerVoice,
+    played_voices,
+    tones_near,
+)
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.requests import Place, Touch, Voice
 from chladni.host.studio.playing.emulated_device import EmulatedDevice
 from chladni.host.studio.playing.finger_shares import PlayedFingers, Tones
 from chladni.host.studio.playing.played import Played, turned
-
-TOLD_APART_HZ = 16.0
-"""Between two tones whose drives are read off the same pins (played_fingers.py)."""
 
 
 class EmulatedFingers:
@@ -110,6 +112,6 @@ def _told_apart(voices: Sequence[FingerVoice], middle_hz: float) -> list[FingerV
     if all(abs(one - other) >= TOLD_APART_HZ for one, other in combinations(tones, 2)):
         return list(voices)
     return [
-        replace(voice, frequency_hz=middle_hz + STEP_HZ * (k - len(voices) // 2))
-        for k, voice in enumerate(voices)
+        replace(voice, frequency_hz=own)
+        for voice, own in zip(voices, tones_near(middle_hz, len(voices)), strict=True)
     ]
