@@ -195,9 +195,10 @@ def cross_compilers() -> None:
 @pytest.fixture(scope="session", params=["esp32"])
 def chip_program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The chip's layer on a fake of ESP-IDF, compiled; named as its chip."""
-    from firmware.chip_process import build, compile_core  # noqa: PLC0415  (it imports this file)
+    from firmware.chip_process import build  # noqa: PLC0415  (it imports this file)
+    from firmware.compiled import compiled_core_here  # noqa: PLC0415  (so does this)
 
-    core = built_once(tmp_path_factory, "chip-core", compile_core)
+    core = compiled_core_here(tmp_path_factory)
 
     def built(folder: Path) -> Path:
         return build(folder, core, request.param)

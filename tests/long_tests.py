@@ -63,8 +63,6 @@ LONG = (
     "firmware/test_limits_walk.py::test_no_order_of_requests_lifts_a_limit[1]",
     "firmware/test_native_build.py",
     "firmware/test_pins.py::test_both_sides_judge_five_thousand_configurations_alike",
-    "firmware/test_processors.py::test_a_built_table_is_read_and_looked_up_alike_and_in_time",
-    "firmware/test_processors.py::test_one_more_voice_costs_what_the_documentation_says",
     "firmware/test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new",
     "host/figures/test_wide_boards.py",
     "host/manufacture/test_drawing.py::test_a_drawing_is_the_same_bytes_in_every_run",

@@ -18,6 +18,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -73,7 +74,7 @@ PROCESSORS = (
 
 
 SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news")
-SAMPLES_OF_VOICES = ("1", "2", "3", "4", "5", "ramping", "with_news")
+SAMPLES_OF_VOICES = ("1", "2", "3", "4", "5", "signal", "ramping", "with_news")
 
 
 @dataclass(frozen=True)
@@ -109,8 +110,17 @@ def missing() -> list[str]:
 def compile_core(processor: Processor, folder: Path) -> list[Path]:
     """The core's objects in a folder, to be linked around any number of tables."""
     command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
-    include = ["-isystem", str(HERE / "include"), "-I", str(FIRMWARE)]
-    subprocess.run([*command, *FLAGS, *include, "-c", *map(str, CORE)], check=True, cwd=folder)
+    return _objects([*command, *FLAGS, "-isystem", str(HERE / "include")], folder)
+
+
+def compile_core_here(folder: Path) -> list[Path]:
+    """The same for this machine."""
+    return _objects(["g++", *FLAGS], folder)
+
+
+def _objects(command: list[str], folder: Path) -> list[Path]:
+    arguments = ["-I", str(FIRMWARE), "-c", *map(str, CORE)]
+    subprocess.run([*command, *arguments], check=True, cwd=folder)
     return sorted(folder.glob("*.o"))
 
 
@@ -119,16 +129,17 @@ def count(
     path: Path,
     *,
     core: Sequence[Path] = CORE,
-    lookups_only: bool = False,
+    core_here: Sequence[Path] = CORE,
+    only: Literal["lookups", "voices"] | None = None,
 ) -> Counts:
     """Compile, run, compare with the reference, and count.
 
     Parameters
     ----------
-    core
-        Sources, or what `compile_core` made of them.
-    lookups_only
-        Leave out the scenario that plays, and its comparison with this machine.
+    core, core_here
+        Sources, or what `compile_core` and `compile_core_here` made of them.
+    only
+        What is played besides the lookups: nothing, or the scenario of voices; else all.
 
     Raises
     ------
@@ -137,11 +148,10 @@ def count(
     """
     table = read_table(path)
     command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
-    if lookups_only:
-        command.append("-DLOOKUPS_ONLY")
+    plays = [] if only is None else [f"-D{only.upper()}_ONLY"]
     said = run(
         path,
-        [*command, *FLAGS],
+        [*command, *FLAGS, *plays],
         [*core, "-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
          # Nothing here finds drives of fingers, and the lx106's library has no floats.
          "-Wl,--no-warn-rwx-segments", "-Wl,--gc-sections",
@@ -153,9 +163,9 @@ def count(
     expected = reference_crc(table)
     if said["drives_crc"] != expected:
         raise ChladniError(f"{processor.name}: drives {said['drives_crc']:#x}, not {expected:#x}")
-    if not lookups_only:
-        own = ["g++", "-DON_THIS_MACHINE", *FLAGS]
-        here = run(path, own, [*CORE, HERE / "this_machine.cpp"], [])
+    if only != "lookups":
+        own = ["g++", "-DON_THIS_MACHINE", *FLAGS, *plays]
+        here = run(path, own, [*core_here, HERE / "this_machine.cpp"], [])
         for name in ("duties_crc", "bridge_duties_crc", "voices_duties_crc"):
             if said.get(name) != here.get(name):
                 raise ChladniError(f"{processor.name}: other {name} than on this machine")

@@ -70,6 +70,14 @@ class Walk(JudgedDevice):
         level = self.random.choice([0, 8000, 32767, 32767])
         self.core.set_voice(self.random.randrange(5), self.random.choice(MILLIHERTZ), level)
 
+    def signal(self) -> None:
+        """One that stands still, as no tone does: what a coil takes most heat from."""
+        finger = self.random.randrange(5)
+        if self.random.random() < 0.5:
+            self.core.set_signal_voice(finger, self.random.choice([8000, 32767]))
+        word = self.random.choice([-32767, 0, 12000, 32767])
+        self.core.push_signal(finger, [word] * self.random.randrange(1, 128))
+
     def panel(self) -> None:
         faults = self.core.panel_faults
         faults.is_palm = self.random.random() < 0.3
@@ -167,9 +175,9 @@ class Walk(JudgedDevice):
 
 
 ACTIONS = [
-    *[Walk.finger] * 8, Walk.voice, Walk.panel, *[Walk.host_touch] * 3, Walk.host_lift,
-    *[Walk.wave] * 8, *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late, Walk.late, Walk.drop,
-    Walk.twice, Walk.command,
+    *[Walk.finger] * 8, Walk.voice, *[Walk.signal] * 4, Walk.panel, *[Walk.host_touch] * 3,
+    Walk.host_lift, *[Walk.wave] * 8, *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late, Walk.late,
+    Walk.drop, Walk.twice, Walk.command,
 ]  # fmt: skip
 REQUESTS = [Walk.wave, Walk.stream, Walk.stop, Walk.command]
 RARE = [Walk.reset, Walk.settings, Walk.dead, Walk.rest, Walk.rest, Walk.rest]

@@ -64,8 +64,10 @@ const uint8_t* map_flash(void*, chladni::FlashArea, uint32_t offset, uint32_t co
   return offset > size || count > size - offset ? nullptr : table_begin + offset;
 }
 
-#ifdef LOOKUPS_ONLY
+#if defined(LOOKUPS_ONLY)
 constexpr bool kPlays = false, kPlaysVoices = false;
+#elif defined(VOICES_ONLY)
+constexpr bool kPlays = false, kPlaysVoices = true;
 #else
 constexpr bool kPlays = CHANNELS == 5U, kPlaysVoices = true;
 #endif
@@ -185,8 +187,8 @@ chladni::qemu::VoicesScenario voices;
 
 void play_voices(uint32_t overhead) {
   voices.run(overhead);
-  static constexpr const char* kNumbers[] = {"1", "2", "3", "4", "5"};
-  for (uint32_t k = 0; k < chladni::kMaxVoices; ++k) say(kNumbers[k], voices.steady[k], "voices_");
+  static constexpr const char* kParts[] = {"1", "2", "3", "4", "5", "signal"};
+  for (uint32_t k = 0; k < voices.kParts; ++k) say(kParts[k], voices.steady[k], "voices_");
   say("ramping", voices.ramping, "voices_");
   say("with_news", voices.with_news, "voices_");
   say("voices_duties_crc", voices.crc());

@@ -1,4 +1,5 @@
-// One to five voices on all channels: what a sample of each number takes.
+// One to five voices on all channels, then the last of five a signal instead of a tone: what a
+// sample of each takes.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,8 @@ class VoicesScenario {
     settings.touch_timeout_us = 100000;
     settings.max_on_us = 10000000;
     synthesis_.start(hal_, settings);
-    for (uint32_t count = 1; count <= kMaxVoices; ++count) {
+    for (uint32_t part = 0; part < kParts; ++part) {
+      const uint32_t count = part < kMaxVoices ? part + 1U : kMaxVoices;
       Voices voices{};
       for (uint32_t v = 0; v < count; ++v) {
         for (uint32_t k = 0; k < CHANNELS; ++k) {
@@ -35,12 +37,14 @@ class VoicesScenario {
         voices[v].starts = v + 1U == count;
         voices[v].frequency_millihertz = 160000U + 7000U * v;
       }
+      voices[kMaxVoices - 1U].has_signal = part == kMaxVoices;
       synthesis_.play_voices(voices, {0, 4000, count == 1});
       for (uint32_t sample = 0; sample < kSamples; ++sample) {
+        synthesis_.signal(kMaxVoices - 1U).push(static_cast<int16_t>(100 * sample));
         const uint32_t begin = counter();
         synthesis_.player().sample(0);
         const uint32_t taken = counter() - begin - overhead;
-        uint32_t& most = sample == 0 ? with_news : (sample < kRamp ? ramping : steady[count - 1U]);
+        uint32_t& most = sample == 0 ? with_news : (sample < kRamp ? ramping : steady[part]);
         if (taken > most) most = taken;
         for (uint32_t k = 0; k < CHANNELS; ++k) {
           const uint8_t bytes[2] = {static_cast<uint8_t>(duties_[k]),
@@ -53,8 +57,10 @@ class VoicesScenario {
 
   uint32_t crc() const { return crc_ ^ 0xFFFFFFFFU; }
 
-  // The most of samples with so many voices; of any number, while they ramp or a command is taken.
-  uint32_t steady[kMaxVoices] = {};
+  static constexpr uint32_t kParts = kMaxVoices + 1U;
+
+  // The most of samples in each part; in any, while voices ramp or a command is taken.
+  uint32_t steady[kParts] = {};
   uint32_t ramping = 0;
   uint32_t with_news = 0;
 

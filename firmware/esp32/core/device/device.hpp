@@ -50,6 +50,8 @@ class Device {
   void set_voice(uint32_t finger, const VoiceSettings& settings) {
     touch_.set_voice(finger, settings);
   }
+  // Of a finger that plays one: samples wait here.
+  SignalRing& signal(uint32_t finger) { return synthesis_.signal(finger); }
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }

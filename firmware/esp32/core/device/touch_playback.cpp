@@ -1,5 +1,6 @@
 #include "core/device/touch_playback.hpp"
 
+#include "core/fingers/real_part.hpp"
 #include "core/table/coil_gains.hpp"
 
 namespace chladni {
@@ -103,13 +104,14 @@ void TouchPlayback::ask_drives(const Table& table, uint32_t now_us) {
   ask_ = Ask::kNo;
   asked_us_ = now_us;
   FingerDrives::Places places{};
-  uint32_t silent = 0;
+  uint32_t silent = 0, real = 0;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     FingerVoice& finger = fingers_[s];
     places[s] = finger.asked_place = finger.place;
     if (finger.settings.level_q15 == 0) silent |= 1U << s;
+    if (finger.settings.has_signal) real |= 1U << s;
   }
-  drives_.ask(there(), silent, places);
+  drives_.ask({there(), silent, real}, places);
 }
 
 // The shortest line of any: then all are on their way, and none is passed over.
@@ -133,6 +135,7 @@ Drive TouchPlayback::drive_of(uint32_t slot, const Table& table) const {
   if (!is_alone_with(table)) return drives_.drive(slot);
   Drive drive{};
   table.drive_at(fingers_[slot].place, drive);
+  if (fingers_[slot].settings.has_signal) keep_real_part(drive);
   return drive;
 }
 
@@ -171,8 +174,9 @@ bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config&
     return false;
   }
   const bool is_start = is_starting();
-  const bool is_told = table.has_responses() ? play_voices(synthesis, table, config, heat, now_us)
-                                             : play(synthesis, table, config, heat, now_us);
+  const bool has_voices = table.has_responses() || fingers_[0].settings.has_signal;
+  const bool is_told = has_voices ? play_voices(synthesis, table, config, heat, now_us)
+                                  : play(synthesis, table, config, heat, now_us);
   if (!is_told) return false;
   next_ = Next::kNothing;
   return is_start;
@@ -210,6 +214,7 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
     const uint32_t level = is_lifted_ ? common.level_q15 : finger.envelope.level_at(end_us);
     voice.level_q15 = share_q15(level, finger.settings.level_q15);
     voice.starts = !finger.has_begun;
+    voice.has_signal = finger.settings.has_signal;
     const uint32_t own = finger.settings.frequency_millihertz;
     voice.frequency_millihertz = own > 0 ? own : table.frequency_millihertz();
     begun |= 1U << s;

@@ -27,6 +27,7 @@ static_assert(kMaxFingers == kMaxVoices && kMaxFingers == fingers::kMostFingers)
 struct VoiceSettings {
   uint32_t frequency_millihertz = 0;  // 0: the table's
   uint32_t level_q15 = 32767;         // of the configured one; 0: it feels, and is not heard
+  bool has_signal = false;            // what is pushed for it, in place of the configured wave
 };
 
 class TouchPlayback {

@@ -46,13 +46,12 @@ void FingerDrives::stop() {
   of_loudest_ = {};
 }
 
-void FingerDrives::ask(uint32_t there, uint32_t silent, const Places& places) {
-  there_ = there;
-  silent_ = silent;
+void FingerDrives::ask(const Slots& slots, const Places& places) {
+  asked_ = slots;
   places_ = places;
   filled_ = 0;
   solver_.set().count = 0;
-  solved_ &= there;
+  solved_ &= slots.there;
   stage_ = Stage::kFill;
 }
 
@@ -83,7 +82,7 @@ bool FingerDrives::step(const Table& table) {
 
 // What the coils do at the next finger's points; false when all have been read.
 bool FingerDrives::fill(const Table& table) {
-  while (filled_ < kMostFingers && (there_ >> filled_ & 1U) == 0) ++filled_;
+  while (filled_ < kMostFingers && (asked_.there >> filled_ & 1U) == 0) ++filled_;
   if (filled_ == kMostFingers) return false;
   fingers::FingerSet<float>& set = solver_.set();
   fingers::Finger<float>& finger = set.fingers[set.count];
@@ -115,7 +114,8 @@ void FingerDrives::begin(const Table& table) {
   for (uint32_t j = 0; j < set.count; ++j) {
     fingers::Finger<float>& finger = set.fingers[j];
     finger.level_n = can_choose ? known.full_force_n : 1.0F;
-    if ((silent_ >> slots_[j] & 1U) != 0) finger.level_n = 0.0F;
+    if ((asked_.silent >> slots_[j] & 1U) != 0) finger.level_n = 0.0F;
+    finger.is_real = (asked_.real >> slots_[j] & 1U) != 0;
     finger.threshold_m = known.threshold_m * kExpectedToReal;
     finger.regularisation = can_choose ? 0.0F : fingers::kRegularisation;
   }

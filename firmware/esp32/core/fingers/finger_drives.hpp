@@ -13,13 +13,20 @@ namespace chladni {
 
 class FingerDrives {
  public:
-  // Fingers by slot, a bit each of those that are there.
+  // Fingers by slot.
   using Places = std::array<Place, fingers::kMostFingers>;
 
+  // A bit each: fingers that are there, those that feel and are not heard, and those whose signal
+  // is no tone, which get real gains.
+  struct Slots {
+    uint32_t there = 0;
+    uint32_t silent = 0;
+    uint32_t real = 0;
+  };
+
   void start(uint32_t channels);
-  // They are there now: whatever was being worked at begins again. A slot that is silent feels, and
-  // is not heard.
-  void ask(uint32_t there, uint32_t silent, const Places& places);
+  // They are there now: whatever was being worked at begins again.
+  void ask(const Slots& slots, const Places& places);
   // None are wanted.
   void stop();
   // Another finger takes the slot.
@@ -55,8 +62,7 @@ class FingerDrives {
   fingers::DriveSolver<float> solver_;
   Stage stage_ = Stage::kDone;
   uint32_t channels_ = 1;
-  uint32_t there_ = 0;
-  uint32_t silent_ = 0;
+  Slots asked_{};
   Places places_{};
   // Slots of the solver's fingers.
   std::array<uint8_t, fingers::kMostFingers> slots_{};

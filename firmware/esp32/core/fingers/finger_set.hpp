@@ -32,6 +32,7 @@ struct Finger {
   Real level_n{};       // what the largest coil of its drive will be given, N; 0: it plays nothing
   Real threshold_m{};   // RMS over its disc, peak in time, from which it feels another's signal
   Real regularisation{};  // λ over the mean square of a point's responses; 0: chosen (choice.hpp)
+  bool is_real{};         // its drive has no imaginary part
 };
 
 // All fingers that are on the plate. With a stiffness of 0 the plate is free: neither `own` nor

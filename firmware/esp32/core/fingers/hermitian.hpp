@@ -33,6 +33,10 @@ class Hermitian {
     }
   }
 
+  void drop_imaginary(uint32_t channels) {
+    for (uint32_t k = 0; k < channels * (channels + 1) / 2; ++k) lower_[k].im = Real{};
+  }
+
   Real trace(uint32_t channels) const {
     Real sum{};
     for (uint32_t a = 0; a < channels; ++a) sum = sum + at(a, a).re;

@@ -9,6 +9,9 @@
 // residuals from the points themselves takes out what rounding in the matrix and its factors did
 // (Björck, Numerical Methods for Least Squares Problems, 2.9): errors then grow with the points'
 // condition, no more with its square.
+//
+// Of a drive with real gains, ‖H d‖² = dᵀ Re(Hᴴ H) d, and the real part of h̄* takes its place, once
+// the phase that all of it has in common is taken out (real_part.hpp).
 #pragma once
 
 #include <array>
@@ -17,6 +20,7 @@
 #include "core/fingers/finger_set.hpp"
 #include "core/fingers/hermitian.hpp"
 #include "core/fingers/push_back.hpp"
+#include "core/fingers/real_part.hpp"
 
 namespace chladni::fingers {
 
@@ -42,6 +46,7 @@ class Silence {
       target[k] = conj(target[k]) * scale;
       sum = sum + root(squared(target[k]));
     }
+    if (set.fingers[finger].is_real) keep_real_part(target.data(), set.channels);
     loudest_[finger] = sum * most;
   }
 
@@ -58,6 +63,8 @@ class Silence {
       }
       is_first = false;
     }
+    is_real_ = set.fingers[finger].is_real;
+    if (is_real_) others_.drop_imaginary(set.channels);
     const Real points = Real(static_cast<float>((set.count - 1) * kPoints));
     mean_square_ = is_first ? Real{} : others_.trace(set.channels) / points;
   }
@@ -117,6 +124,7 @@ class Silence {
         for (uint32_t c = 0; c < set.channels; ++c) subtract_product(rest[c], conj(h[c]), moved);
       }
     }
+    for (uint32_t c = 0; is_real_ && c < set.channels; ++c) rest[c].im = Real{};
     factor_.solve(rest, set.channels);
     for (uint32_t c = 0; c < set.channels; ++c) gains[c] = gains[c] + rest[c];
   }
@@ -160,6 +168,7 @@ class Silence {
   Hermitian<Real> factor_{};
   Real mean_square_{};
   uint32_t finger_ = 0;
+  bool is_real_ = false;
 };
 
 }  // namespace chladni::fingers

@@ -433,4 +433,41 @@ template <typename Take> Request read_request(const uint8_t* from, Take take) {
 }
 }  // namespace finger_lift
 
+namespace signal_voice {
+constexpr uint32_t kCode = 25U;
+struct Request {
+  static constexpr uint32_t kBytes = 3U;
+  uint8_t finger;  // 0 to 4.
+  uint16_t level_q15;  // As of `voice`.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  take(from + 1, found.level_q15);
+  return found;
+}
+}  // namespace signal_voice
+
+namespace signal_data {
+constexpr uint32_t kCode = 26U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t finger;  // 0 to 4.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 4U;
+  struct Taken { uint16_t value; } taken;  // Samples.
+  struct Filled { uint16_t value; } filled;  // Samples that wait.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.taken.value);
+  put(to + 2, from.filled.value);
+}
+}  // namespace signal_data
+
 }  // namespace chladni::link_format

@@ -1,4 +1,5 @@
 // What a host asks of fingers: those it holds itself, and what each of the panel's plays.
+#include "core/base/bytes.hpp"
 #include "core/generated/link_messages.hpp"
 #include "core/link/requests.hpp"
 
@@ -51,7 +52,34 @@ Status Requests::set_voice(const Request& request) {
   if (asked.finger >= kMaxFingers || asked.level_q15 > 32767U || !is_known) {
     return Status::kMalformed;
   }
-  device_.set_voice(asked.finger, {asked.millihertz, asked.level_q15});
+  device_.set_voice(asked.finger, {asked.millihertz, asked.level_q15, false});
+  return Status::kOk;
+}
+
+Status Requests::set_signal_voice(const Request& request) {
+  namespace m = f::signal_voice;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  const m::Request asked = m::read_request(request.fields, Take{});
+  if (asked.finger >= kMaxFingers || asked.level_q15 > 32767U) return Status::kMalformed;
+  device_.set_voice(asked.finger, {0, asked.level_q15, true});
+  device_.signal(asked.finger).begin();
+  return Status::kOk;
+}
+
+// As much as the ring has room for: the host sends the rest later.
+Status Requests::take_signal(const Request& request) {
+  namespace m = f::signal_data;
+  using A = m::Answer;
+  constexpr uint32_t kFixed = m::Request::kBytes;
+  if (request.size < kFixed || (request.size - kFixed) % 2U != 0) return Status::kMalformed;
+  const uint32_t finger = m::read_request(request.fields, Take{}).finger;
+  if (finger >= kMaxFingers) return Status::kMalformed;
+  SignalRing& ring = device_.signal(finger);
+  uint32_t taken = 0;
+  for (uint32_t at = kFixed; at < request.size; at += 2U, ++taken) {
+    if (!ring.push(static_cast<int16_t>(read_u16(request.fields + at)))) break;
+  }
+  put(A{A::Taken{static_cast<uint16_t>(taken)}, A::Filled{static_cast<uint16_t>(ring.filled())}});
   return Status::kOk;
 }
 

@@ -131,6 +131,8 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       return Status::kOk;
     case f::touches::kCode: return put_touches();
     case f::voice::kCode: return set_voice(request);
+    case f::signal_voice::kCode: return set_signal_voice(request);
+    case f::signal_data::kCode: return take_signal(request);
     case f::finger_touch::kCode: return touch_finger(request);
     case f::finger_lift::kCode: return lift_finger(request);
     case f::frequency::kCode: return select_frequency(request);

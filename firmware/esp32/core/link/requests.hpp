@@ -57,6 +57,8 @@ class Requests {
   link_format::Status touch_finger(const Request& request);
   link_format::Status lift_finger(const Request& request);
   link_format::Status set_voice(const Request& request);
+  link_format::Status set_signal_voice(const Request& request);
+  link_format::Status take_signal(const Request& request);
   link_format::Status put_touches();
 
   link_format::Status select_frequency(const Request& request);

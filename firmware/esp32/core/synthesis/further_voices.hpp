@@ -1,6 +1,6 @@
 // The voices beside the first, for the sample interrupt: each a sine with a phase of its own, and
-// an in-phase and a quadrature gain per channel. They ramp with the first voice, along the same
-// lines.
+// an in-phase and a quadrature gain per channel, or a signal (signal_ring.hpp), which is in phase
+// everywhere. They ramp with the first voice, along the same lines.
 //
 // All of it is inlined into sample_player.cpp: a copy of its own would lie in flash.
 #pragma once
@@ -18,13 +18,20 @@ class FurtherVoices {
   bool are_sounding() const { return sounding_ != 0; }
 
   // What they give each channel in this sample is added to its sum; their phases go on.
+  // `signals` has one for each.
   template <bool kIsRamping>
-  [[gnu::always_inline]] void add_to(int32_t* sums, uint32_t channels, int32_t left) {
+  [[gnu::always_inline]] void add_to(int32_t* sums, uint32_t channels, int32_t left,
+                                     SignalRing* signals, uint32_t shift) {
     Voice* voice = voices_.data();
-    for (uint32_t rest = sounding_; rest != 0; rest >>= 1, ++voice) {
+    for (uint32_t rest = sounding_; rest != 0; rest >>= 1, ++voice, ++signals) {
       if ((rest & 1U) == 0) continue;
-      const SineCosine wave = sine_cosine(voice->phase_u32);
-      voice->phase_u32 += voice->phase_step_u32;
+      SineCosine wave{};
+      if (voice->has_signal) {
+        wave.cosine_q15 = signals->next(shift);
+      } else {
+        wave = sine_cosine(voice->phase_u32);
+        voice->phase_u32 += voice->phase_step_u32;
+      }
       int32_t* sum = sums;
       const Channel* const end = voice->channels.data() + channels;
       for (const Channel* channel = voice->channels.data(); channel != end; ++channel, ++sum) {
@@ -39,9 +46,10 @@ class FurtherVoices {
   }
 
   // From where they are, `left` samples before a ramp's end, to the gains of a command. One that
-  // was silent begins at the same phase each time.
+  // was silent begins at the same phase each time; a signal, which begins and ends by itself, has
+  // its gains at once.
   [[gnu::always_inline]] void aim(const Command& command, uint32_t channels, RampRate rate,
-                                  int32_t left) {
+                                  int32_t left, SignalRing* signals) {
     const uint32_t wanted = command.voices >> 1;
     for (uint32_t v = 0; (sounding_ | wanted) >> v != 0; ++v) {
       const bool was_sounding = (sounding_ >> v & 1U) != 0, is_wanted = (wanted >> v & 1U) != 0;
@@ -49,7 +57,10 @@ class FurtherVoices {
       Voice& voice = voices_[v];
       const FurtherGains& gains = command.further[v];
       voice.phase_step_u32 = gains.phase_step_u32;
+      if (is_wanted) voice.has_signal = (command.signals >> (v + 1U) & 1U) != 0;
       if (!was_sounding) voice.phase_u32 = 0;
+      const bool is_at_once = !was_sounding && voice.has_signal;
+      if (is_at_once) signals[v].start();
       const int32_t left_of_it = was_sounding ? left : 0;  // else its steps are of a ramp long ago
       for (uint32_t k = 0; k < channels; ++k) {
         Channel& channel = voice.channels[k];
@@ -57,6 +68,7 @@ class FurtherVoices {
                 left_of_it);
         aim_one(channel.quadrature, channel.quadrature_step, is_wanted ? gains.quadrature[k] : 0,
                 rate, left_of_it);
+        if (is_at_once) channel.in_phase_step = channel.quadrature_step = 0;
       }
     }
     sounding_ |= wanted;
@@ -119,6 +131,7 @@ class FurtherVoices {
   struct Voice {
     uint32_t phase_u32;
     uint32_t phase_step_u32;
+    bool has_signal;
     std::array<Channel, kMaxChannels> channels;
   };
 

@@ -8,6 +8,7 @@
 
 #include "core/synthesis/duty_ring.hpp"
 #include "core/synthesis/output_limits.hpp"
+#include "core/synthesis/signal_ring.hpp"
 #include "core/synthesis/waves/waveform.hpp"
 
 namespace chladni {
@@ -66,6 +67,7 @@ struct Command {
   Waveform waveform;
   RampRate rate;
   uint32_t voices;          // that sound, a bit each from the first on
+  uint32_t signals;         // voices that play what is pushed for them instead of a sine
   uint32_t phase_step_u32;  // of the first voice
   EdgeScale edges;
   // Of the first voice. Sine: the two gains. Others: amplitude, and phase as an unsigned number.
@@ -96,6 +98,7 @@ struct Handover {
 
   Command command{};
   DutyRing stream{};
+  std::array<SignalRing, kMaxVoices> signals{};
 };
 
 }  // namespace chladni

@@ -15,8 +15,14 @@ constexpr int32_t kUnityQ30 = 1 << 30;
 template <bool kIsRamping, bool kHasBridges, bool kHasFurther>
 void SamplePlayer::sines() {
   int32_t* further = further_sums_.data();
-  if (kHasFurther) further_.add_to<kIsRamping>(further, settings_.channels, ramp_left_);
-  const SineCosine wave = sine_cosine(next_phase());
+  SineCosine wave{};
+  if (kHasFurther) {
+    SignalRing* const signals = handover_.signals.data();
+    const uint32_t shift = settings_.signal_shift;
+    further_.add_to<kIsRamping>(further, settings_.channels, ramp_left_, signals + 1, shift);
+    if (has_signal_) wave.cosine_q15 = signals->next(shift);
+  }
+  if (!kHasFurther || !has_signal_) wave = sine_cosine(next_phase());
   const Shaper shaper = settings_.shaper;
   const Bridge bridge = settings_.bridge;
   const int32_t left = ramp_left_;
@@ -139,7 +145,8 @@ void SamplePlayer::sample_with_news(uint32_t missed) {
 // back.
 void SamplePlayer::settle() {
   further_.settle();
-  if (mode_ == Mode::kVoices && is_playing() && !further_.are_sounding()) mode_ = Mode::kSines;
+  const bool is_one_sine = !further_.are_sounding() && !has_signal_;
+  if (mode_ == Mode::kVoices && is_playing() && is_one_sine) mode_ = Mode::kSines;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     const Channel& own = channels_[k];
     const bool is_silent = own.first == 0 && (own.second == 0 || !plays_sines());
@@ -253,11 +260,17 @@ void SamplePlayer::take(const Command& command) {
     stream_gain_q15_ = 1 << 15;
     stream_step_q30_ = rate_.step(0, kUnityQ30);
   } else {
-    further_.aim(command, settings_.channels, rate_, ramp_left_);
-    mode_ = further_.are_sounding() ? Mode::kVoices : Mode::kSines;
+    further_.aim(command, settings_.channels, rate_, ramp_left_, handover_.signals.data() + 1);
+    const bool had_first = has_first_;
+    has_first_ = (command.voices & 1U) != 0;
+    if (has_first_) has_signal_ = (command.signals & 1U) != 0;
+    const bool is_at_once = has_signal_ && has_first_ && !had_first;
+    if (is_at_once) handover_.signals[0].start();
+    mode_ = further_.are_sounding() || has_signal_ ? Mode::kVoices : Mode::kSines;
     if (waveform_ != Waveform::kSine) mode_ = Mode::kOthers;
     for (uint32_t k = 0; k < settings_.channels; ++k) {
       aim(channels_[k], command.first[k], command.second[k], command.bias[k]);
+      if (is_at_once) channels_[k].first_step = channels_[k].second_step = 0;
     }
   }
   ramp_left_ = rate_.samples;
@@ -318,6 +331,7 @@ void SamplePlayer::go_off() {
   }
   further_.go_off(settings_.channels);
   stream_gain_q15_ = stream_step_q30_ = 0;
+  has_first_ = has_signal_ = false;
   ramp_left_ = 0;
   mode_ = Mode::kOff;
   forget_deadlines();

@@ -24,6 +24,7 @@ struct PlayerSettings {
   bool has_bridges;
   Bridge bridge;
   RampRate fade;
+  uint32_t signal_shift;  // of signal_ring.hpp
   // In samples: what the interrupt counts by itself.
   uint32_t touch_timeout;
   uint32_t max_on;
@@ -83,7 +84,7 @@ class SamplePlayer {
   enum class Mode : uint8_t {
     kSines,
     kFadingSines,
-    kVoices,  // several sines, fading ones too
+    kVoices,  // several, or signals; fading ones too
     kOthers,
     kStream,
     kOff,
@@ -197,6 +198,9 @@ class SamplePlayer {
   RampRate rate_{};
   uint32_t seen_beats_ = 0;
   Handover handover_{};
+  // Of the first voice.
+  bool has_first_ = false;
+  bool has_signal_ = false;
   FurtherVoices further_{};
   // What further voices give each channel in a sample; 0 between samples.
   std::array<int32_t, kMaxChannels> further_sums_{};

@@ -97,6 +97,7 @@ bool Synthesis::start(const Hal& hal, const SynthesisSettings& settings) {
       {static_cast<int32_t>(settings_.lost_steps), max_duty, -max_duty,
        -static_cast<int32_t>(most_turned_steps(settings.pwm_bits))},
       ramp_rate(settings.ramp_us),
+      kSignalShift - settings.pwm_bits,
       samples_in(settings.touch_timeout_us, settings.pwm_bits),
       samples_in(settings.max_on_us, settings.pwm_bits),
       samples_in(kMostLateUs, settings.pwm_bits),
@@ -135,6 +136,7 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
     command.phase_step_u32 = next_phase_step_u32_;
     command.edges = EdgeScale::of(next_phase_step_u32_);
     command.waveform = next_waveform_;
+    command.signals = 0;
     periods_q12_[0] = next_period_q12_;
   }
   let_sound(1U);

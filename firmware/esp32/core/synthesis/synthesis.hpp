@@ -50,12 +50,14 @@ constexpr uint32_t full_span_steps(uint32_t pwm_bits, uint32_t lost_steps) {
 // What a bridge loses of a pulse, rounded; a step is 12.5 ns.
 constexpr uint32_t lost_steps(uint32_t lost_ns) { return (lost_ns * 2U + 12U) / 25U; }
 
-// A finger's signal among others: a sine.
+// A finger's signal among others: a sine, or what is pushed for it, of which the drive's in-phase
+// gains are played.
 struct Voice {
   Drive drive{};
   uint32_t level_q15 = 0;  // loudness, 0 (silent) to 32767
   // It begins, with this frequency; one that goes on keeps its own.
   bool starts = false;
+  bool has_signal = false;
   uint32_t frequency_millihertz = 0;
 };
 using Voices = std::array<Voice, kMaxVoices>;
@@ -122,6 +124,7 @@ class Synthesis {
   uint32_t stream_ms() const { return ((stream().ahead() + 1U) << settings_.pwm_bits) / 10000U; }
   uint32_t stream_charge(const uint16_t* duties_q16);
   DutyRing& stream() { return handover().stream; }
+  SignalRing& signal(uint32_t voice) { return handover().signals[voice]; }
   const DutyRing& stream() const { return handover().stream; }
 
  private:

@@ -69,7 +69,11 @@ uint32_t Synthesis::fit_voices(const Voices& voices, Levels& levels_q15, Sizes& 
 void Synthesis::begin_voices(const Voices& voices, Command& command) {
   for (uint32_t v = 0; v < kMaxVoices; ++v) {
     if (!voices[v].starts) continue;
-    const uint32_t millihertz = allowed(voices[v].frequency_millihertz);
+    const uint32_t bit = 1U << v;
+    command.signals = (command.signals & ~bit) | (voices[v].has_signal ? bit : 0U);
+    // A signal may stay at its crest: as a wave whose period no window takes in.
+    const uint32_t asked = voices[v].has_signal ? 0U : voices[v].frequency_millihertz;
+    const uint32_t millihertz = allowed(asked);
     const uint32_t step = phase_step_u32(millihertz, settings_.pwm_bits);
     (v == 0 ? command.phase_step_u32 : command.further[v - 1U].phase_step_u32) = step;
     const uint32_t period = period_share_q12(millihertz);

@@ -9,14 +9,19 @@ from __future__ import annotations
 import contextlib
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from chladni.host.device.link import KEEP_ALIVE_S, Link, LinkError
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import SerialWire, Wire
-from chladni.host.protocol.link import BY_NAME
+from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD
 from chladni.sim.errors import ArgumentError, ChladniError
+
+FloatArray = NDArray[np.float64]
 
 MOST_FINGERS = 5
 """As of `drives.fingers.silence`, which takes as long to load as all of this."""
@@ -129,6 +134,34 @@ class DeviceFingers:
         self._link.request(
             "voice", finger=finger, millihertz=millihertz, level_q15=round(level * 32767.0)
         )
+
+    def set_signal(self, finger: int, level: float = 1.0) -> None:
+        """Let a finger play what `send` sends, from its next touch on, in place of a tone.
+
+        Parameters
+        ----------
+        level
+            Of the configured level, 0 to 1.
+        """
+        _check(finger)
+        if not 0.0 <= level <= 1.0:
+            raise ArgumentError("level", level, "0 to 1")
+        self._link.request("signal_voice", finger=finger, level_q15=round(level * 32767.0))
+
+    def send(self, finger: int, samples: Sequence[float] | FloatArray) -> tuple[int, int]:
+        """Send a finger's next samples, -1 to 1, `SIGNAL_HZ` of which are played in a second.
+
+        Returns
+        -------
+        How many there was room for, and how many wait now.
+        """
+        _check(finger)
+        own = np.asarray(samples, dtype=np.float64)
+        if not np.all(np.abs(own) <= 1.0):
+            raise ArgumentError("samples", "some beyond 1", "-1 to 1")
+        whole = np.round(own[: MAX_PAYLOAD // 2] * 32767.0).astype("<i2")
+        answer = self._link.request("signal_data", whole.tobytes(), finger=finger).fields
+        return answer["taken"], answer["filled"]
 
     def all(self) -> list[dict[str, Any]]:
         """Those that are down, with places and what their drives come to.

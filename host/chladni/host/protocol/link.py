@@ -19,7 +19,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 4
+VERSION_MAJOR, VERSION_MINOR = 2, 5
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -35,6 +35,10 @@ UPDATE_SILENCE_MS = 5000
 TOUCH_SILENCE_MS = 800
 """A touch whose host says nothing for so long ends: off within a second, with the ramp."""
 RESPONSE = 0x80
+SIGNAL_HZ = 80e6 / 2**15
+"""Samples of a finger's signal, per second of the device's clock."""
+SIGNAL_SAMPLES = 128
+"""That a device keeps of each."""
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
 
@@ -199,5 +203,13 @@ MESSAGES = (
     Message(23, "finger_touch", (_FINGER, *_PLACE), "", _PLACE, "",
             "As `touch`, of one of five fingers; without responses only the first counts."),
     Message(24, "finger_lift", (_FINGER,), "", (), "", "Of one; `lift` lifts all."),
+    Message(25, "signal_voice", (_FINGER, Field("level_q15", "u16", "As of `voice`.")),
+            "", (), "", "A slot's fingers, from their next touch on, play what `signal_data` "
+            "sends, until `voice` says otherwise. Samples that wait are dropped."),
+    Message(26, "signal_data", (_FINGER,),
+            f"samples i16, 32767 for the level, 80 MHz / 2^15 = {SIGNAL_HZ:.3f} of them a second",
+            (Field("taken", "u16", "Samples."), Field("filled", "u16", "Samples that wait.")), "",
+            f"As many as there is room for, {SIGNAL_SAMPLES} in all. They wait for the finger; "
+            "where they run out, what it plays dies away."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

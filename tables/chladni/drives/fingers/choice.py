@@ -63,6 +63,7 @@ def chosen_drives(
     thresholds: Sequence[float],
     levels: Sequence[float] | None = None,
     stiffness: complex = 0.0,
+    real: bool | Sequence[bool] = False,
 ) -> ChosenDrives:
     """A drive for each finger, as still for the others as they feel it and no stiller.
 
@@ -78,6 +79,8 @@ def chosen_drives(
         Largest force of each drive as it will be played, N; 0 plays nothing; 1 each if left out.
     stiffness
         Force over displacement of each finger, N/m; 0 for a free plate.
+    real
+        Whether drives have real gains, as of `drives_for`.
 
     Returns
     -------
@@ -93,7 +96,7 @@ def chosen_drives(
     if felt.shape != (count,):
         raise ArgumentError("thresholds", felt.shape, f"one for each of {count} fingers")
     sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
-    pressed = PressedPoints.of(plate, fingers, stiffness)
+    pressed = PressedPoints.of(plate, fingers, stiffness, real)
 
     @cache
     def tried(each: float) -> FingerDrives:

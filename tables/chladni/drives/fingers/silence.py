@@ -16,6 +16,10 @@ Fingers are on the plate. Finger j pushes back with Z times its displacement u_j
     u = (1 + Z g)⁻¹ h̄,   h′(p) = h(p) − Σ_j g(p, j) Z u_j,
 
 where g(a, b) = h(a)ᵀ M h̄(b) between fingers (coupling.py) and the place's own compliance under one.
+
+A signal that is no tone plays with real gains. Below a plate's first resonance that is no loss to
+speak of: h is nearly real. ‖H d‖² is then dᵀ Re(Hᴴ H) d, and h̄* gives its real part, once the phase
+θ that it has in common is taken out: 2θ = arg Σ h̄*², which leaves the largest real part.
 """
 
 from __future__ import annotations
@@ -105,6 +109,7 @@ def drives_for(
     levels: Sequence[float] | FloatArray | None = None,
     stiffness: complex = 0.0,
     regularisation: float | Sequence[float] | FloatArray = REGULARISATION,
+    real: bool | Sequence[bool] = False,
 ) -> FingerDrives:
     """A drive for each finger that leaves the others still.
 
@@ -120,6 +125,8 @@ def drives_for(
         Force over displacement of each finger, N/m (`pressing_stiffness`); 0 for a free plate.
     regularisation
         λ over the mean square of a point's responses, positive; one for all, or one a finger.
+    real
+        Whether drives have real gains, for signals that are no tones; one for all, or one a finger.
 
     Returns
     -------
@@ -134,7 +141,7 @@ def drives_for(
     ----------
     The module's equations; docs/fingers.md.
     """
-    return PressedPoints.of(plate, fingers, stiffness).drives(levels, regularisation)
+    return PressedPoints.of(plate, fingers, stiffness, real).drives(levels, regularisation)
 
 
 @dataclass(frozen=True)
@@ -149,14 +156,23 @@ class PressedPoints:
         h̄′, over each finger's disc, shape (fingers, actuators).
     others
         Hᴴ H of the points of all fingers but each, shape (fingers, actuators, actuators), m²/N².
+    real
+        Whose drives have real gains, bool, shape (fingers,).
     """
 
     points: ComplexArray
     means: ComplexArray
     others: ComplexArray
+    real: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, plate: Plate, fingers: Sequence[Place], stiffness: complex) -> PressedPoints:
+    def of(
+        cls,
+        plate: Plate,
+        fingers: Sequence[Place],
+        stiffness: complex,
+        real: bool | Sequence[bool] = False,
+    ) -> PressedPoints:
         """Of fingers on a plate, as of `drives_for`."""
         centres = np.asarray(fingers, dtype=np.float64).reshape(-1, 2)
         if not 1 <= len(centres) <= MOST_FINGERS:
@@ -164,7 +180,8 @@ class PressedPoints:
         points = loaded_points(plate, centres, stiffness)
         grams = np.einsum("fpa,fpb->fab", points.conj(), points)
         means = np.einsum("p,fpa->fa", disc_weights(), points)
-        return cls(points, means, grams.sum(axis=0) - grams)
+        whose = np.broadcast_to(np.asarray(real, dtype=np.bool_), (len(centres),))
+        return cls(points, means, grams.sum(axis=0) - grams, whose)
 
     def drives(
         self,
@@ -179,7 +196,10 @@ class PressedPoints:
         sizes = np.ones(count) if levels is None else np.asarray(levels, dtype=np.float64)
         found = np.empty(self.means.shape, dtype=np.complex128)
         for own in range(count):
-            found[own] = _loudest_but(self.others[own], self.means[own], shares[own], count - 1)
+            gram, aim = self.others[own], self.means[own].conj()
+            if self.real[own]:
+                gram, aim = gram.real, real_part(aim)
+            found[own] = _loudest_but(gram, aim, shares[own], count - 1)
             found[own] *= sizes[own] / max(float(np.abs(found[own]).max()), 1e-300)
         moved = np.einsum("da,fpa->dfp", found, self.points)
         means = np.einsum("da,fa->df", found, self.means)
@@ -223,13 +243,22 @@ def disc_weights() -> FloatArray:
     return np.concatenate(((CENTRE_WEIGHT,), ring))
 
 
+def real_part(drive: ComplexArray) -> FloatArray:
+    """Of a drive, once the phase is taken out that leaves the largest; shape (actuators,)."""
+    phase = 0.5 * np.angle(np.sum(drive**2))
+    return np.asarray((drive * np.exp(-1j * phase)).real)
+
+
 def _loudest_but(
-    gram: ComplexArray, own: ComplexArray, regularisation: float, others: int
-) -> ComplexArray:
+    gram: ComplexArray | FloatArray,
+    aim: ComplexArray | FloatArray,
+    regularisation: float,
+    others: int,
+) -> ComplexArray | FloatArray:
     """λ (Hᴴ H + λ I)⁻¹ h̄*; with no other finger the loudest drive itself."""
     if others == 0:
-        return own.conj()
+        return aim
     mean_square = float(np.trace(gram).real) / (others * (RING_POINTS + 1))
     raised = max(regularisation * mean_square, 1e-300)
     whole = gram + raised * np.eye(len(gram))
-    return np.asarray(raised * np.linalg.solve(whole, own.conj()))
+    return np.asarray(raised * np.linalg.solve(whole, aim))
