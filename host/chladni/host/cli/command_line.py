@@ -31,6 +31,8 @@ if TYPE_CHECKING:
         table,
     )
     from chladni.host.cli.device import commands  # noqa: F401
+    from chladni.host.cli.effects import commands as effects_commands  # noqa: F401
+    from chladni.host.cli.effects import play  # noqa: F401
 
 
 class LoadedCommands(Mapping[str, Any]):

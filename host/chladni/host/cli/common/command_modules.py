@@ -14,6 +14,8 @@ MODULES = {
     "studio": "studio",
     "compare": "compare",
     "fingers": "fingers",
+    "effects": "effects.commands",
+    "play": "effects.play",
     "design": "design",
     "flash": "device.commands",
     "board": "board",

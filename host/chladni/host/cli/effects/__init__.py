@@ -1,0 +1,1 @@
+"""Commands about effects, and the one that plays them."""

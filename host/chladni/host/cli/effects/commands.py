@@ -1,0 +1,100 @@
+"""`chladni effects`: what there is, what a file says, and the same in another format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chladni.effects.effect import Effect
+from chladni.effects.files import WRITERS, read_effect, shipped_effects
+from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
+from chladni.host.cli.common.output import answer, check_output, write_figure
+from chladni.host.protocol.link import SIGNAL_HZ
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_whole
+
+effects_app = typer.Typer(
+    cls=CommandGroup, no_args_is_help=True, help="List, show and convert effects."
+)
+EffectArgument = Annotated[
+    str,
+    typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .wav or .toml."),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.add_typer(effects_app, name="effects")
+
+
+@effects_app.command("list")
+def effects_list(as_json: JsonOption = False) -> None:
+    """List the effects that come with Chladni."""
+    found = [
+        {"name": effect.name, "lasts_ms": 1e3 * effect.lasts_s, "parts": _kinds(effect)}
+        for effect in shipped_effects().values()
+    ]
+    if as_json:
+        answer({"effects": found}, as_json=True)
+        return
+    rows = {
+        str(one["name"]): f"{one['lasts_ms']:.0f} ms, {', '.join(one['parts'])}"  # type: ignore[arg-type]
+        for one in found
+    }
+    answer(rows, as_json=False, title="Effects")
+
+
+@effects_app.command("show")
+def effects_show(
+    effect: EffectArgument, figure: FigureOption = None, as_json: JsonOption = False
+) -> None:
+    """Show what a file says, and what of it a device cannot do."""
+    check_figure(figure)
+    read = read_effect(effect, field="EFFECT")
+    samples = read.effect.samples(SIGNAL_HZ)
+    if figure is not None:
+        from chladni.host.figures.effects import effect_figure  # noqa: PLC0415
+
+        write_figure(effect_figure(read.effect), figure)
+    answer(
+        {
+            "name": read.effect.name,
+            "lasts_ms": 1e3 * read.effect.lasts_s,
+            "parts": _kinds(read.effect),
+            "samples": len(samples),
+            "left_out": read.left_out,
+        },
+        as_json=as_json,
+        title=read.effect.name,
+    )
+
+
+@effects_app.command("convert")
+def effects_convert(
+    effect: EffectArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.ahap, .haptic).")],
+    as_json: JsonOption = False,
+) -> None:
+    """Write an effect as AHAP or .haptic, as far as these can say it."""
+    writer = WRITERS.get(output.suffix.lower())
+    if writer is None:
+        raise InputError("--output", str(output), f"a name that ends in {' or '.join(WRITERS)}")
+    check_output(output, "--output")
+    read = read_effect(effect, field="EFFECT")
+    text, left_out = writer(read.effect)
+    data = text.encode()
+    write_whole(output, data)
+    answer(
+        {"path": str(output), "bytes": len(data), "left_out": [*read.left_out, *left_out]},
+        as_json=as_json,
+        title="Converted",
+    )
+
+
+def _kinds(effect: Effect) -> list[str]:
+    """Names of its parts, each with how many there are."""
+    names = [type(part).__name__.lower() for part in effect.parts]
+    return [f"{names.count(name)} {name}" for name in dict.fromkeys(names)]

@@ -1,0 +1,133 @@
+"""`chladni play`: an effect under a finger, on a device or on an emulated one that is scored."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.effects.files import ReadEffect, read_effect
+from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
+from chladni.host.cli.common.output import (
+    Place,
+    answer,
+    parse_place,
+    progress_bar,
+    say,
+    write_figure,
+)
+from chladni.host.cli.common.ranges import within
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.readiness import check_ready
+from chladni.host.device.signals import play_signal
+from chladni.host.emulation.played_effect import play_effect
+from chladni.host.protocol.link import SIGNAL_HZ
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import ConflictError, InputError
+from chladni.tables.format import read_table
+from chladni.tables.inspection.owner import board_for
+from chladni.tables.several_fingers.build_for import build_for
+from chladni.tables.table import Table
+
+LEAST_APART_MM = 5.0
+"""Less than two fingertips can lie apart."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("play")(play)
+
+
+@connecting
+def play(
+    connection: Connection,
+    effect: Annotated[
+        str, typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .wav or .toml.")
+    ],
+    at: Annotated[str, typer.Option("--at", metavar="X,Y", help="Where, mm.")],
+    other: Annotated[
+        str | None, typer.Option(metavar="X,Y", help="Another finger, which rests there; mm.")
+    ] = None,
+    level_db: Annotated[
+        float,
+        typer.Option(callback=within(-60.0, 0.0, "dB"), help="Below the loudest for that place."),
+    ] = 0.0,
+    press: Annotated[
+        float,
+        typer.Option(
+            callback=within(LEAST_PRESS, MOST_PRESS, "N"),
+            help="How hard emulated fingers press, N.",
+        ),
+    ] = PRESS,
+    figure: FigureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Play an effect under a finger; an emulated device says what fingers have of it."""
+    place = parse_place(at, "--at")
+    beside = None if other is None else parse_place(other, "--other")
+    if beside is not None and np.hypot(place[0] - beside[0], place[1] - beside[1]) < LEAST_APART_MM:
+        raise InputError("--other", other, f"{LEAST_APART_MM:g} mm or more from the finger at --at")
+    check_figure(figure)
+    read = read_effect(effect, field="EFFECT")
+    for one in read.left_out:
+        say(f"left out: {one}")
+    level = float(10.0 ** (level_db / 20.0))
+    if not connection.emulator:
+        if figure is not None:
+            raise ConflictError("--figure", "--port or --udp", hint="only emulated pins are scored")
+        answer(_on_device(connection, read, place, beside, level), as_json=as_json, title="Played")
+        return
+    table, board = _table(connection)
+    with progress_bar("plate") as progress:
+        found = play_effect(
+            table, board, read.effect, place,
+            other_mm=beside, level=level, newtons=press, progress=progress,
+        )  # fmt: skip
+    if figure is not None:
+        from chladni.host.figures.effects import played_effect_figure  # noqa: PLC0415
+
+        title = f"{read.effect.name} on {board.name}, at {place[0]:g}, {place[1]:g} mm"
+        write_figure(played_effect_figure(found, title), figure)
+    rows: dict[str, Any] = {
+        key: value for key, value in asdict(found).items() if not isinstance(value, np.ndarray)
+    }
+    rows.pop("other_um", None)
+    answer(
+        {"effect": read.effect.name, "board": board.name, "left_out": read.left_out} | rows,
+        as_json=as_json,
+        title="Played (emulated)",
+    )
+
+
+def _table(connection: Connection) -> tuple[Table, Board]:
+    """The file's, which must be the board's; else responses, made for it."""
+    if connection.emulated_table is not None:
+        table = read_table(connection.emulated_table)
+        return table, board_for(table, connection.board)
+    board = load_board(connection.board)
+    with progress_bar("table") as progress:
+        return build_for(board, "fingers", progress=progress)[0], board
+
+
+def _on_device(
+    connection: Connection, read: ReadEffect, place: Place, beside: Place | None, level: float
+) -> dict[str, Any]:
+    samples = read.effect.samples(SIGNAL_HZ)
+    with connection.device() as device:
+        check_ready(device.info())
+        if beside is not None:
+            device.fingers.set_voice(1, level=0.0)
+            device.fingers.touch(1, *beside)
+        played = play_signal(device.link, device.fingers, samples, place, level=level)
+        device.lift()
+    return {
+        "effect": read.effect.name,
+        "place_mm": list(played.place_mm),
+        "samples": played.samples,
+        "fewest_waiting": played.fewest_waiting,
+        "left_out": read.left_out,
+    }

@@ -1,0 +1,181 @@
+"""What fingers feel over time of whatever the pins play: from duties to displacement.
+
+A coil's force follows the mean current of each carrier period. What that does under a finger is a
+filter, the plate's response with all fingers on it, known at a few frequencies and joined by cubic
+splines: below a plate's first resonance it is smooth. Beyond the last of them nothing is left of
+signals that were low-passed at 250 Hz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+from chladni.drives.fingers.silence import real_part
+from chladni.drives.problem.problem import SolvedBoard
+from chladni.drives.scoring.felt import MICROMETRE
+from chladni.host.emulation.emulator import Recording
+from chladni.host.protocol.board_config import coil_gains
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.coil.circuit import circuit_of
+from chladni.sim.errors import MissingError
+from chladni.sim.image import metrics
+from chladni.sim.image.finger import pressing_stiffness
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+RATE_HZ = 80e6 / 2**14
+"""Of displacements: carrier periods' means, 4883 a second."""
+GRID_HZ = (2.0, 20.0, 50.0, 90.0, 130.0, 170.0, 210.0, 250.0, 300.0, 360.0, 450.0, 600.0)
+"""Frequencies at which the plate is solved."""
+FELT_FROM_HZ = 40.0
+"""A finger feels little below; a second-order Butterworth high-pass."""
+PAD_S = 0.25
+"""Of rest before and after, for what rings on."""
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class FingerPlate:
+    """A board with fingers on it, as a filter from each coil's force to each finger's disc.
+
+    The plate itself is interpolated, which is smooth; the fingers, which are not (a pulp before its
+    bone swings at 70 Hz), are put on it at every frequency.
+
+    Attributes
+    ----------
+    free
+        For each finger what each coil does at each point of its disc without fingers, complex128,
+        shape (frequencies, points, actuators), m/N.
+    pushes
+        The same of a newton of each finger, shape (frequencies, points, fingers).
+    newtons
+        How hard each finger presses.
+    """
+
+    free: tuple[ComplexArray, ...]
+    pushes: tuple[ComplexArray, ...]
+    newtons: float
+
+    @classmethod
+    def of(
+        cls,
+        solved: SolvedBoard,
+        places: FloatArray,
+        newtons: float,
+        progress: Progress | None = None,
+    ) -> FingerPlate:
+        """Fingers at places (fingers, 2), m, that press with so many newtons."""
+        board = solved.board
+        masks = [
+            metrics.disc_mask(board.x, board.y, (x, y), metrics.FINGERTIP_RADIUS)
+            for x, y in places.tolist()
+        ]
+        targets = [(x / MM, y / MM) for x, y in places.tolist()]
+        free: list[list[ComplexArray]] = [[] for _ in masks]
+        pushes: list[list[ComplexArray]] = [[] for _ in masks]
+        for done, hz in enumerate(GRID_HZ):
+            own = solved.at_frequency(hz)
+            answers = own.under_finger(targets)
+            for finger, mask in enumerate(masks):
+                free[finger].append(own.fields.values[:, mask].T)
+                pushes[finger].append(answers[:, mask].T)
+            if progress is not None:
+                progress(done + 1, len(GRID_HZ))
+        return cls(tuple(map(np.stack, free)), tuple(map(np.stack, pushes)), newtons)
+
+    def level(self, finger: int, reference_hz: float) -> FloatArray:
+        """What a finger gets of the loudest real drive at each of `GRID_HZ`, m/N."""
+        hz = np.array(GRID_HZ)
+        means = self.free[finger].mean(axis=1)
+        means = means - np.einsum(
+            "fj,fja->fa", self.pushes[finger].mean(axis=1), self._pushed(hz, np.arange(len(hz)))
+        )
+        nearest = int(np.argmin(np.abs(hz - reference_hz)))
+        return np.asarray(np.abs(means @ real_part(means[nearest].conj())))
+
+    def _pushed(self, hz: FloatArray, at: NDArray[np.int64] | None = None) -> ComplexArray:
+        """What each finger pushes back with for a newton of each coil; (hz, fingers, actuators)."""
+
+        def known(values: ComplexArray) -> ComplexArray:
+            return np.asarray(values if at is not None else CubicSpline(GRID_HZ, values)(hz))
+
+        stiffness = np.array([pressing_stiffness(self.newtons, one) for one in hz.tolist()])
+        means = np.stack([known(own.mean(axis=1)) for own in self.free], axis=1)
+        pairs = np.stack([known(own.mean(axis=1)) for own in self.pushes], axis=1)
+        whole = np.eye(len(self.free)) + stiffness[:, None, None] * pairs
+        return np.asarray(stiffness[:, None, None] * np.linalg.solve(whole, means))
+
+    def moved(self, forces: FloatArray, finger: int) -> FloatArray:
+        """Displacement of each point of a finger's disc, m, shape (points, times).
+
+        `forces` has newtons at `RATE_HZ`, shape (times, actuators), from rest and to rest.
+        """
+        pad = round(PAD_S * RATE_HZ)
+        first, last = forces[:1], forces[-1:]
+        padded = np.concatenate((np.repeat(first, pad, 0), forces, np.repeat(last, pad, 0)))
+        spectrum = np.fft.rfft(padded - first, axis=0)
+        frequencies = np.fft.rfftfreq(len(padded), 1.0 / RATE_HZ)
+        is_known = frequencies <= GRID_HZ[-1]
+        hz = np.maximum(frequencies[is_known], GRID_HZ[0])
+        back = np.einsum("fja,fa->fj", self._pushed(hz), spectrum[is_known])
+        free, pushes = self.free[finger], self.pushes[finger]
+        answer = np.zeros((free.shape[1], len(frequencies)), dtype=np.complex128)
+        for coil in range(forces.shape[1]):
+            own = CubicSpline(GRID_HZ, free[:, :, coil])(hz)
+            answer[:, is_known] += own.T * spectrum[is_known, coil]
+        for other in range(back.shape[1]):
+            own = CubicSpline(GRID_HZ, pushes[:, :, other])(hz)
+            answer[:, is_known] -= own.T * back[:, other]
+        return np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
+
+    def mean_um(self, forces: FloatArray, finger: int) -> FloatArray:
+        """Mean over a finger's disc, µm, shape (times,)."""
+        return np.asarray(self.moved(forces, finger).mean(axis=0) / MICROMETRE)
+
+    def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
+        """RMS over a finger's disc of what moves it above 40 Hz, µm, shape (times,)."""
+        moved = signal.sosfilt(high_pass(), self.moved(forces, finger), axis=1)
+        return np.asarray(np.sqrt((moved**2).mean(axis=0)) / MICROMETRE)
+
+
+def high_pass() -> FloatArray:
+    """What fingers feel little of is taken out."""
+    return np.asarray(signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos"))
+
+
+def forces_of(board: Board, recording: Recording) -> FloatArray:
+    """Newtons of each coil by the mean currents of carrier periods, shape (times, actuators).
+
+    At `RATE_HZ`.
+
+    Raises
+    ------
+    MissingError
+        The board has no coil.
+    """
+    circuit = circuit_of(board)
+    if circuit is None or board.coil is None:
+        raise MissingError("coil", "a block [coil]", hint="there is no force without one")
+    currents = circuit.mean_current(recording.duty)
+    periods = round(recording.carrier_hz / RATE_HZ)
+    whole = len(currents) // periods * periods
+    means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
+    return np.asarray(board.coil.force_factor * means / np.array(coil_gains(board)))
+
+
+def decibel(ratio: float) -> float:
+    """20 log₁₀, at least -300."""
+    return float(20.0 * np.log10(max(ratio, 1e-15)))
+
+
+def places_m(places_mm: Sequence[tuple[float, float]]) -> FloatArray:
+    """Millimetres from the board's centre as metres, shape (fingers, 2)."""
+    return np.asarray(places_mm, dtype=np.float64).reshape(-1, 2) * 1e-3

@@ -1,0 +1,208 @@
+"""An effect under one finger, played by an emulated device, and what each finger has of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.as_built import PRESS
+from chladni.effects.effect import Effect
+from chladni.effects.flatten import flattened
+from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.emulation.felt_over_time import (
+    GRID_HZ,
+    RATE_HZ,
+    FingerPlate,
+    Progress,
+    decibel,
+    forces_of,
+    high_pass,
+    places_m,
+)
+from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
+from chladni.sim.board.board import Board
+from chladni.sim.errors import ChladniError
+from chladni.tables.table import Table
+
+FloatArray = NDArray[np.float64]
+
+REST_MS = 60.0
+"""For which the other finger rests before: its report, and a switch's bias to settle."""
+PRESSED_MS = 12.0
+"""At most from a touch to the first duty: a panel's report, and drives of two fingers."""
+TURN_MS = 10.0
+"""Between two sendings of samples."""
+AFTER_S = 0.1
+ENVELOPE_POINTS = 200
+LATEST_S = 2e-3
+"""By which a point of an envelope may be late or early, the low-pass's own delay apart."""
+
+
+@dataclass(frozen=True)
+class PlayedEffect:
+    """What an effect came to, over time.
+
+    Attributes
+    ----------
+    t_s
+        From the touch on, shape (times,).
+    asked
+        The effect as it is played, -1 to 1, delayed as it was.
+    own_um
+        Mean displacement under its finger, above 40 Hz, µm.
+    other_um
+        RMS over the other finger's disc, above 40 Hz, µm; None without one.
+    peak_um
+        The largest of `own_um`.
+    first_ms
+        From the touch to the first duty.
+    rise_ms
+        From the first duty to 90 % of the largest.
+    envelope_error_db
+        95th percentile over 200 times at which the effect is within 20 dB of its largest.
+    isolation_db
+        Largest RMS over the own disc over the largest over the other's, above 40 Hz.
+    """
+
+    t_s: FloatArray
+    asked: FloatArray
+    own_um: FloatArray
+    other_um: FloatArray | None
+    peak_um: float
+    first_ms: float
+    rise_ms: float
+    envelope_error_db: float
+    isolation_db: float | None
+
+
+def play_effect(
+    table: Table,
+    board: Board,
+    effect: Effect,
+    at_mm: tuple[float, float],
+    *,
+    other_mm: tuple[float, float] | None = None,
+    level: float = 1.0,
+    newtons: float = PRESS,
+    progress: Progress | None = None,
+) -> PlayedEffect:
+    """Put a finger down on an emulated device, which plays an effect under it.
+
+    Parameters
+    ----------
+    table
+        Of the board. Another finger needs responses.
+    at_mm
+        Middle of the fingertip, mm.
+    other_mm
+        Of another, which rests there before and is silent.
+    level
+        Of the loudest that the place allows, 0 to 1.
+    newtons
+        How hard each presses.
+
+    Raises
+    ------
+    InputError
+        The panel does not reach there, or the board has no coil.
+    ChladniError
+        The device did not play.
+    """
+    places = places_m([at_mm] if other_mm is None else [at_mm, other_mm])
+    plate = FingerPlate.of(solved_board(board), places, newtons, progress)
+    asked_samples = effect.samples(SIGNAL_HZ)
+    samples = flattened(
+        asked_samples,
+        SIGNAL_HZ,
+        np.array(GRID_HZ),
+        plate.level(0, board.drive.frequency_hz),
+        board.drive.frequency_hz,
+    )
+    recording, begins = _recorded(table, board, samples, at_mm, other_mm, level)
+    forces = forces_of(board, recording)
+    first = round(begins * RATE_HZ)
+    active = np.flatnonzero(np.abs(forces[first:] - forces[first]).max(axis=1) > 1e-9)
+    if not len(active):
+        raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
+    own = signal.sosfilt(high_pass(), plate.mean_um(forces, 0))[first:]
+    felt = plate.felt_um(forces, 0)[first:]
+    other = None if other_mm is None else plate.felt_um(forces, 1)[first:]
+    times = np.arange(len(own)) / RATE_HZ
+    first_s = float(active[0]) / RATE_HZ
+    asked = np.interp(
+        times - first_s, np.arange(len(samples)) / SIGNAL_HZ, asked_samples, left=0.0, right=0.0
+    )
+    largest = float(np.abs(own).max())
+    risen = float(np.flatnonzero(np.abs(own) >= 0.9 * largest)[0]) / RATE_HZ
+    return PlayedEffect(
+        t_s=times,
+        asked=asked,
+        own_um=own,
+        other_um=other,
+        peak_um=largest,
+        first_ms=1e3 * first_s,
+        rise_ms=1e3 * (risen - first_s),
+        envelope_error_db=envelope_error_db(asked, own),
+        isolation_db=None if other is None else decibel(float(felt.max() / other.max())),
+    )
+
+
+def _recorded(
+    table: Table,
+    board: Board,
+    samples: FloatArray,
+    at_mm: tuple[float, float],
+    other_mm: tuple[float, float] | None,
+    level: float,
+) -> tuple[Recording, float]:
+    """The pins from power-on until the effect is over, and when the finger touched, s."""
+    emulator = Emulator(board, table, level=1.0)
+    slot = 0
+    if other_mm is not None:
+        emulator.core.set_voice(0, 0, 0)
+        emulator.touch(TouchEvent(1.0, other_mm, 7))
+        slot = 1
+    emulator.core.set_signal_voice(slot, round(32767.0 * level))
+    words = [round(32767.0 * float(one)) for one in samples]
+    sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
+    parts = [emulator.run(REST_MS)]
+    begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
+    emulator.touch(TouchEvent(REST_MS + 0.1, at_mm, 0))
+    left_ms = PRESSED_MS + 1e3 * (len(words) / SIGNAL_HZ + AFTER_S)
+    while left_ms > 0.0:
+        parts.append(emulator.run(TURN_MS))
+        sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])
+        left_ms -= TURN_MS
+    if emulator.core.state != "playing":
+        raise ChladniError(f"the emulated device is {emulator.core.state} after the effect")
+    first = parts[0]
+    steps = np.concatenate([part.duty_steps for part in parts])
+    return Recording(steps, first.carrier_hz, first.pwm_bits), begins
+
+
+def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:
+    """How far a played envelope is from the asked one, dB: 95th percentile of 200 points.
+
+    Both are scaled to the same mean where the asked one is within 20 dB of its largest, and points
+    are drawn there. Each takes the nearest that was played within 2 ms.
+    """
+    wanted, found = _envelope(asked), _envelope(played)
+    is_loud = wanted >= 0.1 * wanted.max()
+    scale = float(np.median(found[is_loud] / wanted[is_loud]))
+    at = np.flatnonzero(is_loud)
+    at = at[np.linspace(0, len(at) - 1, ENVELOPE_POINTS).round().astype(int)]
+    reach = round(LATEST_S * RATE_HZ)
+    errors = []
+    for k in at:
+        near = found[max(0, k - reach) : k + reach + 1] / (scale * wanted[k])
+        errors.append(float(np.abs(20.0 * np.log10(np.maximum(near, 1e-6))).min()))
+    return float(np.percentile(errors, 95.0))
+
+
+def _envelope(wave: FloatArray) -> FloatArray:
+    """Of what oscillates: the magnitude of the analytic signal."""
+    return np.asarray(np.abs(signal.hilbert(wave)))

@@ -1,0 +1,53 @@
+"""Effects over time: as they are asked for, and as fingers have them."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chladni.effects.effect import Effect
+from chladni.host.emulation.played_effect import PlayedEffect
+from chladni.host.figures.fields import INK
+from chladni.host.protocol.link import SIGNAL_HZ
+
+ASKED, OWN, OTHER = "#767676", "#d55e00", "#0072b2"
+
+
+def effect_figure(effect: Effect) -> Figure:
+    """What a device plays of an effect."""
+    figure = Figure(figsize=(8.0, 2.8), layout="constrained")
+    axes = figure.subplots()
+    samples = effect.samples(SIGNAL_HZ)
+    axes.plot(1e3 * np.arange(len(samples)) / SIGNAL_HZ, samples, color=OWN, linewidth=1.2)
+    axes.set_ylim(-1.05, 1.05)
+    axes.set_ylabel("share of the loudest")
+    axes.set_title(f"{effect.name}, as it is played: low-passed at 250 Hz", color=INK, fontsize=11)
+    _time_axis(axes)
+    return figure
+
+
+def played_effect_figure(played: PlayedEffect, title: str) -> Figure:
+    """Three curves: what was asked for, what the finger gets, and what another has of it."""
+    has_other = played.other_um is not None
+    figure = Figure(figsize=(8.0, 6.0 if has_other else 4.4), layout="constrained")
+    rows = figure.subplots(3 if has_other else 2, 1, sharex=True)
+    times = 1e3 * played.t_s
+    rows[0].plot(times, played.asked, color=ASKED, linewidth=1.2)
+    rows[0].set_ylabel("asked for")
+    rows[1].plot(times, played.own_um, color=OWN, linewidth=1.2)
+    rows[1].set_ylabel("under the finger / µm")
+    if played.other_um is not None:
+        rows[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
+        rows[2].set_ylim(0.0, 1.15 * float(played.other_um.max()))
+        rows[2].set_ylabel("under the other / µm")
+    figure.suptitle(title, color=INK, fontsize=11)
+    _time_axis(rows[-1], "ms from the touch (simulated)")
+    for axes in rows[:-1]:
+        axes.grid(alpha=0.3)
+    return figure
+
+
+def _time_axis(axes: Axes, label: str = "ms") -> None:
+    axes.set_xlabel(label)
+    axes.grid(alpha=0.3)

@@ -1,0 +1,110 @@
+"""`.haptic` files, version 1.0.0: what Meta Haptics Studio and Lofelt Studio write.
+
+One continuous signal: an amplitude envelope, perhaps a frequency envelope, and emphases at
+breakpoints of amplitude, each of which is a click here.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from chladni.effects.effect import MOST_POINTS, MOST_S, Click, Curve, Effect, Part, Tone, curve_of
+from chladni.effects.file_values import FileValue, read_json
+from chladni.effects.normalised import beyond, from_hz, to_hz
+
+MAJOR = 1
+
+
+def read_haptic(path: Path, field: str) -> tuple[Effect, list[str]]:
+    """The effect, and what of the file is left out.
+
+    Raises
+    ------
+    InputError
+        It breaks a rule of the format; names the value and where it stands.
+    """
+    file = read_json(path, field)
+    major = file["version"]["major"]
+    if major.number(0, 1000) != MAJOR:
+        raise major.error("1, of version 1.0.0")
+    signals = file["signals"]
+    left_out = [f"signals.{key}" for key in signals.keys() if key != "continuous"]  # noqa: SIM118
+    envelopes = signals["continuous"]["envelopes"]
+    amplitudes = [*envelopes["amplitude"]]
+    if not amplitudes:
+        raise envelopes["amplitude"].error("one breakpoint or more")
+    amplitude = _points(amplitudes, "amplitude")
+    frequency = envelopes["frequency"]
+    shares = _points([*frequency], "frequency") if frequency.is_there else []
+    hertz = [(at, to_hz(share)) for at, share in shares] or [(0.0, to_hz(0.5))]
+    parts: list[Part] = [
+        Tone(amplitude[0][0], amplitude[-1][0], curve_of(amplitude), curve_of(hertz))
+    ]
+    for one, (at, _) in zip(amplitudes, amplitude, strict=True):
+        emphasis = one["emphasis"]
+        if emphasis.is_there:
+            size = emphasis["amplitude"].number(0.0, 1.0)
+            parts.append(Click(at, size, to_hz(emphasis["frequency"].number(0.0, 1.0))))
+    return Effect(path.stem, tuple(parts)), left_out
+
+
+def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:
+    if len(values) > MOST_POINTS:
+        raise values[MOST_POINTS].error(f"{MOST_POINTS:,} breakpoints at most")
+    found: list[tuple[float, float]] = []
+    for one in values:
+        low = found[-1][0] if found else 0.0
+        found.append((one["time"].number(low, MOST_S), one[key].number(0.0, 1.0)))
+    return found
+
+
+def to_haptic(effect: Effect) -> tuple[str, list[str]]:
+    """A `.haptic` file's text, and what of the effect it cannot say."""
+    left_out = beyond(effect.frequencies_hz)
+    left_out += [
+        f"{type(part).__name__.lower()} at {getattr(part, 'begins_s', 0.0):g} s"
+        for part in effect.parts
+        if not isinstance(part, Tone | Click)
+    ]
+    tones = [part for part in effect.parts if isinstance(part, Tone)]
+    left_out += [f"tone at {tone.begins_s:g} s, which plays beside another" for tone in tones[1:]]
+    clicks = {part.at_s: part for part in effect.parts if isinstance(part, Click)}
+    amplitude, frequency = _envelopes(tones[0] if tones else None, sorted(clicks))
+    rows = []
+    for at, value in amplitude:
+        row: dict[str, object] = {"time": at, "amplitude": value}
+        click = clicks.pop(at, None)
+        if click is not None:
+            share = from_hz(click.frequency_hz)
+            row["emphasis"] = {"amplitude": click.amplitude, "frequency": share}
+        rows.append(row)
+    envelopes = {
+        "amplitude": rows,
+        "frequency": [{"time": at, "frequency": from_hz(hz)} for at, hz in frequency],
+    }
+    document = {
+        "version": {"major": MAJOR, "minor": 0, "patch": 0},
+        "metadata": {"editor": "chladni", "description": effect.name},
+        "signals": {"continuous": {"envelopes": envelopes}},
+    }
+    return json.dumps(document, indent=1), left_out
+
+
+def _envelopes(
+    tone: Tone | None, clicks: list[float]
+) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Breakpoints of amplitude and hertz, with one at each click's time."""
+    if tone is None:
+        ends = [*clicks, clicks[-1] if clicks else 0.0]
+        return [(at, 0.0) for at in ends], [(0.0, to_hz(0.5))]
+    amplitude = _within(tone.amplitude, tone, clicks)
+    return amplitude, _within(tone.frequency_hz, tone, [])
+
+
+def _within(curve: Curve, tone: Tone, more: list[float]) -> list[tuple[float, float]]:
+    inside = [at for at in curve.times if tone.begins_s < at < tone.ends_s]
+    times = np.array(sorted([tone.begins_s, *inside, *more, tone.ends_s]))
+    return list(zip(times.tolist(), curve.at(times).tolist(), strict=True))
