@@ -11,8 +11,10 @@ import pytest
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
+from chladni.host.device.signals import play_signal
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.errors import ArgumentError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
@@ -124,3 +126,37 @@ def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_p
         refused = chladni("device", "touch", *words, *known, "--json")
         assert (refused.code, refused.out) == (2, "")
         assert named in refused.err
+
+
+def test_a_signal_is_played_under_a_finger_over_the_link(table: Table) -> None:
+    """Longer than the device's ring: all of it goes out, with no gap, and the finger lifts."""
+    emulator = Emulator(device_of(table), table, level=1.0)
+    tone = 0.8 * np.sin(2.0 * np.pi * 120.0 * np.arange(1200) / SIGNAL_HZ)
+    with Device(EmulatorWire(emulator)) as device:
+        device.fingers.set_voice(1, level=0.0)
+        device.fingers.touch(1, 17.0, -25.0)
+        emulator.core.take_duties()
+        played = play_signal(device.link, device.fingers, tone, (-18.0, 30.0))
+        steps = emulator.core.take_duties().astype(float)
+        assert (played.place_mm, played.samples) == ((-18.0, 30.0), 1200)
+        assert played.fewest_waiting > 30
+        assert [one["finger"] for one in device.fingers.all()] == [1]
+    loudest = steps[:, np.ptp(steps, axis=0).argmax()]
+    carrier = emulator.carrier_hz
+    on = np.flatnonzero(np.abs(loudest - np.median(loudest)) > 20.0)
+    assert (on[-1] - on[0]) / carrier == pytest.approx(1200 / SIGNAL_HZ, abs=0.02)
+    middle = loudest[on[0] + len(on) // 4 : on[-1] - len(on) // 4]
+    spectrum = np.abs(np.fft.rfft((middle - middle.mean()) * np.hanning(len(middle))))
+    assert np.fft.rfftfreq(len(middle), 1.0 / carrier)[spectrum.argmax()] == pytest.approx(
+        120.0, abs=5.0
+    )
+
+
+def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:
+    with Device(EmulatorWire(Emulator(device_of(table), table))) as device:
+        with pytest.raises(ArgumentError, match="samples: expected -1 to 1"):
+            device.fingers.send(0, [0.0, 1.2])
+        with pytest.raises(ArgumentError, match="level: expected 0 to 1"):
+            device.fingers.set_signal(0, 1.5)
+        with pytest.raises(ArgumentError, match="finger: expected 0 to 4"):
+            device.fingers.set_signal(5)

@@ -66,12 +66,16 @@ def play_signal(
         The device has no table, or ended the touch.
     """
     fingers.set_signal(finger, level)
-    sent, _ = fingers.send(finger, samples)
+    sent, filled = fingers.send(finger, samples[:SIGNAL_SAMPLES])
     place = fingers.touch(finger, *at_mm)
     fewest = SIGNAL_SAMPLES
     while sent < len(samples):
+        begun = link.wire.now_s()
         link.wait(TURN_S)
-        taken, filled = fingers.send(finger, samples[sent:])
+        # A wire is slow: no more than there may be room for.
+        played = int((link.wire.now_s() - begun) * SIGNAL_HZ)
+        room = SIGNAL_SAMPLES - filled + played
+        taken, filled = fingers.send(finger, samples[sent : sent + room])
         fewest = min(fewest, filled - taken)
         sent += taken
     _, left = fingers.send(finger, [])

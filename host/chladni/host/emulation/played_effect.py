@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
@@ -21,6 +22,7 @@ from chladni.host.emulation.felt_over_time import (
     decibel,
     forces_of,
     high_pass,
+    over_frequency,
     places_m,
 )
 from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
@@ -59,7 +61,7 @@ class PlayedEffect:
     peak_um
         The largest of `own_um`.
     first_ms
-        From the touch to the first duty.
+        From the panel's first report of the finger to the first duty.
     rise_ms
         From the first duty to 90 % of the largest.
     envelope_error_db
@@ -88,6 +90,7 @@ def play_effect(
     other_mm: tuple[float, float] | None = None,
     level: float = 1.0,
     newtons: float = PRESS,
+    solved: Sequence[SolvedBoard] | None = None,
     progress: Progress | None = None,
 ) -> PlayedEffect:
     """Put a finger down on an emulated device, which plays an effect under it.
@@ -104,6 +107,8 @@ def play_effect(
         Of the loudest that the place allows, 0 to 1.
     newtons
         How hard each presses.
+    solved
+        The board `over_frequency`, if it is at hand.
 
     Raises
     ------
@@ -113,7 +118,8 @@ def play_effect(
         The device did not play.
     """
     places = places_m([at_mm] if other_mm is None else [at_mm, other_mm])
-    plate = FingerPlate.of(solved_board(board), places, newtons, progress)
+    solved = over_frequency(board, progress) if solved is None else solved
+    plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
     samples = flattened(
         asked_samples,
@@ -122,7 +128,7 @@ def play_effect(
         plate.level(0, board.drive.frequency_hz),
         board.drive.frequency_hz,
     )
-    recording, begins = _recorded(table, board, samples, at_mm, other_mm, level)
+    recording, begins, reported = _recorded(table, board, samples, at_mm, other_mm, level)
     forces = forces_of(board, recording)
     first = round(begins * RATE_HZ)
     active = np.flatnonzero(np.abs(forces[first:] - forces[first]).max(axis=1) > 1e-9)
@@ -144,7 +150,7 @@ def play_effect(
         own_um=own,
         other_um=other,
         peak_um=largest,
-        first_ms=1e3 * first_s,
+        first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
         isolation_db=None if other is None else decibel(float(felt.max() / other.max())),
@@ -158,8 +164,8 @@ def _recorded(
     at_mm: tuple[float, float],
     other_mm: tuple[float, float] | None,
     level: float,
-) -> tuple[Recording, float]:
-    """The pins from power-on until the effect is over, and when the finger touched, s."""
+) -> tuple[Recording, float, float]:
+    """The pins from power-on until the effect is over; when the finger touched, and was seen, s."""
     emulator = Emulator(board, table, level=1.0)
     slot = 0
     if other_mm is not None:
@@ -171,7 +177,8 @@ def _recorded(
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
-    emulator.touch(TouchEvent(REST_MS + 0.1, at_mm, 0))
+    touched_ms = REST_MS + 0.1
+    emulator.touch(TouchEvent(touched_ms, at_mm, 0))
     left_ms = PRESSED_MS + 1e3 * (len(words) / SIGNAL_HZ + AFTER_S)
     while left_ms > 0.0:
         parts.append(emulator.run(TURN_MS))
@@ -181,7 +188,13 @@ def _recorded(
         raise ChladniError(f"the emulated device is {emulator.core.state} after the effect")
     first = parts[0]
     steps = np.concatenate([part.duty_steps for part in parts])
-    return Recording(steps, first.carrier_hz, first.pwm_bits), begins
+    seen, passed = [], len(first.duty_steps)
+    for part in parts[1:]:
+        seen += [(passed + one) / first.carrier_hz for one in part.panel_reports]
+        passed += len(part.duty_steps)
+    # The resting finger is reported meanwhile.
+    reported = min(at for at in seen if 1e3 * at >= touched_ms)
+    return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
 
 
 def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:

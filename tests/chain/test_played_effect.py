@@ -1,0 +1,169 @@
+"""Effects through the emulated pins, back through the plate: what each finger has of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.scoring.finger_sets import FingerSet
+from chladni.effects import Curve, Effect, Tone, shipped_effects
+from chladni.host.emulation import felt_over_time
+from chladni.host.emulation.felt_over_time import (
+    GRID_HZ,
+    RATE_HZ,
+    FingerPlate,
+    over_frequency,
+    places_m,
+)
+from chladni.host.emulation.played_effect import PlayedEffect, envelope_error_db, play_effect
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import MissingError
+from chladni.sim.image.finger import pressing_stiffness
+from chladni.tables.format import pack
+from chladni.tables.several_fingers.build_for import build_for
+from chladni.tables.table import Table
+from conftest import CommandLine, made_once
+
+HERE, THERE = (0.0, 15.0), (0.0, -12.0)
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return load_board("strip5")
+
+
+@pytest.fixture(scope="module")
+def table(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Table:
+    return made_once(tmp_path_factory, "strip5-responses", lambda: build_for(board, "fingers")[0])
+
+
+@pytest.fixture(scope="module")
+def solved(board: Board) -> list[SolvedBoard]:
+    return over_frequency(board)
+
+
+def played(table: Table, board: Board, solved: Sequence[SolvedBoard], name: str) -> PlayedEffect:
+    return play_effect(table, board, shipped_effects()[name], HERE, other_mm=THERE, solved=solved)
+
+
+def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
+    table: Table, board: Board, solved: list[SolvedBoard]
+) -> None:
+    found = played(table, board, solved, "click")
+    assert found.other_um is not None
+    assert found.isolation_db is not None
+    assert found.isolation_db > 30.0
+    assert found.peak_um > 15.0
+    # A turn of the main loop, drives of two fingers, and the low-pass's slow beginning.
+    assert 0.0 < found.first_ms < 2.0
+    # Its own 4.7 ms, what the low-pass takes, 2.1 ms at 160 Hz, and a millisecond.
+    assert found.rise_ms < 4.7 + 2.1 + 1.0
+    at_rest = found.t_s > 0.1
+    assert np.abs(found.own_um[at_rest]).max() < 0.02 * found.peak_um
+    assert found.other_um.max() == pytest.approx(
+        np.abs(found.own_um).max() / 10.0 ** (found.isolation_db / 20.0), rel=0.2
+    )
+
+
+@pytest.mark.parametrize("name", ["pulse", "sweep"])
+def test_an_envelope_is_met_within_a_decibel(
+    table: Table, board: Board, solved: list[SolvedBoard], name: str
+) -> None:
+    found = played(table, board, solved, name)
+    assert found.envelope_error_db < 1.0
+    assert found.isolation_db is not None
+    assert found.isolation_db > 30.0
+
+
+def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
+    board: Board, solved: list[SolvedBoard]
+) -> None:
+    """Against the exact solution between two of the frequencies that are known."""
+    places = places_m([HERE, THERE])
+    plate = FingerPlate.of(solved, places, 1.0)
+    for hz in (71.0, 150.0, 233.0):
+        exact = FingerSet.of(
+            solved_board(board).at_frequency(hz), places, pressing_stiffness(1.0, hz)
+        )
+        t = np.arange(round(2.0 * RATE_HZ)) / RATE_HZ
+        window = np.clip(t / 0.2, 0.0, 1.0) * np.clip((2.0 - t) / 0.2, 0.0, 1.0)
+        forces = np.zeros((len(t), len(board.actuators)))
+        forces[:, 1] = window * np.cos(2.0 * np.pi * hz * t)
+        middle = (t > 0.8) & (t < 1.2)
+        for finger, disc in enumerate(exact.discs):
+            moved = plate.mean_um(forces, finger)[middle]
+            turn = np.exp(-2j * np.pi * hz * t[middle])
+            found = 2.0 * np.mean(moved * turn)
+            wanted = disc[:, 1].mean() * 1e6
+            assert abs(found - wanted) < 0.02 * abs(wanted)
+
+
+def test_more_frequencies_change_little(
+    board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places = places_m([HERE, THERE])
+    t = np.arange(round(0.2 * RATE_HZ)) / RATE_HZ
+    click = np.where(t < 1.5 / 160.0, np.sin(np.pi * t * 160.0 / 1.5) ** 2, 0.0)
+    forces = np.zeros((len(t), len(board.actuators)))
+    forces[:, 0] = click * np.sin(2.0 * np.pi * 160.0 * t)
+    coarse = FingerPlate.of(solved, places, 1.0).felt_um(forces, 0)
+    more = sorted({*GRID_HZ, *(0.5 * (a + b) for a, b in pairwise(GRID_HZ))})
+    monkeypatch.setattr(felt_over_time, "GRID_HZ", tuple(more))
+    fine = FingerPlate.of(over_frequency(board), places, 1.0).felt_um(forces, 0)
+    assert np.abs(coarse - fine).max() < 0.03 * fine.max()
+
+
+def test_an_envelope_that_is_off_is_measured() -> None:
+    t = np.arange(4000) / RATE_HZ
+    tone = np.sin(2.0 * np.pi * 150.0 * t)
+    asked = np.sin(np.pi * t / t[-1]) ** 2 * tone
+    assert envelope_error_db(asked, 3.0 * asked) < 0.01
+    late = round(1.5e-3 * RATE_HZ)
+    assert envelope_error_db(asked, np.roll(asked, late)) < 0.3
+    bent = asked * 10.0 ** (np.clip(t / t[-1] - 0.5, 0.0, 1.0) * 8.0 / 20.0)
+    assert envelope_error_db(asked, bent) > 2.0
+
+
+def test_the_command_plays_and_draws(chladni: CommandLine, table: Table, tmp_path: Path) -> None:
+    path, figure = tmp_path / "t.chl", tmp_path / "play.png"
+    path.write_bytes(pack(table))
+    where = ("--board", "strip5", "--table", path, "--emulator")
+    found = chladni(
+        "play", "click", "--at", "0,15", "--other", "0,-12", *where, "--figure", figure, "--json"
+    ).json
+    assert {"rise_ms", "envelope_error_db", "isolation_db", "peak_um", "left_out"} <= set(found)
+    assert found["isolation_db"] > 30.0
+    assert figure.stat().st_size > 20_000
+    for words, said in (
+        (("nothing", "--at", "0,15"), "EFFECT: expected click"),
+        (("click", "--at", "0"), "--at: expected two numbers"),
+        (("click", "--at", "0,15", "--other", "0,16"), "--other: expected 5 mm or more"),
+        (("click", "--at", "0,300"), "expected"),
+    ):
+        refused = chladni("play", *words, *where)
+        assert (refused.code, said in refused.err) == (2, True), refused.err
+
+
+def test_a_tone_of_less_level_is_as_much_weaker(
+    table: Table, board: Board, solved: list[SolvedBoard]
+) -> None:
+    tone = Effect("tone", (Tone(0.0, 0.2, Curve.constant(1.0), Curve.constant(160.0)),))
+    loud, soft = (
+        play_effect(table, board, tone, HERE, level=level, solved=solved).peak_um
+        for level in (1.0, 0.25)
+    )
+    assert soft == pytest.approx(0.25 * loud, rel=0.03)
+
+
+def test_a_board_without_a_coil_is_refused(table: Table, board: Board) -> None:
+    with pytest.raises(MissingError, match="coil"):
+        play_effect(
+            table, replace(board, coil=None, winding=None), shipped_effects()["click"], HERE
+        )
