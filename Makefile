@@ -21,6 +21,8 @@ CHECKED_SOURCES := $(filter-out firmware/esp32/emulator/bindings%, \
 CHECKED_HEADERS := $(shell find firmware/esp32/core firmware/esp32/emulator -name '*.hpp')
 # A file that clang-tidy found nothing in; it is read again when it, a header or a rule changes.
 TIDY := $(CHECKED_SOURCES:%=build/tidy/%.done)
+# The same by its analyser, which follows every path and takes longer than all other rules.
+ANALYSED := $(CHECKED_SOURCES:%=build/analysed/%.done)
 
 .PHONY: help venv demo test long lint lint-types lint-style lint-cppcheck lint-generated device-suite \
 	sanitize soak dist fuzz bench paper site headers native clean
@@ -55,12 +57,13 @@ test: venv  ## lint, type-check and run the tests
 	@$(PART) "1 of 2: style, types, imports, C++ analysers, the device suite" $(BESIDE) $(LINTERS) device-suite
 	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
-long: venv  ## run the tests that take longer (tests/long_tests.py)
+long: venv  ## follow every path of the core, and run the tests that take longer (tests/long_tests.py)
+	@$(BESIDE) $(ANALYSED)
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone"
 	$(BIN)/python -m pytest -q -m alone
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
-	@$(BESIDE) --keep-going $(LINTERS)
+	@$(BESIDE) --keep-going $(LINTERS) $(ANALYSED)
 
 lint-types:
 	$(BIN)/mypy
@@ -72,7 +75,12 @@ lint-style:
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.cpp' '*.hpp')
 
 build/tidy/%.done: % $(CHECKED_HEADERS) .clang-tidy pyproject.toml
-	$(BIN)/clang-tidy --quiet $< -- -std=c++17 -Ifirmware/esp32 2>/dev/null
+	$(BIN)/clang-tidy --quiet --checks=-clang-analyzer-* $< -- -std=c++17 -Ifirmware/esp32 2>/dev/null
+	mkdir -p $(@D)
+	touch $@
+
+build/analysed/%.done: % $(CHECKED_HEADERS) .clang-tidy pyproject.toml
+	$(BIN)/clang-tidy --quiet --checks=-*,clang-analyzer-* $< -- -std=c++17 -Ifirmware/esp32 2>/dev/null
 	mkdir -p $(@D)
 	touch $@
 

@@ -20,12 +20,13 @@ import grimp
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "images" / "house.svg"
-PACKAGES = tuple(f"chladni.{one}" for one in ("sim", "drives", "tables", "design", "host"))
+NAMES = ("sim", "drives", "tables", "design", "effects", "host")
+PACKAGES = tuple(f"chladni.{one}" for one in NAMES)
 FIRMWARE = ROOT / "firmware" / "esp32"
 SOURCES = {".cpp", ".hpp"}
 COLOURS = {
     "sim": "#dbe9f6", "drives": "#dff0d8", "tables": "#fcefc9", "design": "#fbe3cf",
-    "host": "#f6dedb",
+    "effects": "#f5d9e8", "host": "#f6dedb",
     "core": "#e6e0f0", "chip": "#e8e8e8", "emulator": "#e8e8e8",
 }  # fmt: skip
 WIDTH, HEIGHT, GAP, RISE, MARGIN = 132, 30, 14, 62, 24

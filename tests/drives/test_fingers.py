@@ -195,3 +195,34 @@ def test_a_boards_responses_are_its_fields() -> None:
     # Bilinear over 7 mm; a finger on a spring of 2 N/mm hardly notices 5 %.
     assert abs(own / complex(answer[disc].mean()) - 1.0) < 0.05
     assert known.coupling.shape == (5, 5)
+
+
+def test_real_drives_are_the_best_of_all_real_ones() -> None:
+    """By a solver of least squares, from the real and imaginary rows themselves."""
+    plate, share = SixModes(3), 1e-3
+    points = loaded_points(plate, np.array(FINGERS), STIFFNESS)
+    found = drives_for(plate, FINGERS, stiffness=STIFFNESS, regularisation=share, real=True).drives
+    assert np.all(found.imag == 0.0)
+    for own in range(len(FINGERS)):
+        rows = np.delete(points, own, axis=0).reshape(-1, points.shape[-1])
+        mean = disc_weights() @ points[own]
+        # Of all common phases the one that leaves the largest real part, looked for.
+        turns = np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 20_001))
+        parts = (mean.conj()[:, None] * turns).real
+        aim = parts[:, np.argmax((parts**2).sum(axis=0))]
+        root = np.sqrt(share * np.mean(np.sum(np.abs(rows) ** 2, axis=1)))
+        whole = np.concatenate((rows.real, rows.imag, root * np.eye(len(aim))))
+        asked = np.concatenate((np.zeros(2 * len(rows)), root * aim))
+        wanted = np.linalg.lstsq(whole, asked, rcond=None)[0]
+        assert found[own].real == pytest.approx(wanted / np.abs(wanted).max(), abs=1e-3)
+        # It moves the finger up where it pushes up.
+        assert (mean @ found[own]).real > 0.0
+
+
+def test_some_fingers_may_have_real_drives_and_others_not() -> None:
+    plate = SixModes(4)
+    both = drives_for(plate, FINGERS, real=[True, False, True]).drives
+    real, complex_ones = (drives_for(plate, FINGERS, real=own).drives for own in (True, False))
+    assert np.array_equal(both[[0, 2]], real[[0, 2]])
+    assert np.array_equal(both[1], complex_ones[1])
+    assert np.abs(both[1].imag).max() > 0.0

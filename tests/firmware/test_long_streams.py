@@ -49,7 +49,7 @@ def test_a_stream_ends_after_a_day_and_not_before(tmp_path: Path) -> None:
     source, program = tmp_path / "day.cpp", tmp_path / "day"
     source.write_text(PROGRAM, "utf-8")
     synthesis = CORE / "core" / "synthesis"
-    files = [source, synthesis / "sample_player.cpp", synthesis / "duty_ring.cpp"]
+    files = [source, synthesis / "sample_player.cpp", synthesis / "rings" / "duty_ring.cpp"]
     command = ["g++", "-std=c++17", f"-I{CORE}", *map(str, files), "-o", str(program)]
     subprocess.run(command, check=True)
     causes = subprocess.run([program], capture_output=True, text=True, check=True).stdout.split()

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CONFIG = Path(__file__).with_name("zensical.toml")
 AT_ROOT = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")
 PACKAGES = {"sim": "sim", "drives": "tables", "tables": "tables", "design": "tables",
-            "host": "host"}  # fmt: skip
+            "effects": "tables", "host": "host"}  # fmt: skip
 """Packages, and the folders in which they lie."""
 
 

@@ -108,43 +108,6 @@ bool play_live(Emulator& self, const std::vector<std::pair<int, int>>& gains,
                                  static_cast<chladni::Waveform>(waveform));
 }
 
-void check_finger(uint32_t finger) {
-  if (finger >= chladni::kMaxFingers) throw nb::value_error("finger: 0 to 4");
-}
-
-void set_voice(Emulator& self, uint32_t finger, uint32_t frequency_millihertz, uint32_t level_q15) {
-  check_finger(finger);
-  self.device().set_voice(finger, {frequency_millihertz, level_q15, false});
-}
-
-void set_signal_voice(Emulator& self, uint32_t finger, uint32_t level_q15) {
-  check_finger(finger);
-  self.device().set_voice(finger, {0, level_q15, true});
-  self.device().signal(finger).begin();
-}
-
-uint32_t push_signal(Emulator& self, uint32_t finger, const std::vector<int16_t>& samples) {
-  check_finger(finger);
-  uint32_t taken = 0;
-  for (const int16_t sample : samples) {
-    if (!self.device().signal(finger).push(sample)) break;
-    ++taken;
-  }
-  return taken;
-}
-
-std::vector<std::tuple<bool, int32_t, int32_t, uint32_t, uint32_t>> touches(Emulator& self) {
-  std::vector<std::tuple<bool, int32_t, int32_t, uint32_t, uint32_t>> found;
-  const chladni::Touches touches = self.device().input().touches();
-  const chladni::FingerDrives& drives = self.device().finger_drives();
-  for (uint32_t s = 0; s < chladni::kMaxFingers; ++s) {
-    const chladni::Contact& one = touches[s];
-    found.emplace_back(one.is_down, one.place.x_um, one.place.y_um, drives.isolation(s),
-                       drives.of_loudest(s));
-  }
-  return found;
-}
-
 void bind_functions(nb::module_& m) {
   m.attr("SECTOR_BYTES") = chladni::kSectorBytes;
   m.attr("STREAM_TARGET") = chladni::kStreamTarget;
@@ -254,12 +217,6 @@ void bind_outputs(nb::class_<Emulator>& emulator) {
       .def("stream_begin", [](Emulator& self) { return self.device().stream_begin(); })
       .def("stream_push", &stream_push, nb::arg("frames"))
       .def("stream_end", [](Emulator& self) { self.device().stream_end(); })
-      .def("set_voice", &set_voice, nb::arg("finger"), nb::arg("frequency_millihertz"),
-           nb::arg("level_q15"))
-      .def("set_signal_voice", &set_signal_voice, nb::arg("finger"), nb::arg("level_q15"))
-      .def("push_signal", &push_signal, nb::arg("finger"), nb::arg("samples"),
-           "So many were taken.")
-      .def("touches", &touches, "(is down, x um, y um, isolation, of loudest in 1/1000) by slot.")
       .def("play_live", &play_live, nb::arg("gains"), nb::arg("frequency_millihertz"),
            nb::arg("waveform"))
       .def("update_begin", [](Emulator& self) { return self.device().update_begin(); })
@@ -361,6 +318,7 @@ NB_MODULE(_emulator, m) {
   bind_clock(emulator);
   bind_wires(emulator);
   bind_outputs(emulator);
+  chladni::emulator::bind_voices(emulator);
   bind_flash(emulator);
   bind_faults(emulator);
   chladni::emulator::bind_state(emulator);

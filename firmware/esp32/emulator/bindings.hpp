@@ -26,6 +26,8 @@ void bind_hardware(nanobind::module_& module);
 
 // The drives of several fingers by themselves, and what finding them costs.
 void bind_fingers(nanobind::module_& module);
+// What each finger plays.
+void bind_voices(nanobind::class_<Emulator>& emulator);
 
 // The synthesis by itself.
 void bind_synthesis(nanobind::module_& module);

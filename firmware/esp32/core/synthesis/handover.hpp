@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/synthesis/duty_ring.hpp"
 #include "core/synthesis/output_limits.hpp"
-#include "core/synthesis/signal_ring.hpp"
+#include "core/synthesis/rings/duty_ring.hpp"
+#include "core/synthesis/rings/signal_ring.hpp"
 #include "core/synthesis/waves/waveform.hpp"
 
 namespace chladni {

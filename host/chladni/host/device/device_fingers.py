@@ -10,6 +10,7 @@ import contextlib
 import math
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,13 +19,37 @@ from numpy.typing import NDArray
 from chladni.host.device.link import KEEP_ALIVE_S, Link, LinkError
 from chladni.host.device.udp import UdpPort, UdpWire
 from chladni.host.device.wire import SerialWire, Wire
-from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD
+from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_HZ, SIGNAL_SAMPLES
 from chladni.sim.errors import ArgumentError, ChladniError
 
 FloatArray = NDArray[np.float64]
 
 MOST_FINGERS = 5
 """As of `drives.fingers.silence`, which takes as long to load as all of this."""
+
+TURN_S = 0.01
+"""Between two sendings of a signal: a fifth of what a device keeps."""
+AFTER_S = 0.05
+"""For which a finger stays behind its signal, so that the last of it rings on."""
+
+
+@dataclass(frozen=True)
+class PlayedSignal:
+    """How a signal went.
+
+    Attributes
+    ----------
+    place_mm
+        Where it played: the nearest place on the board.
+    samples
+        That were sent.
+    fewest_waiting
+        The fewest that waited on the device before the last were sent; at 0 there was a gap.
+    """
+
+    place_mm: tuple[float, float]
+    samples: int
+    fewest_waiting: int
 
 
 class TouchKeeper:
@@ -162,6 +187,54 @@ class DeviceFingers:
         whole = np.round(own[: MAX_PAYLOAD // 2] * 32767.0).astype("<i2")
         answer = self._link.request("signal_data", whole.tobytes(), finger=finger).fields
         return answer["taken"], answer["filled"]
+
+    def play(
+        self,
+        samples: FloatArray,
+        at_mm: tuple[float, float],
+        *,
+        finger: int = 0,
+        level: float = 1.0,
+    ) -> PlayedSignal:
+        """Put a finger down, play a signal under it, and lift it once that is over.
+
+        Parameters
+        ----------
+        samples
+            -1 to 1, `SIGNAL_HZ` of them a second.
+        at_mm
+            Where, mm from the board's centre.
+        finger
+            0 to 4. Others that are held stay, and are left still where the table has responses.
+        level
+            Of the configured level, 0 to 1.
+
+        Raises
+        ------
+        LinkError
+            The device has no table, or ended the touch.
+        """
+        self.set_signal(finger, level)
+        sent, filled = self.send(finger, samples[:SIGNAL_SAMPLES])
+        place = self.touch(finger, *at_mm)
+        now_s, fewest = self._link.wire.now_s, SIGNAL_SAMPLES
+        while sent < len(samples):
+            begun = now_s()
+            self._link.wait(TURN_S)
+            # A wire is slow: no more than there may be room for.
+            room = SIGNAL_SAMPLES - filled + int((now_s() - begun) * SIGNAL_HZ)
+            taken, filled = self.send(finger, samples[sent : sent + room])
+            fewest = min(fewest, filled - taken)
+            sent += taken
+        _, left = self.send(finger, [])
+        self._link.wait(left / SIGNAL_HZ + AFTER_S)
+        if not any(one["finger"] == finger for one in self.all()):
+            raise LinkError(
+                "the device ended the touch",
+                hint="`chladni device info` shows its state and faults",
+            )
+        self.lift(finger)
+        return PlayedSignal(place, sent, fewest)
 
     def all(self) -> list[dict[str, Any]]:
         """Those that are down, with places and what their drives come to.

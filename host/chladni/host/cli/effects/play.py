@@ -22,7 +22,6 @@ from chladni.host.cli.common.output import (
 from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.readiness import check_ready
-from chladni.host.device.signals import play_signal
 from chladni.host.emulation.played_effect import play_effect
 from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.board.board import Board
@@ -122,7 +121,7 @@ def _on_device(
         if beside is not None:
             device.fingers.set_voice(1, level=0.0)
             device.fingers.touch(1, *beside)
-        played = play_signal(device.link, device.fingers, samples, place, level=level)
+        played = device.fingers.play(samples, place, level=level)
         device.lift()
     return {
         "effect": read.effect.name,

@@ -9,7 +9,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/synthesis/drive.hpp"
+#include "core/generated/table_format.hpp"
 
 namespace chladni {
 
@@ -50,7 +50,7 @@ class DutyRing {
 
  private:
   static constexpr uint32_t kHalf = 0x80000000U;
-  using Frame = std::array<uint16_t, kMaxChannels>;
+  using Frame = std::array<uint16_t, table_format::kMaxActuators>;
 
   int32_t value_of(uint16_t word) const {
     return (static_cast<int32_t>(word) ^ sign_bit_) - sign_bit_;

@@ -1,4 +1,4 @@
-#include "core/synthesis/duty_ring.hpp"
+#include "core/synthesis/rings/duty_ring.hpp"
 
 namespace chladni {
 
