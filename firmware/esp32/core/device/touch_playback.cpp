@@ -1,6 +1,7 @@
 #include "core/device/touch_playback.hpp"
 
 #include "core/fingers/real_part.hpp"
+#include "core/storage/config.hpp"
 #include "core/table/coil_gains.hpp"
 
 namespace chladni {
@@ -161,6 +162,20 @@ void TouchPlayback::begin_envelopes(const Table& table, uint32_t now_us) {
   }
 }
 
+// A signal begins under one finger while others rest: a switch's bias, which no drive keeps from
+// them, comes up so slowly that they do not feel it, and the signal waits for it.
+bool TouchPlayback::brings_bias(const Config& config, const Table& table) const {
+  if (config.driver == kBridge || is_alone_with(table)) return false;
+  const uint32_t slots = there();
+  const bool has_others = (slots & (slots - 1U)) != 0;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) {
+    const FingerVoice& finger = fingers_[s];
+    const bool begins = finger.is_there && !finger.has_begun && has_drive(s, table);
+    if (begins && finger.settings.has_signal && finger.settings.level_q15 > 0) return has_others;
+  }
+  return false;
+}
+
 bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,
                          const CoilHeat& heat, uint32_t now_us) {
   if (next_ == Next::kNothing) return false;
@@ -201,7 +216,8 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
   if (!are_all_ready(table)) return false;
   begin_envelopes(table, now_us);
   const Line common = common_line(now_us);
-  const uint32_t end_us = now_us + common.ramp_us;
+  const uint32_t ramp_us = brings_bias(config, table) ? kBiasRampUs : common.ramp_us;
+  const uint32_t end_us = now_us + ramp_us;
   uint32_t begun = 0;
   goes_on_ = false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
@@ -221,7 +237,7 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
     goes_on_ = goes_on_ || (!is_lifted_ && finger.envelope.is_on_a_line(end_us));
   }
   line_end_us_ = end_us;
-  if (!synthesis.play_voices(voices, {32767, common.ramp_us, is_starting()})) return false;
+  if (!synthesis.play_voices(voices, {32767, ramp_us, is_starting()})) return false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     if ((begun >> s & 1U) != 0) fingers_[s].has_begun = true;
   }

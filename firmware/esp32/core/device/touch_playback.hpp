@@ -89,6 +89,8 @@ class TouchPlayback {
   // 8 mm. They are asked for again after so long at the soonest.
   static constexpr int32_t kStillUm = 500;
   static constexpr uint32_t kSolveUs = 2000;
+  // Above 40 Hz a bias step is then 26 dB less than at once (docs/effects.md).
+  static constexpr uint32_t kBiasRampUs = 20000;
   // The turn in which drives are asked for again: fingers came, left or moved.
   enum class Ask : uint8_t { kNo, kSoon, kNow };
 
@@ -108,6 +110,7 @@ class TouchPlayback {
   Drive drive_of(uint32_t slot, const Table& table) const;
   bool play(Synthesis& synthesis, const Table& table, const Config& config, const CoilHeat& heat,
             uint32_t now_us);
+  bool brings_bias(const Config& config, const Table& table) const;
   bool play_voices(Synthesis& synthesis, const Table& table, const Config& config,
                    const CoilHeat& heat, uint32_t now_us);
 

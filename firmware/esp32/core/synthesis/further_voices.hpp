@@ -27,7 +27,7 @@ class FurtherVoices {
       if ((rest & 1U) == 0) continue;
       SineCosine wave{};
       if (voice->has_signal) {
-        wave.cosine_q15 = signals->next(shift);
+        if (!kIsRamping || !voice->waits) wave.cosine_q15 = signals->next(shift);
       } else {
         wave = sine_cosine(voice->phase_u32);
         voice->phase_u32 += voice->phase_step_u32;
@@ -47,9 +47,9 @@ class FurtherVoices {
 
   // From where they are, `left` samples before a ramp's end, to the gains of a command. One that
   // was silent begins at the same phase each time; a signal, which begins and ends by itself, has
-  // its gains at once.
+  // its gains at once, and waits for the ramp's end where a bias comes up (`has_bias`).
   [[gnu::always_inline]] void aim(const Command& command, uint32_t channels, RampRate rate,
-                                  int32_t left, SignalRing* signals) {
+                                  int32_t left, SignalRing* signals, bool has_bias) {
     const uint32_t wanted = command.voices >> 1;
     for (uint32_t v = 0; (sounding_ | wanted) >> v != 0; ++v) {
       const bool was_sounding = (sounding_ >> v & 1U) != 0, is_wanted = (wanted >> v & 1U) != 0;
@@ -61,6 +61,7 @@ class FurtherVoices {
       if (!was_sounding) voice.phase_u32 = 0;
       const bool is_at_once = !was_sounding && voice.has_signal;
       if (is_at_once) signals[v].start();
+      voice.waits = is_at_once && has_bias;
       const int32_t left_of_it = was_sounding ? left : 0;  // else its steps are of a ramp long ago
       for (uint32_t k = 0; k < channels; ++k) {
         Channel& channel = voice.channels[k];
@@ -132,6 +133,7 @@ class FurtherVoices {
     uint32_t phase_u32;
     uint32_t phase_step_u32;
     bool has_signal;
+    bool waits;
     std::array<Channel, kMaxChannels> channels;
   };
 

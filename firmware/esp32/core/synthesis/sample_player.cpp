@@ -21,7 +21,7 @@ void SamplePlayer::sines() {
     SignalRing* const signals = handover_.signals.data();
     const uint32_t shift = settings_.signal_shift;
     further_.add_to<kIsRamping>(further, settings_.channels, ramp_left_, signals + 1, shift);
-    if (has_signal_) wave.cosine_q15 = signals->next(shift);
+    if (has_signal_ && (!kIsRamping || !waits_)) wave.cosine_q15 = signals->next(shift);
   }
   if (!kHasFurther || !has_signal_) wave = sine_cosine(next_phase());
   const Shaper shaper = settings_.shaper;
@@ -217,12 +217,14 @@ void SamplePlayer::take(const Command& command) {
     stream_gain_q15_ = 1 << 15;
     stream_step_q30_ = rate_.step(0, kUnityQ30);
   } else {
-    further_.aim(command, settings_.channels, rate_, ramp_left_, handover_.signals.data() + 1);
+    further_.aim(command, settings_.channels, rate_, ramp_left_, handover_.signals.data() + 1,
+                 !settings_.has_bridges);
     const bool had_first = has_first_;
     has_first_ = (command.voices & 1U) != 0;
     if (has_first_) has_signal_ = (command.signals & 1U) != 0;
     const bool is_at_once = has_signal_ && has_first_ && !had_first;
     if (is_at_once) handover_.signals[0].start();
+    waits_ = is_at_once && !settings_.has_bridges;
     mode_ = further_.are_sounding() || has_signal_ ? Mode::kVoices : Mode::kSines;
     if (waveform_ != Waveform::kSine) mode_ = Mode::kOthers;
     for (uint32_t k = 0; k < settings_.channels; ++k) {

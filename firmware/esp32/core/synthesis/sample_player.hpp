@@ -201,6 +201,7 @@ class SamplePlayer {
   // Of the first voice.
   bool has_first_ = false;
   bool has_signal_ = false;
+  bool waits_ = false;  // for the bias
   FurtherVoices further_{};
   // What further voices give each channel in a sample; 0 between samples.
   std::array<int32_t, kMaxChannels> further_sums_{};

@@ -57,8 +57,8 @@ struct Voice {
   uint32_t level_q15 = 0;  // loudness, 0 (silent) to 32767
   // It begins, with this frequency; one that goes on keeps its own.
   bool starts = false;
-  bool has_signal = false;
   uint32_t frequency_millihertz = 0;
+  bool has_signal = false;
 };
 using Voices = std::array<Voice, kMaxVoices>;
 

@@ -40,6 +40,7 @@ TURN_MS = 10.0
 """Between two sendings of samples."""
 AFTER_S = 0.1
 ENVELOPE_POINTS = 200
+LONGEST_BIAS_S = 30e-3
 LATEST_S = 2e-3
 """By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 
@@ -63,7 +64,7 @@ class PlayedEffect:
     first_ms
         From the panel's first report of the finger to the first duty.
     rise_ms
-        From the first duty to 90 % of the largest.
+        From the first duty to 90 % of the largest; a switch's bias comes up in it.
     envelope_error_db
         95th percentile over 200 times at which the effect is within 20 dB of its largest.
     isolation_db
@@ -139,9 +140,8 @@ def play_effect(
     other = None if other_mm is None else plate.felt_um(forces, 1)[first:]
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
-    asked = np.interp(
-        times - first_s, np.arange(len(samples)) / SIGNAL_HZ, asked_samples, left=0.0, right=0.0
-    )
+    longest_s = LATEST_S if board.electronics.is_bridge else LONGEST_BIAS_S
+    asked = _aligned(asked_samples, own, first_s, longest_s)
     largest = float(np.abs(own).max())
     risen = float(np.flatnonzero(np.abs(own) >= 0.9 * largest)[0]) / RATE_HZ
     return PlayedEffect(
@@ -155,6 +155,21 @@ def play_effect(
         envelope_error_db=envelope_error_db(asked, own),
         isolation_db=None if other is None else decibel(float(felt.max() / other.max())),
     )
+
+
+def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: float) -> FloatArray:
+    """The samples at `RATE_HZ`, as late as they were: a switch's bias comes up before them."""
+    shape = np.interp(
+        np.arange(len(own)) / RATE_HZ,
+        np.arange(len(samples)) / SIGNAL_HZ,
+        samples,
+        left=0.0,
+        right=0.0,
+    )
+    first, most = round(first_s * RATE_HZ), round(longest_s * RATE_HZ)
+    late = [float(abs(shape[: len(own) - k] @ own[k:])) for k in range(first, first + most)]
+    begin = first + int(np.argmax(late))
+    return np.concatenate((np.zeros(begin), shape[: len(own) - begin]))
 
 
 def _recorded(
