@@ -3,9 +3,9 @@
     .venv/bin/python bench/synthesis.py      prints tables, writes docs/images/synthesis.png
 
 First every way of making a sine's duties (table points, interpolation, carrier bits, order of the
-shaping) from one small program, `bench/synthesis_variant.cpp`: its duties here, its instructions on
-an emulated Xtensa and RISC-V. Then the firmware as it is. Purity is measured as docs/metrics.md
-says, over 20–1000 Hz, at 160 Hz.
+shaping) from one small program, `bench/common/synthesis_variant.cpp`: its duties here, its
+instructions on an emulated Xtensa and RISC-V. Then the firmware as it is. Purity is measured as
+docs/metrics.md says, over 20–1000 Hz, at 160 Hz.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def program(
     out = folder / "program.elf"
     subprocess.run(
         [*compiler, *FLAGS, *variant.defines(level), "-I", folder, "-I", FIRMWARE, "-o", out,
-         ROOT / "bench" / "synthesis_variant.cpp", *extra],
+         ROOT / "bench" / "common" / "synthesis_variant.cpp", *extra],
         check=True,
     )  # fmt: skip
     return out

@@ -28,8 +28,8 @@ MOST_PER_SAMPLE = {
 MORE_PER_BRIDGE, MORE_OF_OTHERS = 4, 8
 """Instructions for each channel: of sines, and of other waves."""
 MOST_OF_VOICES = {
-    5: {"1": 240, "2": 420, "ramping": 960, "with_news": 2450},
-    16: {"1": 560, "2": 900, "ramping": 2350, "with_news": 6200},
+    5: {"1": 240, "2": 420, "ramping": 960, "with_news": 2490},
+    16: {"1": 560, "2": 900, "ramping": 2350, "with_news": 6230},
 }
 """By channels; ramps and news of five voices, all of which begin or end at once."""
 MOST_PER_VOICE = {5: 103, 16: 230}

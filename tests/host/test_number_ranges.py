@@ -36,6 +36,7 @@ NEEDED: dict[str, list[str]] = {
     "modes": ["paper"], "sweep": ["paper"], "compare": ["paper"], "board score": ["paper"],
     "flash": ["t.chl"],
     "device touch": ["0,0"], "device stream": ["1@0"], "device waveform": ["sine"],
+    "play": ["click", "--at", "0,0"],
     "device config": ["get"], "device network": ["show"], "device frequency": ["160"],
 }  # fmt: skip
 """Of the commands that refuse some numbers only once the rest is right, the rest."""
@@ -43,6 +44,7 @@ NONE_LIKE_IT = [math.nan, math.inf, 1e300, -1.0, 1e-300, 10**30, -1]
 MAY_BE_TINY = {"lift", "ms", "seconds", "level", "quieter_from_mm", "quieter_db", "silent_from_mm",
                "floor_um", "beside"}  # fmt: skip
 """What is next to zero is as good as any other there."""
+MAY_BE_NEGATIVE = {"level_db"}
 COMMANDS = typer.main.get_command(app)
 """Made once, for `chladni` makes them at every call."""
 
@@ -81,6 +83,8 @@ def test_a_number_out_of_range_is_refused_in_one_line(
         if isinstance(value, int) != is_whole:
             continue
         if value == 1e-300 and parameter.name in MAY_BE_TINY:
+            continue
+        if value == -1.0 and parameter.name in MAY_BE_NEGATIVE:
             continue
         needed = NEEDED.get(command, []) if is_option else []
         given = [f"{name}={value}"] if is_option else ["--", str(value)]

@@ -200,7 +200,10 @@ def _recorded(
         sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])
         left_ms -= TURN_MS
     if emulator.core.state != "playing":
-        raise ChladniError(f"the emulated device is {emulator.core.state} after the effect")
+        raise ChladniError(
+            f"the emulated device is {emulator.core.state} after the effect",
+            hint="an effect may last as long as `max_on_s` of the board file",
+        )
     first = parts[0]
     steps = np.concatenate([part.duty_steps for part in parts])
     seen, passed = [], len(first.duty_steps)
