@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
+from chladni.host.device.info_rows import finger_rows
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
@@ -118,6 +119,7 @@ def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_p
     assert "finger 1" in people.out
     listed = chladni("device", "touches", *known, "--json")
     assert json.loads(listed.out) == {"fingers": []}
+    assert chladni("device", "info", *known, "--json").json["fingers"] == []
     for words, named in (
         (["0,0"] * 6, "X,Y: expected at most 5 fingers"),
         (["0,0", "1;2"], "X,Y"),
@@ -127,6 +129,17 @@ def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_p
         refused = chladni("device", "touch", *words, *known, "--json")
         assert (refused.code, refused.out) == (2, "")
         assert named in refused.err
+
+
+def test_fingers_that_are_down_are_rows_of_what_a_device_says_of_itself(table: Table) -> None:
+    with Device(EmulatorWire(Emulator(device_of(table), table))) as device:
+        device.fingers.touch(0, -18.0, 30.0)
+        device.fingers.touch(1, 17.0, -25.0)
+        device.link.wait(0.1)
+        rows = finger_rows(device.fingers.all())
+    assert list(rows) == ["finger 0", "finger 1"]
+    assert "-18, 30 mm" in rows["finger 0"]
+    assert "dB less of it by the table" in rows["finger 0"]
 
 
 def test_a_signal_is_played_under_a_finger_over_the_link(table: Table) -> None:

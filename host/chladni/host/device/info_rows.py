@@ -36,3 +36,18 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         )
         or "none",
     }
+
+
+def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
+    """`Device.fingers.all` by rows: where each is, and how far it is kept apart."""
+    rows = {}
+    for one in fingers:
+        x, y = one["place_mm"]
+        apart, level = one["isolation_db"], one["level_db"]
+        text = f"{x:g}, {y:g} mm"
+        if level is not None:
+            text += f", {-level:.0f} dB below the loudest"
+        if apart is not None:
+            text += f", the others have {apart:.0f} dB less of it by the table"
+        rows[f"finger {one['finger']}"] = text
+    return rows

@@ -27,7 +27,7 @@ from chladni.host.emulation.felt_over_time import (
 )
 from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
-from chladni.sim.errors import ChladniError
+from chladni.sim.errors import ChladniError, MissingError
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
@@ -118,6 +118,8 @@ def play_effect(
     ChladniError
         The device did not play.
     """
+    if board.coil is None:
+        raise MissingError("coil", "a block [coil]", hint="there is no force without one")
     places = places_m([at_mm] if other_mm is None else [at_mm, other_mm])
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)

@@ -21,12 +21,14 @@ from chladni.host.cli.device.self_test import self_test
 from chladni.host.cli.device.stream import stream
 from chladni.host.cli.device.touch import touch, touches
 from chladni.host.device.device import Device
-from chladni.host.device.info_rows import info_rows
+from chladni.host.device.info_rows import finger_rows, info_rows
 from chladni.host.device.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError
 
+FINGERS_SINCE_MINOR = 4
+"""Of the link: older devices are not asked."""
 device_app = typer.Typer(cls=CommandGroup, help="Query and control a device.", no_args_is_help=True)
 key_app = typer.Typer(
     cls=CommandGroup,
@@ -49,7 +51,10 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
         version = device.version.fields
         result = {"link": f"{version['major']}.{version['minor']}"} | device.info()
         result["faults"] = device.faults()
-    answer(result if as_json else info_rows(result), as_json=as_json, title="Device")
+        knows_fingers = version["minor"] >= FINGERS_SINCE_MINOR
+        result["fingers"] = device.fingers.all() if knows_fingers else []
+    rows = result if as_json else info_rows(result) | finger_rows(result["fingers"])
+    answer(rows, as_json=as_json, title="Device")
 
 
 device_app.command("touch", context_settings={"ignore_unknown_options": True})(touch)

@@ -14,6 +14,7 @@ from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.device import Device
 from chladni.host.device.device_fingers import MOST_FINGERS
+from chladni.host.device.info_rows import finger_rows
 from chladni.host.device.link import LinkError
 from chladni.host.device.readiness import check_ready
 from chladni.sim.errors import InputError
@@ -74,7 +75,7 @@ def touches(connection: Connection, as_json: JsonOption = False) -> None:
         found = device.fingers.all()
     result: dict[str, Any] = {"fingers": found}
     if not as_json:
-        result = _rows(found) or {"down": "none"}
+        result = finger_rows(found) or {"down": "none"}
     answer(result, as_json=as_json, title="Fingers")
 
 
@@ -111,18 +112,4 @@ def _answer(
     for (a, b), (x, y), has_moved in zip(held, asked, moved, strict=True):
         texts.append(f"{a:g}, {b:g} mm" + (f"; {x:g}, {y:g} lies off the board" * has_moved))
     result = {"place": "; ".join(texts), "played for": f"{rest['played_s']:.2f} s"}
-    answer(result | _rows(fingers), as_json=False, title="Touch")
-
-
-def _rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
-    rows = {}
-    for one in fingers:
-        x, y = one["place_mm"]
-        apart, level = one["isolation_db"], one["level_db"]
-        text = f"{x:g}, {y:g} mm"
-        if level is not None:
-            text += f", {-level:.0f} dB below the loudest"
-        if apart is not None:
-            text += f", the others have {apart:.0f} dB less of it by the table"
-        rows[f"finger {one['finger']}"] = text
-    return rows
+    answer(result | finger_rows(fingers), as_json=False, title="Touch")
