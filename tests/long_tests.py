@@ -129,7 +129,6 @@ LONG = (
     "studio/test_fingers_page.py::test_a_shift_click",
     "studio/test_fingers_page.py::test_the_form_adds",
     "studio/test_fingers_page.py::test_the_picture_is_of_all_signals_or_of_one",
-    "studio/test_page.py::test_a_drag_ends_where_the_finger_is",
     "studio/test_views.py::test_a_page_finds_its_server_again",
     "tables/test_between_regions.py",
     "tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows",
