@@ -109,6 +109,7 @@ def test_a_displacement_moves_and_a_pause_stops_it(moving_page: Page, small_boar
     held = pixels(page)
     frames(page, 10)
     assert (pixels(page) == held).all()
+    page.get_by_role("button", name="Play").click()
     assert page.locator('[data-part="factor"]').inner_text() == "slowed 320 times"  # 160 Hz at 0.5
 
 
@@ -116,7 +117,6 @@ def test_a_drag_ends_where_the_finger_is(
     moving_page: Page, small_board: Board, small_table: tuple[Table, TableReport]
 ) -> None:
     page = moving_page
-    page.get_by_role("button", name="Play").click()
     drag(page, small_board, 60)
     settle(page)
     end = place_shown(page)
