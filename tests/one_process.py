@@ -32,11 +32,12 @@ def run_all(
 ) -> list[tuple[int, str, str]]:
     """Exit code, output and errors of each; `first` is Python that runs before all of them.
 
-    `before` is called in the new process, before Python loads.
+    `before` is called in the new process, before Python loads. That keeps nothing of what it
+    compiles: where a file may have 40 bytes, so would what others load.
     """
     given = json.dumps([(str(folder), list(words)) for folder, words in runs])
     done = subprocess.run(
-        [sys.executable, "-c", first + SCRIPT, given],
+        [sys.executable, *(["-B"] if before else []), "-c", first + SCRIPT, given],
         stdout=subprocess.PIPE,
         text=True,
         check=True,
