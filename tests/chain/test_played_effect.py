@@ -19,7 +19,7 @@ from chladni.host.emulation.felt_over_time import (
     RATE_HZ,
     FingerPlate,
     over_frequency,
-    places_m,
+    rms,
 )
 from chladni.host.emulation.played_effect import PlayedEffect, envelope_error_db, play_effect
 from chladni.sim.board.board import Board
@@ -86,7 +86,7 @@ def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
     board: Board, solved: list[SolvedBoard]
 ) -> None:
     """Against the exact solution between two of the frequencies that are known."""
-    places = places_m([HERE, THERE])
+    places = np.array([HERE, THERE]) * 1e-3
     plate = FingerPlate.of(solved, places, 1.0)
     for hz in (71.0, 150.0, 233.0):
         exact = FingerSet.of(
@@ -98,7 +98,7 @@ def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
         forces[:, 1] = window * np.cos(2.0 * np.pi * hz * t)
         middle = (t > 0.8) & (t < 1.2)
         for finger, disc in enumerate(exact.discs):
-            moved = plate.mean_um(forces, finger)[middle]
+            moved = 1e6 * plate.moved(forces, finger).mean(axis=0)[middle]
             turn = np.exp(-2j * np.pi * hz * t[middle])
             found = 2.0 * np.mean(moved * turn)
             wanted = disc[:, 1].mean() * 1e6
@@ -108,15 +108,15 @@ def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
 def test_more_frequencies_change_little(
     board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    places = places_m([HERE, THERE])
+    places = np.array([HERE, THERE]) * 1e-3
     t = np.arange(round(0.2 * RATE_HZ)) / RATE_HZ
     click = np.where(t < 1.5 / 160.0, np.sin(np.pi * t * 160.0 / 1.5) ** 2, 0.0)
     forces = np.zeros((len(t), len(board.actuators)))
     forces[:, 0] = click * np.sin(2.0 * np.pi * 160.0 * t)
-    coarse = FingerPlate.of(solved, places, 1.0).felt_um(forces, 0)
+    coarse = rms(FingerPlate.of(solved, places, 1.0).felt_um(forces, 0))
     more = sorted({*GRID_HZ, *(0.5 * (a + b) for a, b in pairwise(GRID_HZ))})
     monkeypatch.setattr(felt_over_time, "GRID_HZ", tuple(more))
-    fine = FingerPlate.of(over_frequency(board), places, 1.0).felt_um(forces, 0)
+    fine = rms(FingerPlate.of(over_frequency(board), places, 1.0).felt_um(forces, 0))
     assert np.abs(coarse - fine).max() < 0.03 * fine.max()
 
 

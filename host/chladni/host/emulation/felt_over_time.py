@@ -19,13 +19,13 @@ from scipy.interpolate import CubicSpline
 from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
+from chladni.drives.scoring.finger_sets import finger_discs, pushed_back
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.errors import MissingError
-from chladni.sim.image import metrics
 from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -78,11 +78,7 @@ class FingerPlate:
     @classmethod
     def of(cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float) -> FingerPlate:
         """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons."""
-        board = solved[0].board
-        masks = [
-            metrics.disc_mask(board.x, board.y, (x, y), metrics.FINGERTIP_RADIUS)
-            for x, y in places.tolist()
-        ]
+        masks = finger_discs(solved[0].board, places)
         targets = [(x / MM, y / MM) for x, y in places.tolist()]
         free: list[list[ComplexArray]] = [[] for _ in masks]
         pushes: list[list[ComplexArray]] = [[] for _ in masks]
@@ -96,24 +92,19 @@ class FingerPlate:
     def level(self, finger: int, reference_hz: float) -> FloatArray:
         """What a finger gets of the loudest real drive at each of `GRID_HZ`, m/N."""
         hz = np.array(GRID_HZ)
-        means = self.free[finger].mean(axis=1)
-        means = means - np.einsum(
-            "fj,fja->fa", self.pushes[finger].mean(axis=1), self._pushed(hz, np.arange(len(hz)))
-        )
+        pushes = self.pushes[finger].mean(axis=1)
+        means = self.free[finger].mean(axis=1) - np.einsum("fj,fja->fa", pushes, self._pushed(hz))
         nearest = int(np.argmin(np.abs(hz - reference_hz)))
         return np.asarray(np.abs(means @ real_part(means[nearest].conj())))
 
-    def _pushed(self, hz: FloatArray, at: NDArray[np.int64] | None = None) -> ComplexArray:
+    def _pushed(self, hz: FloatArray) -> ComplexArray:
         """What each finger pushes back with for a newton of each coil; (hz, fingers, actuators)."""
-
-        def known(values: ComplexArray) -> ComplexArray:
-            return np.asarray(values if at is not None else CubicSpline(GRID_HZ, values)(hz))
-
         stiffness = np.array([pressing_stiffness(self.newtons, one) for one in hz.tolist()])
-        means = np.stack([known(own.mean(axis=1)) for own in self.free], axis=1)
-        pairs = np.stack([known(own.mean(axis=1)) for own in self.pushes], axis=1)
-        whole = np.eye(len(self.free)) + stiffness[:, None, None] * pairs
-        return np.asarray(stiffness[:, None, None] * np.linalg.solve(whole, means))
+        free, pushes = (
+            [CubicSpline(GRID_HZ, own.mean(axis=1))(hz) for own in discs]
+            for discs in (self.free, self.pushes)
+        )
+        return pushed_back(free, pushes, stiffness[:, None, None])
 
     def moved(self, forces: FloatArray, finger: int) -> FloatArray:
         """Displacement of each point of a finger's disc, m, shape (points, times).
@@ -138,19 +129,15 @@ class FingerPlate:
             answer[:, is_known] -= own.T * back[:, other]
         return np.asarray(np.fft.irfft(answer, len(padded), axis=1)[:, pad:-pad])
 
-    def mean_um(self, forces: FloatArray, finger: int) -> FloatArray:
-        """Mean over a finger's disc, µm, shape (times,)."""
-        return np.asarray(self.moved(forces, finger).mean(axis=0) / MICROMETRE)
-
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
-        """RMS over a finger's disc of what moves it above 40 Hz, µm, shape (times,)."""
-        moved = signal.sosfilt(high_pass(), self.moved(forces, finger), axis=1)
-        return np.asarray(np.sqrt((moved**2).mean(axis=0)) / MICROMETRE)
+        """As `moved`, of what moves it above 40 Hz, µm."""
+        sections = signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
+        return np.asarray(signal.sosfilt(sections, self.moved(forces, finger), axis=1) / MICROMETRE)
 
 
-def high_pass() -> FloatArray:
-    """What fingers feel little of is taken out."""
-    return np.asarray(signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos"))
+def rms(felt: FloatArray) -> FloatArray:
+    """Over a disc's points, of shape (points, times); shape (times,)."""
+    return np.asarray(np.sqrt((felt**2).mean(axis=0)))
 
 
 def forces_of(board: Board, recording: Recording) -> FloatArray:
@@ -171,13 +158,3 @@ def forces_of(board: Board, recording: Recording) -> FloatArray:
     whole = len(currents) // periods * periods
     means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
     return np.asarray(board.coil.force_factor * means / np.array(coil_gains(board)))
-
-
-def decibel(ratio: float) -> float:
-    """20 log₁₀, at least -300."""
-    return float(20.0 * np.log10(max(ratio, 1e-15)))
-
-
-def places_m(places_mm: Sequence[tuple[float, float]]) -> FloatArray:
-    """Millimetres from the board's centre as metres, shape (fingers, 2)."""
-    return np.asarray(places_mm, dtype=np.float64).reshape(-1, 2) * 1e-3

@@ -19,15 +19,15 @@ from chladni.host.emulation.felt_over_time import (
     RATE_HZ,
     FingerPlate,
     Progress,
-    decibel,
     forces_of,
-    high_pass,
     over_frequency,
-    places_m,
+    rms,
 )
 from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, MissingError
+from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
@@ -120,7 +120,7 @@ def play_effect(
     """
     if board.coil is None:
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
-    places = places_m([at_mm] if other_mm is None else [at_mm, other_mm])
+    places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
@@ -137,9 +137,9 @@ def play_effect(
     active = np.flatnonzero(np.abs(forces[first:] - forces[first]).max(axis=1) > 1e-9)
     if not len(active):
         raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
-    own = signal.sosfilt(high_pass(), plate.mean_um(forces, 0))[first:]
-    felt = plate.felt_um(forces, 0)[first:]
-    other = None if other_mm is None else plate.felt_um(forces, 1)[first:]
+    disc = plate.felt_um(forces, 0)[:, first:]
+    own = disc.mean(axis=0)
+    other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
     longest_s = LATEST_S if board.electronics.is_bridge else LONGEST_BIAS_S
@@ -155,7 +155,7 @@ def play_effect(
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None if other is None else decibel(float(felt.max() / other.max())),
+        isolation_db=None if other is None else decibel(float(rms(disc).max() / other.max()) ** 2),
     )
 
 
@@ -220,8 +220,8 @@ def _recorded(
 def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:
     """How far a played envelope is from the asked one, dB: 95th percentile of 200 points.
 
-    Both are scaled to the same mean where the asked one is within 20 dB of its largest, and points
-    are drawn there. Each takes the nearest that was played within 2 ms.
+    Points are drawn where the asked one is within 20 dB of its largest, and both have one median
+    there. Each takes the nearest that was played within 2 ms.
     """
     wanted, found = _envelope(asked), _envelope(played)
     is_loud = wanted >= 0.1 * wanted.max()

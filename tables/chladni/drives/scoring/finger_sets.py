@@ -98,24 +98,35 @@ def pressed_fields(solved: SolvedBoard, places: FloatArray, stiffness: complex) 
     """
     targets = [(float(x / MM), float(y / MM)) for x, y in places]
     answers, transfer = solved.under_finger(targets), solved.fields.values
-    masks = _discs(solved.board, places)
-    back = _pushed_back(
-        [transfer[:, mask].T for mask in masks], [answers[:, mask].T for mask in masks], stiffness
+    masks = finger_discs(solved.board, places)
+    back = pushed_back(
+        [transfer[:, mask].mean(axis=1) for mask in masks],
+        [answers[:, mask].mean(axis=1) for mask in masks],
+        stiffness,
     )
     return np.asarray(transfer - np.tensordot(back.T, answers, axes=1))
 
 
-def _discs(board: Board, places: FloatArray) -> list[NDArray[np.bool_]]:
+def finger_discs(board: Board, places: FloatArray) -> list[NDArray[np.bool_]]:
+    """Image points under each fingertip of places (fingers, 2), m."""
     radius = metrics.FINGERTIP_RADIUS
     return [metrics.disc_mask(board.x, board.y, (x, y), radius) for x, y in places.tolist()]
 
 
-def _pushed_back(
-    free: list[ComplexArray], pushes: list[ComplexArray], stiffness: complex
+def pushed_back(
+    free: Sequence[ComplexArray], pushes: Sequence[ComplexArray], stiffness: complex | ComplexArray
 ) -> ComplexArray:
-    """Z u of each finger for a newton of each coil, shape (fingers, actuators)."""
-    pairs = np.stack([own.mean(axis=0) for own in pushes])
-    means = np.stack([own.mean(axis=0) for own in free])
+    """Z u of each finger for a newton of each coil, shape (…, fingers, actuators).
+
+    Parameters
+    ----------
+    free, pushes
+        For each finger the mean over its disc of what coils do, shape (…, actuators), and of what
+        a newton of each finger does, shape (…, fingers).
+    stiffness
+        Z, N/m; one, or of shape (…, 1, 1).
+    """
+    means, pairs = np.stack(free, axis=-2), np.stack(pushes, axis=-2)
     return np.asarray(stiffness * np.linalg.solve(np.eye(len(free)) + stiffness * pairs, means))
 
 
@@ -123,10 +134,12 @@ def _loaded_discs(
     solved: SolvedBoard, places: FloatArray, answers: ComplexArray, stiffness: complex
 ) -> list[ComplexArray]:
     transfer = solved.fields.values
-    masks = _discs(solved.board, places)
+    masks = finger_discs(solved.board, places)
     free = [transfer[:, mask].T for mask in masks]
     pushes = [answers[:, mask].T for mask in masks]
-    back = _pushed_back(free, pushes, stiffness)
+    back = pushed_back(
+        [own.mean(axis=0) for own in free], [own.mean(axis=0) for own in pushes], stiffness
+    )
     return [own - push @ back for own, push in zip(free, pushes, strict=True)]
 
 
