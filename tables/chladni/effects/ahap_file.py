@@ -15,7 +15,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.effects.effect import MOST_POINTS, MOST_S, Click, Effect, Part, Tone, curve_of
+from chladni.effects.effect import (
+    MOST_POINTS,
+    MOST_S,
+    Click,
+    Effect,
+    Part,
+    Tone,
+    curve_of,
+    described,
+)
 from chladni.effects.file_values import FileValue, read_json
 from chladni.effects.normalised import beyond, from_hz, to_hz
 
@@ -179,14 +188,15 @@ def to_ahap(effect: Effect) -> tuple[str, list[str]]:
     """An AHAP file's text, and what of the effect it cannot say."""
     pattern: list[dict[str, object]] = []
     left_out = beyond(effect.frequencies_hz)
+    # Curves act on all events, and so can make one tone alone.
+    first = next((part for part in effect.parts if isinstance(part, Tone)), None)
     for part in effect.parts:
         if isinstance(part, Click):
             pattern.append(_event("HapticTransient", part.at_s, part.amplitude, part.frequency_hz))
-        elif isinstance(part, Tone) and not any("ParameterCurve" in one for one in pattern):
+        elif isinstance(part, Tone) and part is first:
             pattern += _tone(part)
         else:
-            name = type(part).__name__.lower()
-            left_out.append(f"{name} at {getattr(part, 'begins_s', 0.0):g} s")
+            left_out.append(described(part))
     document = {"Version": 1.0, "Metadata": {"Description": effect.name}, "Pattern": pattern}
     return json.dumps(document, indent=1), left_out
 
@@ -213,9 +223,7 @@ def _tone(tone: Tone) -> list[dict[str, object]]:
         (INTENSITY, tone.amplitude, float),
         (SHARPNESS, tone.frequency_hz, from_hz),
     ):
-        inside = [at for at in curve.times if tone.begins_s < at < tone.ends_s]
-        times = np.array([tone.begins_s, *inside, tone.ends_s])
-        points = list(zip(times.tolist(), map(scale, curve.at(times).tolist()), strict=True))
+        points = [(at, scale(value)) for at, value in tone.points_of(curve)]
         for first in range(0, len(points) - 1, CURVE_POINTS - 1):
             some = points[first : first + CURVE_POINTS]
             rows = [{"Time": at - some[0][0], "ParameterValue": value} for at, value in some]

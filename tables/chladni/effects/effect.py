@@ -67,6 +67,11 @@ class Part(Protocol):
     """What an effect adds up."""
 
     @property
+    def begins_s(self) -> float:
+        """When it begins, s from the effect's begin."""
+        ...
+
+    @property
     def ends_s(self) -> float:
         """When it is over, s from the effect's begin."""
         ...
@@ -85,12 +90,18 @@ class Tone:
     amplitude: Curve
     frequency_hz: Curve
 
+    def points_of(self, curve: Curve, more: Sequence[float] = ()) -> list[tuple[float, float]]:
+        """One of its curves by (s, value) from its begin to its end, with `more` times between."""
+        inside = [at for at in curve.times if self.begins_s < at < self.ends_s]
+        times = np.array(sorted([self.begins_s, *inside, *more, self.ends_s]))
+        return list(zip(times.tolist(), curve.at(times).tolist(), strict=True))
+
     def wave(self, times: FloatArray) -> FloatArray:
         """As of `Part`; its phase is 0 where it begins."""
         if len(times) < 2:
             return np.zeros(len(times))
         step = times[1] - times[0]
-        is_on = (times >= self.begins_s) & (times < self.ends_s)
+        is_on = _is_on(self, times)
         hz = np.where(is_on, self.frequency_hz.at(times), 0.0)
         turns = np.concatenate(((0.0,), np.cumsum(0.5 * (hz[1:] + hz[:-1])))) * step
         first = int(np.argmax(is_on))
@@ -105,6 +116,11 @@ class Click:
     at_s: float
     amplitude: float
     frequency_hz: float
+
+    @property
+    def begins_s(self) -> float:
+        """As of `Part`."""
+        return self.at_s
 
     @property
     def ends_s(self) -> float:
@@ -130,8 +146,7 @@ class Noise:
     def wave(self, times: FloatArray) -> FloatArray:
         """As of `Part`."""
         drawn = np.random.default_rng(NOISE_SEED).uniform(-1.0, 1.0, len(times))
-        is_on = (times >= self.begins_s) & (times < self.ends_s)
-        return np.asarray(np.where(is_on, self.amplitude.at(times) * drawn, 0.0))
+        return np.asarray(np.where(_is_on(self, times), self.amplitude.at(times) * drawn, 0.0))
 
 
 @dataclass(frozen=True)
@@ -204,6 +219,20 @@ class Effect:
         """The sum of its parts, unfiltered."""
         times = np.arange(int(np.ceil(lasts_s * rate_hz)) + 1) / rate_hz
         return sum((part.wave(times) for part in self.parts), np.zeros(len(times)))
+
+
+def kind_of(part: Part) -> str:
+    """Its name for people: tone, click, noise or clip."""
+    return type(part).__name__.lower()
+
+
+def described(part: Part) -> str:
+    """Its kind, and when it begins."""
+    return f"{kind_of(part)} at {part.begins_s:g} s"
+
+
+def _is_on(part: Part, times: FloatArray) -> NDArray[np.bool_]:
+    return (times >= part.begins_s) & (times < part.ends_s)
 
 
 def limited(samples: FloatArray) -> FloatArray:

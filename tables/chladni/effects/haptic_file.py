@@ -9,9 +9,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
-
-from chladni.effects.effect import MOST_POINTS, MOST_S, Click, Curve, Effect, Part, Tone, curve_of
+from chladni.effects.effect import (
+    MOST_POINTS,
+    MOST_S,
+    Click,
+    Effect,
+    Part,
+    Tone,
+    curve_of,
+    described,
+)
 from chladni.effects.file_values import FileValue, read_json
 from chladni.effects.normalised import beyond, from_hz, to_hz
 
@@ -64,13 +71,9 @@ def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:
 def to_haptic(effect: Effect) -> tuple[str, list[str]]:
     """A `.haptic` file's text, and what of the effect it cannot say."""
     left_out = beyond(effect.frequencies_hz)
-    left_out += [
-        f"{type(part).__name__.lower()} at {getattr(part, 'begins_s', 0.0):g} s"
-        for part in effect.parts
-        if not isinstance(part, Tone | Click)
-    ]
+    left_out += [described(part) for part in effect.parts if not isinstance(part, Tone | Click)]
     tones = [part for part in effect.parts if isinstance(part, Tone)]
-    left_out += [f"tone at {tone.begins_s:g} s, which plays beside another" for tone in tones[1:]]
+    left_out += [f"{described(tone)}, which plays beside another" for tone in tones[1:]]
     clicks = {part.at_s: part for part in effect.parts if isinstance(part, Click)}
     amplitude, frequency = _envelopes(tones[0] if tones else None, sorted(clicks))
     rows = []
@@ -100,11 +103,4 @@ def _envelopes(
     if tone is None:
         ends = [*clicks, clicks[-1] if clicks else 0.0]
         return [(at, 0.0) for at in ends], [(0.0, to_hz(0.5))]
-    amplitude = _within(tone.amplitude, tone, clicks)
-    return amplitude, _within(tone.frequency_hz, tone, [])
-
-
-def _within(curve: Curve, tone: Tone, more: list[float]) -> list[tuple[float, float]]:
-    inside = [at for at in curve.times if tone.begins_s < at < tone.ends_s]
-    times = np.array(sorted([tone.begins_s, *inside, *more, tone.ends_s]))
-    return list(zip(times.tolist(), curve.at(times).tolist(), strict=True))
+    return tone.points_of(tone.amplitude, clicks), tone.points_of(tone.frequency_hz)

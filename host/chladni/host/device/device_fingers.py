@@ -153,12 +153,9 @@ class DeviceFingers:
             none of its own.
         """
         _check(finger)
-        if not 0.0 <= level <= 1.0:
-            raise ArgumentError("level", level, "0 to 1")
+        level_q15 = _level_q15(level)
         millihertz = 0 if frequency_hz is None else round(frequency_hz * 1e3)
-        self._link.request(
-            "voice", finger=finger, millihertz=millihertz, level_q15=round(level * 32767.0)
-        )
+        self._link.request("voice", finger=finger, millihertz=millihertz, level_q15=level_q15)
 
     def set_signal(self, finger: int, level: float = 1.0) -> None:
         """Let a finger play what `send` sends, from its next touch on, in place of a tone.
@@ -169,9 +166,7 @@ class DeviceFingers:
             Of the configured level, 0 to 1.
         """
         _check(finger)
-        if not 0.0 <= level <= 1.0:
-            raise ArgumentError("level", level, "0 to 1")
-        self._link.request("signal_voice", finger=finger, level_q15=round(level * 32767.0))
+        self._link.request("signal_voice", finger=finger, level_q15=_level_q15(level))
 
     def send(self, finger: int, samples: Sequence[float] | FloatArray) -> tuple[int, int]:
         """Send a finger's next samples, -1 to 1, `SIGNAL_HZ` of which are played in a second.
@@ -259,3 +254,9 @@ class DeviceFingers:
 def _check(finger: int) -> None:
     if not 0 <= finger < MOST_FINGERS:
         raise ArgumentError("finger", finger, f"0 to {MOST_FINGERS - 1}")
+
+
+def _level_q15(level: float) -> int:
+    if not 0.0 <= level <= 1.0:
+        raise ArgumentError("level", level, "0 to 1")
+    return round(level * 32767.0)

@@ -15,6 +15,8 @@ MOST_SAMPLES = 10_000
 """Boards: a share of their places is known to 0.5 % then, after an hour or more."""
 MOST_SEED = 2**32 - 1
 """What the library `cma` takes."""
+LEAST_APART_MM = 5.0
+"""Less than two fingertips can lie apart."""
 MOST_STEPS = 10_000_000
 MOST_JOBS = 1024
 LONGEST_S = 1e8

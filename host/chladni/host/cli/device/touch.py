@@ -10,7 +10,7 @@ import typer
 
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, parse_place
-from chladni.host.cli.common.ranges import within
+from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.device import Device
 from chladni.host.device.device_fingers import MOST_FINGERS
@@ -23,8 +23,6 @@ FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
-LEAST_APART_MM = 5.0
-"""Less than two fingertips can lie apart."""
 Place = tuple[float, float]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from chladni.effects.effect import Effect
+from chladni.effects.effect import Effect, kind_of
 from chladni.effects.files import WRITERS, read_effect, shipped_effects
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
@@ -96,5 +96,5 @@ def effects_convert(
 
 def _kinds(effect: Effect) -> list[str]:
     """Names of its parts, each with how many there are."""
-    names = [type(part).__name__.lower() for part in effect.parts]
+    names = [kind_of(part) for part in effect.parts]
     return [f"{names.count(name)} {name}" for name in dict.fromkeys(names)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import Annotated, Any
 
@@ -19,7 +20,7 @@ from chladni.host.cli.common.output import (
     say,
     write_figure,
 )
-from chladni.host.cli.common.ranges import within
+from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.readiness import check_ready
 from chladni.host.emulation.played_effect import play_effect
@@ -31,9 +32,6 @@ from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
-
-LEAST_APART_MM = 5.0
-"""Less than two fingertips can lie apart."""
 
 
 def register(app: typer.Typer) -> None:
@@ -68,7 +66,7 @@ def play(
     """Play an effect under a finger; an emulated device says what fingers have of it."""
     place = parse_place(at, "--at")
     beside = None if other is None else parse_place(other, "--other")
-    if beside is not None and np.hypot(place[0] - beside[0], place[1] - beside[1]) < LEAST_APART_MM:
+    if beside is not None and math.dist(place, beside) < LEAST_APART_MM:
         raise InputError("--other", other, f"{LEAST_APART_MM:g} mm or more from the finger at --at")
     check_figure(figure)
     read = read_effect(effect, field="EFFECT")
