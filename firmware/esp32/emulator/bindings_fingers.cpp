@@ -127,7 +127,6 @@ void set_voice(Emulator& self, uint32_t finger, uint32_t frequency_millihertz, u
 void set_signal_voice(Emulator& self, uint32_t finger, uint32_t level_q15) {
   check_finger(finger);
   self.device().set_voice(finger, {0, level_q15, true});
-  self.device().signal(finger).begin();
 }
 
 uint32_t push_signal(Emulator& self, uint32_t finger, const std::vector<int16_t>& samples) {

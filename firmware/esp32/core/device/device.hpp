@@ -47,8 +47,10 @@ class Device {
   void lift();
   void lift(uint32_t finger);
   // What a finger plays where the table has responses, from its next touch on.
+  // Samples that wait for a signal are dropped.
   void set_voice(uint32_t finger, const VoiceSettings& settings) {
     touch_.set_voice(finger, settings);
+    if (settings.has_signal) signal(finger).begin();
   }
   // Of a finger that plays one: samples wait here.
   SignalRing& signal(uint32_t finger) { return synthesis_.signal(finger); }

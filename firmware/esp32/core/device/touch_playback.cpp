@@ -10,6 +10,8 @@ namespace {
 
 bool is_same(Place one, Place other) { return one.x_um == other.x_um && one.y_um == other.y_um; }
 
+bool are_several(uint32_t slots) { return (slots & (slots - 1U)) != 0; }
+
 bool is_near(Place one, Place other, int32_t um) {
   const int32_t x = one.x_um - other.x_um, y = one.y_um - other.y_um;
   return x >= -um && x <= um && y >= -um && y <= um;
@@ -89,7 +91,7 @@ uint32_t TouchPlayback::there() const {
 
 bool TouchPlayback::is_alone_with(const Table& table) const {
   const uint32_t slots = there();
-  return slots != 0 && (slots & (slots - 1U)) == 0 && table.has_drives();
+  return slots != 0 && !are_several(slots) && table.has_drives();
 }
 
 // A finger that came or left is worth beginning again for, a move is not.
@@ -165,13 +167,11 @@ void TouchPlayback::begin_envelopes(const Table& table, uint32_t now_us) {
 // A signal begins under one finger while others rest: a switch's bias, which no drive keeps from
 // them, comes up so slowly that they do not feel it, and the signal waits for it.
 bool TouchPlayback::brings_bias(const Config& config, const Table& table) const {
-  if (config.driver == kBridge || is_alone_with(table)) return false;
-  const uint32_t slots = there();
-  const bool has_others = (slots & (slots - 1U)) != 0;
+  if (config.driver == kBridge || !are_several(there())) return false;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     const FingerVoice& finger = fingers_[s];
     const bool begins = finger.is_there && !finger.has_begun && has_drive(s, table);
-    if (begins && finger.settings.has_signal && finger.settings.level_q15 > 0) return has_others;
+    if (begins && finger.settings.has_signal && finger.settings.level_q15 > 0) return true;
   }
   return false;
 }

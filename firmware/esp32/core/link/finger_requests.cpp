@@ -62,7 +62,6 @@ Status Requests::set_signal_voice(const Request& request) {
   const m::Request asked = m::read_request(request.fields, Take{});
   if (asked.finger >= kMaxFingers || asked.level_q15 > 32767U) return Status::kMalformed;
   device_.set_voice(asked.finger, {0, asked.level_q15, true});
-  device_.signal(asked.finger).begin();
   return Status::kOk;
 }
 
