@@ -22,7 +22,7 @@ from link_header import link_header, link_page, messages_header, network_header
 from chladni.drives.problem import region_grid as regions
 from chladni.host.protocol import codes as device_codes
 from chladni.host.protocol import config as device_config
-from chladni.host.protocol import table_store as flash_layout
+from chladni.host.protocol import slot_store as flash_layout
 from chladni.tables import layout
 
 GENERATED = Path(__file__).resolve().parents[1] / "firmware" / "esp32" / "core" / "generated"
@@ -223,16 +223,17 @@ def comparison() -> list[str]:
 
 
 def store_header() -> str:
-    """`store_format.hpp`: slots and trailers of the tables partition."""
+    """`store_format.hpp`: slots and trailers of tables and effect banks."""
     values: dict[str, int | str] = {
-        "kPartitionBytes": flash_layout.PARTITION_BYTES,
         "kSlots": flash_layout.SLOTS,
-        "kSlotBytes": flash_layout.SLOT_BYTES,
-        "kTrailerOffset": flash_layout.TRAILER_OFFSET,
+        "kTablePartitionBytes": flash_layout.PARTITION_BYTES,
+        "kTableSlotBytes": flash_layout.SLOT_BYTES,
+        "kBankPartitionBytes": flash_layout.BANK_PARTITION_BYTES,
+        "kBankSlotBytes": flash_layout.BANK_SLOT_BYTES,
         "kEntryBytes": flash_layout.ENTRY_BYTES,
     }
     return cpp_text.header(
-        "Two slots for tables, each with a trailer that says when it counted (docs/flash.md).",
+        "Two slots for tables and two for effect banks, each with a trailer that says when it counted (docs/flash.md).",
         "chladni::store_format",
         [
             *cpp_text.constants(values),

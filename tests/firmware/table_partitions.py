@@ -9,7 +9,7 @@ import numpy as np
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.protocol.table_store import (
+from chladni.host.protocol.slot_store import (
     ENTRY_BYTES,
     PARTITION_BYTES,
     SECTOR_BYTES,

@@ -21,7 +21,7 @@ from chladni.host.device.wire import EmulatorWire, WireError
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
 from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings
-from chladni.host.protocol.table_store import SLOT_BYTES
+from chladni.host.protocol.slot_store import SLOT_BYTES
 from chladni.sim.errors import ChladniError
 from chladni.tables.format import pack
 from made_up import MAX_ON_MS, RAMP_MS, TIMEOUT_MS, device_of, make_table

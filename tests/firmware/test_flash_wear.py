@@ -14,7 +14,7 @@ from chladni.host.device.udp import EmulatedPort, UdpWire
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.link import Status
-from chladni.host.protocol.table_store import SECTOR_BYTES, SECTOR_ERASES
+from chladni.host.protocol.slot_store import SECTOR_BYTES, SECTOR_ERASES
 from chladni.tables.layout import HEADER_BYTES
 from made_up import device_of
 from networked import KEY, LAB, NEW, OLD, networked

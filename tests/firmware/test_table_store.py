@@ -7,7 +7,7 @@ import pytest
 
 from chladni.host.device.link import LinkError
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.protocol.table_store import (
+from chladni.host.protocol.slot_store import (
     ENTRY_BYTES,
     PARTITION_BYTES,
     SECTOR_BYTES,

@@ -8,7 +8,7 @@ import pytest
 from chladni.host.device.link import LinkError
 from chladni.host.device.upload import TableUpload
 from chladni.host.protocol.link import Status
-from chladni.host.protocol.table_store import TRAILER_OFFSET
+from chladni.host.protocol.slot_store import TRAILER_OFFSET
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.layout import HEADER_BYTES

@@ -15,7 +15,7 @@ from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.flashing.rom_loader import TABLES, partition_of, partitions
-from chladni.host.protocol.table_store import (
+from chladni.host.protocol.slot_store import (
     ENTRY_BYTES,
     PARTITION_BYTES,
     SECTOR_BYTES,

@@ -16,7 +16,7 @@ from chladni.host.flashing.rom_loader import TABLE_OFFSET
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
+from chladni.host.protocol.slot_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.board.electronics import ChipName
 from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import CHIPS

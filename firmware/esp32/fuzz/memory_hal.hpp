@@ -16,7 +16,7 @@
 namespace chladni::fuzz {
 
 struct Board {
-  std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kPartitionBytes, 0xFF);
+  std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kTablePartitionBytes, 0xFF);
   std::vector<uint8_t> config = std::vector<uint8_t>(2 * kSectorBytes, 0xFF);
   std::vector<uint8_t> network = std::vector<uint8_t>(kSectorBytes, 0xFF);
   std::array<uint8_t, kRetainedBytes> retained{};

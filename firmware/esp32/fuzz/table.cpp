@@ -7,13 +7,13 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace chladni;
-  if (size < 8 || size > store_format::kTrailerOffset) return -1;
+  if (size < 8 || size > table_format::kLargestFile) return -1;
   fuzz::Board board;
   std::memcpy(board.tables.data(), data, size);
   // The header says how long it is; the CRC belongs there.
   uint32_t total = 0;
   std::memcpy(&total, board.tables.data() + table_format::kAtTotalBytes, 4);
-  if (total >= 4 && total <= store_format::kTrailerOffset) {
+  if (total >= 4 && total <= table_format::kLargestFile) {
     const uint32_t crc = crc32(board.tables.data(), total - 4);
     std::memcpy(board.tables.data() + total - 4, &crc, 4);
   }

@@ -41,7 +41,7 @@ MIN_ON_US, MAX_ON_US = 100_000, 60_000_000
 CRC_BYTES = 4
 BOARD_NAME_BYTES = 16
 LARGEST_FILE = 63 * 4096
-"""A device's slot of 256 KiB, less the sector of its trailer (host/protocol/table_store.py)."""
+"""A device's slot of 256 KiB, less the sector of its trailer (host/protocol/slot_store.py)."""
 
 ByteArray = NDArray[np.uint8]
 IntArray = NDArray[np.int64]

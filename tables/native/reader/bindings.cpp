@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/base/bytes.hpp"
-#include "core/storage/table_store.hpp"
+#include "core/storage/slot_store.hpp"
 #include "core/table/table.hpp"
 
 namespace nb = nanobind;
@@ -163,7 +163,7 @@ class FirmwareTable {
 class FirmwareStore {
  public:
   explicit FirmwareStore(nb::bytes image) : flash_(image) {
-    if (image.size() != chladni::store_format::kPartitionBytes) {
+    if (image.size() != chladni::store_format::kTablePartitionBytes) {
       throw nb::value_error("an image of the whole tables partition");
     }
     load();
@@ -185,7 +185,9 @@ class FirmwareStore {
     if (status == StoreStatus::kOk && store_.must_erase()) status = store_.erase_slot(hal);
     if (status == StoreStatus::kOk) status = store_.write(hal, 0, bytes, size);
     if (status == StoreStatus::kOk) {
-      status = store_.commit(hal, table_, bytes[chladni::table_format::kAtActuators]);
+      status = store_.commit(hal, [&](uint32_t offset) {
+        return is_table(bytes[chladni::table_format::kAtActuators], offset);
+      });
     }
     load();
     return chladni::to_text(status);
@@ -193,7 +195,8 @@ class FirmwareStore {
 
   // Back to what the other slot holds.
   std::string restore_other(uint32_t channels) {
-    const chladni::StoreStatus status = store_.restore_other(flash_.hal(), table_, channels);
+    const chladni::StoreStatus status = store_.restore_other(
+        flash_.hal(), [&](uint32_t offset) { return is_table(channels, offset); });
     load();
     return chladni::to_text(status);
   }
@@ -218,15 +221,18 @@ class FirmwareStore {
 
  private:
   static bool is_trailer(uint32_t sector) {
-    namespace f = chladni::store_format;
-    return sector * kSectorBytes % f::kSlotBytes == f::kTrailerOffset;
+    const uint32_t in_slot = sector * kSectorBytes % chladni::kTableSlots.slot_bytes;
+    return in_slot == chladni::kTableSlots.trailer_offset();
   }
   // Which slot counts does not depend on the channels of whoever asks.
-  void load() { store_.load(flash_.hal(), table_, 1); }
+  void load() { store_.find(flash_.hal()); }
+  bool is_table(uint32_t channels, uint32_t offset) {
+    chladni::Table table;
+    return table.load(flash_.hal(), channels, offset) == chladni::TableStatus::kOk;
+  }
 
   Flash flash_;
-  chladni::TableStore store_;
-  chladni::Table table_;
+  chladni::SlotStore store_{chladni::kTableSlots};
 };
 
 }  // namespace

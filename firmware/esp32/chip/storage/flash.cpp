@@ -36,7 +36,7 @@ bool flash_open() {
   network = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x02), "network");
   boots = esp_partition_find_first(kType, static_cast<esp_partition_subtype_t>(0x03), "boots");
   if (tables == nullptr || config == nullptr) return false;
-  if (tables->size < store_format::kPartitionBytes) return false;
+  if (tables->size < store_format::kTablePartitionBytes) return false;
   // Mapped once and for good: the driver drops what the cache holds of it after every write. The
   // partition begins anywhere in a page of 64 KiB, which the driver allows for.
   const void* mapped = nullptr;

@@ -62,9 +62,9 @@ Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8
   Status status =
       table_.check_head(wear_, header, total_bytes, table_crc, config().channels, refused);
   if (status != Status::kOk) return status;
-  table_.hear(awake_ms());
+  table_.updates().hear(awake_ms());
   if (!update_begin()) return Status::kBusy;
-  status = table_.begin(hal_, wear_, total_bytes, table_crc);
+  status = table_.updates().begin(hal_, wear_, total_bytes, table_crc);
   keep_retained(false);
   if (status != Status::kOk) update_end();
   return status;
@@ -72,8 +72,8 @@ Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8
 
 Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
   if (state_ != DeviceState::kUpdating) return Status::kNotBegun;
-  table_.hear(awake_ms());
-  return table_.write(hal_, offset, bytes, count);
+  table_.updates().hear(awake_ms());
+  return table_.updates().write(hal_, offset, bytes, count);
 }
 
 Status Device::table_commit() {
@@ -86,7 +86,7 @@ Status Device::table_commit() {
 
 Status Device::table_previous() {
   if (!may_write()) return Status::kTooOften;
-  table_.hear(awake_ms());
+  table_.updates().hear(awake_ms());
   if (!update_begin()) return Status::kBusy;
   const Status status = table_.restore_other(hal_, wear_, config().channels);
   keep_retained(false);
@@ -96,7 +96,7 @@ Status Device::table_previous() {
 
 // The time that erasing took is no silence.
 void Device::watch_update() {
-  if (state_ == DeviceState::kUpdating && table_.is_silent(awake_ms())) update_end();
+  if (state_ == DeviceState::kUpdating && table_.updates().is_silent(awake_ms())) update_end();
 }
 
 // What was spent is kept at once: a restart in the next moment must not give it back.

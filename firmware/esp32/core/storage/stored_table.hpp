@@ -5,7 +5,7 @@
 
 #include "core/generated/link_format.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/table_store.hpp"
+#include "core/storage/slot_updates.hpp"
 #include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
 
@@ -30,25 +30,17 @@ class StoredTable {
   // A bit has flipped; to be loaded again once nothing plays.
   bool is_damaged() const { return is_damaged_; }
 
-  // An update, while nothing plays; `load` comes next, whatever `commit` and `restore_other`
-  // answer. What its header refuses is refused before anything is erased: that must not cost the
-  // table to go back to.
+  // An update. What its header refuses is refused before anything is erased: that must not cost the
+  // table to go back to. `commit` and `restore_other` try a table out: `load` comes next.
   link_format::Status check_head(const FlashWear& wear, const uint8_t* header, uint32_t total_bytes,
                                  uint32_t table_crc, uint32_t channels, TableStatus& refused) const;
-  link_format::Status begin(const Hal& hal, FlashWear& wear, uint32_t total_bytes,
-                            uint32_t table_crc);
-  link_format::Status write(const Hal& hal, uint32_t offset, const uint8_t* bytes, uint32_t count);
   link_format::Status commit(const Hal& hal, FlashWear& wear, uint32_t channels);
   link_format::Status restore_other(const Hal& hal, FlashWear& wear, uint32_t channels);
-  // When an update was last heard of, and whether it is over for want of news.
-  void hear(uint32_t awake_ms) { heard_ms_ = awake_ms; }
-  bool is_silent(uint32_t awake_ms) const {
-    return awake_ms - heard_ms_ >= link_format::kUpdateSilenceMs;
-  }
+  SlotUpdates& updates() { return updates_; }
 
   const Table& table() const { return table_; }
   TableStatus status() const { return status_; }
-  const TableStore& store() const { return store_; }
+  const SlotStore& store() const { return updates_.store(); }
 
  private:
   static constexpr uint32_t kCheckEveryMs = 60000;
@@ -56,10 +48,8 @@ class StoredTable {
   Table table_;
   TableStatus status_ = TableStatus::kNone;
   bool is_damaged_ = false;
-  TableStore store_;
+  SlotUpdates updates_{kTableSlots};
   FlashCheck check_;
-  bool is_paid_ = false;  // the update that is under way, or broke off
-  uint32_t heard_ms_ = 0;
 };
 
 }  // namespace chladni

@@ -37,7 +37,7 @@ from chladni.host.protocol.link import (
     VERSION_MINOR,
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from chladni.host.protocol.table_store import SECTOR_ERASES
+from chladni.host.protocol.slot_store import SECTOR_ERASES
 from chladni.sim.board.board import is_of
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS

@@ -7,7 +7,7 @@ from typing import Any
 
 from chladni.host.device.link import CHECK_WIRE, FIRST_WAIT_S, Answer, Link, LinkError, refusal
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, WINDOW, Status
-from chladni.host.protocol.table_store import SECTOR_BYTES
+from chladni.host.protocol.slot_store import SECTOR_BYTES
 from chladni.tables.layout import HEADER_BYTES
 
 Progress = Callable[[int, int], None]

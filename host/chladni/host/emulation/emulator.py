@@ -17,7 +17,7 @@ from chladni.host.emulation._emulator import panel_place
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
+from chladni.host.protocol.slot_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS

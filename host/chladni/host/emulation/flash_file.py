@@ -8,7 +8,7 @@ from pathlib import Path
 
 from chladni.host.emulation._emulator import SECTOR_BYTES
 from chladni.host.emulation._emulator import Emulator as Core
-from chladni.host.protocol.table_store import PARTITION_BYTES
+from chladni.host.protocol.slot_store import PARTITION_BYTES
 from chladni.sim.errors import ArgumentError
 from chladni.sim.files import open_regular, write_at
 

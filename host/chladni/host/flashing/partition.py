@@ -6,7 +6,7 @@ flash (`rom_loader.py`).
 
 from __future__ import annotations
 
-from chladni.host.protocol.table_store import PARTITION_BYTES, SLOT_BYTES
+from chladni.host.protocol.slot_store import PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.errors import InputError
 from chladni.tables._firmware import FirmwareStore
 

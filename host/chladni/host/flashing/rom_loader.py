@@ -21,7 +21,7 @@ from chladni.host.device.wire import WireError
 from chladni.host.flashing.partition import slot_in_use, update
 from chladni.host.protocol.board_config import check_chip, check_driver
 from chladni.host.protocol.config import DeviceConfig, pack_config, unpack_config
-from chladni.host.protocol.table_store import PARTITION_BYTES, SECTOR_BYTES
+from chladni.host.protocol.slot_store import PARTITION_BYTES, SECTOR_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import ChipName
 from chladni.sim.errors import ArgumentError, ChladniError, ConflictError, InputError

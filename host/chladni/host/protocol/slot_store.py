@@ -1,8 +1,8 @@
-"""The device's own partitions: where tables and what is said of them lie.
+"""The device's own partitions: where tables, effect banks and what is said of them lie.
 
-The `tables` partition is two slots. A table is written to the slot that is not in use, read back,
-and only then entered into the slot's trailer, its last sector, under a number one higher than any
-before. The whole table with the highest number counts. `tools/generate_headers.py` writes the C++
+The `tables` partition is two slots, and so is `effects`. A file is written to the slot that is not
+in use, read back, and only then entered into the slot's trailer, its last sector, under a number one
+higher than any before. The whole file with the highest number counts. `tools/generate_headers.py` writes the C++
 header.
 """
 
@@ -21,9 +21,12 @@ TRAILER_OFFSET = SLOT_BYTES - SECTOR_BYTES
 """In a slot. Going back to a table appends an entry to its trailer."""
 PARTITION_BYTES = SLOTS * SLOT_BYTES
 """Of `tables` (firmware/esp32/chip/partitions.csv)."""
+BANK_SLOT_BYTES = 64 * 1024
+BANK_PARTITION_BYTES = SLOTS * BANK_SLOT_BYTES
+"""Of `effects`; a device that was partitioned before there were effects does without."""
 ENTRY_FIELDS = (
     Field("sequence", "u32", "One more than the highest before; the highest counts."),
-    Field("table_crc", "u32", "The table's last four bytes."),
+    Field("file_crc", "u32", "The file's last four bytes."),
     Field("entry_crc", "u32", "CRC-32 of the eight bytes before."),
 )
 ENTRY_BYTES = sum(field.size for field in ENTRY_FIELDS)
