@@ -18,11 +18,16 @@ TESTS = ROOT / "tests"
 CORE = ROOT / "firmware" / "esp32" / "core"
 CORE_SOURCES = sorted([*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")])
 ROOMS = (
-    "generated", "hal.hpp", "base", "synthesis", "table", "fingers", "storage", "limits", "touch",
-    "device", "link",
+    "generated", "hal.hpp", "base", "synthesis", "table", "fingers", "touch", "effects", "storage",
+    "limits", "device", "link",
 )  # fmt: skip
 IN_SINGLE_PRECISION = {
-    *(path for path in CORE_SOURCES if path.relative_to(CORE).parts[0] == "fingers"),
+    *(
+        path
+        for path in CORE_SOURCES
+        if path.relative_to(CORE).parts[0] in ("fingers", "effects")
+    ),
+    CORE / "generated/low_pass_sections.hpp",
     CORE / "base/floats.hpp", CORE / "table/responses.hpp", CORE / "table/responses.cpp",
 }  # fmt: skip
 """Runs in the main loop alone; what reaches the sample interrupt is checked by its objects

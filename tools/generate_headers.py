@@ -14,10 +14,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import cpp_text
 import numpy as np
-from gpio_header import bootloader_header, gpio_header
-from link_header import link_header, link_page, messages_header, network_header
+from headers import cpp_text
+from headers.effect_headers import bank_header, low_pass_header
+from headers.gpio_header import bootloader_header, gpio_header
+from headers.link_header import link_header, link_page, messages_header, network_header
 
 from chladni.drives.problem import region_grid as regions
 from chladni.host.protocol import codes as device_codes
@@ -233,7 +234,8 @@ def store_header() -> str:
         "kEntryBytes": flash_layout.ENTRY_BYTES,
     }
     return cpp_text.header(
-        "Two slots for tables and two for effect banks, each with a trailer that says when it counted (docs/flash.md).",
+        "Slots for tables and effect banks, each with a trailer that says when it counted "
+        "(docs/flash.md).",
         "chladni::store_format",
         [
             *cpp_text.constants(values),
@@ -277,6 +279,8 @@ def codes_header() -> str:
 
 HEADERS: dict[str, Callable[[], str]] = {
     "table_format.hpp": table_header,
+    "bank_format.hpp": bank_header,
+    "low_pass_sections.hpp": low_pass_header,
     "config_format.hpp": config_header,
     "store_format.hpp": store_header,
     "link_format.hpp": link_header,

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from chladni.effects import Click, Clip, Curve, Effect, Noise, Tone, shipped_effects
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import MOST_POINTS
 from chladni.effects.flatten import flattened
 from chladni.effects.low_pass import TAIL_S, low_passed
-from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.errors import InputError
 
 RAMP = Curve((0.0, 0.5), (0.0, 1.0))

@@ -12,9 +12,9 @@ import pytest
 from scipy.io import wavfile
 
 from chladni.effects import Click, Clip, Effect, Tone, read_effect, shipped_effects
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import WRITERS
 from chladni.effects.normalised import from_hz, to_hz
-from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.errors import InputError
 
 HAPTIC: dict[str, Any] = {
@@ -268,7 +268,7 @@ def test_an_ahap_that_breaks_a_rule_is_refused_by_place(
     ("text", "said"),
     [
         ("name = ", "a.toml, effect: expected TOML"),
-        ("[[tune]]", "tune: expected one of name, tone"),
+        ("[[tune]]", "tune: expected one of name, loop_ms, tone"),
         ("[[click]]\npitch = 1", r"click\[0\].pitch: expected one of amplitude"),
         ("[[click]]\nfrequency_hz = 0", "frequency_hz: expected a number from 1 to 1000, got 0"),
         ("[[click]]\nfrequency_hz = 20000", "got 20000"),

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from scipy.io import wavfile
 
 from chladni.effects import read_effect, shipped_effects
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import READERS
-from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.errors import InputError
 from conftest import CommandLine
 from effects.test_effect_files import HAPTIC, ahap, curve, event, written

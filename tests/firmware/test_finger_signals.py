@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from chladni.drives.fingers.choice import chosen_drives
 from chladni.drives.fingers.silence import real_part
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
-from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
+from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.tables.responses import TableResponses
 from chladni.tables.table import Limits, Table
 from firmware.judged_device import BRIDGES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chladni.host.device.link import LinkError
-from chladni.host.device.upload import TableUpload
+from chladni.host.device.upload import TABLES, Upload
 from chladni.host.protocol.link import Status
 from chladni.host.protocol.slot_store import TRAILER_OFFSET
 from chladni.sim.errors import InputError
@@ -35,7 +35,7 @@ def test_a_table_that_the_device_cannot_play_is_refused_and_the_old_one_plays_on
         device.flash(three)
     # A host that does not look at what it sends gets the device's own answer.
     with pytest.raises(LinkError, match="another number of actuators") as caught:
-        TableUpload(device.link, three).run()
+        Upload(device.link, TABLES, three).run()
     assert caught.value.status == Status.REFUSED
     assert table_crc(device) == crc_of(OLD)
     assert emulator.core.state == "idle"
@@ -54,7 +54,7 @@ def test_a_refused_table_never_costs_the_one_to_go_back_to() -> None:
     version = bytes([*NEW[:4], 9, *NEW[5:]])
     for data in (four, damaged, version, forge(make_table(np.ones((1, 5))), ramp_us=1)):
         with pytest.raises(LinkError, match="the device refuses it: "):
-            TableUpload(device.link, data).run()
+            Upload(device.link, TABLES, data).run()
         assert emulator.core.flash_bytes() == before
         assert emulator.core.state == "idle"
     device.previous()

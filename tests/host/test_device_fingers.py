@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
-from chladni.host.device.info_rows import finger_rows
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
-from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.errors import ArgumentError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table

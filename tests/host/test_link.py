@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from chladni.host.device.device import Device
 from chladni.host.device.link import Answer, FrameSplitter, LinkError, encode
-from chladni.host.device.upload import TableUpload
+from chladni.host.device.upload import TABLES, Upload
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Hardware
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, MESSAGES, Status
@@ -163,7 +163,7 @@ def test_what_was_sent_and_never_committed_is_no_table_to_go_back_to() -> None:
     """Before a restart and after it; the table that came with the flash is one, afterwards."""
     emulator = powered(OLD)
     device = Device(EmulatorWire(emulator))
-    TableUpload(device.link, BIG).run()
+    Upload(device.link, TABLES, BIG).run()
     emulator.run(7_000.0)
     for _ in range(2):
         with pytest.raises(LinkError, match="no other table"):

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
-from chladni.host.device.readiness import (
+from chladni.host.device.checks.readiness import (
     HOST_CLEARS,
     OF_THE_TABLE,
     WARNINGS,
     check_ready,
     obstacle,
 )
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.protocol.codes import FAULT_CAUSE

@@ -29,6 +29,7 @@ enum class FlashArea : uint8_t {
   kConfig,   // two sectors
   kNetwork,  // one
   kBoots,    // one; a device may be without
+  kEffects,  // effect banks; a device may be without
 };
 
 constexpr uint32_t kSectorBytes = 4096;
@@ -68,8 +69,8 @@ struct Hal {
   bool (*read_flash)(void* context, FlashArea area, uint32_t offset, uint8_t* bytes,
                      uint32_t count);
   // The same bytes where they lie, for good: what is erased and programmed later shows. Null if the
-  // area has no such bytes. For kTables only. Never from the sample interrupt, since flash cannot
-  // be read while it is written.
+  // area has no such bytes. For kTables and kEffects only. Never from the sample interrupt, since
+  // flash cannot be read while it is written.
   const uint8_t* (*map_flash)(void* context, FlashArea area, uint32_t offset, uint32_t count);
   bool (*erase_sector)(void* context, FlashArea area, uint32_t offset);
   bool (*program_flash)(void* context, FlashArea area, uint32_t offset, const uint8_t* bytes,

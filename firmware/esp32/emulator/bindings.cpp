@@ -46,7 +46,8 @@ Flash& area(Emulator& self, const std::string& name) {
   if (name == "config") return self.config();
   if (name == "network") return self.network();
   if (name == "boots") return self.boots();
-  throw nb::value_error("area: tables, config, network or boots");
+  if (name == "effects") return self.effects();
+  throw nb::value_error("area: tables, config, network, boots or effects");
 }
 
 using Duties = nb::ndarray<nb::numpy, int16_t, nb::ndim<2>>;
@@ -249,7 +250,8 @@ void bind_flash(nb::class_<Emulator>& emulator) {
       .def_prop_ro("flash_changes",
                    [](Emulator& self) {
                      return self.tables().changes() + self.config().changes() +
-                            self.network().changes() + self.boots().changes();
+                            self.network().changes() + self.boots().changes() +
+                            self.effects().changes();
                    })
       .def(
           "cut_power_after",
@@ -263,6 +265,7 @@ void bind_flash(nb::class_<Emulator>& emulator) {
              self.tables().restore_power();
              self.config().restore_power();
              self.network().restore_power();
+             self.effects().restore_power();
            })
       .def(
           "let_flash_lie",
@@ -312,6 +315,7 @@ NB_MODULE(_emulator, m) {
   m.doc() = "The firmware core on a PC: virtual clock, flash, PWM outputs, a panel and fingers.";
   bind_functions(m);
   chladni::emulator::bind_hardware(m);
+  chladni::emulator::bind_effects(m);
   chladni::emulator::bind_fingers(m);
   chladni::emulator::bind_synthesis(m);
   nb::class_<Emulator> emulator(m, "Emulator");

@@ -24,6 +24,9 @@ inline gpio::Chip chip_of(uint32_t number) {
 // What the emulated board is like, how its panel fails, and its outputs by themselves.
 void bind_hardware(nanobind::module_& module);
 
+// Effect banks by themselves.
+void bind_effects(nanobind::module_& module);
+
 // The drives of several fingers by themselves, and what finding them costs.
 void bind_fingers(nanobind::module_& module);
 // What each finger plays.

@@ -29,6 +29,7 @@ void bind_board(nb::module_& m) {
           "panel", [](const Hardware& self) { return static_cast<int>(self.panel); },
           [](Hardware& self, const std::string& name) { self.panel = panel_model(name); })
       .def_rw("table_sectors", &Hardware::table_sectors)
+      .def_rw("bank_sectors", &Hardware::bank_sectors)
       .def_rw("has_second_address", &Hardware::has_second_address)
       .def_rw("interrupt_us", &Hardware::interrupt_us)
       .def_rw("jitter_us", &Hardware::jitter_us)

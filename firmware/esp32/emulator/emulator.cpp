@@ -24,6 +24,7 @@ Emulator::Emulator(const Hardware& hardware)
       config_(kConfigSectors),
       network_(kNetworkSectors),
       boots_(kBootSectors),
+      effects_(hardware.bank_sectors),
       random_(hardware.seed * 2654435761U + 1U) {}
 
 uint64_t Emulator::in_periods(double microseconds) const {
@@ -248,6 +249,7 @@ Flash& Emulator::area(FlashArea area) {
     case FlashArea::kTables: return tables_;
     case FlashArea::kConfig: return config_;
     case FlashArea::kBoots: return boots_;
+    case FlashArea::kEffects: return effects_;
     case FlashArea::kNetwork: break;
   }
   return network_;

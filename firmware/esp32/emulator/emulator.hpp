@@ -32,6 +32,7 @@ struct FingerEvent {
 struct Hardware {
   gpio::Chip chip = gpio::Chip::kEsp32;
   uint32_t table_sectors = 32;
+  uint32_t bank_sectors = 32;  // 0: partitioned before there were effects
   PanelModel panel = PanelModel::kGt911;
   bool has_second_address = false;
   // From due to running: the sample interrupt's latency, and as much again at random.
@@ -104,6 +105,7 @@ class Emulator {
   Flash& config() { return config_; }
   Flash& network() { return network_; }
   Flash& boots() { return boots_; }
+  Flash& effects() { return effects_; }
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
   Device& device() { return device_; }
@@ -151,6 +153,7 @@ class Emulator {
   Flash config_;
   Flash network_;
   Flash boots_;
+  Flash effects_;
   Pwm pwm_{1, 10};
   Panel panel_;
   Device device_;

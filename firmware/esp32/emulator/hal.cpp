@@ -60,11 +60,11 @@ void Emulator::add_flash(Hal& hal) {
   hal.map_flash = [](void* context, FlashArea area, uint32_t offset,
                      uint32_t count) -> const uint8_t* {
     Emulator& self = from(context);
-    if (area != FlashArea::kTables) {
-      self.note("only the tables' flash is mapped");
+    if (area != FlashArea::kTables && area != FlashArea::kEffects) {
+      self.note("only the flash of tables and effects is mapped");
       return nullptr;
     }
-    const std::vector<uint8_t>& bytes = self.tables_.bytes();
+    const std::vector<uint8_t>& bytes = self.area(area).bytes();
     return offset > bytes.size() || count > bytes.size() - offset ? nullptr : bytes.data() + offset;
   };
   hal.erase_sector = [](void* context, FlashArea area, uint32_t offset) {

@@ -19,6 +19,7 @@ struct Board {
   std::vector<uint8_t> tables = std::vector<uint8_t>(store_format::kTablePartitionBytes, 0xFF);
   std::vector<uint8_t> config = std::vector<uint8_t>(2 * kSectorBytes, 0xFF);
   std::vector<uint8_t> network = std::vector<uint8_t>(kSectorBytes, 0xFF);
+  std::vector<uint8_t> effects = std::vector<uint8_t>(store_format::kBankPartitionBytes, 0xFF);
   std::array<uint8_t, kRetainedBytes> retained{};
   uint32_t now_us = 0;
   // What the panel's bus reads, over and over.
@@ -47,6 +48,7 @@ inline uint8_t* area_of(Board& board, FlashArea area, uint32_t& size) {
   std::vector<uint8_t>* own = &board.tables;
   if (area == FlashArea::kConfig) own = &board.config;
   if (area == FlashArea::kNetwork) own = &board.network;
+  if (area == FlashArea::kEffects) own = &board.effects;
   static std::vector<uint8_t> none;
   if (area == FlashArea::kBoots) own = &none;
   size = static_cast<uint32_t>(own->size());

@@ -59,7 +59,8 @@ bool read_flash(void*, chladni::FlashArea area, uint32_t offset, uint8_t* bytes,
   return true;
 }
 
-const uint8_t* map_flash(void*, chladni::FlashArea, uint32_t offset, uint32_t count) {
+const uint8_t* map_flash(void*, chladni::FlashArea area, uint32_t offset, uint32_t count) {
+  if (area != chladni::FlashArea::kTables) return nullptr;
   const auto size = static_cast<uint32_t>(table_end - table_begin);
   return offset > size || count > size - offset ? nullptr : table_begin + offset;
 }

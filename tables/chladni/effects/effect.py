@@ -178,10 +178,14 @@ class Effect:
         What people call it.
     parts
         What is added up.
+    loop_s
+        While a device holds it, it goes from the second time back to the first, s; from its end to
+        its begin if left out. Elsewhere it plays once.
     """
 
     name: str
     parts: tuple[Part, ...]
+    loop_s: tuple[float, float] | None = None
 
     @property
     def frequencies_hz(self) -> list[float]:
@@ -224,6 +228,12 @@ class Effect:
 def kind_of(part: Part) -> str:
     """Its name for people: tone, click, noise or clip."""
     return type(part).__name__.lower()
+
+
+def kinds(effect: Effect) -> list[str]:
+    """Names of its parts' kinds, each with how many there are."""
+    names = [kind_of(part) for part in effect.parts]
+    return [f"{names.count(name)} {name}" for name in dict.fromkeys(names)]
 
 
 def described(part: Part) -> str:

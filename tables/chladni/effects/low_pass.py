@@ -22,8 +22,9 @@ def low_passed(samples: FloatArray, rate_hz: float) -> FloatArray:
     """Samples behind the low-pass, from rest."""
     if 0.5 * rate_hz <= EDGE_HZ:
         return samples
-    return np.asarray(signal.sosfilt(_sections(rate_hz), samples))
+    return np.asarray(signal.sosfilt(sections(rate_hz), samples))
 
 
-def _sections(rate_hz: float) -> FloatArray:
+def sections(rate_hz: float) -> FloatArray:
+    """Of second order, as SciPy has them: b0, b1, b2, 1, a1, a2 each."""
     return np.asarray(signal.butter(POLES, EDGE_HZ, fs=rate_hz, output="sos"))

@@ -39,16 +39,25 @@ def read_toml_effect(path: Path, field: str) -> tuple[Effect, list[str]]:
     name = file["name"].text() if file["name"].is_there else path.stem
     parts: list[Part] = []
     for kind in file.keys():  # noqa: SIM118
-        if kind == "name":
+        if kind in ("name", "loop_ms"):
             continue
         if kind not in KEYS:
-            raise file[kind].error(f"one of name, {', '.join(KEYS)} for a key")
+            raise file[kind].error(f"one of name, loop_ms, {', '.join(KEYS)} for a key")
         for one in file[kind]:
             for key in one.keys():  # noqa: SIM118
                 if key not in KEYS[kind]:
                     raise one[key].error(f"one of {', '.join(sorted(KEYS[kind]))} for a key")
             parts.append(_part(kind, one))
-    return Effect(name, tuple(parts)), []
+    return Effect(name, tuple(parts), _loop(file["loop_ms"])), []
+
+
+def _loop(own: FileValue) -> tuple[float, float] | None:
+    if not own.is_there:
+        return None
+    times = [one.number(0.0, MOST_S / MS) for one in own]
+    if len(times) != 2 or times[0] >= times[1]:
+        raise own.error("[milliseconds, later milliseconds]")
+    return MS * times[0], MS * times[1]
 
 
 def _part(kind: str, own: FileValue) -> Part:

@@ -21,6 +21,16 @@ inline void put_word(uint8_t* bytes, uint32_t value, uint32_t count) {
   for (uint32_t k = 0; k < count; ++k) bytes[k] = static_cast<uint8_t>((value >> (8U * k)) & 0xFFU);
 }
 
+// Printable ASCII, filled up with zeros, at least one of them.
+inline bool is_name(const uint8_t* name, uint32_t size) {
+  uint32_t length = size;
+  while (length > 0 && name[length - 1U] == 0) --length;
+  for (uint32_t k = 0; k < length; ++k) {
+    if (name[k] < 0x20 || name[k] > 0x7E) return false;
+  }
+  return length < size;
+}
+
 // What generated headers read and write their fields with.
 struct Take {
   template <typename T>

@@ -40,7 +40,8 @@ class FaultLog {
   uint32_t standing() const { return standing_; }
   bool only_the_table_stands() const {
     return (standing_ & ~kWarnings &
-            ~(bit(FaultCause::kNoTable) | bit(FaultCause::kTableRefused))) == 0;
+            ~(bit(FaultCause::kNoTable) | bit(FaultCause::kTableRefused) |
+              bit(FaultCause::kBankRefused))) == 0;
   }
 
  private:

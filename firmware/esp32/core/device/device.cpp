@@ -52,6 +52,7 @@ void Device::start(const Hal& hal) {
   supply_.start(config());
   wear_.start(starts_.log(), before.erases, before.write_credit_ms);
   load_table();
+  load_bank();
   start_outputs();
   input_.start(config(), touch_timeout_us());
   input_.follow_all(table().has_responses());
@@ -70,7 +71,7 @@ void Device::start_outputs() {
     refuse_table();
   }
   synthesis_.set_waveform(static_cast<Waveform>(config().waveform));
-  touch_.start(config(), timing.ramp_us);
+  touch_.start(config(), timing.ramp_us, effects_.has_bank());
   const uint32_t ramp_ms = timing.ramp_us / 1000U + 1U;
   const uint32_t release_ms = config().release_ms > ramp_ms ? config().release_ms : ramp_ms;
   heat_.set_reaction(timing.touch_timeout_us / 1000U + release_ms);
@@ -102,6 +103,7 @@ void Device::stand(FaultCause cause, uint32_t detail) {
 
 // Whoever plays stops, and outputs fade out.
 void Device::silence() {
+  effects_.clear(now_ms());
   host_ends();
   touch_.stop(synthesis_);
 }
@@ -179,8 +181,14 @@ void Device::touch_down() {
   synthesis_.keep_alive();
 }
 
+// The last finger has left, and an effect of its release plays.
+bool Device::let_effects_end() {
+  effects_.follow({}, now_ms());
+  return effects_.are_lingering() && go(DeviceEvent::kFingerLifts);
+}
+
 void Device::touch_up() {
-  if (state_ != DeviceState::kPlaying) return;
+  if (state_ != DeviceState::kPlaying || let_effects_end()) return;
   if (!touch_.has_lift_pulse()) {
     end_touch();
     return;
@@ -190,6 +198,7 @@ void Device::touch_up() {
 }
 
 void Device::end_touch() {
+  effects_.clear(now_ms());
   touch_.fade_out();
   go(DeviceEvent::kTouchEnds);
   settle();
@@ -197,19 +206,29 @@ void Device::end_touch() {
 
 // By no one's will: in the table's ramp, however long a release is.
 void Device::break_touch() {
+  effects_.clear(now_ms());
   touch_.stop(synthesis_);
   go(DeviceEvent::kTouchEnds);
   settle();
 }
 
 void Device::advance_touch() {
-  if (state_ == DeviceState::kPlaying) {
-    touch_.follow(input_.touches(), table(), config().on_move == 0, now_us());
+  const bool is_lifted = state_ == DeviceState::kLifted;
+  if (state_ == DeviceState::kPlaying || effects_.are_lingering()) {
+    const Touches heard = effects_.follow(is_lifted ? Touches{} : input_.touches(), now_ms());
+    touch_.follow(heard, table(), config().on_move == 0, now_us());
     touch_.advance(table(), now_us());
+    for (uint32_t s = 0; s < kMaxFingers; ++s) {
+      if (touch_.plays_bank(s)) effects_.render(s, signal(s), now_ms());
+    }
   }
-  if (state_ != DeviceState::kLifted) return;
+  if (!is_lifted) return;
   synthesis_.keep_alive();
-  if (touch_.is_lift_over(now_us())) end_touch();
+  if (!effects_.are_lingering() && touch_.is_lift_over(now_us())) end_touch();
+}
+
+bool Device::play_effect(uint32_t finger, uint32_t effect, uint32_t level_q15) {
+  return touch_.plays_bank(finger) && effects_.play(finger, effect, level_q15);
 }
 
 void Device::post_touch() {

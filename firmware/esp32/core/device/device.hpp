@@ -10,11 +10,13 @@
 #include "core/device/state.hpp"
 #include "core/device/touch_playback.hpp"
 #include "core/device/turn_clock.hpp"
+#include "core/effects/finger_effects.hpp"
 #include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 #include "core/limits/coil_heat.hpp"
 #include "core/limits/supply_meter.hpp"
 #include "core/storage/flash_wear.hpp"
+#include "core/storage/stored_bank.hpp"
 #include "core/storage/stored_config.hpp"
 #include "core/storage/stored_table.hpp"
 #include "core/synthesis/synthesis.hpp"
@@ -54,6 +56,8 @@ class Device {
   }
   // Of a finger that plays one: samples wait here.
   SignalRing& signal(uint32_t finger) { return synthesis_.signal(finger); }
+  // An effect of the bank, once, for a finger that is down and plays the bank's.
+  bool play_effect(uint32_t finger, uint32_t effect, uint32_t level_q15);
   uint32_t played_ms() const { return played_.passed_ms(now_ms()); }
   // Of touches from now on.
   bool set_waveform(Waveform waveform) { return synthesis_.set_waveform(waveform); }
@@ -78,6 +82,12 @@ class Device {
   link_format::Status table_commit();
   link_format::Status table_previous();
   uint32_t table_next() const { return table_.store().next_offset(); }
+  // The same for the effect bank.
+  link_format::Status bank_begin(uint32_t total_bytes, uint32_t bank_crc, const uint8_t* header,
+                                 BankStatus& refused);
+  link_format::Status bank_data(uint32_t offset, const uint8_t* bytes, uint32_t count);
+  link_format::Status bank_commit();
+  uint32_t bank_next() const { return bank_.store().next_offset(); }
   uint32_t slot() const { return table_.store().slot(); }
   // Kept for the next start. Only while `is_quiet` and `may_write`.
   ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire);
@@ -89,7 +99,9 @@ class Device {
   // Updates of flash, ever, each of which erases a sector once at most.
   uint32_t updates() const { return wear_.updates(); }
   // Sectors of flash, since power came on.
-  uint32_t erases() const { return wear_.erases() + table_.store().erases(); }
+  uint32_t erases() const {
+    return wear_.erases() + table_.store().erases() + bank_.store().erases();
+  }
   // Outputs fade out, the answer gets its time on the way, and then everything starts again.
   void restart_soon();
   // What the last starts forbid this one (starts.hpp).
@@ -107,6 +119,9 @@ class Device {
   ConfigStatus config_status() const { return config_.status(); }
   TableStatus table_status() const { return table_.status(); }
   const Table& table() const { return table_.table(); }
+  const StoredBank& stored_bank() const { return bank_; }
+  const AreaEvents& area_events() const { return effects_.events(); }
+  uint32_t area_of(uint32_t finger) const { return effects_.area_of(finger); }
   const Synthesis& synthesis() const { return synthesis_; }
   const DutyRing& stream() const { return synthesis_.stream(); }
   const TouchInput& input() const { return input_; }
@@ -141,6 +156,7 @@ class Device {
   // Flash (device_flash.cpp).
   void load_config();
   void load_table();
+  void load_bank();
   void load_again();
   void refuse_table();
   void check_config();
@@ -160,6 +176,7 @@ class Device {
 
   void touch_down();
   void touch_up();
+  bool let_effects_end();
   void end_touch();
   void break_touch();
   bool host_begins();
@@ -173,11 +190,14 @@ class Device {
   // In flash.
   StoredConfig config_;
   StoredTable table_;
+  StoredBank bank_;
+  bool is_bank_updated_ = false;  // by the update that is under way, in place of the table
   FlashWear wear_;
   // From the panel to the outputs.
   TouchInput input_;
   PanelWatch panel_watch_;
   TouchPlayback touch_;
+  FingerEffects effects_;
   Stopwatch played_;  // by a finger
   HostDrive host_;
   Synthesis synthesis_;

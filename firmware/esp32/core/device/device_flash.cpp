@@ -30,6 +30,17 @@ void Device::load_table() {
   }
 }
 
+// A blank one is none, and fingers play the table's tone.
+void Device::load_bank() {
+  faults_.clear(FaultCause::kBankRefused);
+  bank_.load(hal_);
+  effects_.start(bank_.bank());
+  const BankStatus status = bank_.status();
+  if (status != BankStatus::kOk && status != BankStatus::kNone) {
+    stand(FaultCause::kBankRefused, static_cast<uint32_t>(status));
+  }
+}
+
 void Device::refuse_table() {
   stand(FaultCause::kTableRefused, static_cast<uint32_t>(table_status()));
 }
@@ -37,6 +48,7 @@ void Device::refuse_table() {
 // Only while nothing plays.
 void Device::load_again() {
   load_table();
+  load_bank();
   start_outputs();
   input_.set_timeout(touch_timeout_us());
   input_.follow_all(table().has_responses());
@@ -64,6 +76,7 @@ Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8
   if (status != Status::kOk) return status;
   table_.updates().hear(awake_ms());
   if (!update_begin()) return Status::kBusy;
+  is_bank_updated_ = false;
   status = table_.updates().begin(hal_, wear_, total_bytes, table_crc);
   keep_retained(false);
   if (status != Status::kOk) update_end();
@@ -71,13 +84,13 @@ Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8
 }
 
 Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
-  if (state_ != DeviceState::kUpdating) return Status::kNotBegun;
+  if (state_ != DeviceState::kUpdating || is_bank_updated_) return Status::kNotBegun;
   table_.updates().hear(awake_ms());
   return table_.updates().write(hal_, offset, bytes, count);
 }
 
 Status Device::table_commit() {
-  if (state_ != DeviceState::kUpdating) return Status::kNotBegun;
+  if (state_ != DeviceState::kUpdating || is_bank_updated_) return Status::kNotBegun;
   const Status status = table_.commit(hal_, wear_, config().channels);
   keep_retained(false);
   if (status != Status::kNotBegun) update_end();
@@ -94,9 +107,38 @@ Status Device::table_previous() {
   return status;
 }
 
+Status Device::bank_begin(uint32_t total_bytes, uint32_t bank_crc, const uint8_t* header,
+                          BankStatus& refused) {
+  Status status = bank_.check_head(hal_, wear_, header, total_bytes, bank_crc, refused);
+  if (status != Status::kOk) return status;
+  bank_.updates().hear(awake_ms());
+  if (!update_begin()) return Status::kBusy;
+  is_bank_updated_ = true;
+  status = bank_.updates().begin(hal_, wear_, total_bytes, bank_crc);
+  keep_retained(false);
+  if (status != Status::kOk) update_end();
+  return status;
+}
+
+Status Device::bank_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  if (state_ != DeviceState::kUpdating || !is_bank_updated_) return Status::kNotBegun;
+  bank_.updates().hear(awake_ms());
+  return bank_.updates().write(hal_, offset, bytes, count);
+}
+
+Status Device::bank_commit() {
+  if (state_ != DeviceState::kUpdating || !is_bank_updated_) return Status::kNotBegun;
+  const Status status = bank_.commit(hal_, wear_);
+  keep_retained(false);
+  if (status != Status::kNotBegun) update_end();
+  return status;
+}
+
 // The time that erasing took is no silence.
 void Device::watch_update() {
-  if (state_ == DeviceState::kUpdating && table_.updates().is_silent(awake_ms())) update_end();
+  if (state_ != DeviceState::kUpdating) return;
+  const SlotUpdates& updates = is_bank_updated_ ? bank_.updates() : table_.updates();
+  if (updates.is_silent(awake_ms())) update_end();
 }
 
 // What was spent is kept at once: a restart in the next moment must not give it back.
@@ -135,8 +177,12 @@ void Device::watch_flash() {
   if (table_.is_check_due(now_ms())) {
     check_config();
     table_.begin_check(now_ms());
+    bank_.begin_check(now_ms());
   }
   if (!table_.check()) refuse_table();
+  if (!bank_.check()) {
+    stand(FaultCause::kBankRefused, static_cast<uint32_t>(bank_.status()));
+  }
 }
 
 void Device::check_config() {

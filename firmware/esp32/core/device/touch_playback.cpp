@@ -19,14 +19,17 @@ bool is_near(Place one, Place other, int32_t um) {
 
 }  // namespace
 
-void TouchPlayback::start(const Config& config, uint32_t table_ramp_us) {
+void TouchPlayback::start(const Config& config, uint32_t table_ramp_us, bool has_bank) {
+  has_bank_ = has_bank;
   envelope_.start(config, table_ramp_us);
   drives_.start(config.channels);
   next_ = Next::kNothing;
 }
 
 void TouchPlayback::come(uint32_t slot, Place place, uint32_t now_us) {
-  fingers_[slot] = {true, false, place, place, envelope_, wanted_[slot]};
+  const bool plays_bank = has_bank_ && wanted_[slot].are_own();
+  fingers_[slot] = {true, false, plays_bank, place, place, envelope_, wanted_[slot]};
+  if (plays_bank) fingers_[slot].settings.has_signal = true;
   fingers_[slot].envelope.begin(now_us);
   drives_.forget(slot);
   ask_ = Ask::kNow;

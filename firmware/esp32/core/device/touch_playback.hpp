@@ -28,12 +28,15 @@ struct VoiceSettings {
   uint32_t frequency_millihertz = 0;  // 0: the table's
   uint32_t level_q15 = 32767;         // of the configured one; 0: it feels, and is not heard
   bool has_signal = false;            // what is pushed for it, in place of the configured wave
+
+  // No host has asked for anything.
+  bool are_own() const { return frequency_millihertz == 0 && level_q15 == 32767 && !has_signal; }
 };
 
 class TouchPlayback {
  public:
   // Only while nothing plays.
-  void start(const Config& config, uint32_t table_ramp_us);
+  void start(const Config& config, uint32_t table_ramp_us, bool has_bank);
 
   // The first fingers come down.
   void begin(const Touches& touches, uint32_t now_us);
@@ -65,6 +68,9 @@ class TouchPlayback {
 
   // From a finger's next touch on.
   void set_voice(uint32_t slot, const VoiceSettings& settings) { wanted_[slot] = settings; }
+  // Whether a finger plays effects of the bank: if there is one, and no host asked for a tone or a
+  // signal of its own.
+  bool plays_bank(uint32_t slot) const { return fingers_[slot].plays_bank; }
   const FingerDrives& drives() const { return drives_; }
 
  private:
@@ -79,6 +85,7 @@ class TouchPlayback {
   struct FingerVoice {
     bool is_there = false;
     bool has_begun = false;  // the interrupt knows of it
+    bool plays_bank = false;
     Place place{};
     Place asked_place{};  // for which drives were asked
     Envelope envelope;
@@ -116,6 +123,7 @@ class TouchPlayback {
                    const CoilHeat& heat, uint32_t now_us);
 
   Envelope envelope_;  // as configured
+  bool has_bank_ = false;
   Next next_ = Next::kNothing;
   Ask ask_ = Ask::kNo;
   bool is_lifted_ = false;

@@ -65,6 +65,52 @@ constexpr const char* to_text(TableStatus value) {
   return "unknown";
 }
 
+// What became of an effect bank.
+enum class BankStatus : uint8_t {
+  kOk,
+  kNone,  // the partition is blank, or there is none
+  kBadMagic,
+  kBadVersion,
+  kBadSize,
+  kBadCrc,
+  kBadField,
+  kBadArea,
+  kBadEffect,
+};
+
+constexpr const char* to_text(BankStatus value) {
+  switch (value) {
+    case BankStatus::kOk: return "ok";
+    case BankStatus::kNone: return "no effect bank";
+    case BankStatus::kBadMagic: return "not an effect bank";
+    case BankStatus::kBadVersion: return "effect bank of another format: build it again, or update the firmware";
+    case BankStatus::kBadSize: return "effect bank's sizes contradict each other";
+    case BankStatus::kBadCrc: return "effect bank is damaged";
+    case BankStatus::kBadField: return "effect bank's header out of range";
+    case BankStatus::kBadArea: return "an area of the effect bank out of range";
+    case BankStatus::kBadEffect: return "an effect of the effect bank out of range";
+  }
+  return "unknown";
+}
+
+// What a finger did on an effect bank's areas.
+enum class AreaEvent : uint8_t {
+  kPressed,  // it came down
+  kEntered,  // it came from another area
+  kStepped,  // it moved by the area's `every_um`
+  kReleased,  // it left the board
+};
+
+constexpr const char* to_text(AreaEvent value) {
+  switch (value) {
+    case AreaEvent::kPressed: return "pressed";
+    case AreaEvent::kEntered: return "entered";
+    case AreaEvent::kStepped: return "stepped";
+    case AreaEvent::kReleased: return "released";
+  }
+  return "unknown";
+}
+
 // What became of a configuration.
 enum class ConfigStatus : uint8_t {
   kOk,
@@ -156,8 +202,9 @@ enum class FaultCause : uint8_t {
   kNotConfigured,  // outputs stay off until `chladni device config set --from BOARD`
   kOlderTable,  // the newest table is damaged; the older one plays
   kNetworkHeld,  // the last start crashed, or several did not last; detail: ResetCause
+  kBankRefused,  // outputs stay off; detail: BankStatus
 };
-constexpr uint32_t kFaultCauses = 20U;
+constexpr uint32_t kFaultCauses = 21U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -181,6 +228,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kNotConfigured: return "never configured";
     case FaultCause::kOlderTable: return "older table";
     case FaultCause::kNetworkHeld: return "network held back";
+    case FaultCause::kBankRefused: return "effect bank refused";
   }
   return "unknown";
 }

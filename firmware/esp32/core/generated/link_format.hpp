@@ -9,10 +9,11 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 5U;
+constexpr uint32_t kVersionMinor = 6U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;
+constexpr uint32_t kMostEvents = 16U;
 constexpr uint32_t kWindow = 3U;
 constexpr uint32_t kHeadBytes = 2U;
 constexpr uint32_t kCrcBytes = 4U;
@@ -37,6 +38,7 @@ enum class Status : uint8_t {
   kNotNow = 11,  // not in this state
   kTooOften = 12,  // flash was written 5 times since power came on, or 60 times within an hour; try again in a minute
   kOtherDriver = 13,  // duties for switches do not suit bridges, nor the other way round
+  kNoPartition = 14,  // its flash was partitioned before there were effect banks
 };
 
 }  // namespace chladni::link_format

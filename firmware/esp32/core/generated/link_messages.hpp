@@ -470,4 +470,206 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
 }
 }  // namespace signal_data
 
+namespace bank_begin {
+constexpr uint32_t kCode = 27U;
+struct Request {
+  static constexpr uint32_t kBytes = 8U;
+  uint32_t total;  // Bytes of the whole effect bank.
+  uint32_t crc;  // Its last four bytes.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.total);
+  take(from + 4, found.crc);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 1U;
+  struct BankStatus { uint8_t value; } bank_status;  // 0 is ok.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.bank_status.value);
+}
+}  // namespace bank_begin
+
+namespace bank_data {
+constexpr uint32_t kCode = 28U;
+struct Request {
+  static constexpr uint32_t kBytes = 4U;
+  uint32_t offset;  // Of these bytes in the bank.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.offset);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 4U;
+  struct Next { uint32_t value; } next;  // Offset that is due.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.next.value);
+}
+}  // namespace bank_data
+
+namespace bank_commit {
+constexpr uint32_t kCode = 29U;
+struct Answer {
+  static constexpr uint32_t kBytes = 2U;
+  struct Slot { uint8_t value; } slot;  // In use now.
+  struct BankStatus { uint8_t value; } bank_status;  // 0 is ok.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.slot.value);
+  put(to + 1, from.bank_status.value);
+}
+}  // namespace bank_commit
+
+namespace bank {
+constexpr uint32_t kCode = 30U;
+struct Answer {
+  static constexpr uint32_t kBytes = 27U;
+  struct BankStatus { uint8_t value; } bank_status;  // 0 is ok.
+  struct Effects { uint8_t value; } effects;  // There are.
+  struct Areas { uint8_t value; } areas;  // There are.
+  struct Bytes { uint32_t value; } bytes;  // 0 if there is none.
+  struct Crc { uint32_t value; } crc;  // Its last four bytes.
+  struct Name { std::array<char, 16> value; } name;
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.bank_status.value);
+  put(to + 1, from.effects.value);
+  put(to + 2, from.areas.value);
+  put(to + 3, from.bytes.value);
+  put(to + 7, from.crc.value);
+  put(to + 11, from.name.value);
+}
+}  // namespace bank
+
+namespace bank_area {
+constexpr uint32_t kCode = 31U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t area;  // From 0.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.area);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 32U;
+  struct Name { std::array<char, 16> value; } name;
+  struct LeftUm { int32_t value; } left_um;  // Of the box about its shape; of `everywhere` all are 0.
+  struct BottomUm { int32_t value; } bottom_um;  // The same.
+  struct RightUm { int32_t value; } right_um;  // The same.
+  struct TopUm { int32_t value; } top_um;  // The same.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.name.value);
+  put(to + 16, from.left_um.value);
+  put(to + 20, from.bottom_um.value);
+  put(to + 24, from.right_um.value);
+  put(to + 28, from.top_um.value);
+}
+}  // namespace bank_area
+
+namespace bank_effect {
+constexpr uint32_t kCode = 32U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t effect;  // From 0.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.effect);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 18U;
+  struct Name { std::array<char, 16> value; } name;
+  struct Lasts { uint16_t value; } lasts;  // Samples.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.name.value);
+  put(to + 16, from.lasts.value);
+}
+}  // namespace bank_effect
+
+namespace effect {
+constexpr uint32_t kCode = 33U;
+struct Request {
+  static constexpr uint32_t kBytes = 4U;
+  uint8_t finger;  // 0 to 4.
+  uint8_t effect;  // By its number in the bank.
+  uint16_t level_q15;  // 32767 as it is.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  take(from + 1, found.effect);
+  take(from + 2, found.level_q15);
+  return found;
+}
+}  // namespace effect
+
+namespace finger_area {
+constexpr uint32_t kCode = 35U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t finger;  // 0 to 4.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 1U;
+  struct Area { uint8_t value; } area;  // 255 none.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.area.value);
+}
+}  // namespace finger_area
+
+namespace area_events {
+constexpr uint32_t kCode = 34U;
+struct Request {
+  static constexpr uint32_t kBytes = 4U;
+  uint32_t after;  // Number of the first that is asked for.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.after);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 5U;
+  struct Next { uint32_t value; } next;  // Number to go on with.
+  struct Count { uint8_t value; } count;  // That follow.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.next.value);
+  put(to + 4, from.count.value);
+}
+struct Entry {
+  static constexpr uint32_t kBytes = 15U;
+  struct AtMs { uint32_t value; } at_ms;  // Since start.
+  struct What { uint8_t value; } what;  // 0 pressed, 1 entered, 2 stepped, 3 released.
+  struct Finger { uint8_t value; } finger;  // 0 to 4.
+  struct Area { uint8_t value; } area;  // 255 none.
+  struct XUm { int32_t value; } x_um;  // From the board's centre.
+  struct YUm { int32_t value; } y_um;  // The same.
+};
+template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
+  put(to + 0, from.at_ms.value);
+  put(to + 4, from.what.value);
+  put(to + 5, from.finger.value);
+  put(to + 6, from.area.value);
+  put(to + 7, from.x_um.value);
+  put(to + 11, from.y_um.value);
+}
+}  // namespace area_events
+
 }  // namespace chladni::link_format

@@ -26,6 +26,10 @@ bool is_done_once(uint32_t kind) {
     case f::config_get::kCode:
     case f::network_get::kCode:
     case f::touches::kCode:
+    case f::bank::kCode:
+    case f::bank_data::kCode:
+    case f::finger_area::kCode:
+    case f::area_events::kCode:
     case f::table_data::kCode: return false;
     default: return true;
   }
@@ -143,7 +147,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;
     case f::live::kCode: return take_live(request);
-    default: return Status::kUnknown;
+    default: return handle_bank(kind, request);
   }
 }
 

@@ -61,6 +61,18 @@ class Requests {
   link_format::Status take_signal(const Request& request);
   link_format::Status put_touches();
 
+  // Of effect banks (bank_requests.cpp).
+  link_format::Status handle_bank(uint32_t kind, const Request& request);
+  link_format::Status begin_bank(const Request& request);
+  link_format::Status take_bank(const Request& request);
+  link_format::Status end_bank();
+  link_format::Status put_bank();
+  link_format::Status put_area(const Request& request);
+  link_format::Status put_effect(const Request& request);
+  link_format::Status play_effect(const Request& request);
+  link_format::Status put_finger_area(const Request& request);
+  link_format::Status put_area_events(const Request& request);
+
   link_format::Status select_frequency(const Request& request);
   link_format::Status select_waveform(const Request& request);
   link_format::Status set_config(const Request& request);

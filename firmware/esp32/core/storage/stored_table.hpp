@@ -5,7 +5,7 @@
 
 #include "core/generated/link_format.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/slot_updates.hpp"
+#include "core/storage/slots/slot_updates.hpp"
 #include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
 

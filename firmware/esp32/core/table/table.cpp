@@ -21,16 +21,6 @@ bool is_all(const uint8_t* bytes, uint32_t count, uint8_t value) {
 
 bool in_range(uint32_t value, uint32_t low, uint32_t high) { return value >= low && value <= high; }
 
-bool is_name(const uint8_t* name) {
-  if (name[f::kBoardNameBytes - 1] != 0) return false;
-  uint32_t length = f::kBoardNameBytes;
-  while (length > 0 && name[length - 1] == 0) --length;
-  for (uint32_t k = 0; k < length; ++k) {
-    if (name[k] < 0x20 || name[k] > 0x7E) return false;
-  }
-  return true;
-}
-
 template <uint32_t kBits>
 bool are_within_full_scale(const uint8_t* gains, uint32_t count) {
   const auto square = [](uint32_t code) {
@@ -201,7 +191,8 @@ bool Table::take_header(const uint8_t* h) {
       take_axis(h, f::kAtRows, f::kAtLengthUm, 2, y_) &&
       in_range(ramp_us_, f::kMinRampUs, f::kMaxRampUs) &&
       in_range(touch_timeout_us_, f::kMinTouchTimeoutUs, f::kMaxTouchTimeoutUs) &&
-      in_range(max_on_us_, f::kMinOnUs, f::kMaxOnUs) && is_name(h + f::kAtBoardName);
+      in_range(max_on_us_, f::kMinOnUs, f::kMaxOnUs) &&
+      is_name(h + f::kAtBoardName, f::kBoardNameBytes);
   if (!fields_fit) return false;
   x_.to_next = record_bytes_;
   y_.to_next = record_bytes_ * (x_.last + 1);

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -11,8 +11,9 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.device import Device, Flashed
-from chladni.host.device.upload import Progress
+from chladni.host.device.device import Device
+from chladni.host.device.device_effects import TURN_S, AreaEvent
+from chladni.host.device.upload import Flashed, Progress
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables.table import Table
@@ -97,6 +98,13 @@ class AsyncDevice:
     async def lift(self) -> float:
         """Let go; how long it played, s."""
         return await self.do(Device.lift)
+
+    async def area_events(self) -> AsyncIterator[AreaEvent]:
+        """What fingers do on the effect bank's areas, as it comes: ``async for``."""
+        while True:
+            for event in await self.do(lambda device: device.effects.events()):
+                yield event
+            await asyncio.sleep(TURN_S)
 
     async def live(
         self, gains: Sequence[complex], frequency_hz: float, waveform: str = "sine"

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.device_fingers import DeviceFingers, TouchKeeper
+from chladni.host.device.device_effects import DeviceEffects
+from chladni.host.device.device_fingers import DeviceFingers
 from chladni.host.device.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
@@ -21,7 +21,8 @@ from chladni.host.device.link import (
     LinkError,
 )
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
-from chladni.host.device.upload import Progress, TableUpload
+from chladni.host.device.touch_keeper import TouchKeeper
+from chladni.host.device.upload import TABLES, Flashed, Progress, upload
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.codes import (
     CONFIG_STATUS,
@@ -49,22 +50,6 @@ NETWORK_STATES = ("off", "not on the network", "on")
 RESTART_TRIES, RESTART_S = 3, 1.0
 
 
-@dataclass(frozen=True)
-class Flashed:
-    """What came of an update."""
-
-    bytes: int
-    slot: int
-    seconds: float
-    repeated: int
-    verified: bool
-
-    def check_verified(self) -> None:
-        """Raise `LinkError` unless the device reports that it plays what was written."""
-        if not self.verified:
-            raise LinkError("the device does not report this table as its own", hint=TRY_AGAIN)
-
-
 class Device:
     """Asks a device and tells it what to do; a context manager that lets go of the wire.
 
@@ -79,6 +64,7 @@ class Device:
         self.link = Link(wire)
         self._keeper = TouchKeeper(self.link)
         self.fingers = DeviceFingers(self.link, self._keeper)
+        self.effects = DeviceEffects(self.link, self._keeper)
         try:
             self.version = self.link.request(
                 "hello", tries=GREETING_TRIES, major=VERSION_MAJOR, minor=VERSION_MINOR
@@ -313,16 +299,12 @@ class Device:
         self._keeper.end()  # its answers would come in between
         data = pack(table) if isinstance(table, Table) else table
         self.check_table(unpack(data), force=force)
-        crc = int.from_bytes(data[-4:], "little")
-        begun = self.wire.now_s()
-        repeated = self.link.repeated
-        TableUpload(self.link, data, progress).run()
-        slot = self.link.request("table_commit").fields["slot"]
-        found = self.link.request("info").fields
-        verified = (found["table_crc"], found["table_bytes"]) == (crc, len(data))
-        return Flashed(
-            len(data), slot, self.wire.now_s() - begun, self.link.repeated - repeated, verified
-        )
+
+        def in_use() -> tuple[int, int]:
+            found = self.link.request("info").fields
+            return found["table_crc"], found["table_bytes"]
+
+        return upload(self.link, TABLES, data, in_use, progress)
 
     def previous(self) -> int:
         """Go back to the other slot's table; returns the slot."""

@@ -1,26 +1,23 @@
 """Fingers on a device that a host holds, hears and asks about.
 
-A device ends a touch whose host says nothing for `TOUCH_SILENCE_MS`, as a killed one does: a thread
-says something meanwhile. More than one finger needs a table with responses.
+More than one finger needs a table with responses.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
-import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.link import KEEP_ALIVE_S, Link, LinkError
-from chladni.host.device.udp import UdpPort, UdpWire
-from chladni.host.device.wire import SerialWire, Wire
-from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_HZ, SIGNAL_SAMPLES
-from chladni.sim.errors import ArgumentError, ChladniError
+from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.device.link import Link, LinkError
+from chladni.host.device.touch_keeper import TouchKeeper
+from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES
+from chladni.sim.errors import ArgumentError
 
 FloatArray = NDArray[np.float64]
 
@@ -52,65 +49,6 @@ class PlayedSignal:
     fewest_waiting: int
 
 
-class TouchKeeper:
-    """Keeps a link's touch alive from `begin` to `end`.
-
-    Where time passes in the wire's own calls, as an emulated device's does, `Link.wait` does that.
-    """
-
-    def __init__(self, link: Link) -> None:
-        self._link = link
-        self._ended = threading.Event()
-        self._ended.set()
-
-    @property
-    def is_holding(self) -> bool:
-        """Whether a touch is held."""
-        return self._link.holds_touch
-
-    def begin(self) -> None:
-        """Keep a touch alive, the same one if there is one."""
-        self._link.holds_touch = True
-        if self._ended.is_set() and _passes_by_itself(self._link.wire):
-            self._ended = threading.Event()
-            # It ends with the program, and the touch does soon after.
-            threading.Thread(target=self._run, args=(self._ended,), daemon=True).start()
-
-    @contextlib.contextmanager
-    def beginning(self) -> Iterator[None]:
-        """Keep a touch alive that is asked for within; not if it is refused, and none was held.
-
-        Before it is asked for: what interrupts that finds a touch to be lifted.
-        """
-        was_holding = self.is_holding
-        self.begin()
-        try:
-            yield
-        except LinkError:
-            if not was_holding:
-                self.end()
-            raise
-
-    def end(self) -> None:
-        """Let it go."""
-        self._link.holds_touch = False
-        self._ended.set()
-
-    def _run(self, ended: threading.Event) -> None:
-        try:
-            while not ended.wait(KEEP_ALIVE_S / 2.0):
-                self._link.keep_alive()
-        except ChladniError:
-            pass  # the wire is gone; whoever asks next hears of it
-
-
-def _passes_by_itself(wire: Wire) -> bool:
-    """Whether time passes on a wire while nothing is done with it."""
-    if isinstance(wire, UdpWire):
-        return isinstance(wire.port, UdpPort)
-    return isinstance(wire, SerialWire)
-
-
 class DeviceFingers:
     """Of a `Device`: its attribute `fingers`."""
 
@@ -127,7 +65,7 @@ class DeviceFingers:
         LinkError
             The device's table has no responses, or none of it is there.
         """
-        _check(finger)
+        check_finger(finger)
         with self._keeper.beginning():
             answer = self._link.request(
                 "finger_touch", finger=finger, x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)
@@ -136,7 +74,7 @@ class DeviceFingers:
 
     def lift(self, finger: int) -> None:
         """Let go of one; `Device.lift` lets go of all."""
-        _check(finger)
+        check_finger(finger)
         self._link.request("finger_lift", finger=finger)
 
     def set_voice(self, finger: int, frequency_hz: float | None = None, level: float = 1.0) -> None:
@@ -152,8 +90,8 @@ class DeviceFingers:
             Of the configured level, 0 to 1; at 0 a finger is spared the others' signals and has
             none of its own.
         """
-        _check(finger)
-        level_q15 = _level_q15(level)
+        check_finger(finger)
+        level_q15 = level_q15_of(level)
         millihertz = 0 if frequency_hz is None else round(frequency_hz * 1e3)
         self._link.request("voice", finger=finger, millihertz=millihertz, level_q15=level_q15)
 
@@ -165,8 +103,8 @@ class DeviceFingers:
         level
             Of the configured level, 0 to 1.
         """
-        _check(finger)
-        self._link.request("signal_voice", finger=finger, level_q15=_level_q15(level))
+        check_finger(finger)
+        self._link.request("signal_voice", finger=finger, level_q15=level_q15_of(level))
 
     def send(self, finger: int, samples: Sequence[float] | FloatArray) -> tuple[int, int]:
         """Send a finger's next samples, -1 to 1, `SIGNAL_HZ` of which are played in a second.
@@ -175,7 +113,7 @@ class DeviceFingers:
         -------
         How many there was room for, and how many wait now.
         """
-        _check(finger)
+        check_finger(finger)
         own = np.asarray(samples, dtype=np.float64)
         if not np.all(np.abs(own) <= 1.0):
             raise ArgumentError("samples", "some beyond 1", "-1 to 1")
@@ -251,12 +189,14 @@ class DeviceFingers:
         ]
 
 
-def _check(finger: int) -> None:
+def check_finger(finger: int) -> None:
+    """Raise `ArgumentError` for a finger that there is not."""
     if not 0 <= finger < MOST_FINGERS:
         raise ArgumentError("finger", finger, f"0 to {MOST_FINGERS - 1}")
 
 
-def _level_q15(level: float) -> int:
+def level_q15_of(level: float) -> int:
+    """A level from 0 to 1 as a device has it."""
     if not 0.0 <= level <= 1.0:
         raise ArgumentError("level", level, "0 to 1")
     return round(level * 32767.0)

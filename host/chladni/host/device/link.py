@@ -13,7 +13,7 @@ from typing import Any
 from cobs import cobs
 
 from chladni.host.device.wire import Wire
-from chladni.host.protocol.codes import CONFIG_STATUS, TABLE_STATUS
+from chladni.host.protocol.codes import BANK_STATUS, CONFIG_STATUS, TABLE_STATUS
 from chladni.host.protocol.link import (
     BY_NAME,
     CRC_BYTES,
@@ -58,6 +58,7 @@ REMEDIES = {
     Status.NO_OTHER: "flash a table",
     Status.NOT_NOW: "`chladni device info` shows its state",
     Status.TOO_OFTEN: "wait a minute",
+    Status.NO_PARTITION: "write the partition table anew, with PlatformIO's `upload`",
 }
 """What to do where the device did not do what it was asked for."""
 
@@ -242,12 +243,18 @@ class Link:
                     )
 
 
+STATUSES = (
+    ("table_status", TABLE_STATUS),
+    ("bank_status", BANK_STATUS),
+    ("config_status", CONFIG_STATUS),
+)
+"""Fields in which a device says what became of a file."""
+
+
 def refusal(name: str, answer: Answer) -> LinkError:
     """Why the device did not do what it was asked for, in its own words where it gave some."""
     reasons = [
-        codes.text(answer.fields[field])
-        for field, codes in (("table_status", TABLE_STATUS), ("config_status", CONFIG_STATUS))
-        if answer.fields.get(field)
+        codes.text(answer.fields[field]) for field, codes in STATUSES if answer.fields.get(field)
     ]
     refused = answer.status == Status.REFUSED and reasons
     why = f"the device refuses it: {reasons[0]}" if refused else STATUS_TEXT[answer.status]

@@ -17,7 +17,7 @@ from chladni.host.emulation._emulator import panel_place
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import PANELS, TIMER_HZ, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
-from chladni.host.protocol.slot_store import PARTITION_BYTES, SLOT_BYTES
+from chladni.host.protocol.slot_store import BANK_PARTITION_BYTES, PARTITION_BYTES, SLOT_BYTES
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS
@@ -54,6 +54,8 @@ class Hardware:
         Controller on the bus.
     interrupt_us, jitter_us
         Latency of the sample interrupt, and how much more it may be at random.
+    bank_sectors
+        Of flash for effect banks; a device that was partitioned before there were these has 0.
     wake_us
         From the panel's call to the main loop.
     erase_us, program_us
@@ -74,6 +76,7 @@ class Hardware:
     panel: Literal["none", "ft6x36", "gt911"] = "gt911"
     has_second_address: bool = False
     table_sectors: int = PARTITION_BYTES // 4096
+    bank_sectors: int = BANK_PARTITION_BYTES // 4096
     interrupt_us: float = 2.0
     jitter_us: float = 0.0
     wake_us: float = 20.0
@@ -206,6 +209,7 @@ class Emulator:
         must_play: bool = True,
         network: NetworkSettings | None = None,
         flash: Mapping[str, bytes] | None = None,
+        bank: bytes = b"",
         **settings: Any,
     ) -> None:
         settings = {"level_q15": round(level * 32767.0)} | settings
@@ -227,7 +231,8 @@ class Emulator:
             setattr(made, field.name, 0.0 if value is None else value)
         self.core = Core(made)
         self.core.set_hmac(_hmac_sha256)
-        contents = {"tables": data, "config": pack_config(self.config)} if flash is None else flash
+        made_up = {"tables": data, "config": pack_config(self.config), "effects": bank}
+        contents = made_up if flash is None else flash
         for area, held in contents.items():
             self.core.program(0, held, area)
         if network is not None:

@@ -8,11 +8,17 @@ from pathlib import Path
 
 from chladni.host.emulation._emulator import SECTOR_BYTES
 from chladni.host.emulation._emulator import Emulator as Core
-from chladni.host.protocol.slot_store import PARTITION_BYTES
+from chladni.host.protocol.slot_store import BANK_PARTITION_BYTES, PARTITION_BYTES
 from chladni.sim.errors import ArgumentError
 from chladni.sim.files import open_regular, write_at
 
-AREAS = {"tables": PARTITION_BYTES, "config": 8192, "network": 4096, "boots": 4096}
+AREAS = {
+    "tables": PARTITION_BYTES,
+    "config": 8192,
+    "network": 4096,
+    "boots": 4096,
+    "effects": BANK_PARTITION_BYTES,
+}
 """Partitions in the order in which they lie in the file, and their bytes."""
 BLANK = b"\xff"
 
@@ -46,6 +52,9 @@ class FlashFile:
                 "flash", error.strerror, "a file that can be written, or made", file=str(path)
             ) from None
         found = os.fstat(self._file).st_size
+        if found == size - AREAS["effects"]:  # made before there were effect banks
+            write_at(self._file, BLANK * AREAS["effects"], found)
+            found = size
         if found == 0:
             self._make_blank(path, size, is_new=is_new)
         elif found != size:

@@ -11,6 +11,7 @@ from scipy import signal
 
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
@@ -23,7 +24,7 @@ from chladni.host.emulation.felt_over_time import (
     over_frequency,
     rms,
 )
-from chladni.host.protocol.link import SIGNAL_HZ, SIGNAL_SAMPLES
+from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, MissingError

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import Effect
 from chladni.host.emulation.played_effect import PlayedEffect
 from chladni.host.figures.fields import INK
-from chladni.host.protocol.link import SIGNAL_HZ
 
 ASKED, OWN, OTHER = "#767676", "#d55e00", "#0072b2"
 

@@ -62,6 +62,23 @@ TABLE_STATUS = Codes("TableStatus", "What became of a table.", (
     Code("kWrongActuators", "table is for another number of actuators"),
     Code("kNoSection", "no drives for that frequency"),
 ))  # fmt: skip
+BANK_STATUS = Codes("BankStatus", "What became of an effect bank.", (
+    Code("kOk", "ok"),
+    Code("kNone", "no effect bank", "the partition is blank, or there is none"),
+    Code("kBadMagic", "not an effect bank"),
+    Code("kBadVersion", "effect bank of another format: build it again, or update the firmware"),
+    Code("kBadSize", "effect bank's sizes contradict each other"),
+    Code("kBadCrc", "effect bank is damaged"),
+    Code("kBadField", "effect bank's header out of range"),
+    Code("kBadArea", "an area of the effect bank out of range"),
+    Code("kBadEffect", "an effect of the effect bank out of range"),
+))  # fmt: skip
+AREA_EVENT = Codes("AreaEvent", "What a finger did on an effect bank's areas.", (
+    Code("kPressed", "pressed", "it came down"),
+    Code("kEntered", "entered", "it came from another area"),
+    Code("kStepped", "stepped", "it moved by the area's `every_um`"),
+    Code("kReleased", "released", "it left the board"),
+))  # fmt: skip
 CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kOk", "ok"),
     Code("kNone", "never configured", "outputs stay off"),
@@ -114,6 +131,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kOlderTable", "older table", "the newest table is damaged; the older one plays"),
     Code("kNetworkHeld", "network held back",
          "the last start crashed, or several did not last; detail: ResetCause"),
+    Code("kBankRefused", "effect bank refused", "outputs stay off; detail: BankStatus"),
 ), is_counted=True)  # fmt: skip
 WAVEFORM = Codes(
     "Waveform",
@@ -124,6 +142,8 @@ WAVEFORM = Codes(
 ALL_CODES = (
     DEVICE_STATE,
     TABLE_STATUS,
+    BANK_STATUS,
+    AREA_EVENT,
     CONFIG_STATUS,
     PANEL_HEALTH,
     RESET_CAUSE,

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
-from chladni.host.protocol.codes import numbered
+from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.host.protocol.codes import AREA_EVENT, numbered
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 5
+VERSION_MAJOR, VERSION_MINOR = 2, 6
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -35,8 +36,6 @@ UPDATE_SILENCE_MS = 5000
 TOUCH_SILENCE_MS = 800
 """A touch whose host says nothing for so long ends: off within a second, with the ramp."""
 RESPONSE = 0x80
-SIGNAL_HZ = 80e6 / 2**15
-"""Samples of a finger's signal, per second of the device's clock."""
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
 LEAST_TARGET, MOST_TARGET = 16, 384
@@ -60,6 +59,7 @@ class Status(IntEnum):
     NOT_NOW = 11
     TOO_OFTEN = 12
     OTHER_DRIVER = 13
+    NO_PARTITION = 14
 
 
 STATUS_TEXT = {
@@ -78,6 +78,7 @@ STATUS_TEXT = {
     Status.TOO_OFTEN: "flash was written 5 times since power came on, or 60 times within an hour; "
     "try again in a minute",
     Status.OTHER_DRIVER: "duties for switches do not suit bridges, nor the other way round",
+    Status.NO_PARTITION: "its flash was partitioned before there were effect banks",
 }
 
 
@@ -105,6 +106,9 @@ class Message:
 
 _PLACE = (Field("x_um", "i32", "From the board's centre."), Field("y_um", "i32", "The same."))
 _FINGER = Field("finger", "u8", "0 to 4.")
+_BANK_STATUS = Field("bank_status", "u8", "0 is ok.")
+MOST_EVENTS = 16
+"""Of areas, in an answer."""
 MESSAGES = (
     Message(1, "hello", (Field("major", "u8", "The host's version."),
                          Field("minor", "u8", "")), "",
@@ -211,5 +215,42 @@ MESSAGES = (
             (Field("taken", "u16", "Samples."), Field("filled", "u16", "Samples that wait.")), "",
             f"As many as there is room for, {SIGNAL_SAMPLES} in all. They wait for the finger; "
             "where they run out, what it plays dies away."),
+    Message(27, "bank_begin", (Field("total", "u32", "Bytes of the whole effect bank."),
+                               Field("crc", "u32", "Its last four bytes.")),
+            "the bank's header", (_BANK_STATUS,), "",
+            "As `table_begin`, of an effect bank. Fingers play it once it is whole."),
+    Message(28, "bank_data", (Field("offset", "u32", "Of these bytes in the bank."),),
+            "bytes of the bank", (Field("next", "u32", "Offset that is due."),), "",
+            "As `table_data`."),
+    Message(29, "bank_commit", (), "", (Field("slot", "u8", "In use now."), _BANK_STATUS), "",
+            "As `table_commit`."),
+    Message(30, "bank", (), "", (_BANK_STATUS, Field("effects", "u8", "There are."),
+                                 Field("areas", "u8", "There are."),
+                                 Field("bytes", "u32", "0 if there is none."),
+                                 Field("crc", "u32", "Its last four bytes."),
+                                 Field("name", "char16", "")), "",
+            "The effect bank in use."),
+    Message(31, "bank_area", (Field("area", "u8", "From 0."),), "",
+            (Field("name", "char16", ""), Field("left_um", "i32", "Of the box about its shape; "
+             "of `everywhere` all are 0."), Field("bottom_um", "i32", "The same."),
+             Field("right_um", "i32", "The same."), Field("top_um", "i32", "The same.")), "", ""),
+    Message(32, "bank_effect", (Field("effect", "u8", "From 0."),), "",
+            (Field("name", "char16", ""), Field("lasts", "u16", "Samples.")), "", ""),
+    Message(33, "effect", (_FINGER, Field("effect", "u8", "By its number in the bank."),
+                           Field("level_q15", "u16", "32767 as it is.")), "", (), "",
+            "Plays it once under a finger that is down, unless `voice` or `signal_voice` gave the "
+            "slot something else to play."),
+    Message(35, "finger_area", (_FINGER,), "", (Field("area", "u8", "255 none."),), "",
+            "The area that a finger is in."),
+    Message(34, "area_events", (Field("after", "u32", "Number of the first that is asked for."),),
+            "", (Field("next", "u32", "Number to go on with."), Field("count", "u8",
+                                                                      "That follow.")),
+            f"each: at_ms u32, what u8, finger u8, area u8, x_um i32, y_um i32; {MOST_EVENTS} at "
+            "most",
+            "What fingers did on the bank's areas. Numbers count from the device's start; the last "
+            "32 are kept.",
+            each=(Field("at_ms", "u32", "Since start."),
+                  Field("what", "u8", f"{numbered(c.text for c in AREA_EVENT.members)}."),
+                  Field("finger", "u8", "0 to 4."), Field("area", "u8", "255 none."), *_PLACE)),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

@@ -1,9 +1,9 @@
 """The device's own partitions: where tables, effect banks and what is said of them lie.
 
 The `tables` partition is two slots, and so is `effects`. A file is written to the slot that is not
-in use, read back, and only then entered into the slot's trailer, its last sector, under a number one
-higher than any before. The whole file with the highest number counts. `tools/generate_headers.py` writes the C++
-header.
+in use, read back, and only then entered into the slot's trailer, its last sector, under a number
+one higher than any before. The whole file with the highest number counts.
+`tools/generate_headers.py` writes the C++ header.
 """
 
 from __future__ import annotations

@@ -20,8 +20,8 @@ from chladni.host.cli.device.network import network
 from chladni.host.cli.device.self_test import self_test
 from chladni.host.cli.device.stream import stream
 from chladni.host.cli.device.touch import touch, touches
+from chladni.host.device.checks.info_rows import finger_rows, info_rows
 from chladni.host.device.device import Device
-from chladni.host.device.info_rows import finger_rows, info_rows
 from chladni.host.device.wire import USB_VENDORS, SerialWire
 from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS

@@ -52,6 +52,9 @@ class Connection:
     emulated_table: Annotated[
         Path | None, typer.Option("--table", help="What the emulated device has in flash.")
     ] = None
+    emulated_bank: Annotated[
+        str | None, typer.Option("--bank", metavar="BANK", help="Its effect bank: .che or .toml.")
+    ] = None
 
     def wire(self) -> Wire:
         """The wire that the options name.
@@ -76,7 +79,13 @@ class Connection:
             return UdpWire(UdpPort(self.udp), read_key(key))
         data = pack(read_table(self.emulated_table)) if self.emulated_table else None
         board = load_board(self.board)
-        return EmulatorWire(Emulator(board, data, must_play=False, link_baud=self.baud))
+        bank = b""
+        if self.emulated_bank is not None:
+            # It loads SciPy, which takes longer than all else.
+            from chladni.effects.bank.bank_file import bank_bytes  # noqa: PLC0415
+
+            bank = bank_bytes(self.emulated_bank, "--bank")
+        return EmulatorWire(Emulator(board, data, must_play=False, bank=bank, link_baud=self.baud))
 
     def loader_port(self) -> str:
         """The serial port with the ROM's loader, which no device need run for.

@@ -9,9 +9,9 @@ from typing import Any
 
 import typer
 
+from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.device import Device
 from chladni.host.device.live_drive import play_for
-from chladni.host.device.readiness import check_ready
 from chladni.sim.errors import ChladniError
 
 CARRIER_GAIN = 0.2

@@ -12,8 +12,8 @@ import typer
 from chladni.host.cli.common.options import JsonOption, check_one_of, required
 from chladni.host.cli.common.output import answer, progress_bar, say
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.checks.readiness import obstacle
 from chladni.host.device.device import Device
-from chladni.host.device.readiness import obstacle
 from chladni.host.flashing import rom_loader
 from chladni.sim.errors import ConflictError, InputError
 from chladni.tables.format import pack, read_table

@@ -12,9 +12,9 @@ from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.first_boot import walk
+from chladni.host.device.checks.readiness import check_ready
+from chladni.host.device.checks.self_test import SELF_TEST_S, faults_since, try_channel
 from chladni.host.device.link import LinkError
-from chladni.host.device.readiness import check_ready
-from chladni.host.device.self_test import SELF_TEST_S, faults_since, try_channel
 from chladni.host.protocol.config import DeviceConfig
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS

@@ -11,9 +11,9 @@ from chladni.host.cli.common.options import JsonOption, check_one_of
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.ranges import TABLE_FREQUENCIES, within
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.checks.readiness import check_ready
+from chladni.host.device.checks.self_test import faults_since
 from chladni.host.device.live_drive import play_for
-from chladni.host.device.readiness import check_ready
-from chladni.host.device.self_test import faults_since
 from chladni.host.device.stream_sources import (
     load_script,
     parse_drive,

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from itertools import combinations
 from typing import Annotated, Any
 
 import typer
 
 from chladni.host.cli.common.options import JsonOption
-from chladni.host.cli.common.output import answer, parse_place
+from chladni.host.cli.common.output import answer, parse_place, say
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.device.checks.info_rows import finger_rows
+from chladni.host.device.checks.readiness import check_ready
 from chladni.host.device.device import Device
+from chladni.host.device.device_effects import AreaEvent
 from chladni.host.device.device_fingers import MOST_FINGERS
-from chladni.host.device.info_rows import finger_rows
 from chladni.host.device.link import LinkError
-from chladni.host.device.readiness import check_ready
 from chladni.sim.errors import InputError
 
 FARTHEST_MM = 1000.0
 """More than any board; a touch off the board plays its nearest place."""
+AREAS_SINCE_MINOR = 6
+"""Of the link: older devices are not asked."""
 MOVED_MM = 0.0015
 """More than a place is rounded by on its way to the device."""
 Place = tuple[float, float]
@@ -67,14 +71,44 @@ def touch(
 
 
 @connecting
-def touches(connection: Connection, as_json: JsonOption = False) -> None:
-    """Show the fingers that are down, and how far their signals are kept apart."""
+def touches(
+    connection: Connection,
+    watch: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            callback=within(0.0, 3600.0, "s", above=True),
+            help="Go on, and tell what fingers do on the effect bank's areas.",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the fingers that are down, how far their signals are kept apart, and in which areas."""
     with connection.device() as device:
         found = device.fingers.all()
-    result: dict[str, Any] = {"fingers": found}
-    if not as_json:
-        result = finger_rows(found) or {"down": "none"}
-    answer(result, as_json=as_json, title="Fingers")
+        knows_areas = device.version.fields["minor"] >= AREAS_SINCE_MINOR
+        events = device.effects.events() if knows_areas else []
+        for one in found if knows_areas else ():
+            area = device.effects.area_of(one["finger"])
+            one["area"] = None if area is None else area.name
+            one["along"] = None if area is None else area.along(tuple(one["place_mm"]))
+        if watch is not None and not as_json:
+            for event in device.effects.watch(watch):
+                say(_told(event))
+        elif watch is not None:
+            events += list(device.effects.watch(watch))
+    if as_json:
+        answer({"fingers": found, "events": [asdict(one) for one in events]}, as_json=True)
+        return
+    answer(finger_rows(found) or {"down": "none"}, as_json=False, title="Fingers")
+
+
+def _told(event: AreaEvent) -> str:
+    x, y = event.place_mm
+    return (
+        f"{event.at_s:8.3f} s  finger {event.finger} {event.what} {event.area or 'no area'} "
+        f"at {x:g}, {y:g} mm"
+    )
 
 
 def _parsed(place: str) -> Place:

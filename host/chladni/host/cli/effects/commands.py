@@ -1,4 +1,4 @@
-"""`chladni effects`: what there is, what a file says, and the same in another format."""
+"""`chladni effects`: what there is, what a file says, and the same in another format or a bank."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from typing import Annotated
 
 import typer
 
-from chladni.effects.effect import Effect, kind_of
+from chladni.effects.bank.bank_file import BANK_SUFFIX
+from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.effect import kinds
 from chladni.effects.files import WRITERS, read_effect, shipped_effects
 from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
 from chladni.host.cli.common.output import answer, check_output, write_figure
-from chladni.host.protocol.link import SIGNAL_HZ
+from chladni.host.cli.effects.bank import build, flash, show_bank
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
 
 effects_app = typer.Typer(
-    cls=CommandGroup, no_args_is_help=True, help="List, show and convert effects."
+    cls=CommandGroup, no_args_is_help=True, help="List, show and convert effects; build banks."
 )
 EffectArgument = Annotated[
     str,
@@ -27,6 +29,8 @@ EffectArgument = Annotated[
 
 def register(app: typer.Typer) -> None:
     """Add the commands."""
+    effects_app.command("build")(build)
+    effects_app.command("flash")(flash)
     app.add_typer(effects_app, name="effects")
 
 
@@ -34,7 +38,7 @@ def register(app: typer.Typer) -> None:
 def effects_list(as_json: JsonOption = False) -> None:
     """List the effects that come with Chladni."""
     found = [
-        {"name": effect.name, "lasts_ms": 1e3 * effect.lasts_s, "parts": _kinds(effect)}
+        {"name": effect.name, "lasts_ms": 1e3 * effect.lasts_s, "parts": kinds(effect)}
         for effect in shipped_effects().values()
     ]
     if as_json:
@@ -51,8 +55,11 @@ def effects_list(as_json: JsonOption = False) -> None:
 def effects_show(
     effect: EffectArgument, figure: FigureOption = None, as_json: JsonOption = False
 ) -> None:
-    """Show what a file says, and what of it a device cannot do."""
+    """Show what an effect's or a bank's file says, and what of it a device cannot do."""
     check_figure(figure)
+    if Path(effect).suffix == BANK_SUFFIX:
+        show_bank(Path(effect), figure, as_json=as_json)
+        return
     read = read_effect(effect, field="EFFECT")
     samples = read.effect.samples(SIGNAL_HZ)
     if figure is not None:
@@ -63,7 +70,7 @@ def effects_show(
         {
             "name": read.effect.name,
             "lasts_ms": 1e3 * read.effect.lasts_s,
-            "parts": _kinds(read.effect),
+            "parts": kinds(read.effect),
             "samples": len(samples),
             "left_out": read.left_out,
         },
@@ -92,9 +99,3 @@ def effects_convert(
         as_json=as_json,
         title="Converted",
     )
-
-
-def _kinds(effect: Effect) -> list[str]:
-    """Names of its parts, each with how many there are."""
-    names = [kind_of(part) for part in effect.parts]
-    return [f"{names.count(name)} {name}" for name in dict.fromkeys(names)]

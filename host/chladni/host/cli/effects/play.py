@@ -10,6 +10,7 @@ import numpy as np
 import typer
 
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
 from chladni.host.cli.common.output import (
@@ -22,9 +23,8 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.device.readiness import check_ready
+from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import play_effect
-from chladni.host.protocol.link import SIGNAL_HZ
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError

@@ -1,4 +1,4 @@
-#include "core/storage/slot_store.hpp"
+#include "core/storage/slots/slot_store.hpp"
 
 #include "core/base/bytes.hpp"
 #include "core/base/crc32.hpp"
@@ -9,7 +9,8 @@ namespace {
 
 namespace f = store_format;
 
-constexpr uint32_t kAtMagic = 0, kAtTotalBytes = 8, kHeadBytes = 12, kCrcBytes = 4;
+constexpr uint32_t kAtMagic = table_format::kAtMagic, kAtTotalBytes = table_format::kAtTotalBytes,
+                   kHeadBytes = kAtTotalBytes + 4U, kCrcBytes = 4;
 
 bool is_blank(const uint8_t* entry) {
   for (uint32_t k = 0; k < f::kEntryBytes; ++k) {

@@ -1,4 +1,4 @@
-#include "core/storage/slot_updates.hpp"
+#include "core/storage/slots/slot_updates.hpp"
 
 namespace chladni {
 

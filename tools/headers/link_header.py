@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import cpp_text
+from headers import cpp_text
 
 from chladni.host.protocol import link as link_protocol
 from chladni.host.protocol import network as network_format
@@ -18,6 +18,7 @@ def link_header() -> str:
         "kMaxPayload": link_protocol.MAX_PAYLOAD,
         "kLeastTarget": link_protocol.LEAST_TARGET,
         "kMostTarget": link_protocol.MOST_TARGET,
+        "kMostEvents": link_protocol.MOST_EVENTS,
         "kWindow": link_protocol.WINDOW,
         "kHeadBytes": link_protocol.HEAD_BYTES,
         "kCrcBytes": link_protocol.CRC_BYTES,

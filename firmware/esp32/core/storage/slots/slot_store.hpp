@@ -9,6 +9,7 @@
 
 #include <cstdint>
 
+#include "core/generated/bank_format.hpp"
 #include "core/generated/store_format.hpp"
 #include "core/generated/table_format.hpp"
 #include "core/hal.hpp"
@@ -43,6 +44,11 @@ constexpr SlotKind kTableSlots{FlashArea::kTables, store_format::kTableSlotBytes
                                table_format::kMagic, table_format::kSmallestFile,
                                table_format::kLargestFile};
 static_assert(table_format::kLargestFile == kTableSlots.trailer_offset());
+constexpr SlotKind kBankSlots{FlashArea::kEffects, store_format::kBankSlotBytes,
+                              bank_format::kMagic, bank_format::kSmallestFile,
+                              bank_format::kLargestFile};
+static_assert(bank_format::kLargestFile == kBankSlots.trailer_offset());
+static_assert(bank_format::kAtTotalBytes == table_format::kAtTotalBytes);
 
 class SlotStore {
  public:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cpp_text
+from headers import cpp_text
 
 from chladni.sim.board import gpio
 from chladni.sim.board.electronics import NOT_WIRED

@@ -6,7 +6,7 @@
 
 #include "core/generated/link_format.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/slot_store.hpp"
+#include "core/storage/slots/slot_store.hpp"
 
 namespace chladni {
 

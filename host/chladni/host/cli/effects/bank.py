@@ -1,0 +1,119 @@
+"""`chladni effects build` and `flash`: a bank of effects and areas, and its way onto a device."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from chladni.effects.bank.areas import Area, Bank
+from chladni.effects.bank.bank_file import BANK_SUFFIX, bank_bytes, read_bank
+from chladni.effects.bank.pack import pack_bank
+from chladni.effects.bank.unpack import read_bank_file, unpack_bank
+from chladni.effects.effect import kinds
+from chladni.host.cli.common.options import JsonOption
+from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
+from chladni.host.cli.device.connection import Connection, connecting
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
+from chladni.sim.files import write_whole
+
+BankArgument = Annotated[
+    str, typer.Argument(metavar="BANK", help="Name of a shipped one, or a file: .toml or .che.")
+]
+
+
+def build(
+    bank: Annotated[
+        str, typer.Argument(metavar="AREAS", help="Name of a shipped bank, or a .toml of your own.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Bank to write (.che).")],
+    board: Annotated[
+        str | None, typer.Option(help="Check that the areas lie on this board.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Build an effect bank: what plays where, as a device keeps it."""
+    check_output(output, "--output", (BANK_SUFFIX,))
+    read = read_bank(bank, "AREAS")
+    if board is not None:
+        try:
+            read.bank.check_on(*(1e3 * size for size in load_board(board).plate.size))
+        except InputError as error:
+            raise error.in_file(bank) from None
+    data = pack_bank(read.bank)
+    write_whole(output, data)
+    for name, lines in read.left_out.items():
+        for line in lines:
+            say(f"{name}, left out: {line}")
+    answer(
+        {
+            "path": str(output),
+            "bytes": len(data),
+            "effects": list(read.bank.effects),
+            "areas": [area.name for area in read.bank.areas],
+            "left_out": read.left_out,
+        },
+        as_json=as_json,
+        title=f"Effect bank {read.bank.name}",
+    )
+
+
+@connecting
+def flash(connection: Connection, bank: BankArgument, as_json: JsonOption = False) -> None:
+    """Write an effect bank to a device; the old one stays until the new one is whole."""
+    data = bank_bytes(bank, "BANK")
+    with connection.device() as device, progress_bar("flash") as progress:
+        done = device.effects.flash(data, progress)
+    done.check_verified()
+    title = f"{unpack_bank(data).name} plays"
+    answer(asdict(done), as_json=as_json, title=title)
+
+
+def show_bank(path: Path, figure: Path | None, *, as_json: bool) -> None:
+    """A bank that was built: its effects and areas."""
+    bank = read_bank_file(path, "EFFECT")
+    if figure is not None:
+        from chladni.host.figures.areas import areas_figure  # noqa: PLC0415
+
+        write_figure(areas_figure(bank), figure)
+    if as_json:
+        answer(_described(path, bank), as_json=True)
+        return
+    rows = {name: ", ".join(kinds(effect)) for name, effect in bank.effects.items()}
+    rows |= {f"area {area.name}": _played(area) for area in bank.areas}
+    answer(rows, as_json=False, title=f"Effect bank {bank.name}, {path.stat().st_size:,} bytes")
+
+
+def _described(path: Path, bank: Bank) -> dict[str, Any]:
+    return {
+        "name": bank.name,
+        "bytes": path.stat().st_size,
+        "hysteresis_mm": bank.hysteresis_mm,
+        "effects": [
+            {"name": name, "lasts_ms": 1e3 * effect.lasts_s, "parts": kinds(effect)}
+            for name, effect in bank.effects.items()
+        ],
+        "areas": [
+            {
+                "name": area.name,
+                "shape": type(area.shape).__name__.lower(),
+                "level_db": area.level_db,
+                "every_mm": area.every_mm,
+                "along": area.along,
+            }
+            | area.effects
+            for area in bank.areas
+        ],
+    }
+
+
+def _played(area: Area) -> str:
+    told = [f"{occasion}: {name}" for occasion, name in area.effects.items()]
+    if area.every_mm > 0.0:
+        told.append(f"every {area.every_mm:g} mm along {area.along}")
+    if area.level_db < 0.0:
+        told.append(f"{area.level_db:g} dB")
+    return ", ".join(told) or "nothing"

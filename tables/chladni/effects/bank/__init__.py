@@ -1,0 +1,1 @@
+"""The effect bank: effects and areas as a device keeps them in flash."""

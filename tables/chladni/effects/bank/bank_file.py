@@ -1,0 +1,187 @@
+"""A bank's TOML file: areas, and the effect files that they name (docs/effects.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from chladni.effects.bank.areas import (
+    LEAST_LEVEL_DB,
+    MOST_MM,
+    Area,
+    Bank,
+    Circle,
+    Everywhere,
+    Polygon,
+    Shape,
+)
+from chladni.effects.bank.layout import ALONG, MAX_HYSTERESIS_UM, OCCASIONS
+from chladni.effects.bank.pack import pack_bank
+from chladni.effects.bank.unpack import read_bank_file
+from chladni.effects.effect import Effect
+from chladni.effects.file_values import FileValue, read_toml
+from chladni.effects.files import READERS, read_effect, shipped_effects
+from chladni.sim.errors import ArgumentError, InputError
+
+BANK_SUFFIX = ".che"
+KEYS = ("name", "hysteresis_mm", "effects", "svg", "area")
+SHAPES = ("rectangle_mm", "circle_mm", "polygon_mm", "svg")
+AREA_KEYS = ("name", *SHAPES, *OCCASIONS, "level_db", "every_mm", "along")
+
+
+@dataclass
+class ReadBank:
+    """A bank, and what of the effects' files a device cannot do, by effect."""
+
+    bank: Bank
+    left_out: dict[str, list[str]] = field(default_factory=dict)
+
+
+def shipped_banks() -> dict[str, Path]:
+    """Files of the banks that come with Chladni, by name."""
+    folder = Path(__file__).resolve().parents[1] / "banks"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def bank_bytes(name: str | Path, argument: str = "bank") -> bytes:
+    """A bank as a device has it: of a file that was built, or of what `read_bank` reads.
+
+    Raises
+    ------
+    InputError
+        As of `read_bank`.
+    """
+    if Path(name).suffix == BANK_SUFFIX:
+        return pack_bank(read_bank_file(Path(name), argument))
+    return pack_bank(read_bank(name, argument).bank)
+
+
+def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
+    """The bank that a TOML file describes.
+
+    Parameters
+    ----------
+    name
+        Of a shipped bank, or a file; files that it names lie beside it.
+    argument
+        For errors.
+
+    Raises
+    ------
+    InputError
+        A key is unknown, a value out of its range, a file is not there, or an area names an effect
+        that no one defines; names the file, the place and the value.
+    """
+    path = shipped_banks().get(str(name), Path(name))
+    if path.suffix != ".toml":
+        expected = f"{', '.join(shipped_banks())}, or a file that ends in .toml"
+        raise ArgumentError(argument, str(name), expected)
+    file = read_toml(path, argument)
+    _check_keys(file, KEYS)
+    effects = _Effects(path.parent)
+    for one in file["effects"] if file["effects"].is_there else ():
+        effects.use(one)
+    shapes = _drawn_shapes(file["svg"], path.parent)
+    rows = file["area"] if file["area"].is_there else ()
+    areas = tuple(_area(own, effects, shapes) for own in rows)
+    if not effects.found:
+        raise file["area"].error("an area with an effect, or `effects`")
+    name = file["name"].text() if file["name"].is_there else path.stem[:15]
+    hysteresis_mm = file["hysteresis_mm"].number(0.0, MAX_HYSTERESIS_UM / 1e3, 1.0)
+    try:
+        bank = Bank(name, effects.found, areas, hysteresis_mm)
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+    return ReadBank(bank, effects.left_out)
+
+
+class _Effects:
+    """Effects that were named, each read once."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.found: dict[str, Effect] = {}
+        self.left_out: dict[str, list[str]] = {}
+        self._names: dict[str, str] = {}
+
+    def use(self, own: FileValue) -> str:
+        """The effect that a value names, a shipped one or a file: its name in the bank."""
+        wanted = own.text()
+        if wanted in self._names:
+            return self._names[wanted]
+        is_file = Path(wanted).suffix.lower() in READERS
+        if not is_file and wanted not in shipped_effects():
+            shipped = ", ".join(shipped_effects())
+            raise own.error(f"{shipped}, or a file that ends in {', '.join(READERS)}")
+        read = read_effect(self.folder / wanted if is_file else wanted, field=own.place)
+        name = Path(wanted).stem[:15] if is_file else wanted
+        if name in self.found:
+            raise own.error(f"a file whose name differs from the effect {name!r} that is there")
+        self._names[wanted] = name
+        self.found[name] = read.effect
+        if read.left_out:
+            self.left_out[name] = read.left_out
+        return name
+
+
+def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape]) -> Area:
+    _check_keys(own, AREA_KEYS)
+    along = own["along"].text() if own["along"].is_there else ALONG[0]
+    played = {o: effects.use(own[o]) for o in OCCASIONS if own[o].is_there}
+    try:
+        return Area(
+            own["name"].text(),
+            _shape(own, shapes),
+            level_db=own["level_db"].number(LEAST_LEVEL_DB, 0.0, 0.0),
+            every_mm=own["every_mm"].number(0.0, MOST_MM, 0.0),
+            along=along,
+            **played,
+        )
+    except ArgumentError as error:
+        place = f"{own.place}.{error.field}"
+        raise InputError(place, error.value, error.expected, file=own.file) from None
+
+
+def _shape(own: FileValue, shapes: dict[str, Shape]) -> Shape:
+    given = [key for key in SHAPES if own[key].is_there]
+    if len(given) > 1:
+        raise own[given[1]].error(f"nothing beside {given[0]}")
+    if not given:
+        return Everywhere()
+    value = own[given[0]]
+    match given[0]:
+        case "rectangle_mm":
+            return Polygon.rectangle(*_numbers(value, 4, "[x0, y0, x1, y1]"))
+        case "circle_mm":
+            x, y, radius = _numbers(value, 3, "[x, y, radius]")
+            return Circle((x, y), radius)
+        case "polygon_mm":
+            corners = [_numbers(one, 2, "[x, y]") for one in value]
+            return Polygon(tuple((x, y) for x, y in corners))
+    if value.text() not in shapes:
+        known = ", ".join(sorted(shapes)[:20]) or "it has none"
+        raise value.error(f"an id of the drawing: {known}")
+    return shapes[value.text()]
+
+
+def _numbers(own: FileValue, count: int, what: str) -> Any:
+    values = [one.number(-MOST_MM, MOST_MM) for one in own]
+    if len(values) != count:
+        raise own.error(what)
+    return values
+
+
+def _drawn_shapes(own: FileValue, folder: Path) -> dict[str, Shape]:
+    if not own.is_there:
+        return {}
+    # Drawings need a library of their own, most banks have none.
+    from chladni.effects.bank.drawing import shapes_of_drawing  # noqa: PLC0415
+
+    return shapes_of_drawing(folder / own.text(), own.place)
+
+
+def _check_keys(own: FileValue, known: tuple[str, ...]) -> None:
+    for key in own.keys():  # noqa: SIM118
+        if key not in known:
+            raise own[key].error(f"one of {', '.join(known)} for a key")
