@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 FIRMWARE = ROOT / "firmware" / "esp32"
 OUT = ROOT / "build" / "fuzz"
-TARGETS = ("link", "datagrams", "table", "touch")
+TARGETS = ("link", "datagrams", "table", "bank", "touch")
 FLAGS = (
     "-std=c++17", "-O1", "-g", "-fsanitize=fuzzer,address,undefined",
     "-fno-sanitize-recover=undefined",

@@ -44,6 +44,7 @@ def started(
     network: bytes = NETWORK,
     tables: bytes = TABLE,
     boots: bytes = b"",
+    effects: bytes = b"",
     turns: int = UNTIL_NETWORK,
 ) -> Iterator[Chip]:
     chip = Chip(
@@ -54,6 +55,7 @@ def started(
         config=pack_config(config),
         network=network,
         boots=boots,
+        effects=effects,
     )
     try:
         chip.run(turns)

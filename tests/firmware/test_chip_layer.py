@@ -12,8 +12,9 @@ from chladni.host.device.link import LinkError
 from chladni.host.protocol.config import PANELS, DeviceConfig, pack_config
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.sim.board.electronics import ChipName
+from effects.banks import BYTES
 from firmware.chip_process import FIRMWARE, Chip, gates_of, includes
-from firmware.chip_started import CONFIG, PINS, on_each_chip, playing, started
+from firmware.chip_started import CONFIG, NETWORK, PINS, TABLE, on_each_chip, playing, started
 
 pytestmark = on_each_chip
 
@@ -277,5 +278,26 @@ def test_a_panel_without_its_lines_and_a_device_without_partitions(chip_program:
         assert not chip.on
         with pytest.raises(LinkError):
             device.set_config(CONFIG)
+    finally:
+        chip.close()
+
+
+def test_an_effect_bank_comes_into_its_own_partition(chip_program: Path) -> None:
+    """One finger comes down on a key; a chip without the partition says so, and plays its tone."""
+    with started(chip_program) as chip, Device(chip) as device:
+        assert device.effects.flash(BYTES).verified
+        device.touch(-15.0, 30.0)
+        chip.run(30)
+        assert chip.on == set(PINS)
+        assert [one.area for one in device.effects.events()] == ["key"]
+    with started(chip_program, effects=BYTES) as chip, Device(chip) as device:
+        assert device.effects.info()["name"] == "all"
+    chip = Chip(chip_program, tables=TABLE, config=pack_config(CONFIG), network=NETWORK)
+    try:
+        chip.run(20)
+        device = Device(chip)
+        with pytest.raises(LinkError, match="partitioned before there were effect banks"):
+            device.effects.flash(BYTES)
+        playing(chip, device)
     finally:
         chip.close()

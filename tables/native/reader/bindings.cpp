@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/base/bytes.hpp"
-#include "core/storage/slots/slot_store.hpp"
+#include "core/storage/files/slot_store.hpp"
 #include "core/table/table.hpp"
 
 namespace nb = nanobind;

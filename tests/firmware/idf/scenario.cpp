@@ -171,10 +171,11 @@ int main(int count, char** arguments) {
     }
     const std::string name = text.substr(0, mark);
     const bool is_small = text.substr(mark + 1) == "small";
-    const size_t size = is_small           ? 0x1000
-                        : name == "tables" ? 0x80000
-                        : name == "config" ? 0x2000
-                                           : 0x1000;
+    const size_t size = is_small            ? 0x1000
+                        : name == "tables"  ? 0x80000
+                        : name == "effects" ? 0x20000
+                        : name == "config"  ? 0x2000
+                                            : 0x1000;
     std::vector<uint8_t> content(size, 0xFF);
     const std::vector<uint8_t> first = bytes_of(is_small ? "" : text.substr(mark + 1));
     std::copy(first.begin(), first.end(), content.begin());

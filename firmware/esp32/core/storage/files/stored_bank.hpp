@@ -6,8 +6,8 @@
 
 #include "core/effects/bank.hpp"
 #include "core/generated/link_format.hpp"
+#include "core/storage/files/slot_updates.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/slots/slot_updates.hpp"
 #include "core/table/flash_check.hpp"
 
 namespace chladni {

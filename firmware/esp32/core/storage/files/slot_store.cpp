@@ -1,4 +1,4 @@
-#include "core/storage/slots/slot_store.hpp"
+#include "core/storage/files/slot_store.hpp"
 
 #include "core/base/bytes.hpp"
 #include "core/base/crc32.hpp"

@@ -1,4 +1,4 @@
-#include "core/storage/slots/slot_updates.hpp"
+#include "core/storage/files/slot_updates.hpp"
 
 namespace chladni {
 

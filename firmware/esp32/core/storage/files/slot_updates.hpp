@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "core/generated/link_format.hpp"
+#include "core/storage/files/slot_store.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/slots/slot_store.hpp"
 
 namespace chladni {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "core/generated/link_format.hpp"
+#include "core/storage/files/slot_updates.hpp"
 #include "core/storage/flash_wear.hpp"
-#include "core/storage/slots/slot_updates.hpp"
 #include "core/table/flash_check.hpp"
 #include "core/table/table.hpp"
 

@@ -1,4 +1,4 @@
-#include "core/storage/stored_table.hpp"
+#include "core/storage/files/stored_table.hpp"
 
 namespace chladni {
 

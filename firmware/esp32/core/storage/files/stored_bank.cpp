@@ -1,4 +1,4 @@
-#include "core/storage/stored_bank.hpp"
+#include "core/storage/files/stored_bank.hpp"
 
 namespace chladni {
 
