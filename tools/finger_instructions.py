@@ -13,6 +13,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,17 +58,7 @@ def count_fingers(processor: Processor, fingers: int, channels: int) -> Instruct
         The processor finds other drives than this machine.
     """
     sizes = [f"-DFINGERS={fingers}U", f"-DCHANNELS={channels}U"]
-    bare = ["-ffreestanding", "-nostdlib", "-isystem", str(HERE / "include")]
-    script = ["-T", str(HERE / f"{processor.prefix}.ld"), "-Wl,--no-warn-rwx-segments"]
-    said = _run(
-        [processor.compiler, *processor.flags, *FLAGS, *sizes, *bare, *script,
-         str(HERE / f"{processor.prefix}_start.S"), *map(str, SOURCES), library(processor)],
-        [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
-    )  # fmt: skip
-    here = _run(
-        ["g++", "-DON_THIS_MACHINE", *FLAGS, *sizes, str(HERE / "this_machine.cpp"),
-         *map(str, SOURCES)], [],
-    )  # fmt: skip
+    said, here = said_there(processor, SOURCES, sizes), said_here(SOURCES, sizes)
     gains = [value for name, value in said if name == "gain"]
     expected = [value for name, value in here if name == "gain"]
     if any(abs(a - b) > MOST_DIFFERENCE for a, b in zip(gains, expected, strict=True)):
@@ -78,6 +69,27 @@ def count_fingers(processor: Processor, fingers: int, channels: int) -> Instruct
         for name in ("one_sum", "one_most", "chosen_sum", "chosen_most")
     )
     return Instructions(one_sum, one_most, chosen_sum, chosen_most, known["ram"])
+
+
+def said_there(
+    processor: Processor, sources: Sequence[Path], options: Sequence[str] = ()
+) -> list[tuple[str, int]]:
+    """What a program says on another processor: names and numbers, in order."""
+    bare = ["-ffreestanding", "-nostdlib", "-isystem", str(HERE / "include")]
+    script = ["-T", str(HERE / f"{processor.prefix}.ld"), "-Wl,--no-warn-rwx-segments"]
+    return _run(
+        [processor.compiler, *processor.flags, *FLAGS, *options, *bare, *script,
+         str(HERE / f"{processor.prefix}_start.S"), *map(str, sources), library(processor)],
+        [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
+    )  # fmt: skip
+
+
+def said_here(sources: Sequence[Path], options: Sequence[str] = ()) -> list[tuple[str, int]]:
+    """The same on this machine."""
+    return _run(
+        ["g++", "-DON_THIS_MACHINE", *FLAGS, *options, str(HERE / "this_machine.cpp"),
+         *map(str, sources)], [],
+    )  # fmt: skip
 
 
 def _run(compiler: list[str], machine: list[str]) -> list[tuple[str, int]]:

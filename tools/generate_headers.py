@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from headers import cpp_text
-from headers.effect_headers import bank_header, low_pass_header
+from headers.effect_headers import bank_header, bank_page, low_pass_header
 from headers.gpio_header import bootloader_header, gpio_header
 from headers.link_header import link_header, link_page, messages_header, network_header
 
@@ -288,6 +288,7 @@ HEADERS: dict[str, Callable[[], str]] = {
     "device_codes.hpp": codes_header,
     "network_format.hpp": network_header,
     "../../../../docs/link-protocol.md": link_page,
+    "../../../../docs/effect-format.md": bank_page,
     "sine_table.hpp": sine_header,
     "gpio.hpp": gpio_header,
     "../../../../bootloader_components/gates/gates.h": bootloader_header,

@@ -6,6 +6,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+from effect_instructions import count_effects
 from instruction_counts import PROCESSORS, Processor, count, count_writes
 from stack_depth import depths
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("cross_compilers")
 
 MOST_PER_LOOKUP, MOST_PER_CHANNEL = 600, 85
 """Of five channels, and of each further one."""
-MOST_RAM = 46 * 1024 + 512
+MOST_RAM = 48 * 1024
 MOST_PER_SAMPLE = {
     "sine_steady": 240, "sine_ramping": 305, "others_steady": 420, "others_ramping": 420,
     "with_news": 1000,
@@ -34,6 +35,8 @@ MOST_OF_VOICES = {
 """By channels; ramps and news of five voices, all of which begin or end at once."""
 MOST_PER_VOICE = {5: 103, 16: 230}
 """Of the third voice and each further one."""
+MOST_PER_EFFECT = {"tone": 165, "click": 190, "noise": 105, "clip": 115}
+"""Of a sample of the signal, which stands for eight of the interrupt's at 10 bits: 24 of those."""
 MOST_PER_WRITES, MOST_PER_BRIDGE_WRITES = 110, 170
 """Of five duties, by the chip layer."""
 
@@ -92,6 +95,14 @@ def test_the_chip_layer_writes_duties_and_signs_in_few_instructions(processor: P
     for begins, high in (("", 0), ("bridge_", sum(1 << pin for pin in (19, 23, 25, 26)))):
         assert found[f"{begins}last_duty"] == 400 << 4
         assert (found[f"{begins}high"], found[f"{begins}low"]) == (high, 0)
+
+
+def test_a_sample_of_an_effect_is_made_alike_and_in_few_instructions() -> None:
+    """In the main loop, the low-pass with it."""
+    found = count_effects()
+    assert list(found) == list(MOST_PER_EFFECT)
+    for name, most in MOST_PER_EFFECT.items():
+        assert 0 < found[name] <= most, name
 
 
 def test_stacks_stay_as_small_as_the_documentation_says() -> None:

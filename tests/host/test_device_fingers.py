@@ -118,7 +118,7 @@ def test_commands_touch_several_places(chladni: CommandLine, table: Table, tmp_p
     people = chladni("device", "touch", "-18,30", "17,-25", *known, "--seconds", "0.2")
     assert "finger 1" in people.out
     listed = chladni("device", "touches", *known, "--json")
-    assert json.loads(listed.out) == {"fingers": []}
+    assert json.loads(listed.out) == {"fingers": [], "events": []}
     assert chladni("device", "info", *known, "--json").json["fingers"] == []
     for words, named in (
         (["0,0"] * 6, "X,Y: expected at most 5 fingers"),

@@ -124,7 +124,7 @@ def test_the_store_goes_back_and_forth() -> None:
     store = FirmwareStore(b"\xff" * PARTITION_BYTES)
     assert store.update(first) == "ok"
     slot = store.slot
-    assert store.restore_other(5) == "no other table"
+    assert store.restore_other(5) == "none in the other slot"
     assert store.update(second) == "ok"
     assert store.slot == 1 - slot
     assert store.restore_other(5) == "ok"

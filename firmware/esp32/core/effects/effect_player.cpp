@@ -14,27 +14,25 @@ class Curve {
  public:
   // `at`: the first sample that is asked for.
   Curve(const uint8_t* points, uint32_t count, uint32_t at) : points_(points), count_(count) {
-    uint32_t low = 0, high = count;  // of those at or before `at`, the last is low - 1
-    while (low < high) {
-      const uint32_t middle = (low + high) / 2U;
+    uint32_t high = count;  // of those at or before `at`, the last is next_ - 1
+    while (next_ < high) {
+      const uint32_t middle = (next_ + high) / 2U;
       if (time(middle) <= at) {
-        low = middle + 1U;
+        next_ = middle + 1U;
       } else {
         high = middle;
       }
     }
-    next_ = low;
+    aim();
   }
 
   // At a sample, none before the last one that was asked for.
   float value(uint32_t at) {
-    while (next_ < count_ && time(next_) <= at) ++next_;
-    if (next_ == 0) return height(0);
-    const float before = height(next_ - 1U);
-    if (next_ == count_) return before;
-    const uint32_t from = time(next_ - 1U);
-    const auto done = static_cast<float>(at - from), all = static_cast<float>(time(next_) - from);
-    return before + (height(next_) - before) * (done / all);
+    if (at >= until_) {
+      while (next_ < count_ && time(next_) <= at) ++next_;
+      aim();
+    }
+    return before_ + slope_ * static_cast<float>(at - from_);
   }
 
  private:
@@ -42,10 +40,27 @@ class Curve {
   float height(uint32_t k) const {
     return static_cast<float>(read_u16(points_ + k * f::kPointBytes + f::kPointAtValue));
   }
+  // Along the line to the next breakpoint; before the first and behind the last it stays.
+  void aim() {
+    from_ = 0;
+    slope_ = 0.0F;
+    until_ = 0xFFFFFFFFU;
+    if (count_ == 0) return;
+    before_ = height(next_ == 0 ? 0 : next_ - 1U);
+    if (next_ == count_) return;
+    until_ = time(next_);
+    if (next_ == 0) return;
+    from_ = time(next_ - 1U);
+    slope_ = (height(next_) - before_) / static_cast<float>(until_ - from_);
+  }
 
   const uint8_t* points_;
   uint32_t count_;
   uint32_t next_ = 0;
+  uint32_t from_ = 0;
+  uint32_t until_ = 0;
+  float before_ = 0.0F;
+  float slope_ = 0.0F;
 };
 
 constexpr float kOfQ15 = 1.0F / 32767.0F;
@@ -65,12 +80,11 @@ float noise(uint32_t at) {
 
 // One and a half waves under a Hann window, which is a sine squared.
 float click(const EffectPart& part, uint32_t at) {
-  const uint32_t step = part.rate << 16;
-  const float window = sine(at * (step / 3U));
-  const uint64_t turned = static_cast<uint64_t>(at) * step;
-  if (turned > 3ULL << 31) return 0.0F;
-  return static_cast<float>(part.level_q15) * window * window *
-         sine(static_cast<uint32_t>(turned & 0xFFFFFFFFU));
+  const uint32_t turned_u16 = at * part.rate;
+  if (turned_u16 > 3U << 15) return 0.0F;
+  const uint32_t phase_u32 = turned_u16 << 16;
+  const float window = sine((turned_u16 << 15) / 3U << 1);
+  return static_cast<float>(part.level_q15) * window * window * sine(phase_u32);
 }
 
 float clip(const EffectPart& part, uint32_t at) {

@@ -12,8 +12,10 @@ from scipy import signal
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
+from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.emulation.felt_over_time import (
     GRID_HZ,
@@ -27,7 +29,7 @@ from chladni.host.emulation.felt_over_time import (
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ChladniError, MissingError
+from chladni.sim.errors import ArgumentError, ChladniError, MissingError
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
@@ -92,6 +94,7 @@ def play_effect(
     other_mm: tuple[float, float] | None = None,
     level: float = 1.0,
     newtons: float = PRESS,
+    bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
     progress: Progress | None = None,
 ) -> PlayedEffect:
@@ -109,6 +112,9 @@ def play_effect(
         Of the loudest that the place allows, 0 to 1.
     newtons
         How hard each presses.
+    bank
+        In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
+        anything, and the place's own level is not taken out.
     solved
         The board `over_frequency`, if it is at hand.
 
@@ -132,7 +138,10 @@ def play_effect(
         plate.level(0, board.drive.frequency_hz),
         board.drive.frequency_hz,
     )
-    recording, begins, reported = _recorded(table, board, samples, at_mm, other_mm, level)
+    emulator = Emulator(board, table, level=1.0, bank=bank or b"")
+    recording, begins, reported = _recorded(
+        emulator, samples, at_mm, other_mm, None if bank else level
+    )
     forces = forces_of(board, recording)
     first = round(begins * RATE_HZ)
     active = np.flatnonzero(np.abs(forces[first:] - forces[first]).max(axis=1) > 1e-9)
@@ -160,6 +169,27 @@ def play_effect(
     )
 
 
+def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect]:
+    """What a press plays there: its area's effect for that, or else what is held; and the area.
+
+    Raises
+    ------
+    InputError
+        There is no area, or it has no effect for a press.
+    """
+    known = unpack_bank(bank)
+    number = area_at(bank, *(round(1e3 * at) for at in at_mm))
+    if number >= len(known.areas):
+        raise ArgumentError("at", at_mm, f"a place in one of the areas of {known.name}")
+    area = known.areas[number]
+    name = area.press or (area.hold if area.every_mm == 0.0 else None)
+    if name is None:
+        raise ArgumentError(
+            "at", at_mm, f"a place where a press plays something, as {area.name} has not"
+        )
+    return area.name, known.effects[name]
+
+
 def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: float) -> FloatArray:
     """The samples at `RATE_HZ`, as late as they were: a switch's bias comes up before them."""
     shape = np.interp(
@@ -176,28 +206,30 @@ def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: fl
 
 
 def _recorded(
-    table: Table,
-    board: Board,
+    emulator: Emulator,
     samples: FloatArray,
     at_mm: tuple[float, float],
     other_mm: tuple[float, float] | None,
-    level: float,
+    level: float | None,
 ) -> tuple[Recording, float, float]:
-    """The pins from power-on until the effect is over; when the finger touched, and was seen, s."""
-    emulator = Emulator(board, table, level=1.0)
+    """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
+
+    Samples are sent at a level; without one the device has the effect itself.
+    """
     slot = 0
     if other_mm is not None:
         emulator.core.set_voice(0, 0, 0)
         emulator.touch(TouchEvent(1.0, other_mm, 7))
         slot = 1
-    emulator.core.set_signal_voice(slot, round(32767.0 * level))
-    words = [round(32767.0 * float(one)) for one in samples]
+    words = [] if level is None else [round(32767.0 * float(one)) for one in samples]
+    if level is not None:
+        emulator.core.set_signal_voice(slot, round(32767.0 * level))
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz
     touched_ms = REST_MS + 0.1
     emulator.touch(TouchEvent(touched_ms, at_mm, 0))
-    left_ms = PRESSED_MS + 1e3 * (len(words) / SIGNAL_HZ + AFTER_S)
+    left_ms = PRESSED_MS + 1e3 * (len(samples) / SIGNAL_HZ + AFTER_S)
     while left_ms > 0.0:
         parts.append(emulator.run(TURN_MS))
         sent += emulator.core.push_signal(slot, words[sent : sent + SIGNAL_SAMPLES])

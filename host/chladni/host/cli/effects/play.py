@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
-from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
+from chladni.host.cli.common.options import (
+    FigureOption,
+    JsonOption,
+    check_figure,
+    check_one_of,
+    required,
+)
 from chladni.host.cli.common.output import (
     Place,
     answer,
@@ -24,7 +32,7 @@ from chladni.host.cli.common.output import (
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.checks.readiness import check_ready
-from chladni.host.emulation.played_effect import play_effect
+from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
@@ -43,9 +51,13 @@ def register(app: typer.Typer) -> None:
 def play(
     connection: Connection,
     effect: Annotated[
-        str, typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .wav or .toml.")
-    ],
-    at: Annotated[str, typer.Option("--at", metavar="X,Y", help="Where, mm.")],
+        str | None,
+        typer.Argument(
+            metavar="[EFFECT]",
+            help="Its name, or a .haptic, .ahap, .wav or .toml; unless --bank has it.",
+        ),
+    ] = None,
+    at: Annotated[str | None, typer.Option("--at", metavar="X,Y", help="Where, mm.")] = None,
     other: Annotated[
         str | None, typer.Option(metavar="X,Y", help="Another finger, which rests there; mm.")
     ] = None,
@@ -64,11 +76,17 @@ def play(
     as_json: JsonOption = False,
 ) -> None:
     """Play an effect under a finger; an emulated device says what fingers have of it."""
-    place = parse_place(at, "--at")
+    place = parse_place(required("--at", at, "X,Y, where the finger presses, mm"), "--at")
     beside = None if other is None else parse_place(other, "--other")
     if beside is not None and math.dist(place, beside) < LEAST_APART_MM:
         raise InputError("--other", other, f"{LEAST_APART_MM:g} mm or more from the finger at --at")
     check_figure(figure)
+    check_one_of(
+        "what to play", EFFECT=effect is not None, bank=connection.emulated_bank is not None
+    )
+    if effect is None:
+        _from_bank(connection, place, beside, press, figure, as_json=as_json)
+        return
     read = read_effect(effect, field="EFFECT")
     for one in read.left_out:
         say(f"left out: {one}")
@@ -84,20 +102,53 @@ def play(
             table, board, read.effect, place,
             other_mm=beside, level=level, newtons=press, progress=progress,
         )  # fmt: skip
+    known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
+    _tell(known, found, place, figure, as_json=as_json)
+
+
+def _from_bank(
+    connection: Connection,
+    place: Place,
+    beside: Place | None,
+    press: float,
+    figure: Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """A press on an emulated device that has a bank in its flash, and no host."""
+    if not connection.emulator:
+        hint = "`chladni effects flash` gives a device its bank, and fingers play it"
+        raise ConflictError("--bank", "--port or --udp", hint=hint)
+    bank = bank_bytes(str(connection.emulated_bank), "--bank")
+    area, effect = effect_of_bank(bank, place)
+    table, board = _table(connection)
+    with progress_bar("plate") as progress:
+        found = play_effect(
+            table, board, effect, place,
+            other_mm=beside, newtons=press, bank=bank, progress=progress,
+        )  # fmt: skip
+    known = {"effect": effect.name, "area": area, "board": board.name}
+    _tell(known, found, place, figure, as_json=as_json)
+
+
+def _tell(
+    known: dict[str, Any],
+    found: PlayedEffect,
+    place: Place,
+    figure: Path | None,
+    *,
+    as_json: bool,
+) -> None:
     if figure is not None:
         from chladni.host.figures.effects import played_effect_figure  # noqa: PLC0415
 
-        title = f"{read.effect.name} on {board.name}, at {place[0]:g}, {place[1]:g} mm"
+        title = f"{known['effect']} on {known['board']}, at {place[0]:g}, {place[1]:g} mm"
         write_figure(played_effect_figure(found, title), figure)
     rows: dict[str, Any] = {
         key: value for key, value in asdict(found).items() if not isinstance(value, np.ndarray)
     }
     rows.pop("other_um", None)
-    answer(
-        {"effect": read.effect.name, "board": board.name, "left_out": read.left_out} | rows,
-        as_json=as_json,
-        title="Played (emulated)",
-    )
+    answer(known | rows, as_json=as_json, title="Played (emulated)")
 
 
 def _table(connection: Connection) -> tuple[Table, Board]:

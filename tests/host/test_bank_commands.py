@@ -1,0 +1,151 @@
+"""Commands that write an effect bank to a device, and that hear what fingers do on it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from pathlib import Path
+
+import pytest
+
+from chladni.effects.bank.bank_file import bank_bytes
+from chladni.host.device.async_device import AsyncDevice
+from chladni.host.device.device import Device
+from chladni.host.device.device_effects import AreaEvent, DeviceArea
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.host.emulation.played_effect import effect_of_bank
+from chladni.sim.errors import InputError
+from chladni.tables.format import pack
+from chladni.tables.table import Limits
+from conftest import CommandLine
+from effects.banks import BYTES
+from made_up import device_of
+from plate_of_bumps import responses_table
+
+KEY, REST = (-15.0, 30.0), (-15.0, -20.0)
+
+
+@pytest.fixture
+def emulator() -> Emulator:
+    table = responses_table(limits=Limits(4000, 100_000, 20_000_000))
+    return Emulator(device_of(table), table, bank=BYTES)
+
+
+def test_a_bank_goes_onto_an_emulated_device(chladni: CommandLine, tmp_path: Path) -> None:
+    done = chladni("effects", "flash", "calculator", "--emulator", "--json")
+    assert done.code == 0, done.err
+    assert done.json["bytes"] == len(bank_bytes("calculator"))
+    assert done.json["verified"]
+    path = tmp_path / "cut.che"
+    path.write_bytes(bank_bytes("slider")[:-3])
+    refused = chladni("effects", "flash", path, "--emulator")
+    assert refused.code == 2
+    assert "cut.che, total_bytes: expected" in refused.err
+    assert chladni("effects", "flash", "calculators", "--emulator").code == 2
+    nowhere = chladni("effects", "flash", "calculator")
+    assert nowhere.code == 2
+    assert "--port, --udp and --emulator" in nowhere.err
+
+
+def test_a_touch_of_an_emulated_device_with_a_bank(chladni: CommandLine, tmp_path: Path) -> None:
+    """`--bank` beside `--table`; a host that holds a finger is one that presses."""
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(responses_table()))
+    there = ("--board", "phone5", "--table", path, "--bank", "calculator", "--emulator", "--json")
+    touched = chladni("device", "touch", "-24,20", "--seconds", "0.1", *there)
+    assert touched.code == 0, touched.err
+    shown = chladni("device", "touches", "--watch", "0.05", *there)
+    assert shown.json == {"fingers": [], "events": []}
+    refused = chladni("device", "touches", *there[:-3], "none", *there[-2:])
+    assert refused.code == 2
+    assert "--bank: expected calculator, slider, texture, or a file" in refused.err
+
+
+def test_what_there_is_to_play_is_one_thing(chladni: CommandLine) -> None:
+    both = chladni("play", "click", "--bank", "slider", "--at", "0,0", "--emulator")
+    assert both.code == 2
+    assert "EFFECT" in both.err
+    none = chladni("play", "--at", "0,0", "--emulator")
+    assert none.code == 2
+    assert "what to play" in none.err
+    real = chladni("play", "--bank", "slider", "--at", "0,0", "--port", "nowhere")
+    assert real.code == 2
+    assert "`chladni effects flash` gives a device its bank" in real.err
+
+
+def test_a_press_plays_what_its_area_has_for_it() -> None:
+    assert effect_of_bank(BYTES, KEY)[0] == "key"
+    area, effect = effect_of_bank(BYTES, REST)
+    assert (area, effect.loop_s is None) == ("rest", False)
+    with pytest.raises(InputError, match="as slide has not"):
+        effect_of_bank(BYTES, (10.0, -20.0))
+    with pytest.raises(InputError, match="in one of the areas of slider"):
+        effect_of_bank(bank_bytes("slider"), (33.0, 0.0))
+
+
+def test_areas_tell_how_far_along_a_finger_is() -> None:
+    area = DeviceArea("a", (-10.0, 0.0), (10.0, 40.0))
+    assert area.along((-10.0, 10.0)) == (0.0, 0.25)
+    assert area.along((99.0, -5.0)) == (1.0, 0.0)
+    assert DeviceArea("everywhere", (0.0, 0.0), (0.0, 0.0)).along((1.0, 2.0)) is None
+
+
+def test_a_callback_hears_what_fingers_do(emulator: Emulator) -> None:
+    device = Device(EmulatorWire(emulator))
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 20.0, KEY))
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 150.0, None))
+    heard: list[AreaEvent] = []
+    device.effects.on_event(heard.append, seconds=0.3)
+    assert [(one.what, one.area) for one in heard] == [("pressed", "key"), ("released", "key")]
+    assert heard[0].along == pytest.approx((0.5, 0.5), abs=0.01)
+    assert heard[1].at_s - heard[0].at_s == pytest.approx(0.13, abs=0.03)
+
+
+def test_events_are_told_once_to_each_host_and_the_oldest_are_dropped(emulator: Emulator) -> None:
+    for _ in range(20):
+        emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, KEY))
+        emulator.run(40.0)
+        emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, None))
+        emulator.run(120.0)
+    first, second = Device(EmulatorWire(emulator)), Device(EmulatorWire(emulator))
+    assert len(first.effects.events()) == 32
+    assert first.effects.events() == []
+    assert len(second.effects.events()) == 32
+
+
+def test_an_event_loop_hears_the_same(emulator: Emulator) -> None:
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 5.0, KEY))
+    emulator.run(60.0)
+
+    async def first() -> AreaEvent:
+        async with AsyncDevice(lambda: EmulatorWire(emulator)) as device:
+            async for event in device.area_events():
+                return event
+        raise AssertionError("no event")
+
+    event = asyncio.run(first())
+    assert (event.what, event.area) == ("pressed", "key")
+
+
+def test_a_press_on_a_key_is_scored_under_the_finger(chladni: CommandLine, tmp_path: Path) -> None:
+    """The whole chain, from the bank's bytes to micrometres; no host sends anything."""
+    table = tmp_path / "t.chl"
+    built = chladni("table", "build", "phone5", "--for", "fingers", "-o", table)
+    assert built.code == 0, built.err
+    there = ("--board", "phone5", "--table", table, "--emulator", "--json")
+    places = ("--at", "-24,20", "--other", "20,-40")
+    figure = tmp_path / "key.png"
+    kept = json.loads(
+        chladni("play", "--bank", "calculator", *places, *there, "--figure", figure).out
+    )
+    sent = json.loads(chladni("play", "click", *places, *there).out)
+    assert (kept["area"], kept["effect"]) == ("7", "click")
+    assert figure.stat().st_size > 10_000
+    # The place's own level is taken out of what is sent alone, and it is 1 dB there.
+    assert kept["peak_um"] == pytest.approx(sent["peak_um"], rel=0.15)
+    assert kept["peak_um"] > 5.0
+    assert kept["isolation_db"] == pytest.approx(sent["isolation_db"], abs=2.0)
+    assert kept["isolation_db"] > 35.0
+    assert kept["envelope_error_db"] < 1.0
+    assert kept["first_ms"] < 2.5
