@@ -151,7 +151,7 @@ def test_ctrl_c_in_the_module_as_it_is_run(tmp_path: Path, entry: str) -> None:
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
-        said = interrupted(process, 1500)
+        said = interrupted(process, 700)
     assert process.returncode == 130, said
     assert "Traceback" not in said
 
