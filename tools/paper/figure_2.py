@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from chladni.host.figures.fields import save, sweep_figure
+from chladni.host.figures.fields import save
+from chladni.host.figures.sweeps import sweep_figure
 from chladni.sim.coil.actuator import wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
 from paper import boards
@@ -20,12 +21,13 @@ def numbers() -> Numbers:
     """Peaks, ratios, shapes and width of the resonance."""
     coil = boards.computed().coil
     assert coil is not None
+    assert coil.latch is not None
     curves = {wave: wave_response(coil, wave, FREQUENCIES_HZ) for wave in WAVEFORMS}
     sine = curves["sine"].fundamental
     loud = FREQUENCIES_HZ[sine >= sine.max() / np.sqrt(2.0)]
     found = {
-        "own_hz": fixed(coil.resonance_hz),
-        "quality": fixed(coil.mechanical_q),
+        "own_hz": fixed(coil.latch.resonance_hz),
+        "quality": fixed(coil.latch.mechanical_q),
         "width_hz": fixed(loud[-1] - loud[0]),
     }
     for wave, curve in curves.items():

@@ -23,6 +23,7 @@ from chladni.host.cli.common.board_reports import (
     foundation_report,
     panel_report,
     say_current,
+    say_leftovers,
     say_panel,
     say_softening,
     say_vent,
@@ -56,7 +57,7 @@ from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
-from chladni.sim.board.file import load_board
+from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
@@ -104,6 +105,8 @@ def board_show(
     if wave:
         result["coil_current"] = asdict(wave)
         say_current(wave)
+    if board not in shipped_boards():  # in those, what stands is meant
+        say_leftovers(loaded, modes.tolist())
     if loaded.winding:
         result["winding"] = winding_report(loaded)
     softening = magnet_softening(loaded, model)

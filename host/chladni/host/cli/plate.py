@@ -32,10 +32,11 @@ from chladni.host.cli.common.ranges import FREQUENCIES, within
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.actuator import wave_response
+from chladni.sim.coil.actuator import WaveResponse, wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.coil_on_plate import PlateCurve, acceleration_on_plate
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import TOLERANCE, TransferFields, actuator_loads, target_field
 from chladni.sim.files import read_text, write_arrays
@@ -45,6 +46,8 @@ from chladni.sim.plate.response import Response
 LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
 MOST_MODES = 500
+PLATE_STEP = 5
+"""Every so many of a sweep's frequencies the plate is asked for."""
 DRIVE_BYTES = 1_000_000
 """The output of `chladni solve --json` has some thousands."""
 
@@ -157,41 +160,71 @@ def sweep(
     stop_hz: Annotated[
         float, typer.Option("--to", callback=FREQUENCIES, help="Last frequency, Hz.")
     ] = 400.0,
+    actuator: Annotated[
+        str | None, typer.Option(help="Whose coil is driven; the board's first by default.")
+    ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Curves (.npz).")] = None,
     figure: FigureOption = None,
+    large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Compute one actuator's acceleration over frequency, under the paper's four waves."""
+    """Compute the plate's acceleration under one coil over frequency, and that coil's on its latch.
+
+    A latch, where the board file gives one, answers to the paper's four waves.
+    """
     if not start_hz < stop_hz:
         raise InputError("--from, --to", f"{start_hz:g}, {stop_hz:g}", "ascending")
     _check_outputs(output, figure)
     loaded = load_board(board)
     if loaded.coil is None:
         raise MissingError("[coil]", "the block of the actuator's figures", file=board)
+    index = _index_of(loaded, actuator) if actuator is not None else 0
     frequencies = np.linspace(start_hz, stop_hz, 601)
-    curves = {wave: wave_response(loaded.coil, wave, frequencies) for wave in WAVEFORMS}
+    # The plate takes some milliseconds a frequency, and its curve bends less than a latch's.
+    coarse, model = frequencies[::PLATE_STEP], plate_model(loaded)
+    per_volt = np.abs(acceleration_on_plate(loaded, index, coarse, model=model))
+    on_plate = PlateCurve(coarse, np.sqrt(2.0) * loaded.coil.rms_voltage * per_volt)
+    curves = {
+        wave: wave_response(loaded.coil, wave, frequencies)
+        for wave in (WAVEFORMS if loaded.coil.latch else ())
+    }
     if output:
         arrays = {
             f"{wave}_{name}": getattr(curve, name)
             for wave, curve in curves.items()
             for name in ("fundamental", "rms", "distortion", "correlation")
         }
+        arrays |= {"plate_frequencies_hz": coarse, "plate_m_s2": on_plate.acceleration}
         write_arrays(output, frequencies_hz=frequencies, **arrays)
     if figure:
-        from chladni.host.figures.fields import sweep_figure  # noqa: PLC0415
+        from chladni.host.figures.sweeps import sweep_figure  # noqa: PLC0415
 
-        write_figure(sweep_figure(loaded.coil, frequencies, curves), figure)
-    waves = [
-        {
-            "waveform": wave,
-            "peak_hz": float(frequencies[curve.fundamental.argmax()]),
-            "peak_m_s2": float(curve.fundamental.max()),
-            "distortion_at_peak": float(curve.distortion[curve.fundamental.argmax()]),
-            "correlation_at_end": float(curve.correlation[-1]),
-        }
-        for wave, curve in curves.items()
-    ]
-    answer({"name": loaded.name, "waves": waves}, as_json=as_json, title=f"Sweep of {loaded.name}")
+        write_figure(sweep_figure(loaded.coil, frequencies, curves, on_plate), figure)
+    loudest = int(on_plate.acceleration.argmax())
+    own_modes = model.natural_frequencies(10)
+    result = {
+        "name": loaded.name,
+        "plate": {
+            "actuator": loaded.actuators[index].name,
+            "loudest_hz": float(coarse[loudest]),
+            "loudest_m_s2": float(on_plate.acceleration[loudest]),
+            "modes_hz": [one for one in own_modes.tolist() if start_hz <= one <= stop_hz],
+        },
+        "waves": [_wave(wave, frequencies, curve) for wave, curve in curves.items()],
+    }
+    answer(result, as_json=as_json, title=f"Sweep of {loaded.name}")
+
+
+def _wave(wave: str, frequencies_hz: NDArray[np.float64], curve: WaveResponse) -> dict[str, Any]:
+    """What one wave makes of a coil on its latch."""
+    peak = int(curve.fundamental.argmax())
+    return {
+        "waveform": wave,
+        "peak_hz": float(frequencies_hz[peak]),
+        "peak_m_s2": float(curve.fundamental[peak]),
+        "distortion_at_peak": float(curve.distortion[peak]),
+        "correlation_at_end": float(curve.correlation[-1]),
+    }
 
 
 def _check_outputs(output: Path | None, figure: Path | None) -> None:

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
         field_figure,
         modes_figure,
         save,
-        sweep_figure,
     )
     from chladni.host.figures.searches import compare_figure, draw_trace
     from chladni.host.figures.solutions import solution_figure
+    from chladni.host.figures.sweeps import sweep_figure
     from chladni.host.figures.touches import swipe_figure
 
 _PLACES = {
@@ -36,10 +36,11 @@ _PLACES = {
     "designs": ("front_figure",),
     "fields": (
         "at_largest_swing", "draw_board", "draw_displacement", "draw_image", "field_figure",
-        "modes_figure", "save", "sweep_figure",
+        "modes_figure", "save",
     ),
     "searches": ("compare_figure", "draw_trace"),
     "solutions": ("solution_figure",),
+    "sweeps": ("sweep_figure",),
     "touches": ("swipe_figure",),
 }  # fmt: skip
 _MOVED = ("board_drawing", "save_drawing", "wiring_figure")

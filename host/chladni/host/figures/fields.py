@@ -1,9 +1,8 @@
-"""A board's fields, modes and sweeps as figures, and what all figures share: colours, sizes."""
+"""A board's fields and modes as figures, and what all figures share: colours, sizes."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,10 +14,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import Coil
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.actuator import WaveResponse, motion
-from chladni.sim.coil.waveforms import WAVEFORMS, Waveform, harmonics, synthesise
 from chladni.sim.files import write_whole
 from chladni.sim.image.metrics import image_of
 from chladni.sim.plate.modes import ModeShapes
@@ -253,38 +249,4 @@ def modes_figure(board: Board, shapes: ModeShapes) -> Figure:
     figure.supylabel("y / mm", fontsize=8)
     figure.suptitle("Shapes at an instant: red up, blue down, lines at rest", fontsize=9, color=INK)
     explain_marks(figure, board)
-    return figure
-
-
-def sweep_figure(
-    coil: Coil, frequencies_hz: FloatArray, curves: Mapping[Waveform, WaveResponse]
-) -> Figure:
-    """The paper's figure 2: resonance of each wave's fundamental, and shapes over frequency."""
-    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
-    top, bottom = np.asarray(figure.subfigures(2, 1, height_ratios=[1.1, 1.4])).tolist()
-    axes = top.subplots()
-    for wave, colour in zip(WAVEFORMS, COLOURS, strict=False):
-        axes.plot(frequencies_hz, curves[wave].fundamental, color=colour, label=wave)
-    axes.axvline(coil.resonance_hz, color="#999999", linewidth=0.8, linestyle="--")
-    axes.set_xlabel("frequency / Hz")
-    axes.set_ylabel("fundamental acceleration / m/s²")
-    axes.legend(frameon=False, fontsize=9)
-    shown = np.linspace(frequencies_hz[0], frequencies_hz[-1], 4)
-    shown[int(np.argmin(np.abs(shown - coil.resonance_hz)))] = coil.resonance_hz
-    phase = np.arange(512) / 512 * 2.0
-    panels = bottom.subplots(len(WAVEFORMS), shown.size, sharex=True)
-    for row, (wave, colour) in enumerate(zip(WAVEFORMS, COLOURS, strict=False)):
-        for column, frequency in enumerate(shown):
-            panel = panels[row, column]
-            answer = np.tile(motion(coil, wave, float(frequency), 256), 2)
-            drive = np.tile(synthesise(harmonics(wave, 99), 256), 2)
-            panel.plot(phase, drive / np.abs(drive).max(), color="#bbbbbb", linewidth=0.8)
-            panel.plot(phase, answer / np.abs(answer).max(), color=colour, linewidth=1.1)
-            panel.set_yticks([])
-            panel.tick_params(labelsize=7)
-            if row == 0:
-                panel.set_title(f"{frequency:.0f} Hz", fontsize=9, color=INK)
-            if column == 0:
-                panel.set_ylabel(wave, fontsize=8)
-    bottom.supxlabel("periods; grey: drive, colour: acceleration, each scaled to 1", fontsize=8)
     return figure

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
+from chladni.sim.board.electronics import Area
 from chladni.sim.board.finger import FINGERS, USUAL
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.focus import Active, Focus
 from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
-from chladni.sim.board.quantity import quantities
+from chladni.sim.board.quantity import MM, in_mm, quantities
+from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +51,32 @@ class Board(BoardParts):
     def section(self) -> PlateSection:
         """The plate as it bends and moves: with the layer of a touch panel, if that is glued on."""
         return plate_section(self)
+
+    @property
+    def active_area(self) -> Area:
+        """Where fingers are expected: the plate less the margin, as far as a panel senses it.
+
+        Raises
+        ------
+        InputError
+            The margin leaves nothing of the plate, or the panel nothing of that.
+        """
+        margin = (self.active or Active()).margin
+        inner = [(margin - side / 2.0, side / 2.0 - margin) for side in self.plate.size]
+        if any(low >= high for low, high in inner):
+            half = min(self.plate.size) / 2.0 / MM
+            expected = f"less than half the short side, {half:g}"
+            raise InputError("active.margin_mm", margin / MM, expected)
+        if self.panel is None:
+            return inner[0], inner[1]
+        x, y = (
+            (max(own[0], sensed[0]), min(own[1], sensed[1]))
+            for own, sensed in zip(inner, self.panel.area, strict=True)
+        )
+        if x[0] >= x[1] or y[0] >= y[1]:
+            expected = "a panel that reaches over the plate's active area"
+            raise InputError("panel.offset_mm", in_mm(self.panel.offset), expected)
+        return x, y
 
     def wavelength(self, frequency_hz: float) -> float:
         """Bending wavelength λ = 2π (D/mω²)^(1/4) of an endless plate like this, m."""

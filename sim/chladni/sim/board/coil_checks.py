@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from chladni.sim.board.electronics import Winding
+from chladni.sim.board.electronics import Coil, Winding
 from chladni.sim.board.parts import BoardParts, Magnet
-from chladni.sim.board.quantity import MM, check_ranges
+from chladni.sim.board.quantity import MM, check_ranges, quantities
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.magnetics.windings import force_per_ampere
 
@@ -76,11 +76,27 @@ def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
         )
 
 
+def _check_latch(coil: Coil) -> None:
+    """A latch has all of its three values, or there is none."""
+    keys = ("moving_mass", "resonance_hz", "mechanical_q")
+    lacking = [key for key in keys if getattr(coil, key) is None]
+    if lacking and len(lacking) < len(keys):
+        own = quantities(coil)
+        names = ", ".join(own[key].key for key in keys)
+        raise MissingError(
+            f"coil.{own[lacking[0]].key}",
+            f"a latch takes all of {names}",
+            hint="leave them out on a board without a latch",
+        )
+
+
 def check_coil(board: BoardParts) -> None:
     """Raise `InputError` unless all values of a board's coils belong to one winding."""
     coil, ohm = board.coil, board.electronics.coil_ohm
     if coil is not None and not isinstance(coil.motion_acts_back, bool):
         raise InputError("coil.motion_acts_back", coil.motion_acts_back, "true or false")
+    if coil is not None:
+        _check_latch(coil)
     if coil is not None and abs(coil.resistance / ohm - 1.0) > SAME_WINDING:
         raise InputError(
             "electronics.coil_ohm",

@@ -29,6 +29,8 @@ ONLY_OF: dict[str, tuple[DriverKind, str]] = {
 PanelPlace = Literal["", "on", "in", "beside"]
 PANEL_PLACES: tuple[PanelPlace, ...] = ("", "on", "in", "beside")
 PANEL_SIDES = ("top", "under")
+Area = tuple[tuple[float, float], tuple[float, float]]
+"""A rectangle: its ends along x, and along y, m."""
 PANEL_KINDS: tuple[PanelKind, ...] = ("find", "ft6x36", "gt911")
 
 
@@ -144,28 +146,62 @@ class Panel:
     loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
 
     @property
+    def area(self) -> Area:
+        """What it senses, in the board's directions."""
+        along_x, along_y = self.size if self.rotation_deg % 180 == 0 else self.size[::-1]
+        x, y = self.offset
+        return ((x - along_x / 2.0, x + along_x / 2.0), (y - along_y / 2.0, y + along_y / 2.0))
+
+    @property
     def layer_thickness(self) -> float:
         """Of what is glued to the plate, glue aside, m; 0 for nothing."""
         return self.film or self.glass
 
 
 @dataclass(frozen=True)
-class Coil:
-    """One actuator as an electro-mechanical resonator (the paper's section II). SI units.
+class Latch:
+    """A coil's own resonator (the paper's section II), which the plate's model does not have.
 
-    The moving part is the magnet with its share of the board on the latch; `mechanical_q` leaves
-    out what the coil's resistance damps. `motion_acts_back` is false on a board whose coils are to
-    be plain forces, as in the paper.
+    Attributes
+    ----------
+    moving_mass
+        The magnet with its share of the board, kg.
+    resonance_hz
+        Of that mass on the latch.
+    mechanical_q
+        Without what the coil's resistance damps.
+    """
+
+    moving_mass: float
+    resonance_hz: float
+    mechanical_q: float
+
+
+@dataclass(frozen=True)
+class Coil:
+    """One actuator: what makes its force, and the latch that it moves on, if any. SI units.
+
+    `rms_voltage` is that of the paper's waves; 1.8 V is 5 V unipolar at full amplitude. The latch's
+    three values go together. `motion_acts_back` is false on a board whose coils are to be plain
+    forces, as in the paper.
     """
 
     resistance: float = quantity("resistance_ohm", 1.0, 0.01, 1e5)
     inductance: float = quantity("inductance_mh", 1e-3, 0.0, 1e4)
     force_factor: float = quantity("force_factor_n_per_a", 1.0, 1e-4, 1e4)
-    moving_mass: float = quantity("moving_mass_g", 1e-3, 1e-3, 1e6)
-    resonance_hz: float = quantity("resonance_hz", 1.0, 1.0, 20000.0)
-    mechanical_q: float = quantity("mechanical_q", 1.0, 0.5, 1e5)
-    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3)
+    moving_mass: float | None = quantity("moving_mass_g", 1e-3, 1e-3, 1e6, default=None)
+    resonance_hz: float | None = quantity("resonance_hz", 1.0, 1.0, 20000.0, default=None)
+    mechanical_q: float | None = quantity("mechanical_q", 1.0, 0.5, 1e5, default=None)
+    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3, default=1.8)
     motion_acts_back: bool = True
+
+    @property
+    def latch(self) -> Latch | None:
+        """What the coil moves on, apart from the plate; None where there is none."""
+        mass, resonance, quality = self.moving_mass, self.resonance_hz, self.mechanical_q
+        if mass is None or resonance is None or quality is None:
+            return None
+        return Latch(mass, resonance, quality)
 
 
 @dataclass(frozen=True)

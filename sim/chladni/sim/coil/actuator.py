@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.electronics import Coil
 from chladni.sim.coil.waveforms import Waveform, harmonics, synthesise
+from chladni.sim.errors import MissingError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -102,7 +103,10 @@ def motion(coil: Coil, waveform: Waveform, frequency_hz: float, points: int) -> 
 
 def _mechanical(coil: Coil, omega: FloatArray) -> ComplexArray:
     """Force over velocity of the moving part, N·s/m."""
-    own = 2.0 * np.pi * coil.resonance_hz
+    latch = coil.latch
+    if latch is None:
+        raise MissingError("coil.resonance_hz", "with moving_mass_g and mechanical_q, of a latch")
+    own = 2.0 * np.pi * latch.resonance_hz
     return np.asarray(
-        coil.moving_mass * (1j * omega + own / coil.mechanical_q + own**2 / (1j * omega))
+        latch.moving_mass * (1j * omega + own / latch.mechanical_q + own**2 / (1j * omega))
     )

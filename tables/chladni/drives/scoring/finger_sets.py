@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import TOGETHER, SolvedBoard
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Active
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image import metrics
@@ -167,15 +166,12 @@ def finger_sets(
     ArgumentError
         The board has no room for such sets, or for so few of them that none was drawn.
     """
-    margin = (board.active or Active()).margin
-    half = np.array([(side - 2.0 * margin) / 2.0 for side in board.plate.size])
-    if np.any(half < 0.0):
-        raise ArgumentError("active.margin_mm", margin / MM, "room for fingers between the margins")
+    low, high = np.transpose(board.active_area)
     near: Sequence[tuple[int, int]] = [(a, b) for b in range(count) for a in range(b)]
     found = np.empty((sets, count, 2))
     for own in found:
         for _ in range(TRIES):
-            own[:] = rng.uniform(-half, half, size=(count, 2))
+            own[:] = rng.uniform(low, high, size=(count, 2))
             if all(np.hypot(*(own[a] - own[b])) >= apart for a, b in near):
                 break
         else:

@@ -18,11 +18,10 @@ from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Active
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.cost import Cost, begin
-from chladni.sim.errors import ArgumentError, InputError
+from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
@@ -172,15 +171,11 @@ def active_lattice(
     """
     if not SMALLEST_PITCH <= pitch < np.inf:
         raise ArgumentError("pitch", pitch / MM, f"a length of at least {SMALLEST_PITCH / MM:g} mm")
-    margin = (board.active or Active()).margin
     axes, cell = [], []
-    for side in board.plate.size:
-        left = side - 2.0 * margin
-        if left <= 0.0:
-            expected = f"less than half the short side, {min(board.plate.size) / 2.0 / MM:g}"
-            raise InputError("active.margin_mm", margin / MM, expected)
+    for low, high in board.active_area:
+        left = high - low
         count = max(1, round(left / pitch))
-        axes.append(((np.arange(count) + 0.5) / count - 0.5) * left)
+        axes.append((low + high) / 2.0 + ((np.arange(count) + 0.5) / count - 0.5) * left)
         cell.append(left / count / MM)
     lattice = Lattice(axes[0], axes[1], (cell[0], cell[1]))
     lattice = lattice.with_halfway() if halfway else lattice
@@ -196,14 +191,13 @@ def border_places(board: Board, pitch: float) -> list[Place]:
 
     A lattice of cells' centres ends half a cell before the border, where a focus is worst.
     """
-    margin = (board.active or Active()).margin
-    half_x, half_y = (side / 2.0 - margin for side in board.plate.size)
+    area = board.active_area
     x, y = (
-        np.linspace(-half, half, max(1, round(2.0 * half / pitch)) + 1).tolist()
-        for half in (half_x, half_y)
+        np.linspace(low, high, max(1, round((high - low) / pitch)) + 1).tolist()
+        for low, high in area
     )
-    ends = [(along, end) for along in x for end in (-half_y, half_y)]
-    return ends + [(end, along) for along in y[1:-1] for end in (-half_x, half_x)]
+    ends = [(along, end) for along in x for end in area[1]]
+    return ends + [(end, along) for along in y[1:-1] for end in area[0]]
 
 
 def score_drives(

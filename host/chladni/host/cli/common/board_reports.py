@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,41 @@ def say_panel(plate: LayeredPlate) -> None:
         )
     elif plate.place == "not said":
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
+
+
+AS_LARGE = 1.0
+"""mm by which a panel may measure more or less than its plate before that is remarked on."""
+NEAR_MODE = 0.1
+"""Share by which a latch's resonance may be beside a mode of the plate and pass for it."""
+
+
+def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
+    """Remark on what seems left from another board: a panel of other size, a latch's resonance."""
+    panel, size = board.panel, board.plate.size
+    if panel is not None:
+        differs = [
+            abs(end - sign * side / 2.0) / MM > AS_LARGE
+            for ends, side in zip(panel.area, size, strict=True)
+            for end, sign in zip(ends, (-1.0, 1.0), strict=True)
+        ]
+        if any(differs):
+            spans = [[f"{end / MM:g}" for end in ends] for ends in panel.area]
+            say(
+                f"the panel senses x from {spans[0][0]} to {spans[0][1]} and y from {spans[1][0]} "
+                f"to {spans[1][1]} mm of a plate of {size[0] / MM:g} x {size[1] / MM:g} mm, and "
+                "scores are of what lies on both: is panel.size_mm of another board?"
+            )
+    latch = board.coil.latch if board.coil else None
+    if latch is None:
+        return
+    own = latch.resonance_hz
+    if not any(abs(mode / own - 1.0) <= NEAR_MODE for mode in modes_hz):
+        nearest = min(modes_hz, key=lambda mode: abs(mode - own))
+        say(
+            f"coil.resonance_hz, {own:g} Hz, is a latch's and not this plate's, whose nearest "
+            f"natural frequency is {nearest:.4g} Hz: leave it out, with moving_mass_g and "
+            "mechanical_q, if the board has no latch"
+        )
 
 
 def foundation_report(board: Board) -> dict[str, Any]:

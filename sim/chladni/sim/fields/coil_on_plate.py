@@ -1,0 +1,69 @@
+"""One coil over frequency as it drives its own board: the plate's resonances, not a latch's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.sim.board.board import Board
+from chladni.sim.errors import MissingError
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.transfer import TOLERANCE, actuator_loads
+from chladni.sim.plate.response import PlateModel
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class PlateCurve:
+    """A sweep through a plate: Hz, and the acceleration's amplitude under the coil, m/s²."""
+
+    frequencies_hz: FloatArray
+    acceleration: FloatArray
+
+
+def acceleration_on_plate(
+    board: Board, actuator: int, frequencies_hz: FloatArray, *, model: PlateModel | None = None
+) -> ComplexArray:
+    """Acceleration of the plate under a coil per volt at that coil alone, m/(s²·V).
+
+        a = −ω² H F,   F = Fᵇ/(1 + Z H),   Fᵇ = BL/(R + iωL),   Z = iω BL²/(R + iωL)
+
+    H is the plate's displacement per newton where the coil is, Z the brake by the voltage that its
+    own motion induces (0 where `coil.motion_acts_back` is false). The other coils are not
+    connected.
+
+    Parameters
+    ----------
+    actuator
+        Its number in the board file, from 0.
+    frequencies_hz
+        Shape (frequencies,).
+    model
+        `plate_model(board)`, if it is at hand.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    ResonanceError
+        The plate is undamped, and one of the frequencies lies on a mode.
+    """
+    coil = board.coil
+    if coil is None:
+        raise MissingError("[coil]", "the block of the actuator's figures")
+    model = model or plate_model(board)
+    load = actuator_loads(board)[actuator]
+    x, y = (np.array([along]) for along in board.actuators[actuator].at)
+    found = [
+        model.respond([load], frequency_hz=float(one), x=x, y=y, tolerance=TOLERANCE)
+        for one in frequencies_hz
+    ]
+    compliance = np.array([response.values[0, 0, 0] for response in found])
+    omega = 2.0 * np.pi * np.asarray(frequencies_hz, dtype=np.float64)
+    blocked = coil.force_factor / (coil.resistance + 1j * omega * coil.inductance)
+    brake = 1j * omega * coil.force_factor * blocked if coil.motion_acts_back else 0.0
+    return np.asarray(-(omega**2) * compliance * blocked / (1.0 + brake * compliance))

@@ -1,0 +1,100 @@
+"""The template as a new user takes it: copied, built, scored; and what is left from elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from chladni.sim.board.file import load_board
+from conftest import ROOT, CommandLine
+
+TEMPLATE = ROOT / "boards" / "template.toml"
+PANEL = "size_mm = [80.0, 160.0]         # its"
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("template") / "my.chl"
+
+
+def changed(folder: Path, *edits: tuple[str, str]) -> Path:
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / "my.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("panel", ["as it is", "small", "turned and off the middle"])
+def test_the_template_can_be_built_and_scored(
+    chladni: CommandLine, table: Path, tmp_path: Path, panel: str
+) -> None:
+    edits = {
+        "as it is": [],
+        "small": [(PANEL, "size_mm = [54.0, 94.0]  # its")],
+        "turned and off the middle": [
+            (PANEL, "size_mm = [94.0, 54.0]  # its"),
+            ("rotation_deg = 0", "rotation_deg = 90"),
+            ("offset_mm = [0.0, 0.0]", "offset_mm = [5.0, -30.0]"),
+        ],
+    }[panel]
+    board = changed(tmp_path, *edits)
+    if not table.exists():
+        built = chladni("table", "build", board, "-o", table, "--json")
+        assert built.code == 0, built.err
+    scored = chladni("table", "score", table, "--board", board, "--pitch", "40",
+                     "--no-perturbed", "--json")  # fmt: skip
+    assert scored.code == 0, scored.err
+    # 80 x 160 mm less 3 mm all round: 2 x 4 cells and those half-way; of a small panel 1 x 2.
+    assert scored.json["places"] == (21 if panel == "as it is" else 3)
+
+
+def test_fingers_are_expected_where_a_panel_senses_them(tmp_path: Path) -> None:
+    board = load_board(
+        changed(
+            tmp_path,
+            (PANEL, "size_mm = [94.0, 54.0]  # its"),
+            ("rotation_deg = 0", "rotation_deg = 90"),
+            ("offset_mm = [0.0, 0.0]", "offset_mm = [20.0, -40.0]"),
+        )
+    )
+    x, y = board.active_area
+    assert x == pytest.approx((-7e-3, 37e-3))
+    assert y == pytest.approx((-77e-3, 7e-3))
+
+
+def test_what_is_left_from_another_board_is_remarked_on(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    assert "panel.size_mm" not in chladni("board", "show", TEMPLATE).err
+    latch = ("rms_voltage = 1.8 ", "moving_mass_g = 12.0\nresonance_hz = 160.0\nmechanical_q = "
+             "12.0\nrms_voltage = 1.8 ")  # fmt: skip
+    small = (PANEL, "size_mm = [54.0, 94.0]  # its")
+    told = chladni("board", "show", changed(tmp_path, small, latch))
+    assert told.code == 0
+    assert "senses x from -27 to 27 and y from -47 to 47 mm of a plate of 80 x 160 mm" in told.err
+    assert "coil.resonance_hz, 160 Hz, is a latch's" in told.err
+    own = chladni("board", "show", changed(tmp_path, (latch[0], latch[1].replace("160", "212"))))
+    assert "latch" not in own.err
+
+
+def test_a_sweep_tells_the_plate_from_the_latch(chladni: CommandLine) -> None:
+    """`prototype` has a latch at 160 Hz and its first natural frequency at 563 Hz."""
+    swept = chladni("sweep", "prototype", "--from", "400", "--to", "700", "--json").json
+    first, second = chladni("board", "show", "prototype", "--json").json["modes_hz"][:2]
+    assert swept["plate"]["modes_hz"] == pytest.approx([first, second], rel=1e-3)
+    # A step of the sweep is 2.5 Hz; the first mode is even, so the coil in the middle moves it.
+    assert swept["plate"]["actuator"] == "centre"
+    assert min(abs(swept["plate"]["loudest_hz"] - own) for own in (first, second)) < 10.0
+    assert all(wave["peak_hz"] == 400.0 for wave in swept["waves"])
+    assert chladni("sweep", TEMPLATE, "--json").json["waves"] == []
+
+
+def test_a_latch_takes_all_its_values(chladni: CommandLine, tmp_path: Path) -> None:
+    lacking = ("rms_voltage = 1.8 ", "resonance_hz = 160.0\nrms_voltage = 1.8 ")
+    refused = chladni("board", "show", changed(tmp_path, lacking))
+    assert refused.code == 2
+    assert "coil.moving_mass_g is required: a latch takes all of moving_mass_g" in refused.err
