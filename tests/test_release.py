@@ -14,9 +14,9 @@ import pytest
 import yaml
 from release import faults_of, notes_of
 
+from chladni.drives.objectives import default_objective
 from chladni.drives.solve import solve
 from chladni.sim.board.file import load_board
-from chladni.tables.build import default_objective
 from conftest import ROOT
 
 WORKFLOWS = ROOT / ".github" / "workflows"

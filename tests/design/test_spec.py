@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,10 @@ import tomlkit
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.spec import spec_of
 from chladni.design.variables import Choice, Range
+from chladni.drives.objectives import default_objective
+from chladni.sim.board.file import board_from_document
 from chladni.sim.board.plate_materials import SHEETS
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import InputError
 from conftest import CommandLine
 from made_specs import small
@@ -173,3 +177,28 @@ def test_free_pins_keep_off_a_panel_that_is_wired_elsewhere(drive: str) -> None:
     assert not {4, 5} & {*pins["pwm_pins"], *pins.get("sign_pins", [])}
     # Of 17 gates 15 are left, two of them for each bridge.
     assert len(pins["pwm_pins"]) == (7 if drive == "bridge" else 15)
+
+
+@pytest.mark.parametrize(
+    ("weights", "blocks"),
+    [
+        (None, {"focus"}),
+        ({"second_finger_db": 1.0, "mass_g": 0.1}, {"focus"}),
+        ({"fingers_2_db": 1.0, "coils": 0.5}, {"fingers"}),
+        ({"fingers_um_db": 1.0, "focal_error_mm": 1.0}, {"focus", "fingers"}),
+        ({"mass_g": 1.0}, {"focus"}),
+    ],
+)
+def test_a_board_carries_what_it_was_searched_for(
+    weights: dict[str, float] | None, blocks: set[str]
+) -> None:
+    spec = spec_of(small(design={"weights": weights}))
+    found = completed_board(document_of(spec, [], [(0.0, -8.0), (0.0, 8.0)]))
+    written = tomllib.loads(board_file(found).decode())
+    assert {"focus", "fingers"} & written.keys() == blocks
+    assert default_objective(board_from_document(written)) == "focus"
+
+
+def test_a_focus_that_a_spec_gives_stays_as_it_is() -> None:
+    spec = spec_of(small(focus={"quieter_db": 1.5}))
+    assert spec.document["focus"] == {"quieter_db": 1.5}

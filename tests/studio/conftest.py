@@ -17,13 +17,14 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
 from chladni.host.studio.server import listen, make_server
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.tables.build import build_table, default_objective
+from chladni.tables.build import build_table
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import ROOT, made_once

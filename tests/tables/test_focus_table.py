@@ -9,12 +9,13 @@ import pytest
 
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.focus import GAP_DB, focus
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.finger import FINGERS
 from chladni.sim.image import metrics
-from chladni.tables.build import build_table, default_objective
+from chladni.tables.build import build_table
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack, unpack
 from chladni.tables.mirror_symmetry import JOINED

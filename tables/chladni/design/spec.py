@@ -42,6 +42,8 @@ press, and 20·log₁₀ of the micrometres that each then gets, at the largest 
 BUILT_TERMS = frozenset({"built_20mm_db", "built_finger_db"})
 FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
 FINGER_LEVEL = "fingers_um_db"
+COSTS = frozenset({"coils", "area_cm2", "mass_g"})
+"""Terms that are of no finger."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
 FIELD, WHAT = "spec", "a design's TOML file"
@@ -190,14 +192,15 @@ def spec_of(document: Document) -> Spec:
             'a range { from = …, to = … }, a list { any = […] } or "free" somewhere',
             hint="chladni board score looks at a board that is all given",
         )
+    wanted = _weights(weights)
     spec = Spec(
-        board,
+        _with_purpose(board, wanted),
         variables,
         counts,
         settings,
         tuple(part_from(KeepOut, one, f"design.keep_out[{k}]") for k, one in enumerate(keep_out)),
         symmetric,
-        _weights(weights),
+        wanted,
     )
     _check_room(spec)
     return spec
@@ -212,6 +215,19 @@ def _with_derived(board: Document) -> Document:
     if "image" not in own:
         own["image"] = {"points": None}
     return own
+
+
+def _with_purpose(board: Document, weights: Mapping[str, float]) -> Document:
+    """With the block that says what the board is for, as its weights have it.
+
+    So the tables of the board that is found are made for what it was found for.
+    """
+    several = {*FINGER_TERMS, FINGER_LEVEL} & weights.keys()
+    if several and "fingers" not in board:
+        board = board | {"fingers": {}}
+    if (not several or weights.keys() - several - COSTS) and "focus" not in board:
+        board = board | {"focus": {}}
+    return board
 
 
 def _spacing_mm(board: Document) -> float:

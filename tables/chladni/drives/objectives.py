@@ -8,6 +8,7 @@ from chladni.drives.methods.base import Method
 from chladni.drives.methods.contrast import contrast
 from chladni.drives.methods.focus import focus
 from chladni.drives.methods.phasor import phasor
+from chladni.sim.board.board import Board
 
 DECIBEL = 10.0 / 2.302585092994046
 """Decibels per unit of the natural logarithm of a power ratio."""
@@ -21,3 +22,17 @@ OBJECTIVES: dict[str, Method] = {
     "focus": focus,
 }
 """By the name the command line knows. SSIM is what the paper is compared with."""
+
+
+def default_objective(board: Board) -> str:
+    """What a board's drives are best at unless something else is asked for.
+
+    `focus` on a board whose file has a block `[focus]` or `[fingers]`, which means that no finger
+    is to feel another's signal. Else `ssim`, as the paper has it.
+    """
+    return "ssim" if board.focus is None and board.fingers is None else "focus"
+
+
+def objective_of(board: Board, method: str) -> str:
+    """The same for a method: those besides `phasor` have `ssim` alone."""
+    return default_objective(board) if method == "phasor" else "ssim"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.methods import METHODS, SEED, Options, Progress
-from chladni.drives.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES, objective_of
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
@@ -79,7 +79,7 @@ def solve(
     target_mm: tuple[float, float],
     *,
     method: str = "phasor",
-    objective: str = "ssim",
+    objective: str | None = None,
     seed: int = SEED,
     steps: int | None = None,
     trace: Path | None = None,
@@ -98,7 +98,7 @@ def solve(
         A key of `METHODS`; `phasor`, or the objective's own solver, is the best there is, the
         others are there to compare.
     objective
-        A key of `OBJECTIVES`, for the default method.
+        A key of `OBJECTIVES`, for the default method; that of `objective_of` by default.
     seed
         Of everything random; the same seed gives the same drive.
     steps
@@ -117,6 +117,7 @@ def solve(
     InputError
         Target off the board, unknown method or objective, a trace of something else.
     """
+    objective = objective or objective_of(board, method)
     check_request(method, objective, seed, steps, trace)
     options = Options(objective, seed, steps, trace=trace, progress=progress)
     problem = solved_board(board).problem(target_mm)

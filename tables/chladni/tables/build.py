@@ -12,6 +12,7 @@ import numpy as np
 
 from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Options, Progress
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.solve import check_request
@@ -26,15 +27,6 @@ from chladni.tables.one_frequency import LossesOfTable, OneFrequency, is_drive
 from chladni.tables.report import TableReport, are_within, report
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import Section, Table, limits_of
-
-
-def default_objective(board: Board) -> str:
-    """What a table's drives are best at unless something else is asked for.
-
-    `focus` on a board whose file has a `[focus]` block, which means that the board
-    is made to focus. Else `ssim`, as the paper has it.
-    """
-    return "focus" if board.focus is not None else "ssim"
 
 
 def build_table(

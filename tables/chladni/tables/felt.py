@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_focal_error
+from chladni.drives.scoring.scorecard import focuses
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.board.finger import NO_FINGER
@@ -68,7 +69,7 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
     count = len(regions.numbers)
     chosen = np.random.default_rng(SEED).permutation(count)[:SURVEYED]
     targets = [regions.grid.centre_mm(int(regions.numbers[k])) for k in chosen]
-    problems = drives.solved.problems(targets, with_finger=True)
+    problems = list(drives.solved.problems(targets, with_finger=True))
     found = [
         (felt(problem, drive), ssim_and_focal_error(problem, drive))
         for problem, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
@@ -80,7 +81,14 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         name: Spread.of([getattr(one.finger_load, name) for one, _ in found])
         for name in ("level_db", "ssim", "second_finger_db")
     }
-    misled = sum(disagreement(*score, 0.0) is not None for _, score in found)
+    misled = [
+        problem
+        for problem, (_, score) in zip(problems, found, strict=True)
+        if disagreement(*score, 0.0) is not None
+    ]
+    focused = None
+    if drives.objective != "focus":
+        focused = sum(focuses(one, "focus") for one in misled)
     return FeltSurvey(
         places=len(found),
         finger_um=Spread.of(levels) if levels else None,
@@ -88,8 +96,8 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         full_volts=min(volts) if volts else None,
         finger_load=loads,
         ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),
-        looks_better_than_it_is=misled,
-        remark=remark(misled, len(found)),
+        looks_better_than_it_is=len(misled),
+        remark=remark(len(misled), len(found), focused),
     )
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from chladni.drives.methods import SEED
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
@@ -25,13 +26,14 @@ from chladni.host.cli.common.board_reports import (
     say_current,
     say_leftovers,
     say_panel,
+    say_purpose,
     say_softening,
     say_vent,
     say_warm_magnets,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
-from chladni.host.cli.common.drive_options import ObjectiveOption
+from chladni.host.cli.common.drive_options import OwnObjectiveOption
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -121,7 +123,7 @@ def board_score(
     board: BoardArgument,
     pitch: Annotated[float, typer.Option(callback=PITCHES, help="Between places, mm.")] = PITCH
     / MM,
-    objective: ObjectiveOption = "focus",
+    objective: OwnObjectiveOption = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
     built: Annotated[
@@ -137,13 +139,16 @@ def board_score(
 ) -> None:
     """Score how well a board focuses at all places, as drawn and within its tolerances."""
     check_figure(figure)
-    check_request("phasor", objective, seed, None, None)
+    check_request("phasor", objective or "ssim", seed, None, None)
     loaded = load_board(board)
+    rated = objective or default_objective(loaded)
+    if objective is None and loaded.focus is None and loaded.fingers is None:
+        say_purpose(rated)
     with progress_bar("boards") as progress:
         score = score_board(
             loaded,
             pitch=pitch * MM,
-            objective=objective,
+            objective=rated,
             samples=samples if perturbed else 0,
             border=True,
             seed=seed,
@@ -162,7 +167,7 @@ def board_score(
             found = score_as_built(
                 loaded,
                 pitch=pitch * MM,
-                objective=objective,
+                objective=rated,
                 newtons=press,
                 samples=max(samples, 1),
                 seed=seed,

@@ -13,6 +13,7 @@ from rich.table import Table as RichTable
 
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import METHODS, SEED
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.compare import as_csv, compare, summary
 from chladni.drives.solve import check_request
@@ -110,20 +111,21 @@ def compare_methods(
 
         write_figure(compare_figure(loaded, grid, rows), figure)
     remove_checkpoint(kept)
-    table = summary(rows)
+    table, own = summary(rows), default_objective(loaded)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if loaded.coil is None:
         sys.stderr.write(f"chladni: {NO_COIL}\n")
     if as_json:
         result = {
-            "board": loaded.name, "targets": grid.count, "grid": asdict(grid),
+            "board": loaded.name, "objective": own, "targets": grid.count, "grid": asdict(grid),
             "error_estimate": fields.error_estimate, "tolerance_met": fields.tolerance_met,
             "methods": table,
         }  # fmt: skip
         answer(result, as_json=True)
     else:
-        _print(table, f"{loaded.name}: medians over {grid.count} targets")
+        title = f"{loaded.name}: medians over {grid.count} targets; its own objective is {own}"
+        _print(table, title, own)
 
 
 def _methods(text: str | None) -> list[str] | None:
@@ -136,7 +138,7 @@ def _methods(text: str | None) -> list[str] | None:
     return list(dict.fromkeys(names))
 
 
-def _print(entries: list[dict[str, Any]], title: str) -> None:
+def _print(entries: list[dict[str, Any]], title: str, own: str) -> None:
     table = RichTable(title=title, title_justify="left")
     table.add_column("method")
     for heading in SHOWN.values():
@@ -149,6 +151,7 @@ def _print(entries: list[dict[str, Any]], title: str) -> None:
         table.add_row(name, *cells)
     console = Console()
     (console if console.is_terminal else Console(width=WIDTH)).print(table)
-    best = max(entries, key=lambda entry: entry["ssim"])
+    # What the board is for, if that is compared, else what looks best.
+    best = max(entries, key=lambda entry: (entry["objective"] == own != "ssim", entry["ssim"]))
     if best["remark"]:
-        console.print(f"{best['method']}: {best['remark']}")
+        console.print(f"{best['method']} {best['objective']}: {best['remark']}")

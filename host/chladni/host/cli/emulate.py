@@ -127,7 +127,8 @@ def emulate(
     owner = board_for(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
-    result = _scored(owner, report) | {"path": str(file)}
+    played = {"objective": loaded.section(frequency).objective, "path": str(file)}
+    result = _scored(owner, report) | played
     if not as_json:
         result["touches"] = [{name: touch[name] for name in SHOWN} for touch in result["touches"]]
     answer(result, as_json=as_json, title=f"{table} on the emulated board")

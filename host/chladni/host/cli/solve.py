@@ -12,12 +12,14 @@ import typer
 
 from chladni.drives.methods import SEED
 from chladni.drives.methods.focus import shortfall
-from chladni.drives.scoring.scorecard import Scorecard, score
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.felt import remedy
+from chladni.drives.scoring.scorecard import Scorecard, focusing_objective, score
 from chladni.drives.solve import Solution, check_request, solve
 from chladni.host.cli.common.drive_options import (
     FloorOption,
     MethodOption,
-    ObjectiveOption,
+    OwnObjectiveOption,
     QuieterFromOption,
     QuieterOption,
     SilentFromOption,
@@ -56,7 +58,7 @@ def solve_command(
     board: BoardArgument,
     target: Annotated[str, typer.Option(help="Place of the finger: X,Y (mm).")],
     method: MethodOption = "phasor",
-    objective: ObjectiveOption = "ssim",
+    objective: OwnObjectiveOption = None,
     seed: SeedOption = SEED,
     quieter_from_mm: QuieterFromOption = None,
     quieter_db: QuieterOption = None,
@@ -75,13 +77,14 @@ def solve_command(
 ) -> None:
     """Find the drive that best focuses the vibration at one place, and score it."""
     place = parse_place(target, "--target")
-    check_request(method, objective, seed, steps, trace)
+    check_request(method, objective or "ssim", seed, steps, trace)
     if trace is not None:
         check_output(trace, "--trace")
     check_figure(figure)
-    loaded = with_focus(
+    loaded, objective = with_focus(
         load_board(board),
         objective,
+        method,
         quieter_from_mm=quieter_from_mm,
         quieter_db=quieter_db,
         silent_from_mm=silent_from_mm,
@@ -105,6 +108,8 @@ def solve_command(
 
         write_figure(solution_figure(loaded, solution, card, trace=trace), figure)
     report = solution_report(loaded, solution, card)
+    if report["remark"]:
+        report["remark"] += " " + remedy(focusing_objective(solved_board(loaded).problem(place)))
     say_unmet(solution.error_estimate, TOLERANCE)
     if not report["movable"]:
         sys.stderr.write(f"chladni: no drive of these actuators moves {target} mm\n")

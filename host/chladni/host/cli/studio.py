@@ -78,7 +78,7 @@ def studio(
 ) -> None:
     """Serve a page to press a board on, played by the emulated firmware."""
     loaded = load_board(board)
-    from chladni.tables.build import default_objective  # noqa: PLC0415
+    from chladni.drives.objectives import default_objective  # noqa: PLC0415
 
     own = objective or default_objective(loaded)
     check_request("phasor", own, SEED, None, None)

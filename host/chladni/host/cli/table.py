@@ -11,8 +11,10 @@ import numpy as np
 import typer
 
 from chladni.drives.methods import SEED
+from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.felt import felt, remark_on
+from chladni.drives.scoring.felt import felt, remark_on, remedy
+from chladni.drives.scoring.scorecard import focusing_objective
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import turned
 from chladni.host.cli.common.command_group import CommandGroup
@@ -31,6 +33,7 @@ from chladni.host.cli.common.output import (
     check_output,
     parse_place,
     progress_bar,
+    say,
     say_unmet,
     write_figure,
 )
@@ -192,7 +195,10 @@ def _drive_at(
         owner = board_for(table, board, file=file)
         problem = solved_board(owner).at_frequency(section.frequency_hz).problem(place)
         drive = turned(problem, drive)
-        known = asdict(felt(problem, drive)) | {"remark": remark_on(problem, drive)}
+        remark = remark_on(problem, drive)
+        if remark:
+            remark += " " + remedy(focusing_objective(problem))
+        known = asdict(felt(problem, drive)) | {"remark": remark}
     entries = [
         {"channel": k, "gain": float(abs(c)), "phase_deg": float(np.degrees(np.angle(c)))}
         for k, c in enumerate(drive)
@@ -253,6 +259,12 @@ def score(
             progress=progress,
         )
     say_unmet(found.error_estimate, TOLERANCE)
+    own = default_objective(owner)
+    if found.objective != own:
+        say(
+            f"the table's drives are best at {found.objective}, and {owner.name} is for {own}: "
+            "`chladni table build` without --objective makes them so"
+        )
     if figure is not None:
         from chladni.host.figures.boards import score_figure  # noqa: PLC0415
 

@@ -15,7 +15,7 @@ import numpy as np
 from chladni.drives.batch import Target, on_workers, over_targets
 from chladni.drives.checkpoint import Checkpoint, Result
 from chladni.drives.methods import METHODS, SEED, Options, Progress
-from chladni.drives.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES, default_objective
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.problem.region_grid import RegionGrid, region_grid
 from chladni.drives.scoring.felt import disagreement, remark
@@ -49,12 +49,13 @@ class Row:
     numbers: dict[str, float]
 
 
-def contenders(methods: Sequence[str] | None = None) -> list[tuple[str, str]]:
-    """(method, objective) of everything that is compared; `phasor` once per objective."""
+def contenders(methods: Sequence[str] | None = None, own: str = "ssim") -> list[tuple[str, str]]:
+    """(method, objective) of all that is compared; `phasor` once per objective, `own` first."""
+    objectives = sorted(OBJECTIVES, key=lambda objective: objective != own)
     return [
         (method, objective)
         for method in methods or METHODS
-        for objective in (OBJECTIVES if method == "phasor" else ("ssim",))
+        for objective in (objectives if method == "phasor" else ("ssim",))
     ]
 
 
@@ -96,7 +97,7 @@ def compare(
     """
     grid = region_grid(replace(board, regions=Regions(pitch=pitch)))
     targets = [grid.centre_mm(region) for region in range(grid.count)]
-    chosen = contenders(methods)
+    chosen = contenders(methods, default_objective(board))
     key = {
         "board": to_document(board), "methods": chosen,
         "pitch": pitch, "seed": seed, "steps": steps,

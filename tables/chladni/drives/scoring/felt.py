@@ -126,14 +126,30 @@ def disagreement(ssim: float, focal_error_mm: float, second_finger_db: float) ->
     )
 
 
-def remark(misled: int, places: int) -> str | None:
-    """A sentence about places where SSIM and focus disagree; None if there are none."""
+def remedy(objective: str | None) -> str:
+    """What follows a `disagreement`: the objective that makes a focus, if there is one."""
+    if objective is None:
+        return "No objective makes one of these coils here."
+    return f"--objective {objective} makes one."
+
+
+def remark(misled: int, places: int, focused: int | None = None) -> str | None:
+    """Sentences about places where SSIM and focus disagree; None if there are none.
+
+    Parameters
+    ----------
+    misled
+        How many of the places.
+    focused
+        At how many of those the objective focus makes one, if that is known.
+    """
     if not misled:
         return None
+    remedied = f" --objective focus makes one at {focused or 'none'} of them."
     return (
         f"At {misled} of {places} places the image is like the target's (SSIM above "
         f"{SSIM_LOOKS_GOOD:g}), but the maximum is more than 12 mm from the finger: "
-        "SSIM alone is no focus."
+        "SSIM alone is no focus." + remedied * (focused is not None)
     )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods.base import Options
 from chladni.drives.methods.nearest import nearest
+from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.scoring.felt import Felt, disagreement, felt
 from chladni.drives.solve import Solution
@@ -150,6 +151,22 @@ def score_on(
         remark=disagreement(ssim, focal_error_mm, second_finger_db),
         felt=felt(problem, drive) if drive is not None else None,
     )
+
+
+def focuses(problem: Problem, objective: str) -> bool:
+    """Whether an objective's best drive has its maximum at the finger, and no finger gets more."""
+    board, place = problem.board, problem.place
+    drive = OBJECTIVES[objective](problem, Options(objective)).drive
+    field = np.tensordot(drive, problem.transfer, axes=1)
+    if metrics.focal_error(field, board.x, board.y, place) > metrics.SECOND_FINGER_DISTANCE:
+        return False
+    return metrics.second_finger_db(field, board.x, board.y, place) > 0.0
+
+
+def focusing_objective(problem: Problem) -> str | None:
+    """An objective that makes a focus, `focus` itself if it does; None where none does."""
+    by_promise = sorted(OBJECTIVES, key=lambda objective: objective != "focus")
+    return next((one for one in by_promise if focuses(problem, one)), None)
 
 
 def misplaced_target(board: Board, target_mm: tuple[float, float]) -> tuple[float, float]:

@@ -29,6 +29,14 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
+def say_purpose(objective: str) -> None:
+    """A board whose file does not say what it is for."""
+    say(
+        f"the board file has neither [focus] nor [fingers], so {objective} is rated, which its "
+        "tables are built for too: add the block, or give --objective focus"
+    )
+
+
 def panel_report(plate: LayeredPlate) -> dict[str, Any]:
     """What a touch panel makes of the plate that carries it."""
     return {

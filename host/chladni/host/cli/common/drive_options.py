@@ -8,22 +8,19 @@ from typing import Annotated
 import typer
 
 from chladni.drives.methods import METHODS
-from chladni.drives.objectives import OBJECTIVES
+from chladni.drives.objectives import OBJECTIVES, objective_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError
 
 MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
-ObjectiveOption = Annotated[
-    str, typer.Option(help="What the method phasor optimises: " + ", ".join(OBJECTIVES) + ".")
-]
 OwnObjectiveOption = Annotated[
     str | None,
     typer.Option(
         "--objective",
         help="What the drives optimise: " + ", ".join(OBJECTIVES) + ". By default focus "
-        "on a board whose file has a [focus] block, else ssim.",
+        "on a board whose file has [focus] or [fingers], else ssim.",
     ),
 ]
 QuieterFromOption = Annotated[
@@ -40,14 +37,17 @@ FloorOption = Annotated[
 
 def with_focus(
     board: Board,
-    objective: str,
+    objective: str | None,
+    method: str,
     *,
     quieter_from_mm: float | None,
     quieter_db: float | None,
     silent_from_mm: float | None,
     floor_um: float | None,
-) -> Board:
-    """A board with the demands of its focus replaced by those of the options.
+) -> tuple[Board, str]:
+    """A board with the demands of its focus replaced by those of the options, and the objective.
+
+    Without an objective it is the board's own.
 
     Raises
     ------
@@ -65,12 +65,13 @@ def with_focus(
         given["silent_from"] = silent_from_mm * MM
     if floor_um is not None:
         given["floor_um"] = floor_um
+    objective = objective or objective_of(board, method)
     if not given:
-        return board
+        return board, objective
     if objective != "focus":
         raise ConflictError(
             "--quieter-from-mm, --quieter-db, --silent-from-mm or --floor-um",
             f"--objective {objective}",
             hint="they are of --objective focus",
         )
-    return replace(board, focus=replace(board.focus or Focus(), **given))
+    return replace(board, focus=replace(board.focus or Focus(), **given)), objective

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from chladni.design.spec import Spec, parse_spec, read_spec
 from chladni.drives.methods import SEED
+from chladni.drives.objectives import default_objective, objective_of
 from chladni.drives.solve import check_request
 from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.host.studio.messages.requests import Begin, Choose, Open
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
 from chladni.sim.errors import ArgumentError, InputError
-from chladni.tables.build import default_objective
 
 MOST_NAME = 80
 """Characters of a dropped file's name that are shown."""
@@ -52,7 +52,7 @@ class Catalogue:
         board = shown if request.board is None else self._board(request.board)
         if request.frequency_hz is not None:
             board = replace(board, drive=replace(board.drive, frequency_hz=request.frequency_hz))
-        objective = request.objective or default_objective(board)
+        objective = request.objective or objective_of(board, request.method)
         check_request(request.method, objective, SEED, None, None)
         return BoardChoice(board, objective, request.method)
 

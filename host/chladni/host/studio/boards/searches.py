@@ -15,10 +15,10 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
+from chladni.drives.objectives import default_objective
 from chladni.host.studio.boards.prepared import BoardChoice
 from chladni.host.studio.messages.sender import Sender
 from chladni.sim.errors import ChladniError, InputError, StoppedError
-from chladni.tables.build import default_objective
 
 MOST_EVALUATIONS = 500
 """Of a search on a page: some ten minutes on two cores. `chladni design` has no such limit."""
