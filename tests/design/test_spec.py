@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 import tomlkit
 
-from chladni.design.evaluate import completed_board, document_of
-from chladni.design.spec import spec_of
+from chladni.design.evaluate import completed_board, document_of, evaluate
+from chladni.design.spec import parse_spec, spec_of
 from chladni.design.variables import Choice, Range
 from chladni.drives.objectives import default_objective
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.board.writing import board_file
-from chladni.sim.errors import InputError
-from conftest import CommandLine
+from chladni.sim.errors import FaultsError, InputError
+from conftest import ROOT, CommandLine
 from made_specs import small
 
 
@@ -86,7 +86,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
     "misspelt": (small(design={"evaluation": 5}), "evaluations"),
     "material": (small(plate={"material": "wood"}), "plate.material"),
-    "missing block": (small(drive=None) | {"drive": {}}, "drive"),
+    "missing block": (small() | {"plate": {}}, "plate.size_mm"),
 }  # fmt: skip
 
 
@@ -148,9 +148,8 @@ def test_a_driver_may_be_left_open_and_takes_its_own_keys(number: float, drive: 
 
 
 def test_a_given_driver_refuses_what_is_the_other_s() -> None:
-    spec = spec_of(small(electronics={"drive": "bridge", "least_duty": 0.085}))
     with pytest.raises(InputError, match="least_duty does not go with"):
-        completed_board(document_of(spec, [], [(0.0, 0.0), (0.0, 9.0)]))
+        spec_of(small(electronics={"drive": "bridge", "least_duty": 0.085}))
 
 
 @pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
@@ -202,3 +201,30 @@ def test_a_board_carries_what_it_was_searched_for(
 def test_a_focus_that_a_spec_gives_stays_as_it_is() -> None:
     spec = spec_of(small(focus={"quieter_db": 1.5}))
     assert spec.document["focus"] == {"quieter_db": 1.5}
+
+
+def test_all_that_is_wrong_with_a_spec_is_named_at_once() -> None:
+    wrong = small(
+        plate={"thickness_mm": {"any": [0.2, -1.0]}, "colour": "red"},
+        drive={"frequency_hz": 0.0},
+        design={"coil": 3, "finger_um": -1.0, "symmetric": 1, "weights": {"loudness": 1.0}},
+    )
+    with pytest.raises(FaultsError) as caught:
+        spec_of(wrong)
+    assert [one.field for one in caught.value.errors] == [
+        "design.coil", "design.finger_um", "design.symmetric", "design.weights.loudness",
+        "plate.colour", "drive.frequency_hz",
+    ]  # fmt: skip
+    assert "'coils', perhaps" in str(caught.value)
+
+
+def test_the_smallest_spec_of_the_page_runs() -> None:
+    """The first block of docs/design.md: one board of it, scored as a search does."""
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    spec = parse_spec(page.split("```toml\n")[1].split("```")[0], file="design.md")
+    (count,) = spec.coils
+    places = [(0.0, 11.0 * (k - (count - 1) / 2.0)) for k in range(count)]
+    document = document_of(spec, [0.0] * len(spec.variables), places)
+    found = evaluate(spec, document, seed=1)
+    assert found.broken is None
+    assert found.terms["second_finger_20mm_db"] > 3.0

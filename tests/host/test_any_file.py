@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from chladni.host.device.stream_sources import read_duties
 from chladni.sim.board.file import MOST_BYTES, board_from_document, load_board, shipped_boards
-from chladni.sim.errors import InputError
+from chladni.sim.errors import MOST_FAULTS, InputError
 from chladni.tables.format import pack, read_table
 from made_up import make_table, with_crc
 from soaking import tries
@@ -45,7 +45,9 @@ def answers(read: Callable[[Path], object], path: Path, data: bytes) -> bool:
     tracemalloc.stop()
     assert most < MOST_MEMORY
     assert not message or path.name in message
-    assert len(message) < LONGEST_MESSAGE
+    lines = message.splitlines()
+    assert len(lines) <= MOST_FAULTS + 1
+    assert all(len(line) < LONGEST_MESSAGE for line in lines)
     return not message
 
 

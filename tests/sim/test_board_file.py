@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +13,7 @@ from chladni.sim.board.file import board_from_document, load_board, shipped_boar
 from chladni.sim.board.finger import FINGERS
 from chladni.sim.errors import ConflictError, InputError
 from conftest import ROOT
-
-
-def document() -> dict[str, Any]:
-    text = (ROOT / "boards" / "prototype.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+from prototype_document import document, set_key
 
 
 def test_shipped_boards_carry_the_published_numbers(paper: Board, prototype: Board) -> None:
@@ -66,20 +60,6 @@ def test_fingerprint_follows_physics_and_nothing_else(prototype: Board) -> None:
 def test_boards_are_frozen(prototype: Board) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         prototype.name = "x"  # type: ignore[misc]
-
-
-def set_key(path: str, value: Any) -> dict[str, Any]:
-    """The prototype's document with one key changed; `None` removes it."""
-    changed = copy.deepcopy(document())
-    *parents, last = path.split(".")
-    part: Any = changed
-    for key in parents:
-        part = part[int(key)] if key.isdigit() else part[key]
-    if value is None:
-        del part[last]
-    else:
-        part[last] = value
-    return changed
 
 
 FOAM = {"stiffness_n_per_mm3": 0.03}
@@ -134,7 +114,8 @@ FAULTS = [
     ("electronics.chip", {}, "electronics.chip"),
     ("electronics.drive", [], "electronics.drive"),
     ("name", "a name that is far too long", "name"),
-    ("drive", None, "drive"),
+    ("plate", None, "plate"),
+    ("drive", 160.0, "drive"),
     ("coil.turns", 150, "coil.turns"),
     ("coil.resistance_ohm", 0.0, "coil.resistance_ohm"),
     ("motor", {"turns": 150}, "motor"),
@@ -158,7 +139,7 @@ FAULTS = [
     ("finger", "heavy", "finger"),
     ("finger", {"mass_g": -1.0, "damping_n_s_per_m": 1.0, "stiffness_n_per_mm": 0.5},
      "finger.mass_g"),
-    ("finger", {"mass_g": 1.0, "damping_n_s_per_m": 1.0}, "finger.stiffness_n_per_mm"),
+    ("finger", {"mass_g": 1.0, "stiffness_n_per_m": 1.0}, "finger.stiffness_n_per_m"),
 ]  # fmt: skip
 
 

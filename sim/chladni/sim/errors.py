@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 
 class ChladniError(Exception):
@@ -160,6 +161,74 @@ class ConflictError(InputError):
 
     def _text(self) -> str:
         return f"{self._place()} does not go with {self.expected}"
+
+
+MOST_FAULTS = 20
+"""Of one input, that a message lists."""
+
+
+class FaultsError(InputError):
+    """Several things wrong with one input, each on a line of its own.
+
+    Parameters
+    ----------
+    errors
+        Two or more; `field`, `value` and `expected` are the first one's.
+    """
+
+    def __init__(self, errors: Sequence[InputError]):
+        self.errors = tuple(errors)
+        first = self.errors[0]
+        super().__init__(first.field, first.value, first.expected, file=first.file)
+
+    def in_file(self, file: str) -> InputError:
+        """All of them, in that file."""
+        for error in self.errors:
+            error.in_file(file)
+        return super().in_file(file)
+
+    def on_command_line(self, options: Mapping[str, str]) -> None:
+        """Speak of options in each."""
+        for error in self.errors:
+            error.on_command_line(options)
+        self._tell()
+
+    def _text(self) -> str:
+        lines = [str(error) for error in self.errors[:MOST_FAULTS]]
+        more = len(self.errors) - len(lines)
+        return "\n".join(lines + [f"and {more} more"] * (more > 0))
+
+
+class Faults:
+    """What is found wrong with an input, so that all of it is told at once.
+
+    faults = Faults()
+    with faults.kept():
+        check_one_thing()
+    with faults.kept():
+        check_another()
+    faults.tell()
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[str, InputError] = {}
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """Keep an `InputError` of the block, the first of each field, and go on after it."""
+        try:
+            yield
+        except InputError as error:
+            for one in error.errors if isinstance(error, FaultsError) else (error,):
+                self._found.setdefault(one.field, one)
+
+    def tell(self) -> None:
+        """Raise what was kept: one error as it is, several as `FaultsError`."""
+        found = list(self._found.values())
+        if len(found) == 1:
+            raise found[0]
+        if found:
+            raise FaultsError(found)
 
 
 class TooLargeError(InputError):

@@ -1,4 +1,4 @@
-"""Files: read up to a stated size and no further, written whole or not at all."""
+"""Files: read up to a stated size and no further, written whole or not at all; TOML of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import os
 import secrets
 import stat
 import struct
+import tomllib
 import zipfile
 import zlib
 from pathlib import Path
@@ -24,6 +25,11 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
 )  # fmt: skip
 CHUNK_BYTES = 65_536
+MOST_DOTS = 256
+"""In a line of TOML. A key has three parts at most; what reading a key takes grows with their
+square."""
+MOST_DEPTH = 16
+"""Of TOML's lists and blocks within each other; a board needs five."""
 _PACKINGS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -264,3 +270,52 @@ def write_arrays(path: Path, *, follow: bool = True, **arrays: Any) -> None:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     write_whole(path, buffer.getvalue(), follow=follow)
+
+
+def toml_document(text: str) -> dict[str, Any]:
+    """A shallow TOML document, with integers of 64 bits as TOML has them.
+
+    Raises
+    ------
+    InputError
+        The text is no such document.
+    """
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") > MOST_DOTS:
+            raise InputError(
+                f"line {number}",
+                f"{line.count('.')} dots",
+                f"at most {MOST_DOTS}",
+                hint="a key has three parts at most",
+            )
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise _too_deep("syntax") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError("syntax", str(error), "a TOML document") from None
+    except ValueError:  # Python reads no integer of more than 4,300 digits
+        expected = "integers of 64 bits"
+        raise InputError("syntax", "an integer of thousands of digits", expected) from None
+    _check_values(document)
+    return document
+
+
+def _check_values(document: dict[str, Any]) -> None:
+    """Refuse what nests too deep or is no TOML integer. Without recursion, which has a limit."""
+    left: list[tuple[Any, tuple[str, ...]]] = [(document, ())]
+    while left:
+        value, where = left.pop()
+        if len(where) > MOST_DEPTH:
+            raise _too_deep("".join(where).lstrip("."))
+        if isinstance(value, dict):
+            left += [(own, (*where, "." + key)) for key, own in value.items()]
+        elif isinstance(value, list):
+            left += [(own, (*where, f"[{number}]")) for number, own in enumerate(value)]
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise InputError("".join(where).lstrip("."), value, "an integer of 64 bits")
+
+
+def _too_deep(where: str) -> InputError:
+    expected = f"blocks and lists at most {MOST_DEPTH} deep"
+    return InputError(where, "deeper ones", expected, hint="a board needs five")

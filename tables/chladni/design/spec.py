@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.pins import chip_of, with_pins
-from chladni.design.variables import Choice, Document, Variable, range_of, variables_of
+from chladni.design.pins import chip_of, of_its_driver, with_pins
+from chladni.design.variables import Choice, Document, Variable, filled, range_of, variables_of
 from chladni.sim.board.file import (
     file_of,
     parse_document,
     part_from,
+    parts_from,
+    parts_of,
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import MM, quantity
-from chladni.sim.errors import ArgumentError, InputError, MissingError
+from chladni.sim.board.quantity import MM, check_keys, quantities, quantity
+from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
 """That a board without electronics may have."""
@@ -46,6 +48,8 @@ COSTS = frozenset({"coils", "area_cm2", "mass_g"})
 """Terms that are of no finger."""
 PLAIN_WEIGHTS = {"second_finger_20mm_db": 1.0}
 """Where a SPEC gives none."""
+BESIDE_SETTINGS = ("coils", "keep_out", "symmetric", "weights")
+"""Keys of `[design]` that are no plain quantities."""
 FIELD, WHAT = "spec", "a design's TOML file"
 """As errors name it."""
 PACKED = np.pi / np.sqrt(12.0)
@@ -166,25 +170,35 @@ def _in_file(document: Document, file: str) -> Spec:
 
 
 def spec_of(document: Document) -> Spec:
-    """The question that a document asks."""
-    board = {key: value for key, value in document.items() if key != "design"}
+    """The question that a document asks; an error names all that is wrong with it."""
+    board = {"actuators": "free"} | {k: v for k, v in document.items() if k != "design"}
     block = document.get("design", {})
     if not isinstance(block, dict):
         raise InputError("design", block, "a block of the form [design]")
-    own = dict(block)
+    own, faults = dict(block), Faults()
     coils = own.pop("coils", None)
     keep_out, weights = own.pop("keep_out", []), own.pop("weights", None)
     symmetric = own.pop("symmetric", None)
-    if symmetric is not None and not isinstance(symmetric, bool):
-        raise InputError("design.symmetric", symmetric, "true or false")
-    if not isinstance(keep_out, list):
-        raise InputError("design.keep_out", keep_out, "a list of { at_mm, size_mm }")
     own.setdefault("coil_spacing_mm", _spacing_mm(board))
-    settings = part_from(DesignSettings, own, "design")
     board = _with_derived(board)
-    counts = _coil_counts(board, coils)
-    given = {key: value for key, value in board.items() if key != "actuators" or not counts}
-    variables = tuple(variables_of(given))
+    keys = [one.key for one in quantities(DesignSettings).values()]
+    with faults.kept():
+        check_keys(own, [*keys, *BESIDE_SETTINGS], required=[], where="design.")
+    with faults.kept():
+        known = {key: value for key, value in own.items() if key in keys}
+        settings = part_from(DesignSettings, known, "design")
+    with faults.kept():
+        if symmetric is not None and not isinstance(symmetric, bool):
+            raise InputError("design.symmetric", symmetric, "true or false")
+    with faults.kept():
+        kept_out = parts_from(KeepOut, keep_out, "design.keep_out")
+    with faults.kept():
+        wanted = _weights(weights)
+    with faults.kept():
+        counts = _coil_counts(board, coils)
+    with faults.kept():
+        variables = _variables(board)
+    faults.tell()
     if not variables and not counts:
         raise ArgumentError(
             "spec",
@@ -192,24 +206,31 @@ def spec_of(document: Document) -> Spec:
             'a range { from = …, to = … }, a list { any = […] } or "free" somewhere',
             hint="chladni board score looks at a board that is all given",
         )
-    wanted = _weights(weights)
-    spec = Spec(
-        _with_purpose(board, wanted),
-        variables,
-        counts,
-        settings,
-        tuple(part_from(KeepOut, one, f"design.keep_out[{k}]") for k, one in enumerate(keep_out)),
-        symmetric,
-        wanted,
-    )
+    own_board = _with_purpose(board, wanted)
+    spec = Spec(own_board, variables, counts, settings, kept_out, symmetric, wanted)
     _check_room(spec)
     return spec
 
 
+def _variables(board: Document) -> tuple[Variable, ...]:
+    """What a board leaves open, coils' places aside, its other keys and values checked."""
+    given = {key: value for key, value in board.items() if value != "free"}
+    found = tuple(variables_of(given))
+    one: Document = {"actuators": []} | filled(given, found, [0.0] * len(found))
+    if not one.get("image", {}).get("points", True):
+        del one["image"]
+    electronics = one.get("electronics")
+    if isinstance(electronics, dict):
+        is_open = any(own.where == ("electronics", "drive") for own in found)
+        one["electronics"] = of_its_driver(electronics, 0, is_open=is_open)
+    parts_of(one)
+    return found
+
+
 def _with_derived(board: Document) -> Document:
     """What follows from the rest where it is left out: the image's points, and the GPIOs."""
-    own = dict(board)
-    electronics = own.get("electronics")
+    own: Document = {"electronics": {}} | board
+    electronics = own["electronics"]
     if isinstance(electronics, dict):
         own["electronics"] = with_pins(electronics, own.get("panel"))
     if "image" not in own:

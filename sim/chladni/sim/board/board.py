@@ -224,7 +224,7 @@ def to_document(board: Board) -> dict[str, Any]:
                 result[field.name] = table(value)
             elif spec is None and isinstance(value, tuple):
                 result[field.name] = [table(entry) for entry in value]
-            elif field.default is dataclasses.MISSING or value != field.default:
+            elif (spec and spec.is_written) or value != field.default:
                 result[spec.key if spec else field.name] = spec.from_si(value) if spec else value
         return result
 

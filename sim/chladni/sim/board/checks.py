@@ -13,15 +13,15 @@ from chladni.sim.board.electronics import (
     CHIP_NAMES,
     DRIVER_KINDS,
     ONLY_OF,
-    PANEL_KINDS,
     Electronics,
 )
 from chladni.sim.board.foundation_checks import SAME_PLACE, check_foundation
 from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
-from chladni.sim.board.panel_layer import check_layer
-from chladni.sim.board.parts import EDGE_KINDS, FEATURES, SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.panel_layer import check_panel
+from chladni.sim.board.parts import FEATURES, SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.plate_materials import check_plate
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
-from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.errors import ConflictError, Faults, InputError, MissingError
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
@@ -30,39 +30,42 @@ SOLVABLE_GAP = 0.6e-3
 """Gap between features, m, at which every pair that was tried could be followed."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
-LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
 
 
 def check_board(board: BoardParts) -> None:
-    """Raise `InputError` at the first thing wrong with a board."""
+    """Raise `InputError` that names all wrong values of a board; without any, what does not fit."""
+    for checks in (_OF_VALUES, _OF_THE_WHOLE):
+        faults = Faults()
+        for check in checks:
+            with faults.kept():
+                check(board)
+        faults.tell()
+
+
+def _check_name(board: BoardParts) -> None:
     if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
         raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
-    for edge, kind in board.plate.edges.kinds().items():
-        if kind not in EDGE_KINDS:
-            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
-            raise InputError(f"plate.edges.{edge}", kind, expected)
-    material = board.plate.material
-    if not isinstance(material, str) or not LABEL_PATTERN.fullmatch(material):
-        raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
+
+
+def _check_ranges(board: BoardParts) -> None:
+    faults = Faults()
     for section in (
         "plate", "magnet", "coil", "winding", "panel", "foundation", "finger", "drive", "image",
         "regions", "electronics", "focus", "active", "fingers",
     ):  # fmt: skip
         part = getattr(board, section)
         if part is not None:
-            check_ranges(part, section)
-    for section in FEATURES:
+            with faults.kept():
+                check_ranges(part, section)
+    for section in (*FEATURES, "actuators"):
         for index, feature in enumerate(getattr(board, section)):
-            check_ranges(feature, f"{section}[{index}]")
-    check_coil(board)
-    _check_supports(board)
-    _check_panel(board)
-    _check_focus(board)
-    _check_actuators(board)
-    check_driver(board.electronics)
-    _check_pins(board)
-    _check_places(board)
-    check_foundation(board, [disc for disc in _discs(board) if disc[2] > 0.0])
+            with faults.kept():
+                check_ranges(feature, f"{section}[{index}]")
+    faults.tell()
+
+
+def _check_sizes(board: BoardParts) -> None:
+    """Thin-plate theory, and regions that the plate holds."""
     smallest = min(board.plate.size)
     if board.plate.thickness > smallest / 10.0:
         raise InputError(
@@ -76,20 +79,6 @@ def check_board(board: BoardParts) -> None:
     ):
         if pitch is not None and pitch > smallest:
             raise InputError(field, pitch / MM, "at most the short side")
-
-
-def _check_panel(board: BoardParts) -> None:
-    panel = board.panel
-    if panel is None:
-        return
-    if panel.controller not in PANEL_KINDS:
-        expected = "one of: " + ", ".join(map(repr, PANEL_KINDS))
-        raise InputError("panel.controller", panel.controller, expected)
-    if panel.rotation_deg % 90 != 0:
-        raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
-    if not isinstance(panel.mirrored, bool):
-        raise InputError("panel.mirrored", panel.mirrored, "true or false")
-    check_layer(board)
 
 
 def _check_focus(board: BoardParts) -> None:
@@ -233,7 +222,6 @@ def _check_actuators(board: BoardParts) -> None:
         raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
     names = [actuator.name for actuator in board.actuators]
     for index, actuator in enumerate(board.actuators):
-        check_ranges(actuator, f"actuators[{index}]")
         if not isinstance(actuator.name, str) or not actuator.name:
             raise InputError(f"actuators[{index}].name", actuator.name, "a name")
         if actuator.polarity not in (1, -1):
@@ -340,3 +328,18 @@ def _centres_and_radii(
     discs: list[tuple[str, tuple[float, float], float]],
 ) -> tuple[FloatArray, FloatArray]:
     return np.array([at for _, at, _ in discs]), np.array([radius for _, _, radius in discs])
+
+
+def _check_foundation(board: BoardParts) -> None:
+    check_foundation(board, [disc for disc in _discs(board) if disc[2] > 0.0])
+
+
+def _check_driver(board: BoardParts) -> None:
+    check_driver(board.electronics)
+
+
+_OF_VALUES = (_check_name, check_plate, _check_ranges)
+_OF_THE_WHOLE = (
+    check_coil, _check_supports, check_panel, _check_focus, _check_actuators, _check_driver,
+    _check_pins, _check_places, _check_foundation, _check_sizes,
+)  # fmt: skip

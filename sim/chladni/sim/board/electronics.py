@@ -55,11 +55,15 @@ class Electronics:
     current's way: 0.28 Ω is typical of a DRV8838 (TI, SLVSBA4).
     """
 
-    pwm_pins: tuple[int, ...] = quantity("pwm_pins", 1.0, 0, 48, count=0, integer=True)
-    pwm_bits: int = quantity("pwm_bits", 1.0, 10, 12, integer=True)
-    ramp_ms: float = quantity("ramp_ms", 1.0, 0.5, 1000.0)
-    touch_timeout_ms: float = quantity("touch_timeout_ms", 1.0, 30.0, 5000.0)
-    max_on_s: float = quantity("max_on_s", 1.0, 0.1, 60.0)
+    pwm_pins: tuple[int, ...] = quantity(
+        "pwm_pins", 1.0, 0, 48, count=0, integer=True, default=(), is_written=True
+    )
+    pwm_bits: int = quantity("pwm_bits", 1.0, 10, 12, integer=True, default=10, is_written=True)
+    ramp_ms: float = quantity("ramp_ms", 1.0, 0.5, 1000.0, default=4.0, is_written=True)
+    touch_timeout_ms: float = quantity(
+        "touch_timeout_ms", 1.0, 30.0, 5000.0, default=100.0, is_written=True
+    )
+    max_on_s: float = quantity("max_on_s", 1.0, 0.1, 60.0, default=10.0, is_written=True)
     supply_v: float = quantity("supply_v", 1.0, 0.5, 48.0, default=5.0)
     supply_limit_ma: float = quantity("supply_limit_ma", 1.0, 1.0, 20000.0, default=1000.0)
     max_duty: float = quantity("max_duty", 1.0, 0.05, 1.0, default=1.0)
@@ -192,7 +196,7 @@ class Coil:
     moving_mass: float | None = quantity("moving_mass_g", 1e-3, 1e-3, 1e6, default=None)
     resonance_hz: float | None = quantity("resonance_hz", 1.0, 1.0, 20000.0, default=None)
     mechanical_q: float | None = quantity("mechanical_q", 1.0, 0.5, 1e5, default=None)
-    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3, default=1.8)
+    rms_voltage: float = quantity("rms_voltage", 1.0, 1e-3, 1e3, default=1.8, is_written=True)
     motion_acts_back: bool = True
 
     @property

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
 import os
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,9 +31,9 @@ from chladni.sim.board.parts import (
     Spring,
 )
 from chladni.sim.board.plate_materials import with_material
-from chladni.sim.board.quantity import quantities
-from chladni.sim.errors import ArgumentError, InputError, MissingError
-from chladni.sim.files import read_text
+from chladni.sim.board.quantity import check_keys, part_of
+from chladni.sim.errors import ArgumentError, Faults, InputError
+from chladni.sim.files import read_text, toml_document
 
 Part = TypeVar("Part")
 
@@ -64,13 +61,13 @@ OPTIONAL_SECTIONS = {
     "active": Active,
     "fingers": SeveralFingers,
 }
-OPTIONAL_KEYS = (*FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger")
+KNOWN_KEYS = ["name", *SECTIONS, "actuators", *FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger"]
 MOST_BYTES = 65_536
 """Of a board file; the template has 6,000, and a plate with a thousand features fits."""
-MOST_DOTS = 256
-"""In a line. A key has three parts at most; what reading a key takes grows with their square."""
-MOST_DEPTH = 16
-"""Of lists and blocks within each other; a board needs five."""
+POINT_MM = 0.5
+"""Between image points where a board file does not say: a finger covers 450 of them."""
+LEAST_POINTS, MOST_POINTS = 7, 401
+"""Along a side of such an image; a larger board has them farther apart."""
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -154,7 +151,7 @@ def parse_document(
             field, f"{size:,} bytes", f"{what} of at most {MOST_BYTES:,} bytes", file=file
         )
     try:
-        return _document(text)
+        return toml_document(text)
     except InputError as error:
         raise error.in_file(file) from None
 
@@ -171,74 +168,87 @@ def read_document(path: Path, field: str = "board", what: str = "a board file") 
     return parse_document(text, field, what, file=str(path))
 
 
-def _document(text: str) -> dict[str, Any]:
-    for number, line in enumerate(text.split("\n"), 1):
-        if line.count(".") > MOST_DOTS:
-            raise InputError(
-                f"line {number}",
-                f"{line.count('.')} dots",
-                f"at most {MOST_DOTS}",
-                hint="a key has three parts at most",
-            )
-    try:
-        document = tomllib.loads(text)
-    except RecursionError:
-        raise _too_deep("syntax") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("syntax", str(error), "a TOML document") from None
-    except ValueError:  # Python reads no integer of more than 4,300 digits
-        expected = "integers of 64 bits"
-        raise InputError("syntax", "an integer of thousands of digits", expected) from None
-    _check_values(document)
+def board_from_document(document: dict[str, Any]) -> Board:
+    """Make a board of a parsed file; `InputError` names every key that is wrong."""
+    return Board(**parts_of(document))
+
+
+def parts_of(document: dict[str, Any]) -> dict[str, Any]:
+    """What a parsed file holds, by the fields of `Board`, each key and value checked by itself.
+
+    Raises
+    ------
+    InputError
+        Names every key that is missing, unknown or out of its range.
+    """
+    faults = Faults()
+    with faults.kept():
+        check_keys(document, KNOWN_KEYS, required=["name", "plate", "actuators"], where="")
+    document = {key: value for key, value in document.items() if key in KNOWN_KEYS}
+    document = _completed(document, faults)
+    parts: dict[str, Any] = {"name": document.get("name", "")}
+    for key, cls in SECTIONS.items():
+        if key in document:
+            with faults.kept():
+                parts[key] = part_from(cls, document[key], key)
+    if "electronics" in parts:
+        with faults.kept():
+            check_driver(parts["electronics"], document["electronics"])
+    for key, feature in FEATURE_CLASSES.items():
+        with faults.kept():
+            parts[key] = parts_from(feature, document.get(key, []), key)
+    for key, optional in OPTIONAL_SECTIONS.items():
+        parts[key] = None
+        if key in document:
+            with faults.kept():
+                parts[key] = part_from(optional, document[key], key)
+    with faults.kept():
+        parts["finger"] = _finger(document["finger"]) if "finger" in document else None
+    if "actuators" in document:
+        with faults.kept():
+            parts["actuators"] = parts_from(Actuator, _named(document["actuators"]), "actuators")
+    faults.tell()
+    return parts
+
+
+def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
+    """The document with what follows from the rest where it is left out.
+
+    A block in which that fails is left out, so that no more of it is found wrong.
+    """
+    document = {"drive": {}, "regions": {}, "electronics": {}} | document
+    for complete, block in (
+        (_with_sheet, "plate"),
+        (_with_points, "image"),
+        (_with_winding, "coil"),
+        (_with_panel, "panel"),
+    ):
+        with faults.kept():
+            document = complete(document)
+            continue
+        document.pop(block, None)
     return document
 
 
-def _check_values(document: dict[str, Any]) -> None:
-    """Refuse what nests too deep or is no TOML integer. Without recursion, which has a limit."""
-    left: list[tuple[Any, tuple[str, ...]]] = [(document, ())]
-    while left:
-        value, where = left.pop()
-        if len(where) > MOST_DEPTH:
-            raise _too_deep("".join(where).lstrip("."))
-        if isinstance(value, dict):
-            left += [(own, (*where, "." + key)) for key, own in value.items()]
-        elif isinstance(value, list):
-            left += [(own, (*where, f"[{number}]")) for number, own in enumerate(value)]
-        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise InputError("".join(where).lstrip("."), value, "an integer of 64 bits")
-
-
-def _too_deep(where: str) -> InputError:
-    expected = f"blocks and lists at most {MOST_DEPTH} deep"
-    return InputError(where, "deeper ones", expected, hint="a board needs five")
-
-
-def board_from_document(document: dict[str, Any]) -> Board:
-    """Make a board of a parsed file; `InputError` names the key that is wrong."""
-    known = ["name", *SECTIONS, "actuators", *OPTIONAL_KEYS]
-    _check_keys(document, known, required=["name", *SECTIONS, "actuators"], where="")
-    document = _with_winding(document | {"plate": with_material(document["plate"])})
-    document = _with_panel_lines(document)
-    parts: dict[str, Any] = {
-        key: part_from(cls, document[key], key) for key, cls in SECTIONS.items()
-    }
-    check_driver(parts["electronics"], document["electronics"])
-    features: dict[str, Any] = {
-        key: _parts(cls, document.get(key, []), key) for key, cls in FEATURE_CLASSES.items()
-    }
-    for key, optional in OPTIONAL_SECTIONS.items():
-        parts[key] = part_from(optional, document[key], key) if key in document else None
-    parts["finger"] = _finger(document["finger"]) if "finger" in document else None
-    return Board(
-        name=document["name"],
-        **features,
-        actuators=_parts(Actuator, document["actuators"], "actuators"),
-        **parts,
+def _with_sheet(document: dict[str, Any]) -> dict[str, Any]:
+    """With the numbers of the plate's material."""
+    return (
+        document | {"plate": with_material(document["plate"])} if "plate" in document else document
     )
 
 
+def _with_points(document: dict[str, Any]) -> dict[str, Any]:
+    """With the points of the image."""
+    sides = _sides_mm(document)
+    if "image" in document or sides is None:
+        return document
+    step = max(POINT_MM, max(sides) / (MOST_POINTS - 1))
+    points = [max(round(side / step) + 1, LEAST_POINTS) for side in sides]
+    return document | {"image": {"points": points}}
+
+
 def _with_winding(document: dict[str, Any]) -> dict[str, Any]:
-    """The document with what is left out of its coil filled in from its winding."""
+    """With what is left out of the coil, from its winding."""
     if "winding" not in document:
         return document
     winding = part_from(Winding, document["winding"], "winding")
@@ -254,47 +264,54 @@ def _with_winding(document: dict[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _with_panel_lines(document: dict[str, Any]) -> dict[str, Any]:
-    """The document with the lines of its panel's bus filled in: where its chip has them."""
+def _with_panel(document: dict[str, Any]) -> dict[str, Any]:
+    """With the lines of the panel's bus, where its chip has them, and the size of the plate."""
     panel, electronics = document.get("panel"), document["electronics"]
     if not (isinstance(panel, dict) and isinstance(electronics, dict)):
         return document
-    chip = electronics.get("chip")
-    if not (isinstance(chip, str) and chip in CHIPS):
-        return document
-    sda, scl, _ = CHIPS[chip].panel
-    return document | {"panel": {"sda_pin": sda, "scl_pin": scl} | panel}
+    chip, sides = electronics.get("chip"), _sides_mm(document)
+    made: dict[str, Any] = {}
+    if isinstance(chip, str) and chip in CHIPS:
+        made["sda_pin"], made["scl_pin"], _ = CHIPS[chip].panel
+    if sides is not None:
+        made["size_mm"] = sides[::-1] if panel.get("rotation_deg") in (90, 270) else sides
+    return document | {"panel": made | panel}
 
 
-def _parts(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:
+def _sides_mm(document: dict[str, Any]) -> list[float] | None:
+    """The plate's sides, if they are numbers."""
+    plate = document.get("plate")
+    sides = plate.get("size_mm") if isinstance(plate, dict) else None
+    if not isinstance(sides, list) or len(sides) != 2:
+        return None
+    return sides if all(isinstance(one, int | float) for one in sides) else None
+
+
+def _named(actuators: object) -> object:
+    """Actuators of which those without a name are called by their number."""
+    if not isinstance(actuators, list):
+        return actuators
+    return [
+        {"name": f"coil-{k}"} | own if isinstance(own, dict) else own
+        for k, own in enumerate(actuators, 1)
+    ]
+
+
+def parts_from(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]:
+    """The same of every table in a list."""
     if not isinstance(entries, list):
         raise InputError(where, entries, f"blocks of the form [[{where}]]")
-    return tuple(part_from(cls, entry, f"{where}[{k}]") for k, entry in enumerate(entries))
+    faults, found = Faults(), []
+    for k, entry in enumerate(entries):
+        with faults.kept():
+            found.append(part_from(cls, entry, f"{where}[{k}]"))
+    faults.tell()
+    return tuple(found)
 
 
 def part_from(cls: type[Part], table: object, where: str) -> Part:
     """One dataclass of quantities from one TOML table, its keys and ranges checked."""
-    if not isinstance(table, dict):
-        raise InputError(where, table, f"a block of the form [{where}]")
-    specs = quantities(cls)
-    fields = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
-    keys = [specs[name].key if name in specs else name for name in fields]
-    required = [
-        key
-        for key, field in zip(keys, dataclasses.fields(cls), strict=True)  # type: ignore[arg-type]
-        if field.default is dataclasses.MISSING
-    ]
-    _check_keys(table, keys, required=required, where=f"{where}.")
-    values = {}
-    for name, key in zip(fields, keys, strict=True):
-        if key not in table:
-            continue
-        if name in specs:
-            specs[name].check(table[key], where=f"{where}.{key}")
-            values[name] = specs[name].to_si(table[key])
-        else:
-            values[name] = _nested(name, table[key], f"{where}.{key}")
-    return cls(**values)
+    return part_of(cls, table, where, _nested)
 
 
 def _nested(name: str, value: Any, where: str) -> Any:
@@ -303,7 +320,7 @@ def _nested(name: str, value: Any, where: str) -> Any:
         return _edges(value)
     if name == "strips":
         return part_from(Strips, value, where)
-    return _parts(CutOut, value, where) if name == "cut_outs" else value
+    return parts_from(CutOut, value, where) if name == "cut_outs" else value
 
 
 def _finger(value: object) -> Finger:
@@ -314,7 +331,7 @@ def _finger(value: object) -> Finger:
         known = ", ".join(map(repr, FINGERS))
         raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
     if "name" in value:
-        _check_keys(value, ["name"], required=[], where="finger.")
+        check_keys(value, ["name"], required=[], where="finger.")
         return _finger(value["name"])
     return part_from(Finger, value, "finger")
 
@@ -323,22 +340,9 @@ def _edges(value: object) -> Edges:
     """One word for all four edges, or a table with a word for each that is not free."""
     if isinstance(value, dict):
         names = list(Edges().kinds())
-        _check_keys(value, names, required=[], where="plate.edges.")
+        check_keys(value, names, required=[], where="plate.edges.")
         return Edges(**value)
     if value not in EDGE_KINDS:
         expected = "one of: " + ", ".join(map(repr, EDGE_KINDS)) + ", or a table by edge"
         raise InputError("plate.edges", value, expected)
     return Edges(value, value, value, value)
-
-
-def _check_keys(
-    table: dict[str, Any], known: list[str], *, required: list[str], where: str
-) -> None:
-    for key, value in table.items():
-        if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
-            hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
-            raise InputError(f"{where}{key}", value, f"a known key: {hint}")
-    for key in required:
-        if key not in table:
-            raise MissingError(f"{where}{key}")

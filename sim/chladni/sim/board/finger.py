@@ -20,9 +20,11 @@ class Finger:
     (Wiertlewski and Hayward, J. Biomech. 45, 2012, 1869-1874).
     """
 
-    mass: float = quantity("mass_g", 1e-3, 0.0, 1000.0)
-    damping: float = quantity("damping_n_s_per_m", 1.0, 0.0, 1000.0)
-    stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1000.0)
+    mass: float = quantity("mass_g", 1e-3, 0.0, 1000.0, default=2e-3, is_written=True)
+    damping: float = quantity("damping_n_s_per_m", 1.0, 0.0, 1000.0, default=2.0, is_written=True)
+    stiffness: float = quantity(
+        "stiffness_n_per_mm", 1e3, 0.0, 1000.0, default=600.0, is_written=True
+    )
 
 
 NO_FINGER = Finger(0.0, 0.0, 0.0)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.sim.board.electronics import PANEL_PLACES, PANEL_SIDES, Panel
+from chladni.sim.board.electronics import PANEL_KINDS, PANEL_PLACES, PANEL_SIDES, Panel
 from chladni.sim.board.parts import BoardParts, Plate
 from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.board.quantity import MM
@@ -194,11 +194,23 @@ def layer_of(panel: Panel) -> Layer:
     return Layer(panel.layer_thickness, modulus, ratio, density, loss)
 
 
-def check_layer(board: BoardParts) -> None:
-    """Refuse a layer that is none, or two, or that carries the plate in place of the reverse."""
-    panel, plate = board.panel, board.plate
+def check_panel(board: BoardParts) -> None:
+    """Refuse a panel that there is not, or that lies as none can."""
+    panel = board.panel
     if panel is None:
         return
+    if panel.controller not in PANEL_KINDS:
+        expected = "one of: " + ", ".join(map(repr, PANEL_KINDS))
+        raise InputError("panel.controller", panel.controller, expected)
+    if panel.rotation_deg % 90 != 0:
+        raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
+    if not isinstance(panel.mirrored, bool):
+        raise InputError("panel.mirrored", panel.mirrored, "true or false")
+    _check_layer(panel, board.plate)
+
+
+def _check_layer(panel: Panel, plate: Plate) -> None:
+    """Refuse a layer that is none, or two, or that carries the plate in place of the reverse."""
     if panel.place not in PANEL_PLACES:
         expected = "one of: " + ", ".join(map(repr, PANEL_PLACES[1:]))
         raise InputError("panel.place", panel.place, expected)

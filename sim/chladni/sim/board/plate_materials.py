@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
+from chladni.sim.board.parts import EDGE_KINDS, BoardParts
 from chladni.sim.errors import InputError
+
+LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
 
 SHEETS: dict[str, dict[str, float]] = {
     "FR4": {"youngs_modulus_gpa": 22.0, "poissons_ratio": 0.15, "density_kg_m3": 1900.0,
@@ -42,8 +46,19 @@ def with_material(plate: Any) -> Any:
     name = plate["material"]
     if isinstance(name, str) and name in SHEETS:
         return SHEETS[name] | plate
-    lacking = [key for key in SHEETS["FR4"] if key not in plate]
+    lacking = [key for key in SHEETS["FR4"] if key not in plate and key != "loss_factor"]
     if lacking:
         known = ", ".join(map(repr, SHEETS))
         raise InputError("plate.material", name, f"one of: {known}, or with {', '.join(lacking)}")
     return plate
+
+
+def check_plate(board: BoardParts) -> None:
+    """Refuse edges that are held in no way there is, and a material with no name for a list."""
+    for edge, kind in board.plate.edges.kinds().items():
+        if kind not in EDGE_KINDS:
+            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
+            raise InputError(f"plate.edges.{edge}", kind, expected)
+    material = board.plate.material
+    if not isinstance(material, str) or not LABEL_PATTERN.fullmatch(material):
+        raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")

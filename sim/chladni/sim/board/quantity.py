@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from chladni.sim.errors import InputError
+from chladni.sim.errors import Faults, InputError, MissingError
+
+Part = TypeVar("Part")
 
 MM = 1e-3
 """A millimetre, in metres: places are given in the one and computed in the other."""
@@ -29,6 +33,8 @@ class Quantity:
         How many numbers: 1, 2 for a pair, 0 for a list of any length.
     integer
         Whether only whole numbers are allowed.
+    is_written
+        Whether a file that is written has it where it is the default, too.
     """
 
     key: str
@@ -37,6 +43,7 @@ class Quantity:
     high: float
     count: int = 1
     integer: bool = False
+    is_written: bool = False
 
     def expected(self) -> str:
         """What a right value looks like."""
@@ -91,12 +98,11 @@ def quantity(
     count: int = 1,
     integer: bool = False,
     default: Any = dataclasses.MISSING,
+    is_written: bool = False,
 ) -> Any:
     """A dataclass field for a `Quantity`; see there for the parameters. `default` is in SI."""
-    return dataclasses.field(
-        default=default,
-        metadata={"quantity": Quantity(key, scale, low, high, count=count, integer=integer)},
-    )
+    own = Quantity(key, scale, low, high, count=count, integer=integer, is_written=is_written)
+    return dataclasses.field(default=default, metadata={"quantity": own})
 
 
 def quantities(cls: Any) -> dict[str, Quantity]:
@@ -124,3 +130,61 @@ def check_ranges(instance: Any, where: str) -> None:
 def in_mm(place: tuple[float, float]) -> list[float]:
     """A place (m) as an error shows it."""
     return [float(f"{value / MM:.9g}") for value in place]
+
+
+def part_of(
+    cls: type[Part], table: object, where: str, nested: Callable[[str, Any, str], Any]
+) -> Part:
+    """One dataclass of quantities from one TOML table.
+
+    Parameters
+    ----------
+    where
+        The table's own key, before those in it.
+    nested
+        Makes a field that is no quantity, of its name, its value and its key.
+
+    Raises
+    ------
+    InputError
+        Names every key that is unknown, missing or out of its range.
+    """
+    if not isinstance(table, dict):
+        raise InputError(where, table, f"a block of the form [{where}]")
+    specs, faults, values = quantities(cls), Faults(), {}
+    fields = {
+        specs[own.name].key if own.name in specs else own.name: own
+        for own in dataclasses.fields(cls)  # type: ignore[arg-type]
+    }
+    required = [key for key, own in fields.items() if own.default is dataclasses.MISSING]
+    with faults.kept():
+        check_keys(table, list(fields), required=required, where=f"{where}.")
+    for key, own in fields.items():
+        if key not in table:
+            continue
+        with faults.kept():
+            if own.name in specs:
+                specs[own.name].check(table[key], where=f"{where}.{key}")
+                values[own.name] = specs[own.name].to_si(table[key])
+            else:
+                values[own.name] = nested(own.name, table[key], f"{where}.{key}")
+    faults.tell()
+    return cls(**values)
+
+
+def check_keys(
+    table: dict[str, Any], known: Sequence[str], *, required: Sequence[str], where: str
+) -> None:
+    """Raise `InputError` that names every key that is not known, and every one that is missing."""
+    faults = Faults()
+    for key, value in table.items():
+        if key not in known:
+            close = difflib.get_close_matches(key, known, n=1)
+            hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
+            with faults.kept():
+                raise InputError(f"{where}{key}", value, f"a known key: {hint}")
+    for key in required:
+        if key not in table:
+            with faults.kept():
+                raise MissingError(f"{where}{key}")
+    faults.tell()

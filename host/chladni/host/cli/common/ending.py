@@ -101,5 +101,5 @@ def _drop_output() -> None:
 
 def _complain(name: str, message: str, code: int) -> int:
     with contextlib.suppress(OSError):
-        sys.stderr.write(f"{name}: {message}\n")
+        sys.stderr.write("".join(f"{name}: {line}\n" for line in message.splitlines()))
     return code
