@@ -228,3 +228,15 @@ def test_the_smallest_spec_of_the_page_runs() -> None:
     found = evaluate(spec, document, seed=1)
     assert found.broken is None
     assert found.terms["second_finger_20mm_db"] > 3.0
+
+
+def test_a_range_of_what_is_sold_has_only_what_is_sold() -> None:
+    """No one sells a sheet of 0.20241 mm; of frequencies there is any."""
+    thick = {"thickness_mm": {"from": 0.15, "to": 0.45}}
+    spec = spec_of(small(plate=thick, drive={"frequency_hz": {"from": 100.0, "to": 200.0}}))
+    sheet, frequency = spec.variables
+    assert isinstance(sheet, Choice)
+    assert sheet.options == (0.2, 0.3, 0.4)
+    assert isinstance(frequency, Range)
+    (between,) = spec_of(small(plate={"thickness_mm": {"from": 0.21, "to": 0.29}})).variables
+    assert isinstance(between, Range)

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from chladni.design.evaluate import Evaluation
+from chladni.design.front import Entry
 from chladni.host.cli.common.output import answer
+from chladni.host.cli.design import _about_entry
 from conftest import CommandLine
 
 PYTHON = re.compile(r"None|True|False|[{}]|\(-?\d[\d.]*, |'[a-z_]+'|\w+_\w+|nan|np\.")
@@ -72,3 +75,33 @@ def test_values_have_units_and_words(capsys: pytest.CaptureFixture[str]) -> None
 
 def test_names_of_settings_stay_what_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
     assert shown(capsys, report_ms="10") == ["report ms │ 10"]
+
+
+def test_a_dumb_terminal_gets_no_frames(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    framed = chladni("board", "show", "strip5").out
+    assert "│" in framed
+    monkeypatch.setenv("TERM", "dumb")
+    plain = chladni("board", "show", "strip5").out
+    assert not any("\u2500" <= letter <= "\u257f" for letter in plain)
+    assert "strip5" in plain
+    compared = chladni("compare", "paper", "--pitch", "60", "--methods", "nearest").out
+    assert not any("\u2500" <= letter <= "\u257f" for letter in compared)
+
+
+@pytest.mark.parametrize(("place", "is_asked"), [("0.02,0.03", True), ("0,0", False),
+                                                 ("0.3,12", False), ("5,5", False)])  # fmt: skip
+def test_a_place_in_metres_is_asked_about(chladni: CommandLine, place: str, is_asked: bool) -> None:
+    told = chladni("solve", "paper", "--target", place, "--method", "nearest")
+    assert told.code == 0
+    assert ("metres? these are millimetres" in told.err) == is_asked
+
+
+@pytest.mark.parametrize(("db", "words"), [(8.94, "at least 8.9 dB below the finger"),
+                                           (-4.54, "up to 4.5 dB above the finger")])  # fmt: skip
+def test_a_design_says_which_finger_gets_more(db: float, words: str) -> None:
+    terms = {"coils": -5.0, "area_cm2": -8.4, "mass_g": -3.0, "finger_db": 20.0,
+             "second_finger_20mm_db": db}  # fmt: skip
+    about = _about_entry(Entry({}, Evaluation(1.0, 1.0, None, terms)))
+    assert words in " ".join(about)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from chladni.sim.board.board import to_document
-from chladni.sim.board.file import board_from_document
-from chladni.sim.errors import MOST_FAULTS, FaultsError
+from chladni.sim.board.file import board_from_document, load_board
+from chladni.sim.errors import MOST_FAULTS, FaultsError, InputError
 from conftest import CommandLine
 from prototype_document import document, set_key
 
@@ -103,3 +104,59 @@ def test_a_message_lists_so_many_faults_and_no_more() -> None:
     lines = str(caught.value.in_file("b.toml")).splitlines()
     assert len(lines) == MOST_FAULTS + 1
     assert lines[-1] == f"and {100 - MOST_FAULTS} more"
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [("plate.size_mm", [0.0715, 0.1467]), ("plate.thickness_mm", 0.001),
+     ("magnet.radius_mm", 0.004)],
+)  # fmt: skip
+def test_lengths_in_metres_are_asked_about(path: str, value: Any) -> None:
+    with pytest.raises(InputError, match=r"metres\? these are millimetres"):
+        board_from_document(set_key(path, value))
+
+
+def test_places_in_metres_are_asked_about() -> None:
+    least = tomllib.loads(SMALLEST)
+    for actuator, y in zip(least["actuators"], (-0.01, 0.01), strict=True):
+        actuator["at_mm"] = [0.0, y]
+    with pytest.raises(InputError, match=r"actuators: .* metres\? these are millimetres"):
+        board_from_document(least)
+    # One coil may be in the middle, and a length may be wrong without being in metres.
+    one = least | {"actuators": [{"at_mm": [0.1, 0.0]}]}
+    assert board_from_document(one).actuators[0].at[0] == pytest.approx(1e-4)
+    with pytest.raises(InputError) as caught:
+        board_from_document(set_key("plate.size_mm", [0.5, 146.7]))
+    assert "metres" not in str(caught.value)
+
+
+def test_coils_that_overlap_are_told_the_distance_they_need() -> None:
+    near = set_key("actuators.1.at_mm", [6.0, 0.0])
+    with pytest.raises(InputError, match="middles are 6 mm apart and need more than 10"):
+        board_from_document(near)
+    wound = {"turns": 100, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 12.0, "height_mm": 2.0,
+             "gap_mm": 1.0}  # fmt: skip
+    least = tomllib.loads(SMALLEST) | {"winding": wound}
+    assert board_from_document(least).winding is not None
+    for distance, fits in ((11.9, False), (12.0, True)):
+        least["actuators"] = [{"at_mm": [0.0, 0.0]}, {"at_mm": [0.0, distance]}]
+        if fits:
+            assert len(board_from_document(least).actuators) == 2
+            continue
+        wanted = "12 mm or more from 'coil-1', .* windings of 12 mm overlap at 11.9"
+        with pytest.raises(InputError, match=wanted):
+            board_from_document(least)
+
+
+def test_a_board_is_found_without_its_ending(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text(SMALLEST, encoding="utf-8")
+    (tmp_path / "paper.toml").write_text(SMALLEST, encoding="utf-8")
+    assert load_board("own").name == "least"
+    assert load_board(tmp_path / "own").name == "least"
+    assert load_board("paper").name == "paper"
+    assert load_board("paper.toml").name == "least"
+    with pytest.raises(InputError, match="a board file, or one of"):
+        load_board("other")

@@ -129,11 +129,13 @@ def test_nine_bridges_are_refused_and_eight_fit_beside_a_panel(chip: ChipName) -
             pwm_pins=gates[:count],
             sign_pins=[pin for pin in own.signs if pin not in gates[:count]][:count],
         )
-        made["actuators"] = [{"name": f"c{k}", "at_mm": [0.0, 8.0 * (k - 4)]} for k in range(count)]
-        made["plate"]["size_mm"] = [14.0, 80.0]
+        made["actuators"] = [
+            {"name": f"c{k}", "at_mm": [0.0, 10.0 * (k - 4)]} for k in range(count)
+        ]
+        made["plate"]["size_mm"] = [14.0, 90.0]
         made["panel"] = {
             "pixels": [320, 480],
-            "size_mm": [14.0, 80.0],
+            "size_mm": [14.0, 90.0],
             "interrupt_pin": own.panel[2],
         }
         return board_from_document(made)

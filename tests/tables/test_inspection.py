@@ -10,6 +10,7 @@ import pytest
 
 import chladni.host
 from chladni.sim.board.board import Board
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables import board_for, difference, pack, verify_table
 from chladni.tables.report import TableReport
@@ -48,8 +49,24 @@ def test_a_table_has_the_board_that_it_was_made_for(table: Table, prototype: Boa
         board_for(table, "pad16", file="t.chl")
     with pytest.raises(InputError, match=r"t\.chl, board_fingerprint: expected 0x"):
         board_for(table, "strip5", file="t.chl")
-    with pytest.raises(InputError, match="is not a shipped board"):
+    with pytest.raises(
+        InputError, match=r"'mine' is no shipped board, and no mine\.toml is beside"
+    ):
         board_for(dataclasses.replace(table, board_name="mine"))
+
+
+@pytest.mark.parametrize("name", ["mine.toml", "t.toml"])
+def test_a_board_file_beside_its_table_is_found(
+    table: Table, prototype: Board, tmp_path: Path, name: str
+) -> None:
+    own = dataclasses.replace(table, board_name="mine")
+    (tmp_path / name).write_bytes(board_file(dataclasses.replace(prototype, name="mine")))
+    assert board_for(own, file=str(tmp_path / "t.chl")).name == "mine"
+    with pytest.raises(InputError, match=r"no mine\.toml is beside the table"):
+        board_for(own, file=str(tmp_path / "other" / "u.chl"))
+    # A shipped name is what it was, whatever lies beside.
+    (tmp_path / "prototype.toml").write_text("name = 3", encoding="utf-8")
+    assert board_for(table, file=str(tmp_path / "t.chl")) == prototype
 
 
 def test_the_old_name_of_board_for_warns_and_works(table: Table, prototype: Board) -> None:

@@ -28,7 +28,8 @@ FREE: dict[Where, Any] = {
     ("focus", "silent_from_mm"): {"from": 14.0, "to": 20.0},
 }
 """What `free` stands for: sheets, foams and disc magnets as they are sold, and where fingers feel
-best. Anything else needs a range."""
+best. Anything else needs a range. Of a range, too, what is sold is taken; one with nothing sold in
+it is searched as it is."""
 EDGES = ("plate", "edges")
 OCTAVES = 4.0
 """A positive range whose ends are so many times apart is searched by ratios."""
@@ -100,7 +101,9 @@ def _open(value: Any, where: Where) -> Iterator[Variable]:
             raise InputError(key_of(where), value, expected + "actuators")
         yield from _open(FREE[where], where)
     elif isinstance(value, dict) and value.keys() == {"from", "to"}:
-        yield range_of(value, where)
+        own = range_of(value, where)
+        sold = [one for one in FREE.get(where, {}).get("any", []) if own.low <= one <= own.high]
+        yield Choice(where, tuple(sold)) if sold else own
     elif isinstance(value, dict) and value.keys() == {"any"}:
         options = value["any"]
         if not isinstance(options, list) or not options:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +12,18 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from chladni.drives import score, solve
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.compare import compare
 from chladni.host import figures
+from chladni.host.figures.fields import explain_marks
 from chladni.sim import target_field
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Pin, Spring
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.transfer import actuator_loads
 from conftest import CommandLine
@@ -166,3 +171,34 @@ def test_solve_draws_with_and_without_a_trace(chladni: CommandLine, tmp_path: Pa
     traced = ("--method", "anneal", "--steps", "20", "--trace", tmp_path / "t.npz")
     assert chladni(*arguments, *traced).code == 0
     assert (tmp_path / "s.png").stat().st_size != short
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+def test_every_axis_with_numbers_says_what_they_are(prototype: Board, kind: str) -> None:
+    """Or shares them: of modes the rows of pictures do, for each has the same board."""
+    figure = DRAWN[kind][0](prototype, PLACE)
+    figure.draw_without_rendering()
+    shared = {"x": kind == "modes", "y": kind == "modes"}
+    for axes in figure.axes:
+        if not axes.axison:
+            continue
+        for axis, own in (("x", axes.xaxis), ("y", axes.yaxis)):
+            has_numbers = any(text.get_text() for text in own.get_ticklabels())
+            assert own.get_label().get_text() or shared[axis] or not has_numbers, axes.get_title()
+
+
+def test_feet_and_coils_outlines_are_drawn(prototype: Board) -> None:
+    strip = load_board("strip5")
+    board = replace(strip, springs=(Spring((5e-3, 27e-3), 2e4),), pins=(Pin((-5e-3, -27e-3)),))
+    figure = Figure()
+    axes = figure.subplots()
+    figures.draw_board(axes, board)
+    marks = [at(line).tolist() for line in axes.lines if line.get_marker() == "^"]
+    assert marks == [[5.0, 27.0], [-5.0, -27.0]]
+    outlines = {(*one.center, one.radius) for one in axes.patches if isinstance(one, Circle)}
+    assert outlines == {(0.0, 12.0 * k, 5.0) for k in range(-2, 3)}
+    explain_marks(figure, board)
+    assert "foot" in [text.get_text() for text in figure.legends[0].get_texts()]
+    plain = Figure()
+    explain_marks(plain, prototype)
+    assert "foot" not in [text.get_text() for text in plain.legends[0].get_texts()]

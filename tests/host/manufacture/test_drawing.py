@@ -20,7 +20,7 @@ from chladni.host.manufacture.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.foundation import CutOut, Foundation, Strips
-from chladni.sim.board.parts import Hole, Mass, Pin, Screw
+from chladni.sim.board.parts import Hole, Mass, Pin, Screw, Spring
 from conftest import ROOT, CommandLine
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -209,3 +209,11 @@ def test_a_drawing_that_cannot_be_is_refused(
     assert done.out == ""
     assert f"-o: expected {expected}" in done.err
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_sheet_lists_the_feet(tmp_path: Path) -> None:
+    strip = load_board("strip5")
+    feet = replace(strip, springs=(Spring((5e-3, 27e-3), 2e4),), pins=(Pin((-5e-3, -27e-3)),))
+    texts = ["".join(own.itertext()) for own in svg(feet, tmp_path).iter(f"{SVG}text")]
+    assert "foot, 20 N/mm:  x 5  y 27" in texts
+    assert "foot, held:  x -5  y -27" in texts

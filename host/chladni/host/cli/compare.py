@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table as RichTable
 
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import METHODS, SEED
@@ -35,6 +34,7 @@ from chladni.host.cli.common.output import (
     check_output,
     progress_bar,
     say_unmet,
+    sheet,
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, STEPS
@@ -139,7 +139,7 @@ def _methods(text: str | None) -> list[str] | None:
 
 
 def _print(entries: list[dict[str, Any]], title: str, own: str) -> None:
-    table = RichTable(title=title, title_justify="left")
+    table = sheet(title=title)
     table.add_column("method")
     for heading in SHOWN.values():
         table.add_column(heading, justify="right")

@@ -123,12 +123,13 @@ def _about(found: Design, spec: str) -> list[str]:
 
 def _about_entry(entry: Entry) -> list[str]:
     own = entry.summary
-    um = own["finger_um"]
+    um, db = own["finger_um"], own["second_finger_20mm_db"]
+    apart = f"at least {db:.1f} dB below" if db >= 0.0 else f"up to {-db:.1f} dB above"
     return [
         f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
         "tolerances, where nine of ten places have",
-        f"a second finger 20 mm away at least {own['second_finger_20mm_db']:.1f} dB below the "
-        "finger" + (f", and {um:.1f} µm under it." if um is not None else "."),
+        f"a second finger 20 mm away {apart} the finger"
+        + (f", and {um:.1f} µm under it." if um is not None else "."),
     ]
 
 

@@ -88,7 +88,9 @@ def emulate(
     ] = None,
     board: Annotated[
         str | None,
-        typer.Option(help="The table's board, if not shipped; with --flash, whose panel it has."),
+        typer.Option(
+            help="The table's board, if not shipped nor beside it; with --flash, its panel's."
+        ),
     ] = None,
     level: Annotated[
         float, typer.Option(callback=LEVELS, help="Share of full amplitude, 0 to 1.")

@@ -40,7 +40,6 @@ from chladni.host.cli.common.output import (
 from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
 from chladni.host.cli.table_build import build
 from chladni.host.emulation.table_score import PITCH, score_table
-from chladni.sim.board.file import shipped_boards
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
@@ -48,7 +47,7 @@ from chladni.sim.files import write_whole
 from chladni.tables.format import read_table, read_table_bytes, unpack
 from chladni.tables.inspection.difference import difference
 from chladni.tables.inspection.drives_csv import drives_as_csv
-from chladni.tables.inspection.owner import board_for
+from chladni.tables.inspection.owner import board_for, known_board
 from chladni.tables.inspection.verify import verify_table
 from chladni.tables.layout import DRIVES_MINOR, RESPONSES, VERSION_MAJOR, VERSION_MINOR
 from chladni.tables.responses import METRE_PM, TableResponses
@@ -75,7 +74,8 @@ def show(
         ),
     ] = None,
     board: Annotated[
-        str | None, typer.Option(help="The table's board, if not shipped: what a finger feels.")
+        str | None,
+        typer.Option(help="The table's board, if not shipped nor beside it: what a finger feels."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -186,7 +186,7 @@ def _drive_at(
     """
     drive = table.drive_at(section, *(round(value * 1000.0) for value in place))
     known: dict[str, Any] = {}
-    if board is None and table.board_name not in shipped_boards():
+    if board is None and known_board(table, file) is None:
         sys.stderr.write(
             "chladni: --board says what a finger feels; the board is not shipped, "
             "and phases are as the table has them\n"
@@ -208,7 +208,9 @@ def _drive_at(
 
 def verify(
     table: TableArgument,
-    board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
+    board: Annotated[
+        str | None, typer.Option(help="The table's board, if not shipped nor beside it.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Check a table: its bytes, its board, and the firmware's drive at every place."""
@@ -218,7 +220,9 @@ def verify(
 
 def score(
     table: TableArgument,
-    board: Annotated[str | None, typer.Option(help="The table's board, if not shipped.")] = None,
+    board: Annotated[
+        str | None, typer.Option(help="The table's board, if not shipped nor beside it.")
+    ] = None,
     pitch: Annotated[
         float,
         typer.Option(

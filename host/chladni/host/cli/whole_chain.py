@@ -15,7 +15,7 @@ from rich.table import Table as RichTable
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
 from chladni.host.cli.common import ending
-from chladni.host.cli.common.output import progress_bar
+from chladni.host.cli.common.output import progress_bar, sheet
 from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.emulation.played_fingers import FingersPlay, play_fingers
@@ -89,14 +89,14 @@ def play_two_fingers(name: str) -> FingersPlay:
 def _fingers_scorecard(plays: list[FingersPlay]) -> RichTable:
     """What two fingers get, each of its own signal and of the other's."""
     places = " and ".join(f"{x:g}, {y:g}" for x, y in FINGERS_MM)
-    sheet = RichTable(title=f"Two fingers at {places} mm, each playing", title_justify="left")
+    table = sheet(title=f"Two fingers at {places} mm, each playing")
     for heading in ("", *(one.board.name for one in plays), "compare"):
-        sheet.add_column(heading)
+        table.add_column(heading)
     own = [" / ".join(f"{value:.2g}" for value in one.finger_um) for one in plays]
     apart = [" / ".join(f"{value:.0f}" for value in one.isolation_db) for one in plays]
-    sheet.add_row("own signal, µm", *own, "0.36 µm at 160 Hz is just felt")
-    sheet.add_row("the other has less of it, dB", *apart, "0 is as much")
-    return sheet
+    table.add_row("own signal, µm", *own, "0.36 µm at 160 Hz is just felt")
+    table.add_row("the other has less of it, dB", *apart, "0 is as much")
+    return table
 
 
 def _run_board(console: Console, folder: Path, name: str) -> BoardRun:
@@ -125,13 +125,13 @@ def _run_board(console: Console, folder: Path, name: str) -> BoardRun:
 
 def _scorecard(runs: list[BoardRun]) -> RichTable:
     """The demo's numbers, with what each is to be compared with."""
-    sheet = RichTable(title="What the pins really do", title_justify="left")
+    table = sheet(title="What the pins really do")
     for heading in ("", *(one.board.name for one in runs), "compare"):
-        sheet.add_column(heading)
+        table.add_column(heading)
     columns = [_column(one) for one in runs]
     for row, compare in _COMPARE.items():
-        sheet.add_row(row, *(column[row] for column in columns), compare)
-    return sheet
+        table.add_row(row, *(column[row] for column in columns), compare)
+    return table
 
 
 _COMPARE = {

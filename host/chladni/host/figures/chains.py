@@ -87,6 +87,7 @@ def chains_figure(chains: Sequence[Chain]) -> Figure:
             draw_image(axes, chain.board, field)
             draw_board(axes, chain.board, target_mm=chain.target_mm, small=True)
         left.set_ylabel(f"{chain.board.name}\ny / mm")
+        middle.set_ylabel("y / mm")
         left.set_title("Target: unit load at +", fontsize=10, color=INK)
         middle.set_title("Made by the PWM", fontsize=10, color=INK)
         _draw_profile(right, chain, colour)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
@@ -79,7 +80,7 @@ def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=size, layout="constrained")
     shape = (count, 1) if is_wide(board) else (1, count)
     axes = np.asarray(figure.subplots(*shape, squeeze=False)).ravel().tolist()
-    for one in axes if is_wide(board) else axes[:1]:
+    for one in axes:
         one.set_ylabel("y / mm")
     return figure, axes
 
@@ -88,7 +89,8 @@ def explain_marks(
     figure: Figure | SubFigure, board: Board, *, target: bool = False, maximum: bool = False
 ) -> None:
     """A legend of the marks on pictures of a board, below them."""
-    marks = [("o", "actuator", True), ("x", "screw", bool(board.screws)), ("+", "target", target),
+    marks = [("o", "actuator", True), ("x", "screw", bool(board.screws)),
+             ("^", "foot", bool(board.springs or board.pins)), ("+", "target", target),
              ("s", "maximum", maximum)]  # fmt: skip
     handles = [
         Line2D([], [], linestyle="", marker=mark, color=INK, label=label, markerfacecolor="none")
@@ -109,7 +111,7 @@ def draw_board(
     ink: str = "white",
     small: bool = False,
 ) -> None:
-    """Outline, screws, actuators, target and an image's maximum on axes in mm."""
+    """Outline, screws, feet, coils, target and an image's maximum on axes in mm."""
     size = 0.5 if small else 1.0
     half_x, half_y = (side / 2.0 / MM for side in board.plate.size)
     axes.set_xlim(-half_x, half_x)
@@ -119,8 +121,14 @@ def draw_board(
     for screw in board.screws:
         x, y = np.divide(screw.at, MM)
         axes.plot(x, y, "x", color=ink, markersize=5 * size)
+    for at in [own.at for own in board.springs] + [own.at for own in board.pins]:
+        x, y = np.divide(at, MM)
+        axes.plot(x, y, "^", color=ink, markersize=5 * size, markerfacecolor="none")
     for k, actuator in enumerate(board.actuators):
         x, y = np.divide(actuator.at, MM)
+        if board.winding is not None:
+            outline = Circle((x, y), board.winding.outer / 2.0 / MM, fill=False, color=ink)
+            axes.add_patch(outline).set(linewidth=0.6 * size, linestyle=":")
         colour = COLOURS[k % len(COLOURS)]
         axes.plot(x, y, "o", markerfacecolor="none", markeredgecolor=ink, markersize=9 * size)
         axes.plot(x, y, "o", color=colour, markersize=5 * size)

@@ -62,7 +62,6 @@ def solution_figure(
         drawn = draw_image(axes, board, field)
         draw_board(axes, board, target_mm=solution.target_mm, maximum_mm=maximum_mm(board, field))
         axes.set_title(title, fontsize=10, color=INK)
-    for axes in images if is_wide(board) else images[:1]:
         axes.set_ylabel("y / mm")
     left.colorbar(drawn, ax=images, label="energy image, share of its range", shrink=0.6)
     explain_marks(left, board, target=True, maximum=True)
@@ -93,6 +92,7 @@ def _draw_coils(axes: Axes, board: Board, solution: Solution) -> None:
             color=INK,
         )
     axes.set_xticks(range(len(names)), names, fontsize=7, rotation=30, ha="right")
+    axes.set_xlabel("coil")
     axes.set_ylabel("gain")
     axes.margins(y=0.15)
     axes.set_title("Coils, and their phases", fontsize=10, color=INK)

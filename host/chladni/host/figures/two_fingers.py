@@ -58,5 +58,5 @@ def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
         color=INK,
     )
     axes.set_xlabel("x / mm", fontsize=9)
-    axes.set_ylabel("y / mm" if own == 0 else "", fontsize=9)
+    axes.set_ylabel("y / mm", fontsize=9)
     return image

@@ -100,7 +100,7 @@ def board_drawing(board: Board) -> Drawing:
     shapes = [*_outlines(board), *_discs(board), *_dimensions(board)]
     left, top = width / 2.0 + DIMENSION_MM + 3.0 * MARGIN_MM, length / 2.0
     shapes.append(Text("text", (left, top - TITLE_MM), title[0], TITLE_MM))
-    rows = [*title[1:], "", *notes]
+    rows = [*title[1:], "", *notes, *_feet(board)]
     for k, row in enumerate(rows):
         shapes.append(Text("text", (left, top - TITLE_MM - (k + 1.5) * ROW_MM), row))
     side = width / 2.0 + DIMENSION_MM + 2.0 * MARGIN_MM
@@ -233,6 +233,13 @@ def _title(board: Board) -> list[str]:
 def _hole_text(number: int, hole: HoleRow) -> str:
     x, y = hole.at_mm
     return f"{number}  {hole.part}:  x {x:g}  y {y:g}  ⌀{hole.diameter_mm:g}"
+
+
+def _feet(board: Board) -> list[str]:
+    """What the plate stands on at points: springs with their stiffness, pins held."""
+    feet = [(own.at, f"{own.stiffness * MM:g} N/mm") for own in board.springs]
+    feet += [(own.at, "held") for own in board.pins]
+    return ["foot, {}:  x {:g}  y {:g}".format(how, *_place(at)) for at, how in feet]
 
 
 def _mm(value: float) -> float:

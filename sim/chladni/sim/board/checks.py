@@ -8,14 +8,14 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.coil_checks import check_coil
+from chladni.sim.board.coil_checks import check_actuators, check_coil
 from chladni.sim.board.electronics import (
     CHIP_NAMES,
     DRIVER_KINDS,
     ONLY_OF,
     Electronics,
 )
-from chladni.sim.board.foundation_checks import SAME_PLACE, check_foundation
+from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
 from chladni.sim.board.panel_layer import check_panel
 from chladni.sim.board.parts import FEATURES, SCREW_SUPPORTS, BoardParts
@@ -217,35 +217,6 @@ def _check_supports(board: BoardParts) -> None:
             )
 
 
-def _check_actuators(board: BoardParts) -> None:
-    if not 1 <= len(board.actuators) <= 64:
-        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
-    names = [actuator.name for actuator in board.actuators]
-    for index, actuator in enumerate(board.actuators):
-        if not isinstance(actuator.name, str) or not actuator.name:
-            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
-        if actuator.polarity not in (1, -1):
-            at = f"actuators[{index}].polarity"
-            raise InputError(at, actuator.polarity, "1, or -1 for the other way round")
-        if actuator.name in names[:index]:
-            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
-        for other in board.actuators[:index]:
-            if np.hypot(*np.subtract(actuator.at, other.at)) < SAME_PLACE:
-                raise InputError(
-                    f"actuators[{index}].at_mm",
-                    in_mm(actuator.at),
-                    "a place of its own",
-                    hint=f"{other.name!r} is there already",
-                )
-    pins = board.electronics.pwm_pins
-    if pins and (len(pins) != len(board.actuators) or len(set(pins)) != len(pins)):
-        raise InputError(
-            "electronics.pwm_pins",
-            list(pins),
-            f"{len(board.actuators)} different pins, one per actuator, or none",
-        )
-
-
 def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
     corner = board.plate.corner_radius
@@ -278,8 +249,13 @@ def _check_places(board: BoardParts) -> None:
         apart = np.hypot(*(centres[near] - at).T)
         touched = near[apart <= radius + radii[near]]
         if touched.size:
+            other, far = discs[int(touched[0])], float(apart[apart <= radius + radii[near]][0])
             raise InputError(
-                f"{name}.at_mm", in_mm(at), f"a place clear of {discs[int(touched[0])][0]}"
+                f"{name}.at_mm",
+                in_mm(at),
+                f"a place clear of {other[0]}",
+                hint=f"their middles are {far / MM:.4g} mm apart and need more than "
+                f"{(radius + other[2]) / MM:.4g}",
             )
 
 
@@ -340,6 +316,6 @@ def _check_driver(board: BoardParts) -> None:
 
 _OF_VALUES = (_check_name, check_plate, _check_ranges)
 _OF_THE_WHOLE = (
-    check_coil, _check_supports, check_panel, _check_focus, _check_actuators, _check_driver,
+    check_coil, _check_supports, check_panel, _check_focus, check_actuators, _check_driver,
     _check_pins, _check_places, _check_foundation, _check_sizes,
 )  # fmt: skip

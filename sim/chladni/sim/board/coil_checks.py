@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from chladni.sim.board.electronics import Coil, Winding
+from chladni.sim.board.foundation_checks import SAME_PLACE
 from chladni.sim.board.parts import BoardParts, Magnet
-from chladni.sim.board.quantity import MM, check_ranges, quantities
+from chladni.sim.board.quantity import METRES, MM, are_metres, check_ranges, in_mm, quantities
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.magnetics.windings import force_per_ampere
 
 SAME_WINDING = 0.25
 """Share by which a coil's values may differ, given twice: a warm coil has a quarter more Ω than a
 cold one, and a gap that is off by some tenths of a millimetre makes as much of the force."""
+ROUNDED = 1e-9
+"""m that places in a file may be off by rounding."""
 MOST_FILL = 0.75
 """Copper's share of a winding. Round wires side by side cover 0.91, and enamel takes a fifth."""
 DIGITS = 4
@@ -123,3 +128,50 @@ def check_coil(board: BoardParts) -> None:
                 f"about {follows:g}, as [winding] and [magnet] make it",
                 hint="leave it out, or mend one of them",
             )
+
+
+def check_actuators(board: BoardParts) -> None:
+    """Raise `InputError` unless coils have names, places and pins of their own."""
+    if not 1 <= len(board.actuators) <= 64:
+        raise InputError("actuators", f"{len(board.actuators)} entries", "1 to 64 actuators")
+    along = [value for actuator in board.actuators for value in in_mm(actuator.at)]
+    if len(board.actuators) > 1 and are_metres(along):
+        places = [in_mm(actuator.at) for actuator in board.actuators]
+        raise InputError("actuators", places, "places beside each other", hint=METRES)
+    names = [actuator.name for actuator in board.actuators]
+    for index, actuator in enumerate(board.actuators):
+        if not isinstance(actuator.name, str) or not actuator.name:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name")
+        if actuator.polarity not in (1, -1):
+            at = f"actuators[{index}].polarity"
+            raise InputError(at, actuator.polarity, "1, or -1 for the other way round")
+        if actuator.name in names[:index]:
+            raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
+        _check_apart(board, index)
+    pins = board.electronics.pwm_pins
+    if pins and (len(pins) != len(board.actuators) or len(set(pins)) != len(pins)):
+        raise InputError(
+            "electronics.pwm_pins",
+            list(pins),
+            f"{len(board.actuators)} different pins, one per actuator, or none",
+        )
+
+
+def _check_apart(board: BoardParts, index: int) -> None:
+    """Refuse a coil where an earlier one is, or whose winding overlaps an earlier one's."""
+    actuator, winding = board.actuators[index], board.winding
+    need = winding.outer if winding is not None else SAME_PLACE
+    for other in board.actuators[:index]:
+        apart = float(np.hypot(*np.subtract(actuator.at, other.at)))
+        if apart >= need - ROUNDED:
+            continue
+        field, given = f"actuators[{index}].at_mm", in_mm(actuator.at)
+        if apart < SAME_PLACE:
+            hint = f"{other.name!r} is there already"
+            raise InputError(field, given, "a place of its own", hint=hint)
+        raise InputError(
+            field,
+            given,
+            f"a place {need / MM:.4g} mm or more from {other.name!r}",
+            hint=f"windings of {need / MM:.4g} mm overlap at {apart / MM:.4g}",
+        )

@@ -106,17 +106,18 @@ def load_board(board: str | Path) -> Board:
 
 
 def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: str) -> Path:
-    """The file that a path or a shipped name means; `field` and `what` name it in errors.
+    """The file of a path, also without .toml, or of a shipped name; errors name `field`, `what`.
 
     Raises
     ------
     InputError
         There is neither.
     """
-    path = Path(given)
-    if os.path.isfile(path):
-        return path
-    if str(given) not in shipped and not os.path.lexists(path):
+    path, named = Path(given), Path(f"{given}.toml")
+    is_shipped = str(given) in shipped
+    if os.path.isfile(path) or (os.path.isfile(named) and not is_shipped):
+        return path if os.path.isfile(path) else named
+    if not is_shipped and not os.path.lexists(path):
         raise ArgumentError(field, str(given), f"{what}, or one of: {', '.join(shipped)}")
     return shipped.get(str(given), path)
 

@@ -15,6 +15,9 @@ Part = TypeVar("Part")
 
 MM = 1e-3
 """A millimetre, in metres: places are given in the one and computed in the other."""
+METRES = "metres? these are millimetres"
+MOST_METRES = 0.5
+"""Lengths of a board that are all below this are taken for metres."""
 
 
 @dataclass(frozen=True)
@@ -53,21 +56,23 @@ class Quantity:
 
     def check(self, value: object, *, where: str) -> None:
         """Raise `InputError` unless `value`, in the file's unit, is of the right kind and range."""
-        values: list[object] = [value]
-        if self.count != 1:
-            if not isinstance(value, (list, tuple)):
-                raise InputError(where, value, self.expected())
+        if self.count == 1:
+            values = [value]
+        elif isinstance(value, (list, tuple)) and (not self.count or len(value) == self.count):
             values = list(value)
-            if self.count and len(values) != self.count:
-                raise InputError(where, value, self.expected())
-        for item in values:
-            if isinstance(item, bool) or not isinstance(item, (int, float)):
-                raise InputError(where, value, self.expected())
-            # First the range: an integer of 400 digits is no float.
-            if not self.low <= item <= self.high or not math.isfinite(item):
-                raise InputError(where, value, self.expected())
-            if self.integer and not float(item).is_integer():
-                raise InputError(where, value, self.expected())
+        else:
+            raise InputError(where, value, self.expected())
+        if not all(self._is_right(item) for item in values):
+            hint = METRES if self.key.endswith("_mm") and are_metres(values) else ""
+            raise InputError(where, value, self.expected(), hint=hint)
+
+    def _is_right(self, item: object) -> bool:
+        if isinstance(item, bool) or not isinstance(item, (int, float)):
+            return False
+        # First the range: an integer of 400 digits is no float.
+        if not self.low <= item <= self.high or not math.isfinite(item):
+            return False
+        return not self.integer or float(item).is_integer()
 
     def to_si(self, value: Any) -> Any:
         """A checked value of the file in SI units."""
@@ -87,6 +92,12 @@ class Quantity:
     def _restore(self, value: float) -> float | int:
         # 12 digits undo the rounding of the conversion, so that messages show what was written.
         return int(value) if self.integer else float(f"{value / self.scale:.12g}")
+
+
+def are_metres(lengths: Sequence[object]) -> bool:
+    """Whether lengths look like metres where millimetres are meant: small, and not all nothing."""
+    numbers = [abs(one) for one in lengths if isinstance(one, int | float)]
+    return len(numbers) == len(lengths) and 0.0 < max(numbers, default=0.0) < MOST_METRES
 
 
 def quantity(

@@ -16,7 +16,7 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
     Parameters
     ----------
     board
-        Path of a board file, or a shipped name; by default the shipped board of the table's name.
+        Path of a board file, or a shipped name; by default what `known_board` finds.
     file
         The table's file, for errors.
 
@@ -25,9 +25,11 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
     InputError
         No such board, or the table was made for another.
     """
-    if board is None and table.board_name not in shipped_boards():
-        raise MissingArgumentError("board", f"{table.board_name!r} is not a shipped board")
-    found = load_board(board or table.board_name)
+    board = board or known_board(table, file)
+    if board is None:
+        what = f"{table.board_name!r} is no shipped board, and no {table.board_name}.toml is beside"
+        raise MissingArgumentError("board", f"{what} the table")
+    found = load_board(board)
     if len(found.actuators) != table.actuators:
         expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
         raise InputError("actuators", table.actuators, expected, file=file)
@@ -41,6 +43,20 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
             hint="name the board that it was built for, or build it again for this one",
         )
     return found
+
+
+def known_board(table: Table, file: str | None) -> str | Path | None:
+    """What names a table's board: a shipped one's name, or its file beside the table's.
+
+    A file beside is of the board's name, or of the table's own.
+    """
+    if table.board_name in shipped_boards():
+        return table.board_name
+    if file is None:
+        return None
+    own = Path(file)
+    beside = [own.with_name(f"{table.board_name}.toml"), own.with_suffix(".toml")]
+    return next((path for path in beside if path.is_file()), None)
 
 
 def _is_its_board(table: Table, board: Board) -> bool:

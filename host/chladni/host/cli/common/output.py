@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.box import HEAVY_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
 from chladni.host.cli.common.terms import LEFT_OUT, WORDS, unit_of, words_of
+from chladni.sim.board.quantity import METRES, are_metres
 from chladni.sim.errors import InputError, StoppedError
 
 if TYPE_CHECKING:
@@ -34,6 +36,8 @@ def parse_place(text: str, option: str) -> Place:
         values = []
     if len(values) != 2 or not all(math.isfinite(value) for value in values):
         raise InputError(option, text, "two numbers X,Y in mm from the board's centre")
+    if are_metres(values):
+        say(f"{option} {text}: {METRES}")
     return values[0], values[1]
 
 
@@ -42,12 +46,18 @@ def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
     if as_json:
         sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
         return
-    table = RichTable(title=escape(title) or None, show_header=False, title_justify="left")
+    table = sheet(title=escape(title) or None, show_header=False)
     for key, value in result.items():
         for row_key, text in _rows(key, value):
             # Names come from files; what looks like markup in them is a name all the same.
             table.add_row(escape(row_key), escape(text))
     Console().print(table)
+
+
+def sheet(*, title: str | None, show_header: bool = True) -> RichTable:
+    """A table for people, its title on the left; without a frame where a terminal has no lines."""
+    frame = None if os.environ.get("TERM") == "dumb" else HEAVY_HEAD
+    return RichTable(title=title, title_justify="left", show_header=show_header, box=frame)
 
 
 NAMES = ("actuator", "name", "channel", "waveform", "method", "at_ms", "pin", "port")
