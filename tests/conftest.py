@@ -35,9 +35,12 @@ from soaking import IS_SOAKING
 settings.register_profile("kept", print_blob=True, derandomize=not IS_SOAKING)
 settings.load_profile("kept")
 
-# A shell starts what runs in its background with Ctrl-C ignored, and so would every process that a
-# test interrupts.
+# A shell starts what runs in its background with Ctrl-C ignored, nohup with SIGHUP, and so would be
+# every process that a test ends by them. What a test starts has the default where this process has
+# a handler. A handler that does nothing lets nohup keep the tests running.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, lambda *_: None)
 
 ROOT = Path(__file__).resolve().parents[1]
 Made = TypeVar("Made")
