@@ -15,7 +15,7 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
-from chladni.drives.scoring.fingers_score import score_fingers
+from chladni.drives.scoring.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.soft_wave import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
@@ -52,6 +52,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
+from chladni.host.cli.common.verdicts import of_board
 from chladni.host.cli.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
@@ -159,9 +160,14 @@ def board_score(
         from chladni.host.figures.boards import score_figure  # noqa: PLC0415
 
         write_figure(score_figure(loaded, score), figure)
-    result = {"name": loaded.name} | asdict(score)
+    two = _two_fingers(loaded, seed)
+    for_fingers = loaded.fingers is not None and loaded.focus is None
+    frequency_hz = loaded.drive.frequency_hz
+    verdict = of_board(score, two, frequency_hz=frequency_hz, for_fingers=for_fingers)
+    result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
-    result["two_fingers"] = _two_fingers(loaded, seed)
+    keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
+    result["two_fingers"] = {key: asdict(two)[key] for key in keys} if two else None
     if built:
         with progress_bar("steps") as progress:
             found = score_as_built(
@@ -178,14 +184,13 @@ def board_score(
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
 
 
-def _two_fingers(board: Board, seed: int) -> dict[str, Any] | None:
+def _two_fingers(board: Board, seed: int) -> CountScore | None:
     """How far apart two pressing fingers are kept, on the board as drawn; None without room."""
     try:
         (score,) = score_fingers(board, (2,), samples=0, seed=seed).counts
     except ArgumentError:
         return None
-    keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
-    return {key: value for key, value in asdict(score).items() if key in keys}
+    return score
 
 
 @board_app.command("sensitivity")

@@ -43,6 +43,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import STEPS
+from chladni.host.cli.common.verdicts import of_place
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.focus import Focus
@@ -121,7 +122,9 @@ def solve_command(
             sys.stderr.write(f"chladni: {gives_way}\n")
     if loaded.coil is None:
         sys.stderr.write(f"chladni: {NO_COIL}\n")
-    answer(report, as_json=as_json, title=f"{loaded.name}: the drive for {target} mm")
+    verdict = {"verdict": of_place(card, frequency_hz=loaded.drive.frequency_hz)}
+    title = f"{loaded.name}: the drive for {target} mm"
+    answer(verdict | report, as_json=as_json, title=title)
 
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:

@@ -38,6 +38,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
+from chladni.host.cli.common.verdicts import of_places
 from chladni.host.cli.table_build import build
 from chladni.host.emulation.table_score import PITCH, score_table
 from chladni.sim.board.quantity import MM
@@ -273,7 +274,8 @@ def score(
         from chladni.host.figures.boards import score_figure  # noqa: PLC0415
 
         write_figure(score_figure(owner, found), figure)
-    result = {"name": owner.name} | asdict(found)
+    verdict = of_places(found, frequency_hz=found.frequency_hz)
+    result = {"name": owner.name, "verdict": verdict} | asdict(found)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")
 

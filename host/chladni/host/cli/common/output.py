@@ -42,16 +42,24 @@ def parse_place(text: str, option: str) -> Place:
 
 
 def answer(result: dict[str, Any], *, as_json: bool, title: str = "") -> None:
-    """Print a result: one JSON object for programs, a table for people."""
+    """Print a result: one JSON object for programs, a table for people.
+
+    People read a `verdict` first, above the table.
+    """
     if as_json:
         sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
         return
     table = sheet(title=escape(title) or None, show_header=False)
     for key, value in result.items():
+        if key == "verdict":
+            continue
         for row_key, text in _rows(key, value):
             # Names come from files; what looks like markup in them is a name all the same.
             table.add_row(escape(row_key), escape(text))
-    Console().print(table)
+    console = Console()
+    if result.get("verdict"):
+        console.print(escape(result["verdict"]), highlight=False)
+    console.print(table)
 
 
 def sheet(*, title: str | None, show_header: bool = True) -> RichTable:
@@ -62,6 +70,8 @@ def sheet(*, title: str | None, show_header: bool = True) -> RichTable:
 
 NAMES = ("actuator", "name", "channel", "waveform", "method", "at_ms", "pin", "port")
 """What an entry of a list is called by, the first that it has."""
+ROUNDED = 1e-12
+"""What is smaller, in whatever unit, is what rounding leaves of 0."""
 SPREAD = ["median", "p10", "p90"]
 
 
@@ -102,6 +112,7 @@ def _number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
+        value = 0.0 if abs(value) < ROUNDED else value
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
     return str(value)
 

@@ -60,6 +60,8 @@ WORDS = {
     "softened": "share of the support's stiffness lost to the magnets",
     "fill": "share of the winding that is copper",
     "correlation_at_end": "wave similarity at the last frequency",
+    "decay_mm": "decay λ = (D/k)^¼ of a point force's field",
+    "foam_length_mm": "foam length (4D/k)^¼, 1.41 times the decay of `board show`",
     "waves": "coil on its latch, without the plate",
     "plate": "plate under the coil",
     "loudest_hz": "loudest at",

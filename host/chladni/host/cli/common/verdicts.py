@@ -1,0 +1,126 @@
+"""What a score comes to, in a few words: does it focus, does a finger feel it, what would help."""
+
+from __future__ import annotations
+
+from chladni.drives.scoring.board_score import BoardScore
+from chladni.drives.scoring.fingers_score import CountScore
+from chladni.drives.scoring.scorecard import Scorecard
+from chladni.drives.scoring.survey import FocusStatistics
+from chladni.sim.image.finger import sensation_db
+from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
+
+NOTICED_DB = 2.3
+"""A difference of level that a fingertip tells, 30 % (docs/feel.md)."""
+WIDE_MM = 14.0
+"""Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
+LONG, SHORT = 0.6, 0.3
+"""Foam lengths over the coils' spacing at which all coils make nearly one field, and at which
+places between them are lost (docs/focus.md)."""
+
+
+def of_places(score: FocusStatistics, *, frequency_hz: float) -> str:
+    """Whether drives all over a board focus, and whether a finger feels them."""
+    apart, kept = next(
+        (
+            (distance, spread)
+            for distance, spread in (
+                (20, score.second_finger_20mm_db),
+                (16, score.second_finger_16mm_db),
+                (12, score.second_finger_db),
+            )
+            if spread is not None
+        ),
+        (0, None),
+    )
+    if kept is None:
+        return "The board has no room for a second finger. " + _felt(score, frequency_hz)
+    at = f"another finger {apart} mm away"
+    if kept.p10 >= NOTICED_DB:
+        told = f"It focuses: {at} gets at least {kept.p10:.1f} dB less at nine of ten places"
+    elif kept.median >= NOTICED_DB:
+        told = (
+            f"It focuses at some places: {at} gets {kept.median:.1f} dB less at the median, and "
+            f"{_less(kept.p10)} at the worst tenth"
+        )
+    else:
+        told = f"It does not focus: {at} gets {_less(kept.median)} at the median"
+    return f"{told}; fingers notice {NOTICED_DB:g} dB. {_felt(score, frequency_hz)}".rstrip()
+
+
+def _less(db: float) -> str:
+    return f"{db:.1f} dB less" if db >= 0.0 else f"{-db:.1f} dB more"
+
+
+def _felt(score: FocusStatistics, frequency_hz: float) -> str:
+    if score.finger_um is None:
+        return ""
+    return _level(score.finger_um.median, frequency_hz, "The finger itself moves by")
+
+
+def _level(um: float, frequency_hz: float, words: str) -> str:
+    """Micrometres, and how far they are above what is just felt."""
+    db = sensation_db(um, frequency_hz)
+    if db is None:
+        return f"{words} {um:.2g} µm."
+    return f"{words} {um:.2g} µm, " + (
+        f"{db:.0f} dB above what is just felt." if db >= 0.0 else "which is not felt."
+    )
+
+
+def of_board(
+    score: BoardScore, two: CountScore | None, *, frequency_hz: float, for_fingers: bool = False
+) -> str:
+    """The same of a board's best drives; what keeps two fingers apart, and what would help.
+
+    Parameters
+    ----------
+    two
+        Of two fingers that press; None where there is no room for them.
+    for_fingers
+        Whether the board is for several: then that comes first, and no remedy for one focus.
+    """
+    focus, known = of_places(score, frequency_hz=frequency_hz), score.second_finger_20mm_db
+    apart = ""
+    if two is not None:
+        kept = two.isolation_db
+        apart = (
+            f"It keeps two pressing fingers {kept.median:.0f} dB apart at the median, "
+            f"{kept.p10:.0f} at the worst tenth."
+        )
+    if for_fingers:
+        return f"{apart} {focus}".strip()
+    helps = known is not None and known.median < NOTICED_DB
+    return " ".join(filter(None, (focus, apart, _remedy(score) if helps else "")))
+
+
+def _remedy(score: BoardScore) -> str:
+    """What keeps a board from focusing, as docs/focus.md has it; nothing if none of that does."""
+    spacing, foam = score.coil_spacing_mm, score.foam_length_mm
+    if spacing is None or spacing > WIDE_MM:
+        own = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
+        return f"Instead of {own} take coils about 12 mm apart, or a smaller board."
+    if score.half_wavelength_mm is not None:
+        return "Waves travel on this plate: take a thinner sheet on soft foam."
+    if foam is not None and foam > LONG * spacing:
+        return "All coils make nearly one field: take harder foam or a thinner sheet."
+    if foam is not None and foam < SHORT * spacing:
+        return "Places between the coils are lost: take softer foam or a thicker sheet."
+    return ""
+
+
+def of_place(card: Scorecard, *, frequency_hz: float) -> str:
+    """Whether one drive focuses, and whether a finger feels it."""
+    if not card.movable:
+        return "No drive of these coils moves this place."
+    off, less = card.focal_error_mm, card.second_finger_db
+    is_near = off <= SECOND_FINGER_DISTANCE * 1e3
+    where = f"the maximum lies {off:.1f} mm from the finger, and a finger 12 mm away gets"
+    if is_near and less >= NOTICED_DB:
+        told = f"It focuses: {where} {_less(less)}"
+    elif is_near and less > 0.0:
+        told = f"It hardly focuses: {where} only {_less(less)}"
+    else:
+        told = f"It does not focus: {where} {_less(less)}"
+    um = card.felt.finger_um if card.felt is not None else None
+    level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
+    return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}".rstrip()

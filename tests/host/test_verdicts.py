@@ -1,0 +1,123 @@
+"""The sentences above a score's numbers: they follow from the numbers, and come first."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.survey import FocusStatistics
+from chladni.host.cli.common.output import answer
+from chladni.host.cli.common.verdicts import of_board, of_place, of_places
+from conftest import CommandLine
+
+
+def spread(median: float, p10: float) -> Spread:
+    return Spread(median, p10, 2.0 * median - p10)
+
+
+def statistics(median: float, p10: float, um: float | None = 36.0) -> FocusStatistics:
+    level = spread(median, p10)
+    felt = None if um is None else spread(um, um / 2.0)
+    return FocusStatistics(1.0, spread(1.0, 0.5), level, level, level, level, felt)
+
+
+@pytest.mark.parametrize(
+    ("median", "p10", "words"),
+    [
+        (17.4, 14.6, "It focuses: another finger 20 mm away gets at least 14.6 dB less at nine"),
+        (2.4, 2.3, "It focuses: another finger 20 mm away gets at least 2.3 dB less at nine"),
+        (8.0, -1.5, "It focuses at some places: another finger 20 mm away gets 8.0 dB less at the "
+                    "median, and 1.5 dB more at the worst tenth"),
+        (0.3, -2.0, "It does not focus: another finger 20 mm away gets 0.3 dB less at the median"),
+        (-5.6, -9.0, "It does not focus: another finger 20 mm away gets 5.6 dB more"),
+    ],
+)  # fmt: skip
+def test_a_verdict_is_what_the_second_finger_gets(median: float, p10: float, words: str) -> None:
+    told = of_places(statistics(median, p10), frequency_hz=160.0)
+    assert told.startswith(words)
+    assert "fingers notice 2.3 dB" in told
+    # 36 µm are a hundred times what is just felt at 160 Hz.
+    assert told.endswith("The finger itself moves by 36 µm, 40 dB above what is just felt.")
+
+
+def test_what_no_finger_feels_is_said() -> None:
+    assert "0.2 µm, which is not felt." in of_places(statistics(9.0, 9.0, 0.2), frequency_hz=160.0)
+    assert of_places(statistics(9.0, 9.0, None), frequency_hz=160.0).endswith("notice 2.3 dB.")
+    assert of_places(statistics(9.0, 9.0), frequency_hz=1000.0).endswith("moves by 36 µm.")
+
+
+def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
+    own = replace(statistics(9.0, 8.0), second_finger_20mm_db=None)
+    assert "another finger 16 mm away" in of_places(own, frequency_hz=160.0)
+    none = replace(own, second_finger_16mm_db=None, second_finger_db=None)
+    assert "no room for a second finger" in of_places(none, frequency_hz=160.0)
+
+
+@pytest.mark.parametrize(
+    ("spacing", "foam", "wave", "words"),
+    [
+        (48.0, None, 90.0, "Instead of coils 48 mm apart take coils about 12 mm apart"),
+        (None, None, 90.0, "Instead of one coil"),
+        (12.0, None, 90.0, "Waves travel on this plate"),
+        (12.0, 8.0, None, "All coils make nearly one field"),
+        (12.0, 3.0, None, "Places between the coils are lost"),
+        (12.0, 6.0, None, ""),
+    ],
+)
+def test_what_would_help_follows_from_coils_and_foam(
+    spacing: float | None, foam: float | None, wave: float | None, words: str
+) -> None:
+    def told(level: float, *, for_fingers: bool = False) -> str:
+        score: Any = SimpleNamespace(
+            **vars(statistics(level, level)), coil_spacing_mm=spacing, foam_length_mm=foam,
+            half_wavelength_mm=wave,
+        )  # fmt: skip
+        two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
+        return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers)
+
+    assert words in told(0.0)
+    assert "two pressing fingers 31 dB apart at the median, 12 at the worst tenth" in told(0.0)
+    # A board that focuses needs no help, and one for several fingers begins with them.
+    assert told(9.0).endswith("12 at the worst tenth.")
+    assert told(0.0, for_fingers=True).startswith("It keeps two pressing fingers")
+    assert not words or words not in told(0.0, for_fingers=True)
+
+
+def test_a_place_is_judged_by_its_maximum_too() -> None:
+    def told(off: float, db: float, um: float = 36.0) -> str:
+        felt = SimpleNamespace(finger_um=um)
+        card: Any = SimpleNamespace(
+            movable=True, focal_error_mm=off, second_finger_db=db, felt=felt
+        )
+        return of_place(card, frequency_hz=160.0)
+
+    assert told(1.5, 3.8).startswith("It focuses: the maximum lies 1.5 mm from the finger, and a "
+                                     "finger 12 mm away gets 3.8 dB less")  # fmt: skip
+    assert told(5.2, 0.2).startswith("It hardly focuses")
+    assert told(35.0, 0.3).startswith("It does not focus: the maximum lies 35.0 mm")
+    assert told(35.0, 3.0).startswith("It does not focus")
+    assert told(3.0, -2.0).startswith("It does not focus")
+    still: Any = SimpleNamespace(movable=False)
+    assert of_place(still, frequency_hz=160.0) == "No drive of these coils moves this place."
+
+
+def test_people_read_it_first_and_programs_by_its_key(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    asked = ("solve", "strip5", "--target", "0,6")
+    first = chladni(*asked).out.splitlines()[0].rstrip()
+    assert first.startswith("It focuses: the maximum lies 1.5 mm from the finger")
+    assert chladni(*asked, "--json").json["verdict"] == first
+    scored = chladni("board", "score", "strip5", "--pitch", "20", "--no-perturbed")
+    assert scored.out.startswith("It focuses: another finger 20 mm away gets at least")
+
+
+def test_what_rounding_leaves_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    answer({"centroid_error_mm": 1.227e-15, "least_mm": 1.2e-9}, as_json=False)
+    rows = [" ".join(row.split()) for row in capsys.readouterr().out.splitlines() if "mm" in row]
+    assert [row.split(" │ ")[1].strip("│ ") for row in rows] == ["0 mm", "1.2e-09 mm"]
