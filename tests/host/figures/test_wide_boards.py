@@ -202,3 +202,18 @@ def test_feet_and_coils_outlines_are_drawn(prototype: Board) -> None:
     plain = Figure()
     explain_marks(plain, prototype)
     assert "foot" not in [text.get_text() for text in plain.legends[0].get_texts()]
+
+
+def test_levels_have_0_db_in_the_middle_of_their_colours(prototype: Board) -> None:
+    """And what fingers notice is marked on the scale, wherever the levels lie."""
+    found = score_board(prototype, pitch=PITCH, samples=0)
+    for shift in (0.0, 40.0, -found.maps.second_finger_20mm_db):
+        maps = replace(found.maps, second_finger_20mm_db=found.maps.second_finger_20mm_db + shift)
+        figure = figures.score_figure(prototype, replace(found, maps=maps))
+        low, high = figure.axes[0].collections[0].get_clim()
+        assert low is not None
+        assert high is not None
+        assert high == pytest.approx(-low)
+        assert high > 2.3
+        (bar,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("dB")]
+        assert [np.asarray(line.get_ydata())[0] for line in bar.lines] == [-2.3, 2.3]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import CenteredNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
@@ -21,6 +23,7 @@ from chladni.host.figures.fields import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.image.finger import NOTICED_DB
 
 LABELLED = 120
 """Places up to which each has its number in a map."""
@@ -85,17 +88,27 @@ def score_figure(board: Board, score: Score) -> Figure:
                 (score.maps.x_mm, score.maps.y_mm), score.maps.cell_mm, strict=True
             )
         ]
-        image = axes.pcolormesh(*edges, known.T)
+        is_level = unit == "dB"
+        image = axes.pcolormesh(*edges, known.T, **(_about_zero(known) if is_level else {}))
         draw_board(axes, board, ink=INK, small=True)
         axes.set_title(title, fontsize=9, color=INK)
         if known.count():
-            figure.colorbar(image, ax=axes, label=unit, shrink=0.8)
+            label = f"{unit}; lines: a finger notices {NOTICED_DB:g}" if is_level else unit
+            bar = figure.colorbar(image, ax=axes, label=label, shrink=0.8)
+            for level in (-NOTICED_DB, NOTICED_DB) if is_level else ():
+                bar.ax.axhline(level, color=INK, linewidth=1.0)
         if score.places <= LABELLED and inch * min(score.maps.cell_mm) * MM >= ROOM:
             _label(axes, score, known)
     explain_marks(figure, board)
     above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
     figure.suptitle(f"{board.name}: {above} above every second finger", fontsize=11, color=INK)
     return figure
+
+
+def _about_zero(levels: np.ma.MaskedArray) -> dict[str, Any]:
+    """Colours with 0 dB in their middle: blue where the finger gets more, red where others do."""
+    largest = float(np.abs(levels).max()) if levels.count() else 0.0
+    return {"cmap": "RdBu", "norm": CenteredNorm(0.0, max(largest, 2.0 * NOTICED_DB))}
 
 
 def _label(axes: Axes, score: Score, values: np.ma.MaskedArray) -> None:

@@ -6,11 +6,9 @@ from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.fingers_score import CountScore
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.survey import FocusStatistics
-from chladni.sim.image.finger import sensation_db
+from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
-NOTICED_DB = 2.3
-"""A difference of level that a fingertip tells, 30 % (docs/feel.md)."""
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
 LONG, SHORT = 0.6, 0.3
