@@ -18,6 +18,7 @@ from chladni.effects.files import READERS
 from chladni.sim.errors import InputError
 from conftest import CommandLine
 from effects.test_effect_files import HAPTIC, ahap, curve, event, written
+from effects.test_hjif import ALL
 
 
 def small_wav() -> bytes:
@@ -34,6 +35,7 @@ GOOD = {
             curve("HapticIntensityControl", 0.0, (0.0, 0.0), (0.1, 1.0)),
         )
     ).encode(),
+    ".hjif": json.dumps(ALL).encode(),
     ".wav": small_wav(),
     ".toml": b"[[tone]]\nlasts_ms = 9\namplitude = [[0, 1], [5, 0.5]]\nfrequency_hz = 100\n",
 }

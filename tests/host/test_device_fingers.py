@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from chladni.effects import shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
-from chladni.sim.errors import ArgumentError
+from chladni.sim.errors import ArgumentError, InputError
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
 from conftest import CommandLine
@@ -175,3 +177,42 @@ def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Tabl
             device.fingers.set_signal(0, 1.5)
         with pytest.raises(ArgumentError, match="finger: expected 0 to 4"):
             device.fingers.set_signal(5)
+
+
+def parts_in(recorded: NDArray[np.float64], rate_hz: float, hertz: float) -> float:
+    """Amplitude of a tone in the loudest channel's duty."""
+    times = np.arange(len(recorded)) / rate_hz
+    turned = recorded.T @ np.exp(-2j * np.pi * hertz * times)
+    return float(2.0 * np.abs(turned).max() / len(recorded))
+
+
+def test_a_live_signal_comes_row_by_row(table: Table) -> None:
+    """A tone of 150 Hz at 8 kHz, in rows of 5 ms: no gap, and nothing else on the pins."""
+    emulator = Emulator(device_of(table), table, level=1.0)
+    device = Device(EmulatorWire(emulator))
+    times = np.arange(int(0.6 * 8000)) / 8000.0
+    tone = 0.5 * np.sin(2.0 * np.pi * 150.0 * times)
+    rows = (tone[k : k + 40] for k in range(0, len(tone), 40))
+    emulator.core.take_duties()
+    played = device.stream_signal(rows, (-18.0, 30.0), rate_hz=8000.0, level_db=-6.0)
+    assert played.fewest_waiting > 0
+    assert played.samples == pytest.approx(0.6 * SIGNAL_HZ, abs=2)
+    duty = emulator.core.take_duties() / 1024.0
+    own = duty[len(duty) // 4 : -len(duty) // 4]
+    loud = parts_in(own - own.mean(axis=0), emulator.carrier_hz, 150.0)
+    assert loud > 0.05
+    for hertz in (75.0, 225.0, 300.0, 450.0):
+        assert parts_in(own - own.mean(axis=0), emulator.carrier_hz, hertz) < 0.02 * loud
+
+
+def test_an_effect_is_played_by_its_name(table: Table) -> None:
+    device = Device(EmulatorWire(Emulator(device_of(table), table)))
+    played = device.play("click", (-18.0, 30.0), level_db=-3.0)
+    assert played.place_mm == (-18.0, 30.0)
+    assert played.samples == len(shipped_effects()["click"].samples(SIGNAL_HZ))
+    with pytest.raises(InputError, match="effect: expected click"):
+        device.play("clack", (0.0, 0.0))
+    with pytest.raises(ArgumentError, match="rate_hz: expected more than 500"):
+        device.stream_signal(np.zeros(9), (0.0, 0.0), rate_hz=400.0)
+    with pytest.raises(ArgumentError, match="signal: expected a row of numbers"):
+        device.stream_signal(np.zeros((2, 2)), (0.0, 0.0), rate_hz=4000.0)

@@ -184,8 +184,8 @@ _PARTS: dict[str, Callable[[FileValue, dict[str, Control]], Part]] = {
 }
 
 
-def to_ahap(effect: Effect) -> tuple[str, list[str]]:
-    """An AHAP file's text, and what of the effect it cannot say."""
+def to_ahap(effect: Effect) -> tuple[bytes, list[str]]:
+    """An AHAP file's bytes, and what of the effect it cannot say."""
     pattern: list[dict[str, object]] = []
     left_out = beyond(effect.frequencies_hz)
     # Curves act on all events, and so can make one tone alone.
@@ -198,7 +198,7 @@ def to_ahap(effect: Effect) -> tuple[str, list[str]]:
         else:
             left_out.append(described(part))
     document = {"Version": 1.0, "Metadata": {"Description": effect.name}, "Pattern": pattern}
-    return json.dumps(document, indent=1), left_out
+    return json.dumps(document, indent=1).encode(), left_out
 
 
 def _event(kind: str, at_s: float, intensity: float, hz: float) -> dict[str, object]:

@@ -9,21 +9,25 @@ from pathlib import Path
 from chladni.effects.ahap_file import read_ahap, to_ahap
 from chladni.effects.effect import Effect
 from chladni.effects.haptic_file import read_haptic, to_haptic
+from chladni.effects.hjif_file import read_hjif
 from chladni.effects.shipped import SHIPPED
 from chladni.effects.toml_file import read_toml_effect
-from chladni.effects.wav_file import read_wav
+from chladni.effects.wav_file import read_wav, to_wav
 from chladni.sim.errors import ArgumentError
 
 READERS: dict[str, Callable[[Path, str], tuple[Effect, list[str]]]] = {
     ".haptic": read_haptic,
     ".ahap": read_ahap,
+    ".hjif": read_hjif,
     ".wav": read_wav,
     ".toml": read_toml_effect,
 }
-WRITERS: dict[str, Callable[[Effect], tuple[str, list[str]]]] = {
+WRITERS: dict[str, Callable[[Effect], tuple[bytes, list[str]]]] = {
     ".ahap": to_ahap,
     ".haptic": to_haptic,
+    ".wav": to_wav,
 }
+"""A file's bytes, and what of the effect it cannot say."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ def read_effect(name: str | Path, *, field: str = "effect") -> ReadEffect:
     Parameters
     ----------
     name
-        Of a shipped effect, or a file that ends in .haptic, .ahap, .wav or .toml.
+        Of a shipped effect, or a file that ends in .haptic, .ahap, .hjif, .wav or .toml.
     field
         The argument, for errors.
 

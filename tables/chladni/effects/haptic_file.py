@@ -68,8 +68,8 @@ def _points(values: list[FileValue], key: str) -> list[tuple[float, float]]:
     return found
 
 
-def to_haptic(effect: Effect) -> tuple[str, list[str]]:
-    """A `.haptic` file's text, and what of the effect it cannot say."""
+def to_haptic(effect: Effect) -> tuple[bytes, list[str]]:
+    """A `.haptic` file's bytes, and what of the effect it cannot say."""
     left_out = beyond(effect.frequencies_hz)
     left_out += [described(part) for part in effect.parts if not isinstance(part, Tone | Click)]
     tones = [part for part in effect.parts if isinstance(part, Tone)]
@@ -93,7 +93,7 @@ def to_haptic(effect: Effect) -> tuple[str, list[str]]:
         "metadata": {"editor": "chladni", "description": effect.name},
         "signals": {"continuous": {"envelopes": envelopes}},
     }
-    return json.dumps(document, indent=1), left_out
+    return json.dumps(document, indent=1).encode(), left_out
 
 
 def _envelopes(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import signal
 from scipy.io import wavfile
 
-from chladni.effects.effect import MOST_S, Clip, Effect
+from chladni.effects.effect import MOST_S, Clip, Effect, limited
 from chladni.sim.errors import ArgumentError
 from chladni.sim.files import read_whole
 
@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 MOST_BYTES = 64 << 20
 LEAST_RATE, MOST_RATE, KEPT_RATE = 500, 400_000, 4000
 """Hz. What lies above half of the last is filtered off by every device."""
+
+WRITTEN_RATE = 48_000
 
 
 def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
@@ -61,6 +63,14 @@ def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
         values = signal.resample_poly(values, KEPT_RATE // shared, rate // shared)
         rate = KEPT_RATE
     return Effect(path.stem, (Clip(0.0, np.clip(values, -1.0, 1.0), float(rate)),)), left_out
+
+
+def to_wav(effect: Effect) -> tuple[bytes, list[str]]:
+    """A WAV file's bytes: an effect as anything plays it aloud, unfiltered; nothing is left out."""
+    wave = limited(effect.wave(WRITTEN_RATE, effect.lasts_s))
+    file = io.BytesIO()
+    wavfile.write(file, WRITTEN_RATE, np.round(32767.0 * wave).astype(np.int16))
+    return file.getvalue(), []
 
 
 def _as_shares(samples: NDArray[Any]) -> FloatArray:

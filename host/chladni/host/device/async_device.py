@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import TURN_S, AreaEvent
+from chladni.host.device.device_fingers import PlayedSignal
 from chladni.host.device.upload import Flashed, Progress
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.config import DeviceConfig
 from chladni.tables.table import Table
 
+if TYPE_CHECKING:
+    from chladni.effects.effect import Effect
+
+FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 
 
@@ -98,6 +104,25 @@ class AsyncDevice:
     async def lift(self) -> float:
         """Let go; how long it played, s."""
         return await self.do(Device.lift)
+
+    async def play(
+        self, effect: Effect | str | Path, at: tuple[float, float], *, level_db: float = 0.0
+    ) -> PlayedSignal:
+        """Play an effect under a finger; returns once it is over."""
+        return await self.do(lambda device: device.play(effect, at, level_db=level_db))
+
+    async def stream_signal(
+        self,
+        signal: FloatArray | Iterable[FloatArray],
+        at: tuple[float, float],
+        *,
+        rate_hz: float,
+        level_db: float = 0.0,
+    ) -> PlayedSignal:
+        """Play a live signal under a finger; its rows are asked for in the device's own thread."""
+        return await self.do(
+            lambda device: device.stream_signal(signal, at, rate_hz=rate_hz, level_db=level_db)
+        )
 
     async def area_events(self) -> AsyncIterator[AreaEvent]:
         """What fingers do on the effect bank's areas, as it comes: ``async for``."""

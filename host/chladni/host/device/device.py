@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.device_effects import DeviceEffects
-from chladni.host.device.device_fingers import DeviceFingers
+from chladni.host.device.device_fingers import DeviceFingers, PlayedSignal
 from chladni.host.device.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
@@ -45,6 +46,11 @@ from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, InputError
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
+
+if TYPE_CHECKING:
+    from chladni.effects.effect import Effect
+
+FloatArray = NDArray[np.float64]
 
 NETWORK_STATES = ("off", "not on the network", "on")
 RESTART_TRIES, RESTART_S = 3, 1.0
@@ -141,6 +147,23 @@ class Device:
             answer = self.link.request("touch", x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3))
         found = answer.fields
         return found["x_um"] / 1e3, found["y_um"] / 1e3
+
+    def play(
+        self, effect: Effect | str | Path, at: tuple[float, float], *, level_db: float = 0.0
+    ) -> PlayedSignal:
+        """An effect under a finger, as `DeviceFingers.play_effect`."""
+        return self.fingers.play_effect(effect, at, level_db=level_db)
+
+    def stream_signal(
+        self,
+        signal: FloatArray | Iterable[FloatArray],
+        at: tuple[float, float],
+        *,
+        rate_hz: float,
+        level_db: float = 0.0,
+    ) -> PlayedSignal:
+        """A live signal under a finger, as `DeviceFingers.stream_signal`."""
+        return self.fingers.stream_signal(signal, at, rate_hz=rate_hz, level_db=level_db)
 
     def lift(self) -> float:
         """Let go; how long it played, s."""

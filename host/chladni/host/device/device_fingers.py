@@ -6,26 +6,33 @@ More than one finger needs a table with responses.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.effects.bank.areas import level_of
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.link import Link, LinkError
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES
 from chladni.sim.errors import ArgumentError
 
+if TYPE_CHECKING:
+    from chladni.effects.effect import Effect
+
 FloatArray = NDArray[np.float64]
 
 MOST_FINGERS = 5
 """As of `drives.fingers.silence`, which takes as long to load as all of this."""
 
-TURN_S = 0.01
-"""Between two sendings of a signal: a fifth of what a device keeps."""
+TURN_S = 0.005
+"""Between two sendings of a signal, which take 8 ms at 115,200 baud."""
+LIVE_SAMPLES = 80
+"""That a device is to keep of a live signal: 33 ms, twice what a turn takes at 115,200 baud."""
 AFTER_S = 0.05
 """For which a finger stays behind its signal, so that the last of it rings on."""
 
@@ -47,6 +54,35 @@ class PlayedSignal:
     place_mm: tuple[float, float]
     samples: int
     fewest_waiting: int
+
+
+class _Source:
+    """Samples out of blocks: the next ones wait until the device has room for them."""
+
+    def __init__(self, blocks: Iterable[FloatArray]) -> None:
+        self._blocks = iter(blocks)
+        self._waiting = np.zeros(0)
+        self._has_more = True
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there are none any more."""
+        self.next(1)
+        return not self._has_more and not len(self._waiting)
+
+    def next(self, count: int) -> FloatArray:
+        """As many, or all that are left."""
+        while self._has_more and len(self._waiting) < count:
+            block = next(self._blocks, None)
+            if block is None:
+                self._has_more = False
+            else:
+                self._waiting = np.concatenate((self._waiting, np.asarray(block, dtype=float)))
+        return self._waiting[:count]
+
+    def drop(self, count: int) -> None:
+        """So many were taken."""
+        self._waiting = self._waiting[count:]
 
 
 class DeviceFingers:
@@ -147,18 +183,43 @@ class DeviceFingers:
         LinkError
             The device has no table, or ended the touch.
         """
+        return self.stream([samples], at_mm, finger=finger, level=level, ahead=SIGNAL_SAMPLES)
+
+    def stream(
+        self,
+        blocks: Iterable[FloatArray],
+        at_mm: tuple[float, float],
+        *,
+        finger: int = 0,
+        level: float = 1.0,
+        ahead: int = LIVE_SAMPLES,
+    ) -> PlayedSignal:
+        """The same for a signal that comes block by block, for as long as it does.
+
+        Parameters
+        ----------
+        blocks
+            Samples as of `play`; whoever makes them may take their time.
+        ahead
+            Samples that the device is to keep: what comes late by less is not heard, and all is
+            heard that much later.
+        """
         self.set_signal(finger, level)
-        sent, filled = self.send(finger, samples[:SIGNAL_SAMPLES])
+        source = _Source(blocks)
+        sent, filled = self.send(finger, source.next(ahead))
+        source.drop(sent)
         place = self.touch(finger, *at_mm)
-        now_s, fewest = self._link.wire.now_s, SIGNAL_SAMPLES
-        while sent < len(samples):
-            begun = now_s()
+        now_s, fewest = self._link.wire.now_s, ahead
+        begun = now_s()
+        while not source.is_over:
             self._link.wait(TURN_S)
             # A wire is slow: no more than there may be room for.
-            room = SIGNAL_SAMPLES - filled + int((now_s() - begun) * SIGNAL_HZ)
-            taken, filled = self.send(finger, samples[sent : sent + room])
+            left = max(0, filled - int((now_s() - begun) * SIGNAL_HZ))
+            begun = now_s()
+            taken, filled = self.send(finger, source.next(max(ahead - left, 0)))
             fewest = min(fewest, filled - taken)
             sent += taken
+            source.drop(taken)
         _, left = self.send(finger, [])
         self._link.wait(left / SIGNAL_HZ + AFTER_S)
         if not any(one["finger"] == finger for one in self.all()):
@@ -168,6 +229,72 @@ class DeviceFingers:
             )
         self.lift(finger)
         return PlayedSignal(place, sent, fewest)
+
+    def play_effect(
+        self,
+        effect: Effect | str | Path,
+        at_mm: tuple[float, float],
+        *,
+        level_db: float = 0.0,
+        finger: int = 0,
+    ) -> PlayedSignal:
+        """The same for an effect.
+
+        Parameters
+        ----------
+        effect
+            An effect, the name of a shipped one, or its file.
+        level_db
+            Against the loudest for that place, 0 or less.
+
+        Raises
+        ------
+        InputError
+            There is no such effect.
+        LinkError
+            As of `play`.
+        """
+        # They load SciPy, which takes longer than a device takes to answer.
+        from chladni.effects.effect import Effect  # noqa: PLC0415
+        from chladni.effects.files import read_effect  # noqa: PLC0415
+
+        own = effect if isinstance(effect, Effect) else read_effect(effect).effect
+        samples, level = own.samples(SIGNAL_HZ), level_of(level_db)
+        return self.play(samples, at_mm, finger=finger, level=level)
+
+    def stream_signal(
+        self,
+        signal: FloatArray | Iterable[FloatArray],
+        at_mm: tuple[float, float],
+        *,
+        rate_hz: float,
+        level_db: float = 0.0,
+        finger: int = 0,
+    ) -> PlayedSignal:
+        """The same for a live signal, which is low-passed at 250 Hz on its way.
+
+        Between a sample and the duties that it makes lie the 33 ms that the device keeps, 2 ms of
+        the low-pass, and what the wire takes.
+
+        Parameters
+        ----------
+        signal
+            -1 to 1: one row of samples, or rows that come one after the other.
+        rate_hz
+            Samples of it in a second: 2 to 8 kHz are usual.
+
+        Raises
+        ------
+        InputError
+            A rate that cannot be, or no rows of numbers.
+        LinkError
+            As of `play`.
+        """
+        from chladni.effects.live import signal_samples  # noqa: PLC0415
+
+        rows = [signal] if isinstance(signal, np.ndarray) else signal
+        samples = signal_samples(rows, rate_hz, SIGNAL_HZ)
+        return self.stream(samples, at_mm, finger=finger, level=level_of(level_db))
 
     def all(self) -> list[dict[str, Any]]:
         """Those that are down, with places and what their drives come to.

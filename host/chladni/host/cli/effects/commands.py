@@ -23,7 +23,7 @@ effects_app = typer.Typer(
 )
 EffectArgument = Annotated[
     str,
-    typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .wav or .toml."),
+    typer.Argument(metavar="EFFECT", help="Its name, or a .haptic, .ahap, .hjif, .wav or .toml."),
 ]
 
 
@@ -82,17 +82,18 @@ def effects_show(
 @effects_app.command("convert")
 def effects_convert(
     effect: EffectArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.ahap, .haptic).")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="File to write (.ahap, .haptic, .wav).")
+    ],
     as_json: JsonOption = False,
 ) -> None:
-    """Write an effect as AHAP or .haptic, as far as these can say it."""
+    """Write an effect as AHAP or .haptic, as far as these can say it, or as a sound (.wav)."""
     writer = WRITERS.get(output.suffix.lower())
     if writer is None:
         raise InputError("--output", str(output), f"a name that ends in {' or '.join(WRITERS)}")
     check_output(output, "--output")
     read = read_effect(effect, field="EFFECT")
-    text, left_out = writer(read.effect)
-    data = text.encode()
+    data, left_out = writer(read.effect)
     write_whole(output, data)
     answer(
         {"path": str(output), "bytes": len(data), "left_out": [*read.left_out, *left_out]},

@@ -54,7 +54,7 @@ def play(
         str | None,
         typer.Argument(
             metavar="[EFFECT]",
-            help="Its name, or a .haptic, .ahap, .wav or .toml; unless --bank has it.",
+            help="Its name, or a .haptic, .ahap, .hjif, .wav or .toml; unless --bank has it.",
         ),
     ] = None,
     at: Annotated[str | None, typer.Option("--at", metavar="X,Y", help="Where, mm.")] = None,
