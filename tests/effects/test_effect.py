@@ -7,10 +7,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy import signal
 
-from chladni.effects import Click, Clip, Curve, Effect, Noise, Tone, shipped_effects
+from chladni.effects import Bank, Click, Clip, Curve, Effect, Noise, Tone, shipped_effects
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.pack import pack_bank
 from chladni.effects.effect import MOST_POINTS
-from chladni.effects.flatten import flattened
+from chladni.effects.flatten import flattened, flattened_effect
 from chladni.effects.low_pass import TAIL_S, low_passed
 from chladni.sim.errors import InputError
 
@@ -137,3 +138,36 @@ def test_curves_that_are_none_are_refused(
 def test_an_effect_of_an_hour_is_refused() -> None:
     with pytest.raises(InputError, match="600 s at most"):
         Effect("long", (Click(3600.0, 1.0, 160.0),)).samples(SIGNAL_HZ)
+
+
+def test_a_flattened_effect_is_as_loud_at_every_frequency() -> None:
+    """A place that has more the higher it goes: what a tone's moment has there is one level."""
+    hz = np.linspace(2.0, 400.0, 40)
+    level = 1.0 + (hz / 150.0) ** 2
+    sweep = shipped_effects()["sweep"]
+    flat, left_out = flattened_effect(sweep, SIGNAL_HZ, hz, level, 160.0)
+    assert left_out == []
+    (tone,) = flat.parts
+    (own,) = sweep.parts
+    assert isinstance(tone, Tone)
+    assert isinstance(own, Tone)
+    times = np.linspace(0.06, 0.94, 200)
+    played = tone.amplitude.at(times) * np.interp(tone.frequency_hz.at(times), hz, level)
+    wanted = own.amplitude.at(times) * np.interp(160.0, hz, level)
+    # Straight lines 10 Hz apart, of a level that bends.
+    np.testing.assert_allclose(played, wanted, rtol=0.004)
+    kept = pack_bank(Bank("b", {"sweep": flat}))
+    assert len(kept) < 220
+
+
+def test_flattening_leaves_noise_and_makes_clips_of_clicks() -> None:
+    hz = np.array([10.0, 400.0])
+    both = Effect("both", (*shipped_effects()["click"].parts, *shipped_effects()["texture"].parts))
+    flat, left_out = flattened_effect(both, SIGNAL_HZ, hz, np.array([1.0, 1.0]), 160.0)
+    click, noise = flat.parts
+    assert isinstance(click, Clip)
+    assert noise == both.parts[1]
+    assert left_out == ["noise at 0 s, which stays as it is"]
+    # Of a place that is flat it is what it was.
+    own = both.parts[0].wave(np.arange(len(click.samples)) / SIGNAL_HZ)
+    np.testing.assert_allclose(click.samples, own, atol=2e-3)

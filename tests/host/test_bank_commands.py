@@ -6,9 +6,12 @@ import asyncio
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from chladni.effects.bank.bank_file import bank_bytes
+from chladni.effects.bank.unpack import read_bank_file
+from chladni.effects.effect import Tone
 from chladni.host.device.async_device import AsyncDevice
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent, DeviceArea
@@ -126,6 +129,27 @@ def test_an_event_loop_hears_the_same(emulator: Emulator) -> None:
 
     event = asyncio.run(first())
     assert (event.what, event.area) == ("pressed", "key")
+
+
+def test_a_boards_own_level_is_taken_out_where_it_is_asked_for(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """`strip5` gives 1.9 dB more at 199 Hz than at 94, where the sweep is at these times."""
+    areas, kept = tmp_path / "s.toml", {}
+    areas.write_text('[[area]]\nname = "all"\npress = "sweep"\n', encoding="utf-8")
+    for more in ((), ("--flatten", "--board", "strip5")):
+        path = tmp_path / f"{len(more)}.che"
+        built = chladni("effects", "build", areas, "-o", path, "--json", *more)
+        assert built.code == 0, built.err
+        (tone,) = read_bank_file(path, "").effects["sweep"].parts
+        assert isinstance(tone, Tone)
+        kept[len(more)] = tone.amplitude.at(np.array([0.1, 0.85]))
+    plain, flat = kept[0], kept[3]
+    assert plain[1] / plain[0] == pytest.approx(1.0, abs=0.01)
+    assert flat[1] / flat[0] == pytest.approx(10.0 ** (-1.9 / 20.0), abs=0.02)
+    refused = chladni("effects", "build", areas, "-o", tmp_path / "x.che", "--flatten")
+    assert refused.code == 2
+    assert "--board is required" in refused.err
 
 
 def test_a_press_on_a_key_is_scored_under_the_finger(chladni: CommandLine, tmp_path: Path) -> None:

@@ -131,6 +131,8 @@ def _effect_entry(name: str, effect: Effect, body: _Body) -> bytes:
     ends = [_sample(part.ends_s, place) for part in effect.parts]
     # Where parts add up to more than a place allows, all of the effect is quieter.
     most = float(np.abs(effect.wave(SIGNAL_HZ, effect.lasts_s)).max())
+    curves = [part.amplitude for part in effect.parts if isinstance(part, Tone | Noise)]
+    most = max(most, *(max(curve.values) for curve in curves)) if curves else most
     for part in effect.parts:
         body.data += _part(part, 1.0 / max(1.0, most), place)
     lasts = max([1, *ends])

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from chladni.effects.bank.areas import Area, Bank
-from chladni.effects.bank.bank_file import BANK_SUFFIX, bank_bytes, read_bank
+from chladni.effects.bank.bank_file import BANK_SUFFIX, ReadBank, bank_bytes, read_bank
+from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import read_bank_file, unpack_bank
 from chladni.effects.effect import kinds
-from chladni.host.cli.common.options import JsonOption
+from chladni.effects.flatten import flattened_effect
+from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.sim.board.file import load_board
@@ -33,6 +35,10 @@ def build(
     board: Annotated[
         str | None, typer.Option(help="Check that the areas lie on this board.")
     ] = None,
+    flatten: Annotated[
+        bool,
+        typer.Option("--flatten", help="Take that board's level over frequency out of effects."),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Build an effect bank: what plays where, as a device keeps it."""
@@ -43,6 +49,8 @@ def build(
             read.bank.check_on(*(1e3 * size for size in load_board(board).plate.size))
         except InputError as error:
             raise error.in_file(bank) from None
+    if flatten:
+        read = _flattened(read, required("--board", board, "whose level is taken out"))
     data = pack_bank(read.bank)
     write_whole(output, data)
     for name, lines in read.left_out.items():
@@ -59,6 +67,22 @@ def build(
         as_json=as_json,
         title=f"Effect bank {read.bank.name}",
     )
+
+
+def _flattened(read: ReadBank, board: str) -> ReadBank:
+    """Effects that the board's places play as they are meant."""
+    from chladni.host.emulation.common_level import common_level  # noqa: PLC0415
+
+    loaded = load_board(board)
+    with progress_bar("plate") as progress:
+        hz, level = common_level(loaded, progress=progress)
+    own_hz = loaded.drive.frequency_hz
+    effects, left_out = {}, dict(read.left_out)
+    for name, effect in read.bank.effects.items():
+        effects[name], stays = flattened_effect(effect, SIGNAL_HZ, hz, level, own_hz)
+        left_out[name] = [*left_out.get(name, []), *stays]
+    bank = replace(read.bank, effects=effects)
+    return ReadBank(bank, {name: lines for name, lines in left_out.items() if lines})
 
 
 @connecting
