@@ -42,7 +42,13 @@ def test_a_new_bank_takes_over_and_survives_a_start(table: Table) -> None:
     assert (done.verified, done.bytes) == (True, len(BYTES))
     assert device.effects.info()["name"] == "all"
     assert device.info()["table_status"] == "ok"
+    for place in (KEY, None):
+        emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, place))
+        emulator.run(100.0)
+    assert len(Device(EmulatorWire(emulator)).effects.events()) == 2
     second = device.effects.flash(OTHER)
+    # What fingers did on areas that are gone is not told any more.
+    assert device.effects.events() == []
     assert second.slot == 1 - done.slot
     emulator.core.boot()
     device = Device(EmulatorWire(emulator))

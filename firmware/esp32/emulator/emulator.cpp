@@ -66,7 +66,7 @@ void Emulator::boot(ResetCause cause) {
   must_restart_ = false;
   is_booted_ = false;  // no samples before the outputs are set up
   pwm_.reset();
-  device_.start(hal());
+  device_.start(hal(), {hardware_.first_ms, hardware_.first_samples});
   datagrams_.start();
   if (datagrams_.state().is_on) datagrams_.set_address(kLoopback);
   const Config& config = device_.config();

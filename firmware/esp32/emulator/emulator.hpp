@@ -47,6 +47,11 @@ struct Hardware {
   // After a power-on the coils are known to be cold, as after a rest that the device has seen; else
   // its memory of them is lost with the power.
   bool is_rested = true;
+  // What the firmware's clocks begin with: microseconds wrap after 71.6 minutes, samples after 61
+  // hours, milliseconds after 49.7 days.
+  uint32_t first_us = 0;
+  uint32_t first_ms = 0;
+  uint32_t first_samples = 0;
   uint32_t seed = 1;
 };
 

@@ -14,7 +14,10 @@ Hal Emulator::hal() {
   Hal hal{};
   hal.context = this;
   hal.chip = from(this).hardware_.chip;
-  hal.now_us = [](void* context) { return static_cast<uint32_t>(from(context).now_us()); };
+  hal.now_us = [](void* context) {
+    const Emulator& self = from(context);
+    return static_cast<uint32_t>(self.now_us() + self.hardware_.first_us);
+  };
   hal.set_duties = [](void* context, int32_t* duties) {
     Emulator& self = from(context);
     self.note(self.pwm_.write(self.period_, duties, self.pwm_.channels()));

@@ -40,9 +40,10 @@ SynthesisSettings settings_of(const Timing& timing, const Config& config) {
 
 }  // namespace
 
-void Device::start(const Hal& hal) {
+void Device::start(const Hal& hal, const FirstCounts& first) {
   hal_ = hal;
-  clock_.start(now_us());
+  clock_.start(now_us(), first.ms);
+  synthesis_.count_from(first.samples);
   output_watch_.start(now_us());
   starts_.begin(hal_, faults_);
   load_config();

@@ -25,10 +25,16 @@
 
 namespace chladni {
 
+// What clocks that wrap count from: 0 but where a wrap is to be seen without the days before it.
+struct FirstCounts {
+  uint32_t ms = 0;
+  uint32_t samples = 0;
+};
+
 class Device {
  public:
   // Load configuration and table and get ready; outputs stay off.
-  void start(const Hal& hal);
+  void start(const Hal& hal, const FirstCounts& first = {});
   // One turn of the main loop; call it every millisecond, and as soon as the panel calls.
   void poll();
   // One sample; call it from the sample interrupt, every fourth carrier period. `missed` samples

@@ -7,9 +7,10 @@ namespace chladni {
 
 class TurnClock {
  public:
-  void start(uint32_t now_us) {
+  void start(uint32_t now_us, uint32_t first_ms) {
     *this = TurnClock{};
     turned_us_ = now_us;
+    now_ms_ = awake_ms_ = first_ms;
   }
   // A turn begins; whole milliseconds since the last one.
   uint32_t turn(uint32_t now_us) {

@@ -25,6 +25,8 @@ class AreaEvents {
     records_[end_++ % kMost] = record;
     if (end_ - begin_ > kMost) begin_ = end_ - kMost;
   }
+  // Areas have other numbers from now on.
+  void forget() { begin_ = end_; }
   // Numbers of those that are kept, counted from start.
   uint32_t begin() const { return begin_; }
   uint32_t end() const { return end_; }

@@ -21,6 +21,7 @@ int32_t along(const BankArea& area, Place place) {
 void FingerEffects::start(const Bank& bank) {
   bank_ = &bank;
   fingers_ = {};
+  events_.forget();
 }
 
 void FingerEffects::note(AreaEvent what, uint32_t slot, uint32_t now_ms) {

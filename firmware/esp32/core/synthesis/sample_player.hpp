@@ -35,6 +35,11 @@ class SamplePlayer {
  public:
   // Main loop, only while outputs are off.
   void start(const PlayerSettings& settings) { settings_ = settings; }
+  // Main loop, before the first sample: the number that it gets.
+  void count_from(uint32_t samples) {
+    samples_ = samples;
+    handover_.samples.store(samples, std::memory_order_relaxed);
+  }
   // Main loop, before the first sample: where duties go.
   void connect(const Hal& hal) {
     set_duties_ = hal.set_duties;

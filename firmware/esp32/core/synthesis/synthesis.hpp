@@ -112,6 +112,11 @@ class Synthesis {
   FadeCause fade_cause() const { return handover().fade_cause.load(std::memory_order_acquire); }
   // Samples since start, those that were missed included: it stands still if the interrupt does.
   uint32_t samples() const { return handover().samples.load(std::memory_order_relaxed); }
+  // Before the first of them.
+  void count_from(uint32_t samples) {
+    player_.count_from(samples);
+    seen_samples_ = samples;
+  }
   // Samples that were missed since start.
   uint32_t missed() const { return handover().missed.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.

@@ -82,6 +82,9 @@ class Hardware:
     panel: str
     table_sectors: int
     bank_sectors: int
+    first_us: int
+    first_ms: int
+    first_samples: int
     has_second_address: bool
     interrupt_us: float
     jitter_us: float

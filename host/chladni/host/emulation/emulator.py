@@ -68,6 +68,8 @@ class Hardware:
         Of the console and link, bits per second of virtual time; the configuration's by default.
     is_rested
         Whether the device knows after a power-on that its coils are cold; a real one cannot.
+    first_us, first_ms, first_samples
+        What the firmware's clocks begin with: they wrap after 71.6 minutes, 49.7 days and 61 hours.
     seed
         Of the jitter.
     """
@@ -86,6 +88,9 @@ class Hardware:
     watchdog_us: float = 5e6
     baud: float | None = None
     is_rested: bool = True
+    first_us: int = 0
+    first_ms: int = 0
+    first_samples: int = 0
     seed: int = 1
 
 
