@@ -12,7 +12,7 @@ from chladni.drives.scoring.sensitivity import MODULUS, THICKNESS, sensitivity
 from chladni.drives.scoring.tolerances import FORCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Foundation
-from chladni.sim.board.parts import Image
+from chladni.sim.board.parts import Image, Spring
 from conftest import CommandLine
 
 
@@ -49,6 +49,20 @@ def test_foam_that_carries_a_board_decides_its_level(prototype: Board) -> None:
     assert found["foam's stiffness"].level_db == pytest.approx(-20.0 * np.log10(0.8), abs=0.1)
     assert found["thickness"].level_db < 0.2
     assert "screws" not in found
+
+
+def test_feet_that_carry_a_board_decide_its_level(prototype: Board) -> None:
+    """A plate that is stiff beside its feet goes down as a whole: as 1/k, 12 dB at a quarter."""
+    stiff = dataclasses.replace(prototype.plate, youngs_modulus=1.5e12)
+    drive = dataclasses.replace(prototype.drive, frequency_hz=1.0)
+    feet = tuple(Spring((x, y), 4e3) for x in (-0.03, 0.03) for y in (-0.06, 0.06))
+    board = dataclasses.replace(
+        prototype, plate=stiff, screws=(), springs=feet, drive=drive, image=Image((31, 61))
+    )
+    found = {one.name: one for one in sensitivity(board)}
+    assert found["feet's stiffness"].level_db == pytest.approx(20.0 * np.log10(4.0), abs=0.1)
+    assert found["thickness"].level_db < 0.2
+    assert "feet's stiffness" not in {one.name for one in sensitivity(prototype)}
 
 
 def test_forces_change_no_more_than_their_own_share(prototype: Board) -> None:
