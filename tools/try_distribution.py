@@ -48,6 +48,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "effects list": (),
     "effects show": ("click",),
     "effects convert": ("click", "-o", "click.ahap"),
+    "effects build": ("calculator", "-o", "calculator.che"),
+    "effects flash": ("calculator", "--emulator"),
     "play": ("click.ahap", "--at", "0,15", "--board", "strip5", "--emulator", "--figure", "p.png"),
     "design": ("small", "-o", "own.toml", "--samples", "1"),
     "board wiring": ("prototype", "-o", "wiring.svg"),

@@ -18,6 +18,7 @@ from chladni.effects.bank.curves import thinned
 from chladni.effects.bank.layout import LARGEST_FILE, MAX_SAMPLES, SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import BankRefusedError, unpack_bank
+from chladni.effects.effect import Part
 from chladni.effects.low_pass import sections
 from chladni.host.emulation._emulator import area_at, bank_status, effect_samples
 from chladni.host.protocol.codes import BANK_STATUS
@@ -279,3 +280,37 @@ def test_a_long_recording_of_an_envelope_comes_down_to_few_points() -> None:
     found = unpack_bank(data).effects["bell"].parts[0]
     assert isinstance(found, Tone)
     np.testing.assert_allclose(found.amplitude.at(times), bell, atol=3e-3)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        (Tone(0.1, 0.1, Curve.constant(1.0), Curve.constant(160.0)),),
+        (Clip(0.0, np.array([0.5]), 8000.0),),
+        (Clip(0.2, np.array([0.3, 0.4]), 40_000.0), *HUM.parts),
+        (Clip(0.0, np.array([0.0, 5.0, 0.0]), 900.0),),
+    ],
+    ids=["no length", "one sample", "less than a sample, at the end", "a peak between samples"],
+)
+def test_what_is_packed_is_read(parts: tuple[Part, ...]) -> None:
+    """Whatever the parts are, the bank is one that a device takes."""
+    data = pack_bank(Bank("b", {"own": Effect("own", parts)}))
+    assert agree(data) == "kOk"
+    made = np.array(effect_samples(data, 0, 1000))
+    assert np.abs(made).max() <= 1.0 + 1e-6
+
+
+def test_a_saw_tooth_stays_one() -> None:
+    """Steps between equal values: 1 down to 0, at once back to 1, and on."""
+    saw = Curve((0.0, 0.05, 0.05, 0.1), (1.0, 0.0, 1.0, 1.0))
+    effect = Effect("saw", (Tone(0.0, 0.1, saw, Curve.constant(100.0)),))
+    (kept,) = unpack_bank(pack_bank(Bank("b", {"saw": effect}))).effects["saw"].parts
+    assert isinstance(kept, Tone)
+    times = np.array([0.01, 0.025, 0.045, 0.055, 0.09])
+    np.testing.assert_allclose(kept.amplitude.at(times), saw.at(times), atol=0.01)
+
+
+def test_corners_that_a_device_cannot_tell_apart_are_refused() -> None:
+    thin = Polygon(((0.0, 0.0), (10.0, 0.0), (10.0, 0.0001), (0.0, 9.0)))
+    with pytest.raises(InputError):
+        pack_bank(Bank("b", {}, (Area("thin", thin),)))

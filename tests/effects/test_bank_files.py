@@ -96,16 +96,8 @@ def test_a_drawing_without_millimetres_has_them_for_units(tmp_path: Path) -> Non
     [
         ("<svg", "svg: expected an SVG drawing"),
         ("<svg xmlns='http://www.w3.org/2000/svg'/>", 'svg: expected width="80mm"'),
-        (
-            "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'>"
-            "<path id='two' d='M0 0 L1 0 L1 1 Z M3 3 L4 3 L4 4 Z'/></svg>",
-            "#two: expected one outline, got 'several outlines'",
-        ),
-        (
-            "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 9 9'>"
-            "<polygon id='cross' points='0,0 9,9 9,0 0,9'/></svg>",
-            "#cross: expected sides that do not cross",
-        ),
+        ("<g id='a'/>", "svg: expected width="),
+        ("<g width='9mm' height='9mm'/>", "svg: expected an SVG drawing, got 'no svg element'"),
     ],
 )
 def test_a_drawing_that_has_no_areas_is_refused(tmp_path: Path, text: str, said: str) -> None:
@@ -115,6 +107,33 @@ def test_a_drawing_that_has_no_areas_is_refused(tmp_path: Path, text: str, said:
         shapes_of_drawing(path, "svg")
     assert said in str(raised.value)
     assert "bad.svg" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        (
+            "<path id='key' d='M0 0 L1 0 L1 1 Z M3 3 L4 3 L4 4 Z'/>",
+            "panel.svg, #key: expected one outline, got 'several outlines'",
+        ),
+        (
+            "<polygon id='key' points='0,0 9,9 9,0 0,9'/>",
+            "panel.svg, #key: expected sides that do not cross",
+        ),
+        ("<line id='key' x1='0' y1='0' x2='9' y2='0'/>", "#key: expected 3 to 32 corners"),
+    ],
+)
+def test_a_shape_that_can_be_no_area_is_refused_where_an_area_asks_for_it(
+    folder: Path, shape: str, said: str
+) -> None:
+    text = SVG.replace('<rect id="key" x="100" y="200" width="200" height="100"/>', shape)
+    (folder / "panel.svg").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_bank(folder / "panel.toml")
+    assert said in str(raised.value)
+    other = FILE.replace('svg = "key"', 'svg = "knob"')
+    (folder / "panel.toml").write_text(other, encoding="utf-8")
+    assert len(read_bank(folder / "panel.toml").bank.areas) == 2
 
 
 @pytest.mark.parametrize(

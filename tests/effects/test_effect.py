@@ -171,3 +171,12 @@ def test_flattening_leaves_noise_and_makes_clips_of_clicks() -> None:
     # Of a place that is flat it is what it was.
     own = both.parts[0].wave(np.arange(len(click.samples)) / SIGNAL_HZ)
     np.testing.assert_allclose(click.samples, own, atol=2e-3)
+
+
+def test_points_of_a_curve_with_steps_are_its_own() -> None:
+    steps = Curve((0.0, 0.05, 0.05, 0.1), (1.0, 1.0, 0.2, 0.2))
+    tone = Tone(0.0, 0.1, steps, Curve.constant(100.0))
+    assert tone.points_of(steps) == [(0.0, 1.0), (0.05, 1.0), (0.05, 0.2), (0.1, 0.2)]
+    assert tone.points_of(steps, [0.02, 0.05]) == [
+        (0.0, 1.0), (0.02, 1.0), (0.05, 1.0), (0.05, 0.2), (0.1, 0.2),
+    ]  # fmt: skip

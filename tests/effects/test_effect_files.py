@@ -300,3 +300,10 @@ def test_an_effect_that_is_none_and_a_file_that_is_not_there(tmp_path: Path) -> 
         file.truncate(2 << 30)
     with pytest.raises(InputError, match="at most 67,108,864 bytes"):
         read_effect(large)
+
+
+def test_a_sound_without_samples_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "empty.wav"
+    wavfile.write(path, 8000, np.zeros(0, dtype=np.int16))
+    with pytest.raises(InputError, match="expected a sound, got 'no samples'"):
+        read_effect(path)

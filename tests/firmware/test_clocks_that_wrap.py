@@ -51,7 +51,7 @@ def table() -> Table:
     return responses_table(limits=LIMITS)
 
 
-def course(table: Table, **first: int) -> Course:
+def course(table: Table, **first: Any) -> Course:
     """Nine seconds of all that counts time: each second begins with something else."""
     emulator = Emulator(
         device_of(table, full_rise_dk=(900,) * 5 + (0,) * 11, attack_ms=30, decay_ms=50,
@@ -99,9 +99,8 @@ def course(table: Table, **first: int) -> Course:
     finger(10.0, (0.0, 0.0))
     until(LASTS_S)
     faults = [(cause, detail, (at - begun_ms) % WRAP) for cause, detail, at in emulator.core.faults]
-    told = [
-        (e.what, e.area, round(1e3 * e.at_s - begun_ms) % WRAP) for e in device.effects.events()
-    ]
+    events += device.effects.events()
+    told = [(one.what, one.area, round(1e3 * one.at_s - begun_ms) % WRAP) for one in events]
     return Course(
         emulator.core.take_duties(), faults, list(emulator.core.coil_rise_k),
         device.info()["erases"], updates, told,

@@ -212,6 +212,9 @@ def test_an_effect_is_played_by_its_name(table: Table) -> None:
     assert played.samples == len(shipped_effects()["click"].samples(SIGNAL_HZ))
     with pytest.raises(InputError, match="effect: expected click"):
         device.play("clack", (0.0, 0.0))
+    for level_db in (3.0, 1e5, float("nan")):
+        with pytest.raises(ArgumentError, match="level_db: expected 0 or less"):
+            device.play("click", (0.0, 0.0), level_db=level_db)
     with pytest.raises(ArgumentError, match="rate_hz: expected more than 500"):
         device.stream_signal(np.zeros(9), (0.0, 0.0), rate_hz=400.0)
     with pytest.raises(ArgumentError, match="signal: expected a row of numbers"):

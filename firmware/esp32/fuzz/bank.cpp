@@ -16,9 +16,9 @@ void touch_all(const Bank& bank) {
   effects->start(bank);
   uint32_t now_ms = 0;
   const auto turn = [&](const Touches& touches) {
-    effects->follow(touches, ++now_ms);
+    effects->follow(touches, 0xFFU, ++now_ms);
     ring->begin();  // as if all had been taken
-    effects->render(0, *ring, now_ms);
+    effects->render(0, *ring);
   };
   for (int32_t k = 0; k < 200; ++k) {
     Touches touches{};

@@ -92,9 +92,16 @@ class Tone:
 
     def points_of(self, curve: Curve, more: Sequence[float] = ()) -> list[tuple[float, float]]:
         """One of its curves by (s, value) from its begin to its end, with `more` times between."""
-        inside = [at for at in curve.times if self.begins_s < at < self.ends_s]
-        times = np.array(sorted([self.begins_s, *inside, *more, self.ends_s]))
-        return list(zip(times.tolist(), curve.at(times).tolist(), strict=True))
+        own = [
+            (at, value)
+            for at, value in zip(curve.times, curve.values, strict=True)
+            if self.begins_s < at < self.ends_s
+        ]
+        between = [at for at in more if at not in {time for time, _ in own}]
+        others = np.array([self.begins_s, *between, self.ends_s])
+        added = zip(others.tolist(), curve.at(others).tolist(), strict=True)
+        # In their own order, where two at one time are a step.
+        return sorted([*own, *added], key=lambda point: point[0])
 
     def wave(self, times: FloatArray) -> FloatArray:
         """As of `Part`; its phase is 0 where it begins."""

@@ -54,6 +54,8 @@ def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
         values = values.mean(axis=1)
     if not np.all(np.isfinite(values)):
         raise ArgumentError(field, "samples that are no numbers", "a WAV file", file=str(path))
+    if not len(values):
+        raise ArgumentError(field, "no samples", "a sound", file=str(path))
     if not len(values) <= rate * MOST_S:
         raise ArgumentError(
             field, f"{len(values) / rate:g} s", f"{MOST_S:g} s at most", file=str(path)

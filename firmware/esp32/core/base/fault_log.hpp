@@ -48,6 +48,7 @@ class FaultLog {
   static constexpr uint32_t bit(FaultCause cause) { return 1U << static_cast<uint32_t>(cause); }
   // They stand, and outputs play all the same.
   static constexpr uint32_t kWarnings = 1U << static_cast<uint32_t>(FaultCause::kOlderTable) |
+                                        1U << static_cast<uint32_t>(FaultCause::kOlderBank) |
                                         1U << static_cast<uint32_t>(FaultCause::kNetworkHeld);
 
   std::array<Fault, kKept> faults_{};

@@ -178,13 +178,14 @@ void Device::touch_down() {
   // What ended the last touch is noted before this one wipes it out.
   watch_outputs();
   if (!go(DeviceEvent::kTouchBegins)) return;
+  effects_.clear(now_ms());
   touch_.begin(input_.touches(), now_us());
   synthesis_.keep_alive();
 }
 
 // The last finger has left, and an effect of its release plays.
 bool Device::let_effects_end() {
-  effects_.follow({}, now_ms());
+  effects_.follow({}, touch_.bank_fingers(), now_ms());
   return effects_.are_lingering() && go(DeviceEvent::kFingerLifts);
 }
 
@@ -214,13 +215,15 @@ void Device::break_touch() {
 }
 
 void Device::advance_touch() {
+  if (!is_of_a_finger()) return;
   const bool is_lifted = state_ == DeviceState::kLifted;
-  if (state_ == DeviceState::kPlaying || effects_.are_lingering()) {
-    const Touches heard = effects_.follow(is_lifted ? Touches{} : input_.touches(), now_ms());
+  if (!is_lifted || effects_.are_lingering()) {
+    const Touches down = is_lifted ? Touches{} : input_.touches();
+    const Touches heard = effects_.follow(down, touch_.bank_fingers(), now_ms());
     touch_.follow(heard, table(), config().on_move == 0, now_us());
     touch_.advance(table(), now_us());
     for (uint32_t s = 0; s < kMaxFingers; ++s) {
-      if (touch_.plays_bank(s)) effects_.render(s, signal(s), now_ms());
+      if (touch_.plays_bank(s)) effects_.render(s, signal(s));
     }
   }
   if (!is_lifted) return;
@@ -229,7 +232,7 @@ void Device::advance_touch() {
 }
 
 bool Device::play_effect(uint32_t finger, uint32_t effect, uint32_t level_q15) {
-  return touch_.plays_bank(finger) && effects_.play(finger, effect, level_q15);
+  return has_bank_finger(finger) && effects_.play(finger, effect, level_q15);
 }
 
 void Device::post_touch() {
@@ -251,6 +254,7 @@ bool Device::host_begins() {
   trust_host();
   if (state_ == DeviceState::kFault && !faults_.only_the_table_stands()) return false;
   if (!go(DeviceEvent::kStreamBegins)) return false;
+  effects_.clear(now_ms());
   touch_.fade_out();
   host_.hear(synthesis_, now_us());
   return true;

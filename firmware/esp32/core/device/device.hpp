@@ -58,7 +58,11 @@ class Device {
   // Samples that wait for a signal are dropped.
   void set_voice(uint32_t finger, const VoiceSettings& settings) {
     touch_.set_voice(finger, settings);
-    if (settings.has_signal) signal(finger).begin();
+    if (settings.has_signal && !has_bank_finger(finger)) signal(finger).begin();
+  }
+  // Its ring has the bank's samples, and takes none of a host's.
+  bool has_bank_finger(uint32_t finger) const {
+    return is_of_a_finger() && touch_.plays_bank(finger);
   }
   // Of a finger that plays one: samples wait here.
   SignalRing& signal(uint32_t finger) { return synthesis_.signal(finger); }

@@ -33,11 +33,14 @@ void Device::load_table() {
 // A blank one is none, and fingers play the table's tone.
 void Device::load_bank() {
   faults_.clear(FaultCause::kBankRefused);
+  faults_.clear(FaultCause::kOlderBank);
   bank_.load(hal_);
   effects_.start(bank_.bank());
   const BankStatus status = bank_.status();
   if (status != BankStatus::kOk && status != BankStatus::kNone) {
     stand(FaultCause::kBankRefused, static_cast<uint32_t>(status));
+  } else if (status == BankStatus::kOk && bank_.store().is_older()) {
+    faults_.raise(FaultCause::kOlderBank, 0, now_ms());  // a warning: it plays
   }
 }
 
@@ -75,8 +78,9 @@ Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8
       table_.check_head(wear_, header, total_bytes, table_crc, config().channels, refused);
   if (status != Status::kOk) return status;
   table_.updates().hear(awake_ms());
-  if (!update_begin()) return Status::kBusy;
+  // Before outputs are off: until then it is this update whose silence ends it.
   is_bank_updated_ = false;
+  if (!update_begin()) return Status::kBusy;
   status = table_.updates().begin(hal_, wear_, total_bytes, table_crc);
   keep_retained(false);
   if (status != Status::kOk) update_end();
@@ -112,8 +116,8 @@ Status Device::bank_begin(uint32_t total_bytes, uint32_t bank_crc, const uint8_t
   Status status = bank_.check_head(hal_, wear_, header, total_bytes, bank_crc, refused);
   if (status != Status::kOk) return status;
   bank_.updates().hear(awake_ms());
-  if (!update_begin()) return Status::kBusy;
   is_bank_updated_ = true;
+  if (!update_begin()) return Status::kBusy;
   status = bank_.updates().begin(hal_, wear_, total_bytes, bank_crc);
   keep_retained(false);
   if (status != Status::kOk) update_end();

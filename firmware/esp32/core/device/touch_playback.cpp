@@ -22,13 +22,18 @@ bool is_near(Place one, Place other, int32_t um) {
 void TouchPlayback::start(const Config& config, uint32_t table_ramp_us, bool has_bank) {
   has_bank_ = has_bank;
   envelope_.start(config, table_ramp_us);
+  Config flat = config;
+  flat.attack_ms = flat.decay_ms = 0;
+  flat.sustain_q15 = 32767;
+  flat_envelope_.start(flat, table_ramp_us);
   drives_.start(config.channels);
   next_ = Next::kNothing;
 }
 
 void TouchPlayback::come(uint32_t slot, Place place, uint32_t now_us) {
   const bool plays_bank = has_bank_ && wanted_[slot].are_own();
-  fingers_[slot] = {true, false, plays_bank, place, place, envelope_, wanted_[slot]};
+  const Envelope& envelope = plays_bank ? flat_envelope_ : envelope_;
+  fingers_[slot] = {true, false, plays_bank, place, place, envelope, wanted_[slot]};
   if (plays_bank) fingers_[slot].settings.has_signal = true;
   fingers_[slot].envelope.begin(now_us);
   drives_.forget(slot);
@@ -89,6 +94,12 @@ void TouchPlayback::advance(const Table& table, uint32_t now_us) {
 uint32_t TouchPlayback::there() const {
   uint32_t found = 0;
   for (uint32_t s = 0; s < kMaxFingers; ++s) found |= (fingers_[s].is_there ? 1U : 0U) << s;
+  return found;
+}
+
+uint32_t TouchPlayback::bank_fingers() const {
+  uint32_t found = 0;
+  for (uint32_t s = 0; s < kMaxFingers; ++s) found |= (plays_bank(s) ? 1U : 0U) << s;
   return found;
 }
 

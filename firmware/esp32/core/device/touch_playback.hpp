@@ -70,7 +70,10 @@ class TouchPlayback {
   void set_voice(uint32_t slot, const VoiceSettings& settings) { wanted_[slot] = settings; }
   // Whether a finger plays effects of the bank: if there is one, and no host asked for a tone or a
   // signal of its own.
-  bool plays_bank(uint32_t slot) const { return fingers_[slot].plays_bank; }
+  bool plays_bank(uint32_t slot) const {
+    return fingers_[slot].is_there && fingers_[slot].plays_bank;
+  }
+  uint32_t bank_fingers() const;
   const FingerDrives& drives() const { return drives_; }
 
  private:
@@ -122,7 +125,8 @@ class TouchPlayback {
   bool play_voices(Synthesis& synthesis, const Table& table, const Config& config,
                    const CoilHeat& heat, uint32_t now_us);
 
-  Envelope envelope_;  // as configured
+  Envelope envelope_;       // as configured
+  Envelope flat_envelope_;  // of effects, which have shapes of their own
   bool has_bank_ = false;
   Next next_ = Next::kNothing;
   Ask ask_ = Ask::kNo;

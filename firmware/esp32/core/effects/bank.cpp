@@ -91,6 +91,9 @@ BankStatus Bank::check_head(const uint8_t* header, uint32_t total_bytes) {
   if (total != total_bytes || !in_range(total, f::kSmallestFile, f::kLargestFile)) {
     return BankStatus::kBadSize;
   }
+  const uint32_t directories = f::kHeaderBytes + header[f::kAtAreas] * f::kAreaBytes +
+                               header[f::kAtEffects] * f::kEffectBytes;
+  if (directories > total - f::kCrcBytes) return BankStatus::kBadSize;
   Bank found;
   return found.take_header(header) ? BankStatus::kOk : BankStatus::kBadField;
 }
@@ -107,12 +110,11 @@ BankStatus Bank::check(const Hal& hal, uint32_t base) {
   const BankStatus kind = check_kind(header);
   if (kind != BankStatus::kOk) return kind;
   total_bytes_ = read_u32(header + f::kAtTotalBytes);
-  if (!in_range(total_bytes_, f::kSmallestFile, f::kLargestFile)) return BankStatus::kBadSize;
+  if (check_head(header, total_bytes_) == BankStatus::kBadSize) return BankStatus::kBadSize;
   bytes_ = map(total_bytes_);
   if (bytes_ == nullptr) return BankStatus::kBadSize;
   if (crc32(bytes_, total_bytes_ - f::kCrcBytes) != crc()) return BankStatus::kBadCrc;
   if (!take_header(bytes_)) return BankStatus::kBadField;
-  if (effect_entry(effects_) > bytes_ + total_bytes_ - f::kCrcBytes) return BankStatus::kBadSize;
   for (uint32_t k = 0; k < areas_; ++k) {
     if (!is_area(k)) return BankStatus::kBadArea;
   }

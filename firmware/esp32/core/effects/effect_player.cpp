@@ -133,7 +133,7 @@ void EffectPlayer::add_straight(float* samples, uint32_t count) {
     if (at_ >= end || at_ + count <= part.begins) continue;
     const uint32_t first = at_ < part.begins ? part.begins - at_ : 0U;
     const uint32_t last = at_ + count < end ? count : end - at_;
-    if (at_ + first == part.begins) phase_u32 = 0;
+    if (part.kind == f::kPartTone && at_ + first == part.begins) phase_u32 = 0;
     add_part(part, at_ + first - part.begins, phase_u32, samples + first, last - first);
   }
 }

@@ -16,6 +16,9 @@ int32_t along(const BankArea& area, Place place) {
   return area.along == f::kAlongX ? place.x_um - origin.x_um : place.y_um - origin.y_um;
 }
 
+// 80 MHz / 2^15 of them in a second.
+uint32_t milliseconds_of(uint32_t samples) { return samples * 1000U / 2441U; }
+
 }  // namespace
 
 void FingerEffects::start(const Bank& bank) {
@@ -28,20 +31,24 @@ void FingerEffects::note(AreaEvent what, uint32_t slot, uint32_t now_ms) {
   events_.add({now_ms, what, slot, fingers_[slot].area, fingers_[slot].place});
 }
 
-Touches FingerEffects::follow(const Touches& touches, uint32_t now_ms) {
+Touches FingerEffects::follow(const Touches& touches, uint32_t heard, uint32_t now_ms) {
   if (!has_bank()) return touches;
   Touches all = touches;
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
-    const FingerEffect& finger = fingers_[s];
-    if (touches[s].is_down) {
-      if (finger.phase == Phase::kDown) {
-        move(s, touches[s].place, now_ms);
-      } else {
-        press(s, touches[s].place, now_ms);
-      }
-    } else {
-      if (finger.phase == Phase::kDown) release(s, now_ms);
+    FingerEffect& finger = fingers_[s];
+    const bool is_lingering = finger.phase == Phase::kLingering;
+    if (is_lingering && static_cast<int32_t>(now_ms - finger.ends_ms) >= 0) finger = {};
+    if (!touches[s].is_down) {
+      if (finger.phase == Phase::kDown) release(s, (heard >> s & 1U) != 0, now_ms);
       if (finger.phase == Phase::kLingering) all[s] = {true, finger.place};
+    } else if (finger.phase == Phase::kDown) {
+      move(s, touches[s].place, now_ms);
+    } else if (is_lingering) {
+      // Another finger than the one that left: it comes down in the next turn.
+      finger = {};
+      all[s] = {};
+    } else {
+      press(s, touches[s].place, now_ms);
     }
   }
   return all;
@@ -96,15 +103,15 @@ void FingerEffects::enter(uint32_t slot, uint32_t area, uint32_t now_ms) {
   begin(finger, bank_->area(area).enter);
 }
 
-void FingerEffects::release(uint32_t slot, uint32_t now_ms) {
+void FingerEffects::release(uint32_t slot, bool is_heard, uint32_t now_ms) {
   FingerEffect& finger = fingers_[slot];
   note(AreaEvent::kReleased, slot, now_ms);
   for (EffectPlayer& player : finger.players) player.stop();
   const uint32_t effect = finger.area == kNoArea ? f::kNoEffect : bank_->area(finger.area).release;
   finger.phase = Phase::kAbsent;
-  if (effect == f::kNoEffect) return;
+  if (effect == f::kNoEffect || !is_heard) return;
   finger.phase = Phase::kLingering;
-  finger.ends_ms = now_ms + bank_->effect(effect).lasts * 1000U / 2441U + kLingerMs;
+  finger.ends_ms = now_ms + milliseconds_of(bank_->effect(effect).lasts) + kLingerMs;
   begin(finger, effect);
 }
 
@@ -155,7 +162,7 @@ void FingerEffects::begin(FingerEffect& finger, uint32_t effect, bool is_held) {
   }
 }
 
-// In the place of what is held, or of the one of two that began first: that is the second.
+// What is held ends. Of two that play once the one that began first ends.
 void FingerEffects::begin(FingerEffect& finger, uint32_t effect, uint32_t level_q15, bool is_held) {
   EffectPlayer &first = finger.players[0], &second = finger.players[1];
   if (first.is_playing() && !first.is_held()) second = first;
@@ -169,7 +176,7 @@ bool FingerEffects::play(uint32_t slot, uint32_t effect, uint32_t level_q15) {
   return true;
 }
 
-void FingerEffects::render(uint32_t slot, SignalRing& ring, uint32_t now_ms) {
+void FingerEffects::render(uint32_t slot, SignalRing& ring) {
   FingerEffect& finger = fingers_[slot];
   if (finger.phase == Phase::kAbsent) return;
   if (finger.is_new) ring.begin();
@@ -185,9 +192,8 @@ void FingerEffects::render(uint32_t slot, SignalRing& ring, uint32_t now_ms) {
     const float limited = value > most ? most : value < -most ? -most : value;
     ring.push(static_cast<int16_t>(limited));
   }
-  if (finger.phase != Phase::kLingering) return;
-  const bool is_late = static_cast<int32_t>(now_ms - finger.ends_ms) >= 0;
-  if (is_late || (!finger.is_playing() && finger.tail == 0)) finger = {};
+  const bool is_over = !finger.is_playing() && finger.tail == 0;
+  if (finger.phase == Phase::kLingering && is_over) finger = {};
 }
 
 }  // namespace chladni

@@ -22,8 +22,9 @@ class FingerEffects {
   void start(const Bank& bank);
   bool has_bank() const { return bank_ != nullptr && bank_->is_loaded(); }
 
-  // Each turn of a touch. Fingers whose release still plays stay among those that are down.
-  Touches follow(const Touches& touches, uint32_t now_ms);
+  // Each turn of a touch. Fingers whose release still plays stay among those that are down;
+  // `heard`, a bit each, has those that play the bank and nothing of a host's.
+  Touches follow(const Touches& touches, uint32_t heard, uint32_t now_ms);
   // Whether any finger has left whose release still plays, or did a moment ago.
   bool are_lingering() const;
   // An effect by its number, once, for a finger that is down.
@@ -32,15 +33,17 @@ class FingerEffects {
   void clear(uint32_t now_ms);
 
   // As many samples as a finger's ring should have in advance.
-  void render(uint32_t slot, SignalRing& ring, uint32_t now_ms);
+  void render(uint32_t slot, SignalRing& ring);
 
   const AreaEvents& events() const { return events_; }
-  uint32_t area_of(uint32_t slot) const { return fingers_[slot].area; }
+  uint32_t area_of(uint32_t slot) const {
+    return fingers_[slot].phase == Phase::kDown ? fingers_[slot].area : kNoArea;
+  }
 
  private:
   // 4.9 ms: more than a turn takes, and as much later comes what follows another effect.
   static constexpr uint32_t kAhead = 12;
-  // Longer than its effect takes no release lasts, if nobody plays it.
+  // A release ends so long after its effect at the latest, also where no one takes its samples.
   static constexpr uint32_t kLingerMs = 200;
 
   enum class Phase : uint8_t { kAbsent, kDown, kLingering };
@@ -52,9 +55,9 @@ class FingerEffects {
     uint32_t area = kNoArea;
     float travelled_um = 0.0F;  // since its last step
     int32_t step = 0;           // number of the step that it is in, along x or y
-    uint32_t tail = 0;          // samples until the low-pass is at rest
+    uint32_t tail = 0;          // samples until the low-pass and the ring are at rest
     uint32_t ends_ms = 0;       // of a release, at the latest
-    // Two may overlap: one that begins does not end the one before.
+    // Two may overlap: one that begins does not end the one before. The first began last.
     std::array<EffectPlayer, 2> players;
     LowPass low_pass;
 
@@ -63,7 +66,7 @@ class FingerEffects {
 
   void press(uint32_t slot, Place place, uint32_t now_ms);
   void move(uint32_t slot, Place place, uint32_t now_ms);
-  void release(uint32_t slot, uint32_t now_ms);
+  void release(uint32_t slot, bool is_heard, uint32_t now_ms);
   void enter(uint32_t slot, uint32_t area, uint32_t now_ms);
   void hold(FingerEffect& finger);
   bool has_stepped(FingerEffect& finger, Place place) const;

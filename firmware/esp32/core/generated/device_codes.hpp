@@ -203,8 +203,9 @@ enum class FaultCause : uint8_t {
   kOlderTable,  // the newest table is damaged; the older one plays
   kNetworkHeld,  // the last start crashed, or several did not last; detail: ResetCause
   kBankRefused,  // outputs stay off; detail: BankStatus
+  kOlderBank,  // the newest is damaged; the older one plays
 };
-constexpr uint32_t kFaultCauses = 21U;
+constexpr uint32_t kFaultCauses = 22U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -229,6 +230,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kOlderTable: return "older table";
     case FaultCause::kNetworkHeld: return "network held back";
     case FaultCause::kBankRefused: return "effect bank refused";
+    case FaultCause::kOlderBank: return "older effect bank";
   }
   return "unknown";
 }

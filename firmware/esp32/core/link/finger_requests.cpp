@@ -73,6 +73,7 @@ Status Requests::take_signal(const Request& request) {
   if (request.size < kFixed || (request.size - kFixed) % 2U != 0) return Status::kMalformed;
   const uint32_t finger = m::read_request(request.fields, Take{}).finger;
   if (finger >= kMaxFingers) return Status::kMalformed;
+  if (device_.has_bank_finger(finger)) return Status::kNotNow;
   SignalRing& ring = device_.signal(finger);
   uint32_t taken = 0;
   for (uint32_t at = kFixed; at < request.size; at += 2U, ++taken) {

@@ -1,4 +1,4 @@
-// The table's CRC once more, a little at a time: bits in flash flip, if rarely.
+// A table's or a bank's CRC once more, a little at a time: bits in flash flip, if rarely.
 #pragma once
 
 #include <cstdint>

@@ -105,7 +105,7 @@ class DeviceEffects:
     def info(self) -> dict[str, Any]:
         """Its name, effects and areas, and what became of it."""
         found = self._link.request("bank").fields
-        self._follow(found["crc"])
+        self._forget_names_unless(found["crc"])
         return found | {
             "bank_status": BANK_STATUS.text(found["bank_status"]),
             "name": _text(found["name"]),
@@ -128,7 +128,7 @@ class DeviceEffects:
         if level_db > 0.0:
             raise ArgumentError("level_db", level_db, "0 or less")
         found = self._link.request("bank").fields
-        self._follow(found["crc"])
+        self._forget_names_unless(found["crc"])
         names = self._effect_names(found["effects"])
         if effect not in names:
             expected = f"one of {', '.join(names) or 'none: the device has no bank'}"
@@ -144,7 +144,7 @@ class DeviceEffects:
         """The area that a finger is in."""
         check_finger(finger)
         number = self._link.request("finger_area", finger=finger).fields["area"]
-        self._follow(self._link.request("bank").fields["crc"])
+        self._forget_names_unless(self._link.request("bank").fields["crc"])
         return None if number == NO_AREA else self._area(number)
 
     def events(self) -> list[AreaEvent]:
@@ -155,13 +155,17 @@ class DeviceEffects:
             self._next = answer.fields["next"]
             rows = [*BY_NAME["area_events"].entry.iter_unpack(answer.tail)]
             if rows:
-                self._follow(self._link.request("bank").fields["crc"])
+                self._forget_names_unless(self._link.request("bank").fields["crc"])
             found += [self._event(*row) for row in rows]
             if len(rows) < MOST_EVENTS:
                 return found
 
     def watch(self, seconds: float | None = None) -> Iterator[AreaEvent]:
-        """Events as they come, for so long or until the program goes on to something else."""
+        """Events as they come, for so long or until the program goes on to something else.
+
+        What was before is not told: `events` has that.
+        """
+        self.events()
         begun = self._link.wire.now_s()
         while seconds is None or self._link.wire.now_s() - begun < seconds:
             yield from self.events()
@@ -184,7 +188,7 @@ class DeviceEffects:
             at_ms / 1e3,
         )
 
-    def _follow(self, crc: int) -> None:
+    def _forget_names_unless(self, crc: int) -> None:
         """Forget names of another bank."""
         if crc != self._crc:
             self._crc, self._areas, self._effects = crc, {}, []

@@ -5,6 +5,7 @@ More than one finger needs a table with responses.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.link import Link, LinkError
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES
-from chladni.sim.errors import ArgumentError
+from chladni.sim.errors import ArgumentError, ChladniError
 
 if TYPE_CHECKING:
     from chladni.effects.effect import Effect
@@ -205,7 +206,22 @@ class DeviceFingers:
             heard that much later.
         """
         self.set_signal(finger, level)
-        source = _Source(blocks)
+        try:
+            played = self._streamed(_Source(blocks), at_mm, finger, ahead)
+        except BaseException:
+            # Whatever came in between, also from who makes the blocks.
+            with contextlib.suppress(ChladniError):
+                self.lift(finger)
+            raise
+        finally:
+            # Its next touch is the device's own again.
+            with contextlib.suppress(ChladniError):
+                self.set_voice(finger)
+        return played
+
+    def _streamed(
+        self, source: _Source, at_mm: tuple[float, float], finger: int, ahead: int
+    ) -> PlayedSignal:
         sent, filled = self.send(finger, source.next(ahead))
         source.drop(sent)
         place = self.touch(finger, *at_mm)
@@ -259,8 +275,8 @@ class DeviceFingers:
         from chladni.effects.files import read_effect  # noqa: PLC0415
 
         own = effect if isinstance(effect, Effect) else read_effect(effect).effect
-        samples, level = own.samples(SIGNAL_HZ), level_of(level_db)
-        return self.play(samples, at_mm, finger=finger, level=level)
+        level = _level_of(level_db)
+        return self.play(own.samples(SIGNAL_HZ), at_mm, finger=finger, level=level)
 
     def stream_signal(
         self,
@@ -293,8 +309,8 @@ class DeviceFingers:
         from chladni.effects.live import signal_samples  # noqa: PLC0415
 
         rows = [signal] if isinstance(signal, np.ndarray) else signal
-        samples = signal_samples(rows, rate_hz, SIGNAL_HZ)
-        return self.stream(samples, at_mm, finger=finger, level=level_of(level_db))
+        samples, level = signal_samples(rows, rate_hz, SIGNAL_HZ), _level_of(level_db)
+        return self.stream(samples, at_mm, finger=finger, level=level)
 
     def all(self) -> list[dict[str, Any]]:
         """Those that are down, with places and what their drives come to.
@@ -320,6 +336,12 @@ def check_finger(finger: int) -> None:
     """Raise `ArgumentError` for a finger that there is not."""
     if not 0 <= finger < MOST_FINGERS:
         raise ArgumentError("finger", finger, f"0 to {MOST_FINGERS - 1}")
+
+
+def _level_of(level_db: float) -> float:
+    if not level_db <= 0.0:
+        raise ArgumentError("level_db", level_db, "0 or less")
+    return level_of(level_db)
 
 
 def level_q15_of(level: float) -> int:

@@ -53,7 +53,7 @@ class FlashFile:
             ) from None
         found = os.fstat(self._file).st_size
         if found == size - AREAS["effects"]:  # made before there were effect banks
-            write_at(self._file, BLANK * AREAS["effects"], found)
+            self._extend(path, found, AREAS["effects"])
             found = size
         if found == 0:
             self._make_blank(path, size, is_new=is_new)
@@ -77,6 +77,15 @@ class FlashFile:
                 path.unlink(missing_ok=True)
             else:
                 os.ftruncate(self._file, 0)
+            os.close(self._file)
+            raise OSError(error.errno, error.strerror, str(path)) from None
+
+    def _extend(self, path: Path, size: int, more: int) -> None:
+        """Make room for more; where the disk has none, leave the file as it was."""
+        try:
+            write_at(self._file, BLANK * more, size)
+        except OSError as error:
+            os.ftruncate(self._file, size)
             os.close(self._file)
             raise OSError(error.errno, error.strerror, str(path)) from None
 

@@ -132,6 +132,7 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
     Code("kNetworkHeld", "network held back",
          "the last start crashed, or several did not last; detail: ResetCause"),
     Code("kBankRefused", "effect bank refused", "outputs stay off; detail: BankStatus"),
+    Code("kOlderBank", "older effect bank", "the newest is damaged; the older one plays"),
 ), is_counted=True)  # fmt: skip
 WAVEFORM = Codes(
     "Waveform",

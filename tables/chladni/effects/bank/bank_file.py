@@ -52,9 +52,12 @@ def bank_bytes(name: str | Path, argument: str = "bank") -> bytes:
     InputError
         As of `read_bank`.
     """
-    if Path(name).suffix == BANK_SUFFIX:
+    if Path(name).suffix.lower() == BANK_SUFFIX:
         return pack_bank(read_bank_file(Path(name), argument))
-    return pack_bank(read_bank(name, argument).bank)
+    try:
+        return pack_bank(read_bank(name, argument).bank)
+    except InputError as error:
+        raise error if error.file else error.in_file(str(name)) from None
 
 
 def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
@@ -125,7 +128,7 @@ class _Effects:
         return name
 
 
-def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape]) -> Area:
+def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape | InputError]) -> Area:
     _check_keys(own, AREA_KEYS)
     along = own["along"].text() if own["along"].is_there else ALONG[0]
     played = {o: effects.use(own[o]) for o in OCCASIONS if own[o].is_there}
@@ -143,7 +146,7 @@ def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape]) -> Area:
         raise InputError(place, error.value, error.expected, file=own.file) from None
 
 
-def _shape(own: FileValue, shapes: dict[str, Shape]) -> Shape:
+def _shape(own: FileValue, shapes: dict[str, Shape | InputError]) -> Shape:
     given = [key for key in SHAPES if own[key].is_there]
     if len(given) > 1:
         raise own[given[1]].error(f"nothing beside {given[0]}")
@@ -162,7 +165,10 @@ def _shape(own: FileValue, shapes: dict[str, Shape]) -> Shape:
     if value.text() not in shapes:
         known = ", ".join(sorted(shapes)[:20]) or "it has none"
         raise value.error(f"an id of the drawing: {known}")
-    return shapes[value.text()]
+    found = shapes[value.text()]
+    if isinstance(found, InputError):
+        raise found
+    return found
 
 
 def _numbers(own: FileValue, count: int, what: str) -> Any:
@@ -172,7 +178,7 @@ def _numbers(own: FileValue, count: int, what: str) -> Any:
     return values
 
 
-def _drawn_shapes(own: FileValue, folder: Path) -> dict[str, Shape]:
+def _drawn_shapes(own: FileValue, folder: Path) -> dict[str, Shape | InputError]:
     if not own.is_there:
         return {}
     # Drawings need a library of their own, most banks have none.

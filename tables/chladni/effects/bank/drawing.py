@@ -24,8 +24,8 @@ PIXELS_PER_INCH = 25.4
 """So that what the library calls a pixel is a millimetre."""
 
 
-def shapes_of_drawing(path: Path, field: str) -> dict[str, Shape]:
-    """Circles and polygons, by their `id`s.
+def shapes_of_drawing(path: Path, field: str) -> dict[str, Shape | InputError]:
+    """Circles and polygons by their `id`s, or why one can be no area: a logo need not.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def shapes_of_drawing(path: Path, field: str) -> dict[str, Shape]:
     Raises
     ------
     InputError
-        It cannot be read, is no SVG, has no size, or a shape has too many corners; names the shape.
+        It cannot be read, is no SVG, or has no size.
     """
     text = read_text(path, field, MOST_BYTES, "an SVG drawing")
     drawing = _parsed(text, path, field)
     middle = complex(float(drawing.width), float(drawing.height)) / 2.0
-    found: dict[str, Shape] = {}
+    found: dict[str, Shape | InputError] = {}
     for element in drawing.elements():
         name = getattr(element, "id", None)
         if not isinstance(element, svg.Shape) or not name:
@@ -48,7 +48,8 @@ def shapes_of_drawing(path: Path, field: str) -> dict[str, Shape]:
         try:
             found[str(name)] = _shape(element, middle)
         except InputError as error:
-            raise InputError(f"#{name}", error.value, error.expected, file=str(path)) from None
+            own = InputError(f"#{name}", error.value, error.expected, file=str(path))
+            found[str(name)] = own
     return found
 
 
@@ -63,7 +64,10 @@ def _parsed(text: str, path: Path, field: str) -> Any:
             root.set("width", f"{box[2]:g}mm")
             root.set("height", f"{box[3]:g}mm")
         whole = ElementTree.tostring(root, encoding="unicode")
-        return svg.SVG.parse(io.StringIO(whole), ppi=PIXELS_PER_INCH)
+        found = svg.SVG.parse(io.StringIO(whole), ppi=PIXELS_PER_INCH)
+        if not isinstance(found, svg.SVG):
+            raise ValueError("no svg element")
+        return found
     except (ElementTree.ParseError, ValueError, TypeError, AttributeError, RecursionError) as error:
         # The library tells of what it cannot read in many ways.
         raise ArgumentError(field, str(error)[:80], "an SVG drawing", file=str(path)) from None

@@ -37,6 +37,7 @@ from chladni.effects.bank.layout import (
     VERSION_MAJOR,
     VERSION_MINOR,
 )
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Click, Clip, Curve, Effect, Noise, Part, Tone, kind_of
 from chladni.sim.errors import ArgumentError
 
@@ -76,7 +77,10 @@ def pack_bank(bank: Bank) -> bytes:
         bank.name.encode(),
     )
     whole = head + areas + effects + bytes(body.data)
-    return whole + struct.pack("<I", zlib.crc32(whole))
+    packed = whole + struct.pack("<I", zlib.crc32(whole))
+    # Rounded to micrometres and samples: what a device would refuse is refused here.
+    unpack_bank(packed)
+    return packed
 
 
 class _Body:
@@ -128,14 +132,13 @@ def _effect_entry(name: str, effect: Effect, body: _Body) -> bytes:
         raise ArgumentError(place, f"{len(effect.parts)} parts", f"1 to {MAX_PARTS}")
     if sum(isinstance(part, Tone) for part in effect.parts) > MAX_TONES:
         raise ArgumentError(place, "more tones", f"{MAX_TONES} at most")
-    ends = [_sample(part.ends_s, place) for part in effect.parts]
+    spans = [_span(part, place) for part in effect.parts]
     # Where parts add up to more than a place allows, all of the effect is quieter.
-    most = float(np.abs(effect.wave(SIGNAL_HZ, effect.lasts_s)).max())
-    curves = [part.amplitude for part in effect.parts if isinstance(part, Tone | Noise)]
-    most = max(most, *(max(curve.values) for curve in curves)) if curves else most
-    for part in effect.parts:
-        body.data += _part(part, 1.0 / max(1.0, most), place)
-    lasts = max([1, *ends])
+    together = float(np.abs(effect.wave(SIGNAL_HZ, effect.lasts_s)).max())
+    most = max(1.0, together, *(_loudest(part) for part in effect.parts))
+    for part, (begins, lasts) in zip(effect.parts, spans, strict=True):
+        body.data += _part(part, 1.0 / most, begins, lasts, place)
+    lasts = max(begins + own for begins, own in spans)
     loop_from, loop_to = 0, lasts
     if effect.loop_s is not None:
         loop_from, loop_to = (_sample(at, place) for at in effect.loop_s)
@@ -144,9 +147,25 @@ def _effect_entry(name: str, effect: Effect, body: _Body) -> bytes:
     return EFFECT.pack(name.encode(), offset, len(effect.parts), 0, lasts, loop_from, loop_to)
 
 
-def _part(part: Part, scale: float, place: str) -> bytes:
-    begins = _sample(part.begins_s, place)
-    lasts = max(1, _sample(part.ends_s, place) - begins)
+def _span(part: Part, place: str) -> tuple[int, int]:
+    """Samples before it begins, and those that it lasts: one at least."""
+    begins = min(_sample(part.begins_s, place), MAX_SAMPLES - 1)
+    return begins, max(1, _sample(part.ends_s, place) - begins)
+
+
+def _loudest(part: Part) -> float:
+    match part:
+        case Tone() | Noise():
+            return max(part.amplitude.values)
+        case Click():
+            return part.amplitude
+        case Clip():
+            return float(np.abs(part.samples).max(initial=0.0))
+        case _:
+            raise TypeError(f"no part of a bank: {part}")
+
+
+def _part(part: Part, scale: float, begins: int, lasts: int, place: str) -> bytes:
     first, second, level, rate, data = 0, 0, 0, 0, b""
     match part:
         case Tone():
@@ -198,9 +217,9 @@ def _points(
     values = np.round(curve.at(times) * steps).astype(np.int64)
     # Of several at one time the values before it are those of the file's order.
     at = np.minimum(np.round((times - part.begins_s) * SIGNAL_HZ), lasts).astype(np.int64)
+    values = _with_steps(part, curve, inside, values, steps)
     if len(set(values.tolist())) == 1:
         return [POINT.pack(0, values[0])]
-    values = _with_steps(part, curve, inside, values, steps)
     kept = thinned(at, values, tolerance)
     return [POINT.pack(int(at[k]), int(values[k])) for k in kept]
 

@@ -144,6 +144,8 @@ def _head(data: bytes) -> Values:
     total = head["total_bytes"]
     if total != len(data) or not SMALLEST_FILE <= total <= LARGEST_FILE:
         raise BankRefusedError("kBadSize", "total_bytes", total, f"{len(data)}")
+    if _body_begins(head) > total - CRC_BYTES:
+        raise BankRefusedError("kBadSize", "directories", head["effects"], "fewer entries")
     if zlib.crc32(data[:-CRC_BYTES]) != struct.unpack("<I", data[-CRC_BYTES:])[0]:
         raise BankRefusedError("kBadCrc", "crc", "another", "that of the file's bytes")
     is_fine = (
@@ -155,8 +157,6 @@ def _head(data: bytes) -> Values:
     )
     if not is_fine:
         raise BankRefusedError("kBadField", "header", head["name"], "fields within their ranges")
-    if _body_begins(head) > total - CRC_BYTES:
-        raise BankRefusedError("kBadSize", "directories", head["effects"], "fewer entries")
     return head
 
 

@@ -51,7 +51,10 @@ def build(
             raise error.in_file(bank) from None
     if flatten:
         read = _flattened(read, required("--board", board, "whose level is taken out"))
-    data = pack_bank(read.bank)
+    try:
+        data = pack_bank(read.bank)
+    except InputError as error:
+        raise error.in_file(bank) from None
     write_whole(output, data)
     for name, lines in read.left_out.items():
         for line in lines:

@@ -57,7 +57,7 @@ def effects_show(
 ) -> None:
     """Show what an effect's or a bank's file says, and what of it a device cannot do."""
     check_figure(figure)
-    if Path(effect).suffix == BANK_SUFFIX:
+    if Path(effect).suffix.lower() == BANK_SUFFIX:
         show_bank(Path(effect), figure, as_json=as_json)
         return
     read = read_effect(effect, field="EFFECT")

@@ -84,6 +84,8 @@ def play(
     check_one_of(
         "what to play", EFFECT=effect is not None, bank=connection.emulated_bank is not None
     )
+    if connection.emulated_bank is not None and level_db < 0.0:
+        raise ConflictError("--level-db", "--bank", hint="its areas have levels of their own")
     if effect is None:
         _from_bank(connection, place, beside, press, figure, as_json=as_json)
         return
