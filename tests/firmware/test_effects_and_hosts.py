@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -108,8 +109,13 @@ def test_flash_is_written_while_a_finger_rests(table: Table) -> None:
     emulator.run(100.0)
     device = Device(EmulatorWire(emulator))
     assert device.effects.flash(LONG_RELEASE).verified
-    assert device.flash(table).verified
+    assert device.flash(replace(table, board_name="other"), force=True).verified
+    emulator.run(6_000.0)
     assert device.effects.flash(BYTES).verified
+    emulator.run(6_000.0)
+    assert device.previous() in (0, 1)
+    emulator.run(6_000.0)
+    assert device.effects.flash(LONG_RELEASE).verified
 
 
 def test_a_hosts_drive_ends_effects(table: Table) -> None:

@@ -168,6 +168,14 @@ class Device {
   void load_table();
   void load_bank();
   void load_again();
+  bool open_update(SlotUpdates& updates);
+  bool is_updated(const SlotUpdates& updates) const {
+    return state_ == DeviceState::kUpdating && updated_ == &updates;
+  }
+  link_format::Status begin_update(SlotUpdates& updates, uint32_t total_bytes, uint32_t file_crc);
+  link_format::Status write_update(SlotUpdates& updates, uint32_t offset, const uint8_t* bytes,
+                                   uint32_t count);
+  link_format::Status finish_update(link_format::Status status);
   void refuse_table();
   void check_config();
   void keep_retained(bool is_on);
@@ -201,7 +209,7 @@ class Device {
   StoredConfig config_;
   StoredTable table_;
   StoredBank bank_;
-  bool is_bank_updated_ = false;  // by the update that is under way, in place of the table
+  SlotUpdates* updated_ = nullptr;  // of those two, by the update that is under way
   FlashWear wear_;
   // From the panel to the outputs.
   TouchInput input_;

@@ -72,67 +72,29 @@ void Device::update_end() {
   settle();
 }
 
-Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8_t* header,
-                           TableStatus& refused) {
-  Status status =
-      table_.check_head(wear_, header, total_bytes, table_crc, config().channels, refused);
-  if (status != Status::kOk) return status;
-  table_.updates().hear(awake_ms());
-  // Before outputs are off: until then it is this update whose silence ends it.
-  is_bank_updated_ = false;
-  if (!update_begin()) return Status::kBusy;
-  status = table_.updates().begin(hal_, wear_, total_bytes, table_crc);
+// Until outputs are off it is already this update whose silence ends it.
+bool Device::open_update(SlotUpdates& updates) {
+  updates.hear(awake_ms());
+  updated_ = &updates;
+  return update_begin();
+}
+
+Status Device::begin_update(SlotUpdates& updates, uint32_t total_bytes, uint32_t file_crc) {
+  if (!open_update(updates)) return Status::kBusy;
+  const Status status = updates.begin(hal_, wear_, total_bytes, file_crc);
   keep_retained(false);
   if (status != Status::kOk) update_end();
   return status;
 }
 
-Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
-  if (state_ != DeviceState::kUpdating || is_bank_updated_) return Status::kNotBegun;
-  table_.updates().hear(awake_ms());
-  return table_.updates().write(hal_, offset, bytes, count);
+Status Device::write_update(SlotUpdates& updates, uint32_t offset, const uint8_t* bytes,
+                            uint32_t count) {
+  if (!is_updated(updates)) return Status::kNotBegun;
+  updates.hear(awake_ms());
+  return updates.write(hal_, offset, bytes, count);
 }
 
-Status Device::table_commit() {
-  if (state_ != DeviceState::kUpdating || is_bank_updated_) return Status::kNotBegun;
-  const Status status = table_.commit(hal_, wear_, config().channels);
-  keep_retained(false);
-  if (status != Status::kNotBegun) update_end();
-  return status;
-}
-
-Status Device::table_previous() {
-  if (!may_write()) return Status::kTooOften;
-  table_.updates().hear(awake_ms());
-  if (!update_begin()) return Status::kBusy;
-  const Status status = table_.restore_other(hal_, wear_, config().channels);
-  keep_retained(false);
-  update_end();
-  return status;
-}
-
-Status Device::bank_begin(uint32_t total_bytes, uint32_t bank_crc, const uint8_t* header,
-                          BankStatus& refused) {
-  Status status = bank_.check_head(hal_, wear_, header, total_bytes, bank_crc, refused);
-  if (status != Status::kOk) return status;
-  bank_.updates().hear(awake_ms());
-  is_bank_updated_ = true;
-  if (!update_begin()) return Status::kBusy;
-  status = bank_.updates().begin(hal_, wear_, total_bytes, bank_crc);
-  keep_retained(false);
-  if (status != Status::kOk) update_end();
-  return status;
-}
-
-Status Device::bank_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
-  if (state_ != DeviceState::kUpdating || !is_bank_updated_) return Status::kNotBegun;
-  bank_.updates().hear(awake_ms());
-  return bank_.updates().write(hal_, offset, bytes, count);
-}
-
-Status Device::bank_commit() {
-  if (state_ != DeviceState::kUpdating || !is_bank_updated_) return Status::kNotBegun;
-  const Status status = bank_.commit(hal_, wear_);
+Status Device::finish_update(Status status) {
   keep_retained(false);
   if (status != Status::kNotBegun) update_end();
   return status;
@@ -140,9 +102,47 @@ Status Device::bank_commit() {
 
 // The time that erasing took is no silence.
 void Device::watch_update() {
-  if (state_ != DeviceState::kUpdating) return;
-  const SlotUpdates& updates = is_bank_updated_ ? bank_.updates() : table_.updates();
-  if (updates.is_silent(awake_ms())) update_end();
+  if (state_ != DeviceState::kUpdating || updated_ == nullptr) return;
+  if (updated_->is_silent(awake_ms())) update_end();
+}
+
+Status Device::table_begin(uint32_t total_bytes, uint32_t table_crc, const uint8_t* header,
+                           TableStatus& refused) {
+  const Status status =
+      table_.check_head(wear_, header, total_bytes, table_crc, config().channels, refused);
+  if (status != Status::kOk) return status;
+  return begin_update(table_.updates(), total_bytes, table_crc);
+}
+
+Status Device::table_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  return write_update(table_.updates(), offset, bytes, count);
+}
+
+Status Device::table_commit() {
+  if (!is_updated(table_.updates())) return Status::kNotBegun;
+  return finish_update(table_.commit(hal_, wear_, config().channels));
+}
+
+Status Device::table_previous() {
+  if (!may_write()) return Status::kTooOften;
+  if (!open_update(table_.updates())) return Status::kBusy;
+  return finish_update(table_.restore_other(hal_, wear_, config().channels));
+}
+
+Status Device::bank_begin(uint32_t total_bytes, uint32_t bank_crc, const uint8_t* header,
+                          BankStatus& refused) {
+  const Status status = bank_.check_head(hal_, wear_, header, total_bytes, bank_crc, refused);
+  if (status != Status::kOk) return status;
+  return begin_update(bank_.updates(), total_bytes, bank_crc);
+}
+
+Status Device::bank_data(uint32_t offset, const uint8_t* bytes, uint32_t count) {
+  return write_update(bank_.updates(), offset, bytes, count);
+}
+
+Status Device::bank_commit() {
+  if (!is_updated(bank_.updates())) return Status::kNotBegun;
+  return finish_update(bank_.commit(hal_, wear_));
 }
 
 // What was spent is kept at once: a restart in the next moment must not give it back.
