@@ -159,6 +159,7 @@ def test_a_cut_or_flipped_bank_is_refused_by_both() -> None:
         (lambda: Area("a", every_mm=3.0), "every_mm: expected an effect for hold beside it"),
         (lambda: Area("a", hold="x", every_mm=0.1), "every_mm: expected 0, or 0.2"),
         (lambda: Area("a", along="z"), "along: expected one of path, x, y"),
+        (lambda: Area("a", hold="x", along="y"), "along: expected every_mm beside it"),
         (lambda: Circle((0.0, 0.0), 0.1), "circle_mm: expected a radius of 0.5 mm or more"),
         (lambda: Circle((0.0, float("nan")), 3.0), "place: expected -500 to 500 mm"),
         (lambda: Polygon(((0.0, 0.0), (9.0, 0.0))), "polygon_mm: expected 3 to 32 corners"),

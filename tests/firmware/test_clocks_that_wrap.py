@@ -51,6 +51,14 @@ def table() -> Table:
     return responses_table(limits=LIMITS)
 
 
+def written(device: Device, bank: bytes) -> str:
+    try:
+        device.effects.flash(bank)
+    except LinkError as error:
+        return str(error)
+    return "written"
+
+
 def course(table: Table, **first: Any) -> Course:
     """Nine seconds of all that counts time: each second begins with something else."""
     emulator = Emulator(
@@ -85,13 +93,7 @@ def course(table: Table, **first: Any) -> Course:
     device.live([0.8, 0.2j, 0.0, 0.1, 0.4], 130.0)
     until(6.0)
     events = device.effects.events()
-    updates = []
-    for k in range(7):
-        try:
-            device.effects.flash(BANKS[k % 3])
-            updates.append("written")
-        except LinkError as error:
-            updates.append(str(error))
+    updates = [written(device, BANKS[k % 3]) for k in range(7)]
     until(8.0)
     emulator.core.hang_main_loop(True)
     until(8.3)

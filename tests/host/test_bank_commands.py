@@ -65,6 +65,38 @@ def test_a_touch_of_an_emulated_device_with_a_bank(chladni: CommandLine, tmp_pat
     assert "--bank: expected calculator, slider, texture, or a file" in refused.err
 
 
+def test_a_device_tells_of_its_bank(chladni: CommandLine, tmp_path: Path) -> None:
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(responses_table()))
+    there = ("--board", "phone5", "--table", path, "--emulator")
+    plain = chladni("device", "info", *there)
+    assert "effect bank" in plain.out
+    known = chladni("device", "info", "--bank", "slider", *there, "--json").json["bank"]
+    assert known == {"status": "ok", "name": "slider", "effects": 3, "areas": 3}
+    touched = chladni("device", "touch", "0,0", "--seconds", "0.1", "--bank", "slider", *there)
+    assert "slider" in touched.out
+
+
+def test_an_area_that_no_finger_can_be_in_is_told(chladni: CommandLine, tmp_path: Path) -> None:
+    areas = tmp_path / "a.toml"
+    areas.write_text(
+        '[[area]]\nname = "all"\nrectangle_mm = [-20, -20, 20, 20]\npress = "click"\n'
+        '[[area]]\nname = "inner"\ncircle_mm = [0, 0, 8]\npress = "thud"\n',
+        encoding="utf-8",
+    )
+    built = chladni("effects", "build", areas, "-o", tmp_path / "a.che")
+    assert built.code == 0
+    assert "area inner: areas before it have all its places" in built.err
+    assert "area all" not in built.err
+    shown = chladni("effects", "show", areas)
+    assert "press: thud" in shown.out
+    assert "calculator" in chladni("effects", "list").out
+    twice = ("--other", "0,-12", "--other", "0,20")
+    refused = chladni("play", "click", "--at", "0,0", *twice, "--emulator")
+    assert refused.code == 2
+    assert "--other: expected one other finger" in refused.err
+
+
 def test_what_there_is_to_play_is_one_thing(chladni: CommandLine) -> None:
     both = chladni("play", "click", "--bank", "slider", "--at", "0,0", "--emulator")
     assert both.code == 2
@@ -79,8 +111,9 @@ def test_what_there_is_to_play_is_one_thing(chladni: CommandLine) -> None:
 
 def test_a_press_plays_what_its_area_has_for_it() -> None:
     assert effect_of_bank(BYTES, KEY)[0] == "key"
-    area, effect = effect_of_bank(BYTES, REST)
+    area, effect, level = effect_of_bank(BYTES, REST)
     assert (area, effect.loop_s is None) == ("rest", False)
+    assert level == pytest.approx(10.0 ** (-3.0 / 20.0), abs=1e-3)
     with pytest.raises(InputError, match="as slide has not"):
         effect_of_bank(BYTES, (10.0, -20.0))
     with pytest.raises(InputError, match="in one of the areas of slider"):

@@ -102,6 +102,16 @@ class DeviceEffects:
 
         return upload(self._link, BANKS, data, in_use, progress)
 
+    def summary(self) -> dict[str, Any]:
+        """Its name, how many effects and areas it has, and what became of it."""
+        found = self._link.request("bank").fields
+        return {
+            "status": BANK_STATUS.text(found["bank_status"]),
+            "name": _text(found["name"]),
+            "effects": found["effects"],
+            "areas": found["areas"],
+        }
+
     def info(self) -> dict[str, Any]:
         """Its name, effects and areas, and what became of it."""
         found = self._link.request("bank").fields

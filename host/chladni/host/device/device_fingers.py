@@ -58,7 +58,7 @@ class PlayedSignal:
 
 
 class _Source:
-    """Samples out of blocks: the next ones wait until the device has room for them."""
+    """Samples out of blocks, which wait until the device has room for them."""
 
     def __init__(self, blocks: Iterable[FloatArray]) -> None:
         self._blocks = iter(blocks)
@@ -82,7 +82,6 @@ class _Source:
         return self._waiting[:count]
 
     def drop(self, count: int) -> None:
-        """So many were taken."""
         self._waiting = self._waiting[count:]
 
 

@@ -11,6 +11,7 @@ from scipy import signal
 
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
+from chladni.effects.bank.areas import level_of
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
@@ -57,7 +58,7 @@ class PlayedEffect:
     t_s
         From the touch on, shape (times,).
     asked
-        The effect as it is played, -1 to 1, delayed as it was.
+        The effect as it is played, once and at its level, -1 to 1, delayed as it was.
     own_um
         Mean displacement under its finger, above 40 Hz, µm.
     other_um
@@ -153,7 +154,7 @@ def play_effect(
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
     longest_s = LATEST_S if board.electronics.is_bridge else LONGEST_BIAS_S
-    asked = _aligned(asked_samples, own, first_s, longest_s)
+    asked = _aligned(level * asked_samples, own, first_s, longest_s)
     largest = float(np.abs(own).max())
     risen = float(np.flatnonzero(np.abs(own) >= 0.9 * largest)[0]) / RATE_HZ
     return PlayedEffect(
@@ -169,8 +170,8 @@ def play_effect(
     )
 
 
-def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect]:
-    """What a press plays there: its area's effect for that, or else what is held; and the area.
+def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
+    """The area there, its effect for a press, or else what is held, and its level, 0 to 1.
 
     Raises
     ------
@@ -187,7 +188,7 @@ def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect
         raise ArgumentError(
             "at", at_mm, f"a place where a press plays something, as {area.name} has not"
         )
-    return area.name, known.effects[name]
+    return area.name, known.effects[name], level_of(area.level_db)
 
 
 def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: float) -> FloatArray:

@@ -46,12 +46,19 @@ def _draw(axes: Axes, area: Area, colour: str) -> None:
             axes.add_patch(PolygonPatch(corners, closed=True, **look))
         case _:
             axes.set_facecolor((colour, 0.15))
-            told = f"elsewhere: {area.name}"
+            told = f"elsewhere, {area.name}: {_played(area, ', ')}"
             axes.annotate(told, (0.01, 0.01), xycoords="axes fraction", fontsize=7, color=INK)
             return
     (left, low), (right, high) = reach_mm(area.shape)
     middle = (0.5 * (left + right), 0.5 * (low + high))
-    played = "\n".join(f"{occasion} {name}" for occasion, name in area.effects.items())
-    axes.annotate(
-        f"{area.name}\n{played}", middle, ha="center", va="center", fontsize=6.5, color=INK
-    )
+    told = f"{area.name}\n{_played(area, chr(10))}"
+    axes.annotate(told, middle, ha="center", va="center", fontsize=6.5, color=INK)
+
+
+def _played(area: Area, between: str) -> str:
+    rows = [f"{occasion} {name}" for occasion, name in area.effects.items()]
+    if area.every_mm > 0.0:
+        rows.append(f"every {area.every_mm:g} mm along {area.along}")
+    if area.level_db < 0.0:
+        rows.append(f"{area.level_db:g} dB")
+    return between.join(rows) or "nothing"

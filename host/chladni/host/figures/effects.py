@@ -40,9 +40,9 @@ def played_effect_figure(played: PlayedEffect, title: str) -> Figure:
     if played.other_um is not None:
         rows[2].plot(times, played.other_um, color=OTHER, linewidth=1.2)
         rows[2].set_ylim(0.0, 1.15 * float(played.other_um.max()))
-        rows[2].set_ylabel("under the other / µm")
+        rows[2].set_ylabel("under the other,\nRMS / µm")
     figure.suptitle(title, color=INK, fontsize=11)
-    _time_axis(rows[-1], "ms from the touch (simulated)")
+    _time_axis(rows[-1], "ms from the touch, which the panel reports up to 12 ms later (simulated)")
     for axes in rows[:-1]:
         axes.grid(alpha=0.3)
     return figure

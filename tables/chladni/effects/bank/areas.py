@@ -115,6 +115,8 @@ class Area:
             raise ArgumentError("every_mm", self.every_mm, f"0, or 0.2 to {most_mm:g}")
         if self.along not in ALONG:
             raise ArgumentError("along", self.along, f"one of {', '.join(ALONG)}")
+        if self.along != ALONG[0] and self.every_mm == 0.0:
+            raise ArgumentError("along", self.along, "every_mm beside it: how far between two")
         if self.every_mm > 0.0 and self.hold is None:
             raise ArgumentError("every_mm", self.every_mm, "an effect for hold beside it")
 

@@ -44,6 +44,15 @@ def shipped_banks() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
+def is_bank(name: str | Path) -> bool:
+    """Whether a name or a file is a bank's; one that is an effect's too is an effect."""
+    path = Path(name)
+    if path.suffix.lower() == ".toml":
+        return bool({"area", "effects"} & set(read_toml(path, "EFFECT").keys()))
+    is_shipped = str(name) in shipped_banks() and str(name) not in shipped_effects()
+    return is_shipped or path.suffix.lower() == BANK_SUFFIX
+
+
 def bank_bytes(name: str | Path, argument: str = "bank") -> bytes:
     """A bank as a device has it: of a file that was built, or of what `read_bank` reads.
 
@@ -174,7 +183,7 @@ def _shape(own: FileValue, shapes: dict[str, Shape | InputError]) -> Shape:
 def _numbers(own: FileValue, count: int, what: str) -> Any:
     values = [one.number(-MOST_MM, MOST_MM) for one in own]
     if len(values) != count:
-        raise own.error(what)
+        raise InputError(own.place, values, what, file=own.file)
     return values
 
 

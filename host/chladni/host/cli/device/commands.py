@@ -27,7 +27,7 @@ from chladni.host.protocol.network import make_key
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import ChladniError, ConflictError, InputError
 
-FINGERS_SINCE_MINOR = 4
+FINGERS_SINCE_MINOR, BANKS_SINCE_MINOR = 4, 6
 """Of the link: older devices are not asked."""
 device_app = typer.Typer(cls=CommandGroup, help="Query and control a device.", no_args_is_help=True)
 key_app = typer.Typer(
@@ -53,6 +53,8 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
         result["faults"] = device.faults()
         knows_fingers = version["minor"] >= FINGERS_SINCE_MINOR
         result["fingers"] = device.fingers.all() if knows_fingers else []
+        knows_banks = version["minor"] >= BANKS_SINCE_MINOR
+        result["bank"] = device.effects.summary() if knows_banks else None
     rows = result if as_json else info_rows(result) | finger_rows(result["fingers"])
     answer(rows, as_json=as_json, title="Device")
 

@@ -58,6 +58,7 @@ def touch(
         device.link.wait(seconds)
         state = device.info()["state"]
         fingers = device.fingers.all() if len(asked) > 1 else []
+        areas = _areas(device, len(asked))
         faults = device.faults()
         # Where it is interrupted, the device that is closed lifts.
         played_s = device.lift()
@@ -67,7 +68,16 @@ def touch(
             f"the device stopped after {played_s:.2f} s: {state}{why}",
             hint="`chladni device info` shows its faults",
         )
-    _answer(asked, held, fingers, as_json, seconds=seconds, played_s=played_s, state=state)
+    rest = {"seconds": seconds, "played_s": played_s, "state": state, "areas": areas}
+    _answer(asked, held, fingers, as_json, **rest)
+
+
+def _areas(device: Device, count: int) -> list[str | None]:
+    """Of the effect bank, in which the fingers are."""
+    if device.version.fields["minor"] < AREAS_SINCE_MINOR:
+        return [None] * count
+    found = [device.effects.area_of(finger) for finger in range(count)]
+    return [None if one is None else one.name for one in found]
 
 
 @connecting
@@ -144,4 +154,6 @@ def _answer(
     for (a, b), (x, y), has_moved in zip(held, asked, moved, strict=True):
         texts.append(f"{a:g}, {b:g} mm" + (f"; {x:g}, {y:g} lies off the board" * has_moved))
     result = {"place": "; ".join(texts), "played for": f"{rest['played_s']:.2f} s"}
+    if any(rest["areas"]):
+        result["area"] = ", ".join(one or "none" for one in rest["areas"])
     answer(result | finger_rows(fingers), as_json=False, title="Touch")

@@ -12,12 +12,13 @@ from chladni.effects.bank.areas import Area, Bank
 from chladni.effects.bank.bank_file import BANK_SUFFIX, ReadBank, bank_bytes, read_bank
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
-from chladni.effects.bank.unpack import read_bank_file, unpack_bank
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import kinds
 from chladni.effects.flatten import flattened_effect
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.emulation.covered_areas import covered_areas
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
@@ -56,6 +57,8 @@ def build(
     except InputError as error:
         raise error.in_file(bank) from None
     write_whole(output, data)
+    for hidden in covered_areas(read.bank):
+        say(f"area {hidden}: areas before it have all its places, so nothing of it plays")
     for name, lines in read.left_out.items():
         for line in lines:
             say(f"{name}, left out: {line}")
@@ -99,25 +102,26 @@ def flash(connection: Connection, bank: BankArgument, as_json: JsonOption = Fals
     answer(asdict(done), as_json=as_json, title=title)
 
 
-def show_bank(path: Path, figure: Path | None, *, as_json: bool) -> None:
-    """A bank that was built: its effects and areas."""
-    bank = read_bank_file(path, "EFFECT")
+def show_bank(name: str, figure: Path | None, *, as_json: bool) -> None:
+    """A bank's effects and areas: as they were built, or as they would be."""
+    data = bank_bytes(name, "EFFECT")
+    bank = unpack_bank(data)
     if figure is not None:
         from chladni.host.figures.areas import areas_figure  # noqa: PLC0415
 
         write_figure(areas_figure(bank), figure)
     if as_json:
-        answer(_described(path, bank), as_json=True)
+        answer(_described(bank, len(data)), as_json=True)
         return
     rows = {name: ", ".join(kinds(effect)) for name, effect in bank.effects.items()}
     rows |= {f"area {area.name}": _played(area) for area in bank.areas}
-    answer(rows, as_json=False, title=f"Effect bank {bank.name}, {path.stat().st_size:,} bytes")
+    answer(rows, as_json=False, title=f"Effect bank {bank.name}, {len(data):,} bytes")
 
 
-def _described(path: Path, bank: Bank) -> dict[str, Any]:
+def _described(bank: Bank, size: int) -> dict[str, Any]:
     return {
         "name": bank.name,
-        "bytes": path.stat().st_size,
+        "bytes": size,
         "hysteresis_mm": bank.hysteresis_mm,
         "effects": [
             {"name": name, "lasts_ms": 1e3 * effect.lasts_s, "parts": kinds(effect)}

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from chladni.effects.bank.bank_file import BANK_SUFFIX
+from chladni.effects.bank.bank_file import is_bank, read_bank, shipped_banks
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.effect import kinds
 from chladni.effects.files import WRITERS, read_effect, shipped_effects
@@ -36,19 +36,24 @@ def register(app: typer.Typer) -> None:
 
 @effects_app.command("list")
 def effects_list(as_json: JsonOption = False) -> None:
-    """List the effects that come with Chladni."""
+    """List the effects and banks that come with Chladni."""
     found = [
         {"name": effect.name, "lasts_ms": 1e3 * effect.lasts_s, "parts": kinds(effect)}
         for effect in shipped_effects().values()
     ]
+    banks = {
+        name: f"{len(own.areas)} areas, {', '.join(own.effects)}"
+        for name, own in ((name, read_bank(name).bank) for name in shipped_banks())
+    }
     if as_json:
-        answer({"effects": found}, as_json=True)
+        answer({"effects": found, "banks": list(banks)}, as_json=True)
         return
     rows = {
         str(one["name"]): f"{one['lasts_ms']:.0f} ms, {', '.join(one['parts'])}"  # type: ignore[arg-type]
         for one in found
     }
     answer(rows, as_json=False, title="Effects")
+    answer(banks, as_json=False, title="Effect banks")
 
 
 @effects_app.command("show")
@@ -57,8 +62,8 @@ def effects_show(
 ) -> None:
     """Show what an effect's or a bank's file says, and what of it a device cannot do."""
     check_figure(figure)
-    if Path(effect).suffix.lower() == BANK_SUFFIX:
-        show_bank(Path(effect), figure, as_json=as_json)
+    if is_bank(effect):
+        show_bank(effect, figure, as_json=as_json)
         return
     read = read_effect(effect, field="EFFECT")
     samples = read.effect.samples(SIGNAL_HZ)

@@ -59,7 +59,8 @@ def play(
     ] = None,
     at: Annotated[str | None, typer.Option("--at", metavar="X,Y", help="Where, mm.")] = None,
     other: Annotated[
-        str | None, typer.Option(metavar="X,Y", help="Another finger, which rests there; mm.")
+        list[str] | None,
+        typer.Option(metavar="X,Y", help="Another finger, which rests there; mm."),
     ] = None,
     level_db: Annotated[
         float,
@@ -77,9 +78,12 @@ def play(
 ) -> None:
     """Play an effect under a finger; an emulated device says what fingers have of it."""
     place = parse_place(required("--at", at, "X,Y, where the finger presses, mm"), "--at")
-    beside = None if other is None else parse_place(other, "--other")
+    if other and len(other) > 1:
+        raise InputError("--other", other, "one other finger")
+    beside = parse_place(other[0], "--other") if other else None
     if beside is not None and math.dist(place, beside) < LEAST_APART_MM:
-        raise InputError("--other", other, f"{LEAST_APART_MM:g} mm or more from the finger at --at")
+        expected = f"{LEAST_APART_MM:g} mm or more from the finger at --at"
+        raise InputError("--other", other[0] if other else "", expected)
     check_figure(figure)
     check_one_of(
         "what to play", EFFECT=effect is not None, bank=connection.emulated_bank is not None
@@ -122,12 +126,12 @@ def _from_bank(
         hint = "`chladni effects flash` gives a device its bank, and fingers play it"
         raise ConflictError("--bank", "--port or --udp", hint=hint)
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
-    area, effect = effect_of_bank(bank, place)
+    area, effect, level = effect_of_bank(bank, place)
     table, board = _table(connection)
     with progress_bar("plate") as progress:
         found = play_effect(
             table, board, effect, place,
-            other_mm=beside, newtons=press, bank=bank, progress=progress,
+            other_mm=beside, level=level, newtons=press, bank=bank, progress=progress,
         )  # fmt: skip
     known = {"effect": effect.name, "area": area, "board": board.name}
     _tell(known, found, place, figure, as_json=as_json)

@@ -19,6 +19,7 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         "state": info["state"],
         "playing prevented by": ", ".join(info["standing"]) or "nothing",
         "table": table,
+        "effect bank": _bank(info.get("bank")),
         "configuration": info["config_status"],
         "panel": info["panel_health"],
         "chip": info["chip"],
@@ -36,6 +37,14 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         )
         or "none",
     }
+
+
+def _bank(bank: dict[str, Any] | None) -> str:
+    if bank is None or bank["status"] == "no effect bank":
+        return "none"
+    if bank["status"] != "ok":
+        return str(bank["status"])
+    return f"{bank['name']}, {bank['effects']} effects, {bank['areas']} areas"
 
 
 def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
