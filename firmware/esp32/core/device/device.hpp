@@ -209,7 +209,7 @@ class Device {
   StoredConfig config_;
   StoredTable table_;
   StoredBank bank_;
-  SlotUpdates* updated_ = nullptr;  // of those two, by the update that is under way
+  SlotUpdates* updated_ = &table_.updates();  // or the bank's: by the update that is under way
   FlashWear wear_;
   // From the panel to the outputs.
   TouchInput input_;

@@ -102,7 +102,7 @@ Status Device::finish_update(Status status) {
 
 // The time that erasing took is no silence.
 void Device::watch_update() {
-  if (state_ != DeviceState::kUpdating || updated_ == nullptr) return;
+  if (state_ != DeviceState::kUpdating) return;
   if (updated_->is_silent(awake_ms())) update_end();
 }
 
