@@ -18,38 +18,22 @@ from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
-from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
+from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.sim.errors import ArgumentError
-from chladni.tables.table import Limits, Table
+from chladni.tables.table import Table
 from effects.banks import ALL, BYTES
-from firmware.judged_device import BRIDGES
-from made_up import device_of, make_table
+from firmware.bank_boards import LIMITS, board, lay, loudest
+from made_up import make_table
 from plate_of_bumps import responses_table
 
 FloatArray = NDArray[np.float64]
 
-LIMITS = Limits(4000, 100_000, 20_000_000)
 KEY, SLIDE, REST = (-15.0, 30.0), (10.0, -38.0), (-15.0, -20.0)
 
 
 @pytest.fixture(scope="module")
 def table() -> Table:
     return responses_table(limits=LIMITS)
-
-
-def board(table: Table, bank: bytes = BYTES, **settings: Any) -> Emulator:
-    with_bridges: dict[str, Any] = {**BRIDGES, **settings}
-    return Emulator(device_of(table, **with_bridges), table, level=1.0, bank=bank)
-
-
-def lay(emulator: Emulator, place: tuple[float, float] | None, finger: int = 0) -> None:
-    """From the next millisecond on."""
-    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, place, finger))
-
-
-def loudest(recording: Recording) -> float:
-    """Beyond the few steps of what a bridge loses."""
-    return float(np.abs(recording.duty).max()) - 8.0 / 1024.0
 
 
 def events(emulator: Emulator) -> list[AreaEvent]:

@@ -16,14 +16,12 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation._emulator import effect_samples
-from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
-from chladni.tables.table import Limits, Table
+from chladni.host.emulation.emulator import Emulator, Recording
+from chladni.tables.table import Table
 from effects.banks import BYTES
-from firmware.judged_device import BRIDGES
-from made_up import device_of
+from firmware.bank_boards import LIMITS, board, lay, loudest
 from plate_of_bumps import responses_table
 
-LIMITS = Limits(4000, 100_000, 20_000_000)
 KEY, REST, SLIDE = (-15.0, 30.0), (-15.0, -20.0), (12.0, -20.0)
 LONG = Effect("long", (Tone(0.0, 1.5, Curve.constant(1.0), Curve.constant(150.0)),))
 LONG_RELEASE = pack_bank(
@@ -37,19 +35,6 @@ LONG_RELEASE = pack_bank(
 @pytest.fixture(scope="module")
 def table() -> Table:
     return responses_table(limits=LIMITS)
-
-
-def board(table: Table, bank: bytes = BYTES, **settings: Any) -> Emulator:
-    with_bridges: dict[str, Any] = {**BRIDGES, **settings}
-    return Emulator(device_of(table, **with_bridges), table, level=1.0, bank=bank)
-
-
-def lay(emulator: Emulator, place: tuple[float, float] | None, finger: int = 0) -> None:
-    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 1.0, place, finger))
-
-
-def loudest(recording: Recording) -> float:
-    return float(np.abs(recording.duty).max()) - 8.0 / 1024.0
 
 
 def shares(recording: Recording) -> list[float]:

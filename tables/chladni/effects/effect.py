@@ -62,6 +62,21 @@ class Curve:
         # From the last of several points at one time on, its value.
         return np.asarray(np.interp(times, own, values))
 
+    def points(
+        self, begins_s: float, ends_s: float, more: Sequence[float] = ()
+    ) -> list[tuple[float, float]]:
+        """Its (s, value) from a begin to an end, with `more` times between."""
+        own = [
+            (at, value)
+            for at, value in zip(self.times, self.values, strict=True)
+            if begins_s < at < ends_s
+        ]
+        between = [at for at in more if at not in {time for time, _ in own}]
+        others = np.array([begins_s, *between, ends_s])
+        added = zip(others.tolist(), self.at(others).tolist(), strict=True)
+        # In their own order, where two at one time are a step.
+        return sorted([*own, *added], key=lambda point: point[0])
+
 
 class Part(Protocol):
     """What an effect adds up."""
@@ -92,16 +107,7 @@ class Tone:
 
     def points_of(self, curve: Curve, more: Sequence[float] = ()) -> list[tuple[float, float]]:
         """One of its curves by (s, value) from its begin to its end, with `more` times between."""
-        own = [
-            (at, value)
-            for at, value in zip(curve.times, curve.values, strict=True)
-            if self.begins_s < at < self.ends_s
-        ]
-        between = [at for at in more if at not in {time for time, _ in own}]
-        others = np.array([self.begins_s, *between, self.ends_s])
-        added = zip(others.tolist(), curve.at(others).tolist(), strict=True)
-        # In their own order, where two at one time are a step.
-        return sorted([*own, *added], key=lambda point: point[0])
+        return curve.points(self.begins_s, self.ends_s, more)
 
     def wave(self, times: FloatArray) -> FloatArray:
         """As of `Part`; its phase is 0 where it begins."""

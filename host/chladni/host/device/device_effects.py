@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.effects.bank.areas import Bank, level_of
+from chladni.effects.bank.areas import Bank, level_within
 from chladni.host.device.device_fingers import check_finger, level_q15_of
 from chladni.host.device.link import Link
 from chladni.host.device.touch_keeper import TouchKeeper
@@ -135,8 +135,7 @@ class DeviceEffects:
             No finger is down there, or a host gave it something else to play.
         """
         check_finger(finger)
-        if level_db > 0.0:
-            raise ArgumentError("level_db", level_db, "0 or less")
+        level = level_within(level_db)
         found = self._link.request("bank").fields
         self._forget_names_unless(found["crc"])
         names = self._effect_names(found["effects"])
@@ -147,7 +146,7 @@ class DeviceEffects:
             "effect",
             finger=finger,
             effect=names.index(effect),
-            level_q15=level_q15_of(level_of(level_db)),
+            level_q15=level_q15_of(level),
         )
 
     def area_of(self, finger: int) -> DeviceArea | None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.effects.bank.areas import level_of
+from chladni.effects.bank.areas import level_within
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.link import Link, LinkError
 from chladni.host.device.touch_keeper import TouchKeeper
@@ -274,7 +274,7 @@ class DeviceFingers:
         from chladni.effects.files import read_effect  # noqa: PLC0415
 
         own = effect if isinstance(effect, Effect) else read_effect(effect).effect
-        level = _level_of(level_db)
+        level = level_within(level_db)
         return self.play(own.samples(SIGNAL_HZ), at_mm, finger=finger, level=level)
 
     def stream_signal(
@@ -308,7 +308,7 @@ class DeviceFingers:
         from chladni.effects.live import signal_samples  # noqa: PLC0415
 
         rows = [signal] if isinstance(signal, np.ndarray) else signal
-        samples, level = signal_samples(rows, rate_hz, SIGNAL_HZ), _level_of(level_db)
+        samples, level = signal_samples(rows, rate_hz, SIGNAL_HZ), level_within(level_db)
         return self.stream(samples, at_mm, finger=finger, level=level)
 
     def all(self) -> list[dict[str, Any]]:
@@ -335,12 +335,6 @@ def check_finger(finger: int) -> None:
     """Raise `ArgumentError` for a finger that there is not."""
     if not 0 <= finger < MOST_FINGERS:
         raise ArgumentError("finger", finger, f"0 to {MOST_FINGERS - 1}")
-
-
-def _level_of(level_db: float) -> float:
-    if not level_db <= 0.0:
-        raise ArgumentError("level_db", level_db, "0 or less")
-    return level_of(level_db)
 
 
 def level_q15_of(level: float) -> int:

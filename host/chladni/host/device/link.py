@@ -58,7 +58,7 @@ REMEDIES = {
     Status.NO_OTHER: "flash a table",
     Status.NOT_NOW: "`chladni device info` shows its state",
     Status.TOO_OFTEN: "wait a minute",
-    Status.NO_PARTITION: "write the partition table anew, with PlatformIO's `upload`",
+    Status.NO_PARTITION: "write the partition table again, with PlatformIO's `upload`",
 }
 """What to do where the device did not do what it was asked for."""
 

@@ -245,3 +245,10 @@ def _do_cross(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
 
 
 assert {*OCCASIONS} <= {one.name for one in fields(Area)}
+
+
+def level_within(level_db: float) -> float:
+    """A level from 0 to 1 by its dB, which are 0 or less."""
+    if not level_db <= 0.0:
+        raise ArgumentError("level_db", level_db, "0 or less")
+    return level_of(level_db)

@@ -211,31 +211,14 @@ def _points(
     part: Tone | Noise, curve: Curve, steps: float, lasts: int, tolerance: int
 ) -> list[bytes]:
     """A curve's breakpoints from the part's begin to its end, those that are enough."""
-    ends_s = part.begins_s + lasts / SIGNAL_HZ
-    inside = [at for at in curve.times if part.begins_s < at < ends_s]
-    times = np.array([part.begins_s, *inside, ends_s])
-    values = np.round(curve.at(times) * steps).astype(np.int64)
-    # Of several at one time the values before it are those of the file's order.
+    own = curve.points(part.begins_s, part.begins_s + lasts / SIGNAL_HZ)
+    times = np.array([at for at, _ in own])
+    values = np.round(np.array([value for _, value in own]) * steps).astype(np.int64)
     at = np.minimum(np.round((times - part.begins_s) * SIGNAL_HZ), lasts).astype(np.int64)
-    values = _with_steps(part, curve, inside, values, steps)
     if len(set(values.tolist())) == 1:
         return [POINT.pack(0, values[0])]
     kept = thinned(at, values, tolerance)
     return [POINT.pack(int(at[k]), int(values[k])) for k in kept]
-
-
-def _with_steps(
-    part: Tone | Noise, curve: Curve, inside: list[float], values: NDArray[np.int64], steps: float
-) -> NDArray[np.int64]:
-    """Values in the order of the file's breakpoints, where two at one time are a step."""
-    own = [
-        value
-        for at, value in zip(curve.times, curve.values, strict=True)
-        if inside and part.begins_s < at <= inside[-1]
-    ]
-    if own:
-        values[1:-1] = np.round(np.array(own) * steps).astype(np.int64)
-    return values
 
 
 def _sample(at_s: float, place: str) -> int:
