@@ -36,7 +36,7 @@ def common_level(
     places = finger_sets(board, 2, PLACES // 2, LEAST_APART, rng).reshape(-1, 2)
     hz, own = np.array(GRID_HZ), board.drive.frequency_hz
     levels = []
-    for place in places:
-        level = FingerPlate.of(solved, place[None], PRESS).level(0, own)
+    for plate in FingerPlate.each_alone(solved, places, PRESS):
+        level = plate.level(0, own)
         levels.append(level / np.interp(own, hz, level))
     return hz, np.asarray(np.median(levels, axis=0))

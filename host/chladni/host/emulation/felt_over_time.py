@@ -78,16 +78,17 @@ class FingerPlate:
     @classmethod
     def of(cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float) -> FingerPlate:
         """Fingers at places (fingers, 2), m, on a board `over_frequency`, pressing with newtons."""
-        masks = finger_discs(solved[0].board, places)
-        targets = [(x / MM, y / MM) for x, y in places.tolist()]
-        free: list[list[ComplexArray]] = [[] for _ in masks]
-        pushes: list[list[ComplexArray]] = [[] for _ in masks]
-        for own in solved:
-            answers = own.under_finger(targets)
-            for finger, mask in enumerate(masks):
-                free[finger].append(own.fields.values[:, mask].T)
-                pushes[finger].append(answers[:, mask].T)
-        return cls(tuple(map(np.stack, free)), tuple(map(np.stack, pushes)), newtons)
+        return cls(*_discs(solved, places), newtons)
+
+    @classmethod
+    def each_alone(
+        cls, solved: Sequence[SolvedBoard], places: FloatArray, newtons: float
+    ) -> list[FingerPlate]:
+        """The same with one finger each, all solved for together."""
+        return [
+            cls((free,), (pushes[:, :, finger, None],), newtons)
+            for finger, (free, pushes) in enumerate(zip(*_discs(solved, places), strict=True))
+        ]
 
     def level(self, finger: int, reference_hz: float) -> FloatArray:
         """What a finger gets of the loudest real drive at each of `GRID_HZ`, m/N."""
@@ -133,6 +134,22 @@ class FingerPlate:
         """As `moved`, of what moves it above 40 Hz, µm."""
         sections = signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
         return np.asarray(signal.sosfilt(sections, self.moved(forces, finger), axis=1) / MICROMETRE)
+
+
+def _discs(
+    solved: Sequence[SolvedBoard], places: FloatArray
+) -> tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]:
+    """`free` and `pushes` of a `FingerPlate` with fingers at places (fingers, 2), m."""
+    masks = finger_discs(solved[0].board, places)
+    targets = [(x / MM, y / MM) for x, y in places.tolist()]
+    free: list[list[ComplexArray]] = [[] for _ in masks]
+    pushes: list[list[ComplexArray]] = [[] for _ in masks]
+    for own in solved:
+        answers = own.under_finger(targets)
+        for finger, mask in enumerate(masks):
+            free[finger].append(own.fields.values[:, mask].T)
+            pushes[finger].append(answers[:, mask].T)
+    return tuple(map(np.stack, free)), tuple(map(np.stack, pushes))
 
 
 def rms(felt: FloatArray) -> FloatArray:
