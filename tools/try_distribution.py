@@ -41,7 +41,7 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 # In this order: later ones read what earlier ones wrote.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
-    "board score": ("strip5", "--samples", "1", "--figure", "score.png"),
+    "board score": ("strip5", "--pitch", "20", "--no-perturbed", "--figure", "score.png"),
     "board sensitivity": ("paper",),
     "board refit": ("strip5", "--foam", "1.9", "-o", "refitted.toml"),
     "fingers": ("strip5", "--fingers", "2", "--sets", "4", "--samples", "1", "--figure", "two.png"),
