@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     # What MODULES names: import-linter and the drawing of the house see no names in strings.
     from chladni.host.cli import (  # noqa: F401
         board,
+        calibrate,
         compare,
         design,
         emulate,

@@ -114,10 +114,15 @@ class Board(BoardParts):
 
     def fingerprint_of_0_2(self) -> int:
         """By which tables of 0.2.0 know their board: names are in it, and image points are not."""
-        left_out = ("name", "electronics", "image", "coil", "winding", "panel", "active", "fingers")
+        left_out = (
+            "name", "electronics", "image", "coil", "winding", "panel", "active", "fingers",
+            "measured",
+        )  # fmt: skip
         physical = {key: own for key, own in to_document(self).items() if key not in left_out}
         physical |= _of_layer_and_coils(self)
-        for part, key in (("plate", "material"), ("magnet", "remanence_t")):
+        for part, key in (
+            ("plate", "material"), ("magnet", "remanence_t"), ("foundation", "patches"),
+        ):  # fmt: skip
             physical.get(part, {}).pop(key, None)
         physical["actuators"] = [
             {key: value for key, value in actuator.items() if key not in ("polarity", "trim_db")}
@@ -138,7 +143,9 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
     keys = ("plate", *FEATURES, "magnet", "drive", "image", "regions")
     numbers: dict[str, Any] = {key: document[key] for key in keys if key in document}
     numbers["plate"].pop("material", None)
-    numbers["actuators"] = [actuator.at for actuator in board.actuators]
+    numbers["actuators"] = [
+        (*actuator.at, True) if actuator.is_dead else actuator.at for actuator in board.actuators
+    ]
     numbers["limits"] = [
         electronics.ramp_ms, electronics.touch_timeout_ms, electronics.max_on_s
     ]  # fmt: skip
@@ -153,6 +160,8 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
             own.total_stiffness, own.total_loss_factor, own.coil_cut_out,
             dataclasses.astuple(own.strips), [dataclasses.astuple(cut) for cut in own.cut_outs],
         ]  # fmt: skip
+        # Boards without patches have the fingerprint that they had before there were any.
+        numbers["foundation"] += [dataclasses.astuple(patch) for patch in own.patches]
     return numbers | _of_layer_and_coils(board)
 
 
@@ -236,6 +245,7 @@ def to_document(board: Board) -> dict[str, Any]:
         document["magnet"] = table(board.magnet)
     for section in (
         "coil", "winding", "panel", "foundation", "finger", "focus", "active", "fingers",
+        "measured",
     ):  # fmt: skip
         if getattr(board, section):
             document[section] = table(getattr(board, section))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import re
 from collections.abc import Collection
 
@@ -314,8 +315,28 @@ def _check_driver(board: BoardParts) -> None:
     check_driver(board.electronics)
 
 
+def _check_measured(board: BoardParts) -> None:
+    own = board.measured
+    if own is None:
+        return
+    for key, text in (("by", own.by), ("date", own.date)):
+        if not isinstance(text, str) or not text:
+            raise InputError(f"measured.{key}", text, "a text")
+    try:
+        datetime.date.fromisoformat(own.date)
+    except ValueError:
+        raise InputError("measured.date", own.date, "a day, such as 2026-11-26") from None
+    for index, value in enumerate(own.values):
+        where = f"measured.values[{index}]"
+        check_ranges(value, where)
+        if not isinstance(value.name, str) or not value.name:
+            raise InputError(f"{where}.name", value.name, "a text")
+        if not value.low <= value.ratio <= value.high:
+            raise InputError(f"{where}.ratio", value.ratio, f"{value.low:g} to {value.high:g}")
+
+
 _OF_VALUES = (_check_name, check_plate, _check_ranges)
 _OF_THE_WHOLE = (
     check_coil, _check_supports, check_panel, _check_focus, check_actuators, _check_driver,
-    _check_pins, _check_places, _check_foundation, _check_sizes,
+    _check_pins, _check_places, _check_foundation, _check_sizes, _check_measured,
 )  # fmt: skip

@@ -145,6 +145,8 @@ def check_actuators(board: BoardParts) -> None:
         if actuator.polarity not in (1, -1):
             at = f"actuators[{index}].polarity"
             raise InputError(at, actuator.polarity, "1, or -1 for the other way round")
+        if not isinstance(actuator.is_dead, bool):
+            raise InputError(f"actuators[{index}].is_dead", actuator.is_dead, "true or false")
         if actuator.name in names[:index]:
             raise InputError(f"actuators[{index}].name", actuator.name, "a name of its own")
         _check_apart(board, index)

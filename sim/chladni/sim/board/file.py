@@ -13,8 +13,9 @@ from chladni.sim.board.coil_checks import winding_makes
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.focus import Active, Focus, SeveralFingers
-from chladni.sim.board.foundation import CutOut, Foundation, Strips
+from chladni.sim.board.foundation import CutOut, Foundation, Patch, Strips
 from chladni.sim.board.gpio import CHIPS
+from chladni.sim.board.measured import Measured, MeasuredValue
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -44,13 +45,7 @@ SECTIONS = {
     "regions": Regions,
     "electronics": Electronics,
 }
-FEATURE_CLASSES = {
-    "screws": Screw,
-    "pins": Pin,
-    "springs": Spring,
-    "masses": Mass,
-    "holes": Hole,
-}
+FEATURE_CLASSES = {"screws": Screw, "pins": Pin, "springs": Spring, "masses": Mass, "holes": Hole}
 OPTIONAL_SECTIONS = {
     "magnet": Magnet,
     "coil": Coil,
@@ -60,6 +55,7 @@ OPTIONAL_SECTIONS = {
     "focus": Focus,
     "active": Active,
     "fingers": SeveralFingers,
+    "measured": Measured,
 }
 KNOWN_KEYS = ["name", *SECTIONS, "actuators", *FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger"]
 MOST_BYTES = 65_536
@@ -321,7 +317,8 @@ def _nested(name: str, value: Any, where: str) -> Any:
         return _edges(value)
     if name == "strips":
         return part_from(Strips, value, where)
-    return parts_from(CutOut, value, where) if name == "cut_outs" else value
+    blocks: dict[str, type] = {"cut_outs": CutOut, "patches": Patch, "values": MeasuredValue}
+    return parts_from(blocks[name], value, where) if name in blocks else value
 
 
 def _finger(value: object) -> Finger:

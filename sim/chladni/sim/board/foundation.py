@@ -69,6 +69,14 @@ class CutOut:
 
 
 @dataclass(frozen=True)
+class Patch:
+    """How stiff the sheet is about a place, over what it is elsewhere (`FoundationLayer.ratio`)."""
+
+    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
+    ratio: float = quantity("ratio", 1.0, 0.05, 20.0)
+
+
+@dataclass(frozen=True)
 class Strips:
     """How wide the strips along the edges are, m; 0 for none."""
 
@@ -90,7 +98,8 @@ class Foundation:
     Either `stiffness` is given, or `material` (a key of `MATERIALS`) with `thickness`. At the
     drive's frequency it is `measured_ratio` times as stiff, 1 where that was not measured. Air that
     cannot escape from under the plate adds γp over the gap `sealed_air`. `coil_cut_out` is the
-    radius of a hole in the sheet round every actuator.
+    radius of a hole in the sheet round every actuator. `patches` are places where it is stiffer or
+    softer, as glue and foam come out.
     """
 
     stiffness: float = quantity("stiffness_n_per_mm3", 1e9, 0.0, 100.0, default=0.0)
@@ -102,6 +111,7 @@ class Foundation:
     measured_ratio: float = quantity("stiffness_ratio", 1.0, 0.05, 50.0, default=1.0)
     strips: Strips = Strips()
     cut_outs: tuple[CutOut, ...] = ()
+    patches: tuple[Patch, ...] = ()
 
     def stiffer(self, factor: float) -> Foundation:
         """The same with a sheet so many times as stiff; shut-in air stays as it is."""
@@ -126,12 +136,16 @@ class Foundation:
         return self.sheet_stiffness + self.air_stiffness
 
     @property
+    def sheet_loss_factor(self) -> float:
+        """Of the sheet alone."""
+        if self.loss_factor is not None:
+            return self.loss_factor
+        return MATERIALS[self.material].loss_factor if self.material else 0.0
+
+    @property
     def total_loss_factor(self) -> float:
         """Of both; air loses nothing."""
-        own = self.loss_factor
-        if own is None:
-            own = MATERIALS[self.material].loss_factor if self.material else 0.0
-        return own * self.sheet_stiffness / self.total_stiffness
+        return self.sheet_loss_factor * self.sheet_stiffness / self.total_stiffness
 
     def decay_length(self, bending_stiffness: float) -> float:
         """λ = (D/k)^¼ of the Kelvin function that a point force makes on an endless plate, m."""

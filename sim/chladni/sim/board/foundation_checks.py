@@ -60,6 +60,7 @@ def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:
     check_ranges(own.strips, "foundation.strips")
     for index, cut in enumerate(own.cut_outs):
         check_ranges(cut, f"foundation.cut_outs[{index}]")
+    _check_patches(board)
     _check_stiffness(board)
     for sides, pair in (
         (own.strips.left + own.strips.right, ("left", "right")),
@@ -74,6 +75,25 @@ def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:
             )
     _check_cut_outs(board, discs)
     _check_holes(board)
+
+
+def _check_patches(board: BoardParts) -> None:
+    """Patches are of the sheet, each at a place of its own on the plate."""
+    own = board.foundation
+    assert own is not None
+    places: list[tuple[float, float]] = []
+    for index, patch in enumerate(own.patches):
+        where = f"foundation.patches[{index}]"
+        check_ranges(patch, where)
+        if not board.contains(*patch.at):
+            raise InputError(f"{where}.at_mm", in_mm(patch.at), "a place on the plate")
+        if any(np.hypot(*np.subtract(patch.at, at)) < SAME_PLACE for at in places):
+            raise InputError(f"{where}.at_mm", in_mm(patch.at), "a place of its own")
+        places.append(patch.at)
+    if own.patches and own.sealed_air:
+        raise ConflictError(
+            "foundation.patches", "foundation.sealed_air_mm", hint="air is as stiff everywhere"
+        )
 
 
 def _check_holes(board: BoardParts) -> None:

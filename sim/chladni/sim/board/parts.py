@@ -9,6 +9,7 @@ from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import Finger
 from chladni.sim.board.focus import Active, Focus, SeveralFingers
 from chladni.sim.board.foundation import Foundation
+from chladni.sim.board.measured import Measured
 from chladni.sim.board.quantity import MM, quantity
 
 EdgeKind = Literal["free", "simply supported", "clamped"]
@@ -150,13 +151,14 @@ class Actuator:
 
     `polarity` is −1 for one that was wound or connected the other way. `trim_db` is what its drive
     needs more than drawn: 1.5 for a coil that came out 1.5 dB weak. The device makes up for both,
-    so tables do not depend on them.
+    so tables do not depend on them. One that `is_dead` makes no force: no drive has it play.
     """
 
     name: str
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
     polarity: int = quantity("polarity", 1.0, -1, 1, integer=True, default=1)
     trim_db: float = quantity("trim_db", 1.0, -12.0, 12.0, default=0.0)
+    is_dead: bool = False
 
     @property
     def strength(self) -> float:
@@ -217,6 +219,7 @@ class BoardParts:
     focus: Focus | None = None
     active: Active | None = None
     fingers: SeveralFingers | None = None
+    measured: Measured | None = None
 
     def contains(self, x: float, y: float) -> bool:
         """Whether a place (m) lies on the board, its edges included."""

@@ -32,7 +32,8 @@ def board_mirrors(board: Board) -> BoardMirrors:
 def _permutation(board: Board, sign_x: float, sign_y: float) -> tuple[int, ...] | None:
     places = np.array([actuator.at for actuator in board.actuators])
     order = _matches(places, places * (sign_x, sign_y))
-    if order is None:
+    dead = [actuator.is_dead for actuator in board.actuators]
+    if order is None or [dead[k] for k in order] != dead:
         return None
     mirrors = find_mirrors(plate_geometry(board))
     if not (mirrors.x if sign_x < 0 else mirrors.y):

@@ -45,6 +45,7 @@ def _foundation(board: Board) -> FoundationLayer | None:
         foundation.total_loss_factor,
         tuple((*cut.at, cut.radius) for cut in cut_outs(board)),
         strips(board),
+        tuple((*patch.at, patch.ratio) for patch in foundation.patches),
     )
 
 

@@ -45,14 +45,23 @@ def driven_fields(
     """Displacement per newton that each coil would make if its magnet were held still.
 
     That force goes with the voltage, and so with the duty. Where nothing of it changes a field by
-    more than `tolerance`, these are the transfer fields.
+    more than `tolerance`, these are the transfer fields. A dead coil makes none.
 
     Parameters
     ----------
     board, tolerance, model, allow_unmet
         As of `transfer_fields`.
     """
-    model = model or plate_model(board)
+    fields = _driven(board, tolerance, model or plate_model(board), allow_unmet=allow_unmet)
+    lives = np.array([not actuator.is_dead for actuator in board.actuators])
+    if np.all(lives):
+        return fields
+    return replace(fields, values=np.where(lives[:, None, None], fields.values, 0.0))
+
+
+def _driven(
+    board: Board, tolerance: float, model: PlateModel, *, allow_unmet: bool
+) -> TransferFields:
     bare = transfer_fields(board, tolerance=tolerance, model=model, allow_unmet=allow_unmet)
     coupling, back_emf = magnetic_coupling(board), back_emf_coupling(board, bare)
     is_still = np.linalg.norm(back_emf, 2) <= tolerance
@@ -72,6 +81,8 @@ def answered(
     bare: TransferFields,
     coupling: MagneticCoupling | None,
     couples: ComplexArray | None,
+    *,
+    are_open: bool = False,
 ) -> TransferFields:
     """Fields as coils and magnets answer to one another.
 
@@ -81,12 +92,15 @@ def answered(
         Fields of a unit force on each magnet.
     coupling, couples
         Their magnetic coupling, and fields of unit couples, (magnets, 2, nx, ny).
+    are_open
+        Whether no current flows in any coil but what makes its force, so that none is braked.
     """
     count = len(board.actuators)
     own: ComplexArray = np.asarray(bare.values)
     motion, pulls = _compliance(board, own), np.eye(count, dtype=np.complex128)
     turned = np.zeros_like(own)
-    resists = _per_velocity(board, bare.frequency_hz) * np.eye(count)
+    braked = 0.0 if are_open else _per_velocity(board, bare.frequency_hz)
+    resists = braked * np.eye(count)
     if coupling is not None and couples is not None:
         turned = np.einsum("mca,ma...->c...", coupling.couples, couples)
         pulls = coupling.forces.astype(np.complex128)
@@ -134,15 +148,17 @@ def _compliance(board: Board, values: ComplexArray) -> ComplexArray:
     return np.stack([at_coils(board, own) for own in values], axis=1)
 
 
-def at_coils(board: Board, values: ComplexArray | FloatArray) -> ComplexArray:
-    """One field, shape (nx, ny), at every coil, shape (actuators,).
+def at_coils(
+    board: Board, values: ComplexArray | FloatArray, shift: tuple[float, ...] = (0.0, 0.0)
+) -> ComplexArray:
+    """One field, shape (nx, ny), at every coil, or so far beside it (m); shape (actuators,).
 
     Between image points it is taken as straight. Under a rigid magnet it is.
     """
     # A tenth of a second of SciPy, which only coils that move need.
     from scipy.ndimage import map_coordinates  # noqa: PLC0415
 
-    places = np.array([actuator.at for actuator in board.actuators]).T
+    places = (np.array([actuator.at for actuator in board.actuators]) + shift).T
     axes = (board.x, board.y)
     rows = [(at - axis[0]) / (axis[1] - axis[0]) for at, axis in zip(places, axes, strict=True)]
     parts = [

@@ -50,6 +50,31 @@ def loop_field(radius: ArrayLike, at: ArrayLike, apart: ArrayLike) -> tuple[Floa
     return np.asarray(radial), np.asarray(axial)
 
 
+def mutual_inductance(winding: RoundWinding, apart: float) -> float:
+    """Of two such windings side by side, whose axes are `apart` (m, more than their width), H.
+
+    The flux of each turn of one through the turns of the other; negative, since it comes back
+    beside a coil.
+    """
+    node, weight = np.polynomial.legendre.leggauss(ACROSS_WINDING)
+    turn = (winding.mean + node * (winding.outer - winding.inner) / 2.0) / 2.0
+    level = node * winding.height / 2.0
+    near, weight_near = np.polynomial.legendre.leggauss(ALONG_RADIUS)
+    angle = 2.0 * np.pi * (np.arange(ROUND_FACE) + 0.5) / ROUND_FACE
+    flux = 0.0
+    for other, share in zip(turn, weight / 2.0, strict=True):
+        radius = other * np.sqrt((1.0 + near) / 2.0)
+        rho = np.hypot(apart + np.outer(radius, np.cos(angle)), np.outer(radius, np.sin(angle)))
+        area = np.pi * other**2 * weight_near / 2.0 / ROUND_FACE
+        away = level[:, None] - level
+        _, axial = loop_field(
+            turn[:, None, None, None, None], rho[None, None, None], away[:, :, None, None]
+        )
+        through = np.einsum("tabrn,r->tab", axial, area)
+        flux += share * float(np.einsum("tab,t,a,b->", through, weight, weight, weight)) / 8.0
+    return winding.turns**2 * flux
+
+
 def force_and_couple(
     winding: RoundWinding,
     *,

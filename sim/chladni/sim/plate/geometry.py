@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chladni.sim.board.parts import Edges
+
+FloatArray = NDArray[np.float64]
+
+PATCH_SPREAD = 0.6
+"""Of the distance from a patch of foundation to the next, by which it passes into that."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +100,40 @@ class FoundationLayer:
     strips
         Rectangles (x from, x to, y from, y to) where there is some, m, none of which overlap; none
         for all of the plate.
+    patches
+        Places (x, y, ratio) about which it is so many times as stiff, m.
     """
 
     stiffness: float
     loss_factor: float = 0.0
     cut_outs: tuple[tuple[float, float, float], ...] = ()
     strips: tuple[tuple[float, float, float, float], ...] = ()
+    patches: tuple[tuple[float, float, float], ...] = ()
+
+    def ratio(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """How stiff it is at places over `stiffness`: smooth from patch to patch.
+
+        Logarithms of the patches' ratios are averaged, weighted by exp(−d²/2s²) of the distance d
+        to each, with s a share of the distance from patch to patch. One patch is everywhere.
+        """
+        if not self.patches:
+            return np.ones(np.shape(x))
+        weights = patch_weights(self.patches, x, y)
+        logarithms = np.log([ratio for _, _, ratio in self.patches])
+        return np.asarray(np.exp(np.tensordot(logarithms, weights, axes=1)))
+
+
+def patch_weights(patches: Sequence[tuple[float, ...]], x: FloatArray, y: FloatArray) -> FloatArray:
+    """Share of each patch (x, y, …), m, at places: shape (patches, *x.shape); 1 in all."""
+    at = np.array([patch[:2] for patch in patches])
+    apart = np.hypot(*(at[:, None] - at).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    spread = PATCH_SPREAD * float(np.median(apart.min(axis=1))) if len(at) > 1 else np.inf
+    away = (np.asarray(x) - at[:, 0].reshape(-1, *[1] * np.ndim(x))) ** 2
+    away = away + (np.asarray(y) - at[:, 1].reshape(-1, *[1] * np.ndim(y))) ** 2
+    # The nearest has weight 1 before all are shared out, so that none is lost far away from all.
+    weights = np.exp(-(away - away.min(axis=0)) / (2.0 * spread**2))
+    return np.asarray(weights / weights.sum(axis=0))
 
 
 @dataclass(frozen=True)

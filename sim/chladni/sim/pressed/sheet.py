@@ -149,9 +149,9 @@ class SplineSheet:
         self.stretch = self.form(self.strain, self.membrane, self.elastic)
 
     def _lies(self) -> FloatArray:
-        """1 at points that lie on foam, 0 at the others."""
+        """How stiff the foam is at points over what it is elsewhere; 0 where there is none."""
         layer = self.geometry.foundation
-        lies = np.full(self.weights.size, 1.0 if layer else 0.0)
+        lies = layer.ratio(self.x, self.y) if layer else np.zeros(self.weights.size)
         for x, y, radius in layer.cut_outs if layer else ():
             lies[self.disc(x, y, radius)] = 0.0
         if layer and layer.strips:

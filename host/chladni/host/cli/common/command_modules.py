@@ -17,6 +17,7 @@ MODULES = {
     "effects": "effects.commands",
     "play": "effects.play",
     "design": "design",
+    "calibrate": "calibrate",
     "flash": "device.commands",
     "board": "board",
     "table": "table",

@@ -74,6 +74,7 @@ def find_mirrors(geometry: PlateGeometry) -> Mirrors:
             ((x0 + x1) / 2.0, (y0 + y1) / 2.0, ("strip", x1 - x0, y1 - y0))
             for x0, x1, y0, y1 in geometry.foundation.strips
         ]
+        items += [(x, y, ("patch", ratio)) for x, y, ratio in geometry.foundation.patches]
     # SciPy is loaded where a plate is solved: a device's host only asks for mirrors.
     from scipy.spatial import cKDTree  # noqa: PLC0415
 

@@ -172,7 +172,9 @@ def wave_number(geometry: PlateGeometry, omega: float) -> float:
 
 def decay_rate(geometry: PlateGeometry) -> float:
     """(k/D)^(1/4), rad/m."""
-    foundation = geometry.foundation.stiffness if geometry.foundation else 0.0
+    layer = geometry.foundation
+    stiffest = max((1.0, *(ratio for _, _, ratio in layer.patches))) if layer else 0.0
+    foundation = layer.stiffness * stiffest if layer else 0.0
     return float((foundation / geometry.bending_stiffness) ** 0.25)
 
 

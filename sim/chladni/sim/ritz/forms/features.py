@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.plate.geometry import FoundationLayer, Inclusion
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.discs import bending_rows, signed_product
 from chladni.sim.ritz.forms.foundation_points import is_left_out
@@ -54,8 +55,14 @@ def foundation_form(
     own = basis if tables is samples.own else tables.foundation.values(parity, (0, 0))
     beside = signed_product(own, basis, samples.sets.foundation.weights)
     on_discs = samples.on_discs(parity, tables), samples.on_discs(parity, samples.own)
-    left_out = samples.discs.overlap(*on_discs, lambda disc: float(is_left_out(layer, disc)))
+    left_out = samples.discs.overlap(*on_discs, lambda disc: _left_out(layer, disc))
     return np.asarray(layer.stiffness * (form + beside - left_out))
+
+
+def _left_out(layer: FoundationLayer, disc: Inclusion) -> float:
+    """How stiff the foundation would be under a disc where it has none, over what it is; else 0."""
+    ratio = layer.ratio(np.array(disc.x), np.array(disc.y))
+    return float(is_left_out(layer, disc)) * float(ratio)
 
 
 def _bend(samples: Samples, parity: ParityBasis, tables: Tables) -> FloatArray:

@@ -35,7 +35,8 @@ ACROSS_AN_EDGE = (48, 192)
 def signed_points(basis: Basis) -> Points:
     """Strips with positive weights, what is cut out with negative ones; over the whole plate.
 
-    A foundation without strips is everywhere, which these points leave out.
+    A foundation without strips is everywhere, which these points leave out but for what patches
+    make of it.
     """
     geometry = basis.geometry
     layer = geometry.foundation
@@ -48,7 +49,20 @@ def signed_points(basis: Basis) -> Points:
     out = join(taken)
     keep = _is_under(layer, out)
     less = Points(out.x[keep], out.y[keep], -out.weights[keep])
-    return join([*(_strip(basis, strip) for strip in layer.strips), less])
+    lies = [_weighted(layer, _strip(basis, strip), 0.0) for strip in layer.strips]
+    if layer.patches and not layer.strips:
+        half_x, half_y = geometry.width / 2.0, geometry.length / 2.0
+        everywhere = _strip(basis, (-half_x, half_x, -half_y, half_y))
+        lies = [_weighted(layer, everywhere, 1.0)]
+    return join([*lies, _weighted(layer, less, 0.0)])
+
+
+def _weighted(layer: FoundationLayer, points: Points, less: float) -> Points:
+    """With the foundation's ratio there as a factor, less what counts elsewhere."""
+    if not layer.patches:
+        return points
+    ratio = layer.ratio(points.x, points.y) - less
+    return Points(points.x, points.y, points.weights * ratio)
 
 
 def _is_under(layer: FoundationLayer, points: Points) -> np.ndarray:

@@ -1,0 +1,122 @@
+"""How many decibels calibration brings back, on hidden boards of each kind. Appends a line a board.
+
+    python bench/calibration.py BOARD SEEDS ROWS.jsonl
+    python bench/calibration.py ROWS.jsonl
+
+The first form calibrates hidden boards 1 to SEEDS and keeps what came out, those that are there
+already left out; the second prints a table of all that is there.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chladni.calibration import Truth, fit_board, hidden_plate, read_hidden
+from chladni.sim.board.file import load_board
+from chladni.sim.errors import InputError
+
+SETS = 40
+
+
+def calibrated(name: str, seed: int) -> dict[str, Any]:
+    """What came of one hidden board."""
+    board = load_board(name)
+    hidden = hidden_plate(board, seed)
+    row: dict[str, Any] = {"board": name, "seed": seed}
+    readings = read_hidden(hidden)
+    try:
+        found = fit_board(board, readings)
+    except InputError as error:
+        return row | {"refused": str(error)}
+    signs = np.sign(hidden.strengths)
+    alive = signs != 0.0
+    off = found.strengths[alive] / np.abs(hidden.strengths[alive]) - 1.0
+    truth = Truth(hidden, board, sets=SETS)
+    known = {"before": board, "after": found.board, "perfect": truth.perfectly_known()}
+    for key, own in known.items():
+        rows = truth.rows(own)
+        row[key] = {name: np.round(value, 2).tolist() for name, value in vars(rows).items()}
+    return row | {
+        "wiring": found.wiring.signs.tolist() == signs.tolist(),
+        "faults": int((signs <= 0.0).sum()),
+        "force_off": float(np.sqrt(np.mean(off**2))),
+        "left": found.left,
+        "steps": found.steps,
+        "held": _held(board, hidden.board, found),
+        "device_s": readings.seconds,
+    }
+
+
+def _held(drawn: Any, true: Any, found: Any) -> dict[str, bool]:
+    """Whether each interval of what is told holds the truth."""
+    ratios = {
+        "sheet thickness": true.plate.thickness / drawn.plate.thickness,
+        "modulus": true.plate.youngs_modulus / drawn.plate.youngs_modulus,
+    }
+    if true.screws:
+        from chladni.drives.scoring.sensitivity import SOFT_SCREW
+
+        ratios["screws"] = true.screws[0].stiffness / SOFT_SCREW
+    if true.foundation is not None:
+        even = true.foundation.measured_ratio / drawn.foundation.measured_ratio
+        patches = np.log([own.ratio for own in true.foundation.patches])
+        ratios["foam"] = even * float(np.exp(patches.mean()))
+        losses = [one.foundation.sheet_loss_factor for one in (true, drawn)]
+        ratios["foam's loss"] = losses[0] / losses[1]
+    return {
+        own.name: bool(own.low <= ratios[own.name] <= own.high)
+        for own in found.parameters
+        if own.told
+    }
+
+
+def _pooled(rows: list[dict[str, Any]], key: str, what: str) -> str:
+    values = np.concatenate([np.array(row[key][what]) for row in rows])
+    return (
+        "–"
+        if not values.size
+        else " / ".join(f"{own:.1f}" for own in np.percentile(values, (50.0, 10.0)))
+    )
+
+
+def main() -> None:
+    """Calibrate, or print."""
+    *kind, path = sys.argv[1:]
+    kept = Path(path)
+    rows = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
+    if kind:
+        there = {row["seed"] for row in rows if row["board"] == kind[0]}
+        for seed in sorted(set(range(1, int(kind[1]) + 1)) - there):
+            with kept.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(calibrated(kind[0], seed)) + "\n")
+        return
+    print("| board | boards | before | after | perfect | two fingers before | after | perfect |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name in dict.fromkeys(row["board"] for row in rows):
+        own = [row for row in rows if row["board"] == name]
+        done = [row for row in own if "after" in row]
+        cells = [
+            _pooled(done, key, what)
+            for what in ("second_finger_20mm_db", "fingers_2_db")
+            for key in ("before", "after", "perfect")
+        ]
+        print(f"| `{name}` | {len(own)} | {' | '.join(cells)} |")
+        held = [one for row in done for one in row["held"].values()]
+        level = np.concatenate([np.array(row["after"]["level_db"]) for row in done])
+        print(
+            f"  refused {len(own) - len(done)}, wiring right {sum(row['wiring'] for row in done)}, "
+            f"with faults {sum(row['faults'] > 0 for row in done)}, "
+            f"intervals that hold {np.mean(held):.2f} of {len(held)}, "
+            f"forces off {100 * np.median([row['force_off'] for row in done]):.1f} %, "
+            f"level off {np.percentile(np.abs(level), 90):.2f} dB at 90 %, "
+            f"plates solved {np.median([row['steps'] for row in done]):.0f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Figure of a calibration: coils' forces, the foam that was found, and what it brings back."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chladni.calibration.fit import Found
+from chladni.calibration.restored import Restored
+from chladni.drives.scoring.spread import Spread
+from chladni.host.figures.fields import COLOURS, INK
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.fields.board_plate import plate_geometry
+
+
+def calibration_figure(drawn: Board, found: Found, before: Restored, after: Restored) -> Figure:
+    """The board as it was found, beside what fingers get before and after."""
+    wide, long = drawn.plate.size
+    figure = Figure(figsize=(5.0 + 4.6 * min(1.6, wide / long + 0.4), 4.6), layout="constrained")
+    plate, scores = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
+    _draw_plate(figure, plate, drawn, found)
+    _draw_scores(scores, drawn, before, after)
+    figure.suptitle(
+        f"{drawn.name}: calibrated by its own coils (simulated)", fontsize=11, color=INK
+    )
+    return figure
+
+
+def _draw_plate(figure: Figure, axes: Axes, drawn: Board, found: Found) -> None:
+    """Foam over the drawn one, and coils with their forces."""
+    board = found.board
+    half = [side / 2.0 / MM for side in board.plate.size]
+    layer = plate_geometry(board).foundation
+    if layer is not None and drawn.foundation is not None:
+        x, y = np.meshgrid(board.x, board.y, indexing="ij")
+        ratio = layer.stiffness * layer.ratio(x, y) / drawn.foundation.total_stiffness
+        shown = axes.imshow(
+            ratio.T, origin="lower", cmap="viridis",
+            extent=(-half[0], half[0], -half[1], half[1]),
+        )  # fmt: skip
+        figure.colorbar(shown, ax=axes, label="foam, times as stiff as drawn", shrink=0.85)
+    for own, sign, strength in zip(
+        board.actuators, found.wiring.signs, found.strengths, strict=True
+    ):
+        place = (own.at[0] / MM, own.at[1] / MM)
+        text = "dead" if sign == 0.0 else f"{strength:.2f}"
+        text = f"reversed\n{text}" if sign < 0.0 else text
+        colour = INK if sign > 0.0 else COLOURS[1]
+        axes.annotate(
+            text, place, ha="center", va="center", fontsize=8, color=colour,
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour},
+        )  # fmt: skip
+    axes.set_xlim(-half[0], half[0])
+    axes.set_ylim(-half[1], half[1])
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, mm")
+    axes.set_ylabel("y, mm")
+    axes.set_title("coils' forces over the drawn ones", fontsize=9)
+
+
+def _draw_scores(axes: Axes, drawn: Board, before: Restored, after: Restored) -> None:
+    """Medians as bars, with a line from the worst tenth to the best."""
+    rows: list[tuple[str, Spread, Spread]] = [
+        ("two fingers apart, dB", before.fingers_2_db, after.fingers_2_db)
+    ]
+    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
+    if drawn.focus is not None and own is not None and then is not None:
+        rows.append(("one finger, 20 mm away, dB", own, then))
+    for k, (_, early, late) in enumerate(rows):
+        for offset, own, colour in ((0.2, early, COLOURS[0]), (-0.2, late, COLOURS[2])):
+            label = None if k else ("before" if offset > 0.0 else "after")
+            axes.barh(k + offset, own.median, 0.36, color=colour, label=label)
+            axes.plot((own.p10, own.p90), (k + offset,) * 2, color=INK, linewidth=1.2)
+    axes.set_yticks(range(len(rows)), [row[0] for row in rows])
+    axes.axvline(0.0, color=INK, linewidth=0.8)
+    axes.set_xlabel("dB: median, and from the worst tenth to the best")
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.25, axis="x")

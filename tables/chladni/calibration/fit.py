@@ -1,0 +1,292 @@
+"""The board that its own readings tell of: nonlinear least squares, with tolerances as priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from chladni.calibration.coils_known import with_coils_known
+from chladni.calibration.sensing import CoilReadings
+from chladni.calibration.slopes import compliance_slopes
+from chladni.calibration.unknowns import Unknowns, unknowns_of
+from chladni.calibration.wiring import Wiring, find_wiring
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.induced import OpenCoils, induced_voltages, open_coils
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Report = Callable[[int], None]
+
+MOST_STEPS = 12
+STARTS = (-1.5, -0.75, 0.0, 0.75, 1.5)
+"""Standard deviations of foam and screws from which a search may begin."""
+ENOUGH = 0.03
+"""Share of what is left that a step must still take away."""
+DIFFERENCE = 0.05
+"""Of the logarithm of screws' stiffness, over which a slope is taken."""
+INTERVAL = 1.96
+"""Standard deviations of 95 %."""
+UNLIKE = 5.0
+"""RMS of what is left over the noise, above which no board that may come out reads like this."""
+TOLD_APART = 0.7
+"""Of its spread before, that a value's must be below to count as measured."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One value as it was found.
+
+    Attributes
+    ----------
+    name
+        In words.
+    value, low, high
+        Over the drawn one (of a move: mm), with its 95 % interval.
+    told
+        Whether the readings tell it; else it is what was believed before, or goes with others.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    told: bool
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a board's readings tell.
+
+    Attributes
+    ----------
+    board
+        As it is; coils' polarity, trim and who is dead included.
+    wiring, strengths
+        Of its coils; strengths above 0, (actuators,).
+    parameters
+        Of the whole board: sheet, foam, screws.
+    left
+        RMS of what the board does not explain of the readings, over their noise.
+    steps
+        How many boards were solved.
+    """
+
+    board: Board
+    wiring: Wiring
+    strengths: FloatArray
+    parameters: tuple[Parameter, ...]
+    left: float
+    steps: int
+
+
+def fit_board(board: Board, readings: CoilReadings, progress: Report | None = None) -> Found:
+    """Find the board that reads like this.
+
+    Parameters
+    ----------
+    board
+        As it is drawn.
+    progress
+        Called with the number of boards that were tried.
+
+    Raises
+    ------
+    InputError
+        No board within the tolerances reads like this, or the readings are none (wiring.py).
+
+    References
+    ----------
+    A. Tarantola, Inverse Problem Theory, SIAM 2005, section 3.4: least squares with priors.
+    """
+    unknowns = unknowns_of(board)
+    with one_blas_thread():
+        search = _Search(unknowns, readings, progress)
+        solved = search.solve(search.start())
+    left = search.left(solved)
+    if left > UNLIKE:
+        raise InputError(
+            "readings",
+            f"{left:.1f} times the noise off",
+            f"those of {board.name}, as it may come out",
+            hint="is it this board, and nothing on it? Measure again",
+        )
+    with one_blas_thread():
+        covariance = search.covariance(solved)
+    return Found(
+        with_coils_known(
+            unknowns.board_at(solved), search.wiring.signs * unknowns.strengths(solved)
+        ),
+        search.wiring,
+        unknowns.strengths(solved),
+        tuple(_parameters(unknowns, solved, covariance)),
+        left,
+        search.steps,
+    )
+
+
+class _Search:
+    """Residuals of boards by their unknowns, in units of what they may be off before (mean 0)."""
+
+    def __init__(self, unknowns: Unknowns, readings: CoilReadings, progress: Report | None) -> None:
+        self._unknowns, self._readings, self._progress = unknowns, readings, progress
+        self.wiring = Wiring(np.ones(len(unknowns.board.actuators)))
+        self.steps = 0
+        self._last: tuple[bytes, Board, list[OpenCoils]] | None = None
+
+    def start(self) -> FloatArray:
+        """Values to begin with, and how coils are wired: by the foam under which both fit best.
+
+        On foam twice as stiff a neighbour may move the other way: signs are told with it or not at
+        all.
+        """
+        unknowns, best = self._unknowns, -np.inf
+        start = np.zeros(unknowns.mean.size)
+        scales = [name for name in ("foam", "screws") if name in unknowns.scales]
+        for off in STARTS if scales else (0.0,):
+            trial = np.zeros(unknowns.mean.size)
+            trial[[unknowns.scales.index(name) for name in scales]] = off
+            expected = self.expected(self._values(trial))
+            wiring = find_wiring(unknowns.board, self._readings, expected)
+            alike = wiring.alike(self._readings.volts, expected)
+            if alike > best:
+                best, start, self.wiring = alike, trial, wiring
+        return start
+
+    def solve(self, start: FloatArray) -> FloatArray:
+        """The most likely values, from a start in units of what they may be off."""
+
+        def residuals(off: FloatArray) -> FloatArray:
+            return self._residuals(self._values(off))
+
+        def jacobian(off: FloatArray) -> FloatArray:
+            return self._jacobian(self._values(off))
+
+        found = least_squares(
+            residuals,
+            start,
+            jac=jacobian,
+            method="trf",
+            max_nfev=MOST_STEPS,
+            ftol=ENOUGH,
+            xtol=1e-4,
+        )
+        return self._values(np.asarray(found.x))
+
+    def left(self, values: FloatArray) -> float:
+        """RMS of the readings' residuals."""
+        own = self._residuals(values)[: -values.size]
+        is_read = np.tile(self._is_read().ravel(), 2 * len(self._readings.frequencies_hz))
+        return float(np.sqrt(np.mean(own[is_read] ** 2)))
+
+    def covariance(self, values: FloatArray) -> FloatArray:
+        """Of the values, as far as they are told, (unknowns, unknowns)."""
+        slopes = self._jacobian(values)
+        # Where more is left than noise, the noise is taken to be that much larger.
+        slopes[: -values.size] /= max(1.0, self.left(values))
+        own = np.linalg.inv(slopes.T @ slopes)
+        return np.asarray(own * np.outer(self._unknowns.spread, self._unknowns.spread))
+
+    def expected(self, values: FloatArray) -> ComplexArray:
+        """Voltages per ampere of coils that are all the right way round."""
+        board, coils = self._solved(values)
+        strength = self._unknowns.strengths(values)
+        return np.array(
+            [
+                np.outer(strength, strength) * induced_voltages(board, own.compliance, frequency)
+                for own, frequency in zip(coils, self._readings.frequencies_hz, strict=True)
+            ]
+        )
+
+    def _values(self, off: FloatArray) -> FloatArray:
+        return np.asarray(self._unknowns.mean + off * self._unknowns.spread)
+
+    def _solved(self, values: FloatArray) -> tuple[Board, list[OpenCoils]]:
+        """The board of some values with its coils at every frequency; the last is kept."""
+        # Forces change nothing of the plate.
+        key = values[: self._unknowns.forces.start].tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, *self._solve_anew(values))
+        return self._last[1], self._last[2]
+
+    def _solve_anew(self, values: FloatArray) -> tuple[Board, list[OpenCoils]]:
+        board = self._unknowns.board_at(values)
+        model = plate_model(board)
+        coils = [
+            open_coils(board, float(own), model=model, tolerance=DRAWN_TOLERANCE)
+            for own in self._readings.frequencies_hz
+        ]
+        self.steps += 1
+        if self._progress:
+            self._progress(self.steps)
+        return board, coils
+
+    def _of_screws(self, values: FloatArray, coils: list[OpenCoils]) -> list[ComplexArray]:
+        """How compliances change with the logarithm of screws' stiffness."""
+        scales = self._unknowns.scales
+        if "screws" not in scales:
+            return [np.zeros_like(own.compliance) for own in coils]
+        stiffer = values.copy()
+        stiffer[scales.index("screws")] += DIFFERENCE
+        _, more = self._solve_anew(stiffer)
+        return [
+            (new.compliance - old.compliance) / DIFFERENCE
+            for new, old in zip(more, coils, strict=True)
+        ]
+
+    def _is_read(self) -> NDArray[np.bool_]:
+        """Pairs of different coils that are not dead."""
+        lives = ~self.wiring.is_dead
+        return np.outer(lives, lives) & ~np.eye(lives.size, dtype=bool)
+
+    def _residuals(self, values: FloatArray) -> FloatArray:
+        signs = np.outer(self.wiring.signs, self.wiring.signs)
+        off = self._readings.volts - signs * self.expected(values)
+        off = np.where(self._is_read(), off / self._readings.noise, 0.0)
+        beliefs = (values - self._unknowns.mean) / self._unknowns.spread
+        return np.concatenate((off.real.ravel(), off.imag.ravel(), beliefs))
+
+    def _jacobian(self, values: FloatArray) -> FloatArray:
+        unknowns, count = self._unknowns, self.wiring.signs.size
+        board, coils = self._solved(values)
+        strength = unknowns.strengths(values)
+        pairs = np.outer(strength, strength)
+        rows = []
+        for own, screws, frequency in zip(
+            coils, self._of_screws(values, coils), self._readings.frequencies_hz, strict=True
+        ):
+            slopes = compliance_slopes(unknowns, board, own, frequency, screws)
+            of_plate = pairs * induced_voltages(board, slopes, frequency)
+            read = pairs * induced_voltages(board, own.compliance, frequency)
+            each = np.eye(count)
+            of_forces = each[:, :, None] * read + each[:, None, :] * read
+            rows.append(np.concatenate((of_plate, of_forces)))
+        signs = np.outer(self.wiring.signs, self.wiring.signs)
+        every = -np.stack(rows, axis=1) * signs / self._readings.noise
+        every = np.where(self._is_read(), every, 0.0).reshape(values.size, -1)
+        data = np.concatenate((every.real, every.imag), axis=1).T * unknowns.spread
+        return np.concatenate((data, np.eye(values.size)))
+
+
+def _parameters(
+    unknowns: Unknowns, values: FloatArray, covariance: FloatArray
+) -> Iterator[Parameter]:
+    """What was found of the whole board; foam is the mean of all its patches."""
+    for row, name in enumerate(unknowns.scales):
+        takes = np.zeros(values.size)
+        takes[row] = 1.0
+        if name == "foam" and unknowns.patches:
+            takes[unknowns.patch_values] = 1.0 / len(unknowns.patches)
+        value = float(takes @ values)
+        own = float(np.sqrt(takes @ covariance @ takes))
+        before = float(np.sqrt(takes**2 @ unknowns.spread**2))
+        low, high = value - INTERVAL * own, value + INTERVAL * own
+        told = own < TOLD_APART * before
+        yield Parameter(name, float(np.exp(value)), float(np.exp(low)), float(np.exp(high)), told)

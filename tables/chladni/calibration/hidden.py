@@ -1,0 +1,153 @@
+"""The plate that no tool can see: a board as it may really have come out, drawn from a seed.
+
+Everything that calibration finds is tested against such plates alone. What is drawn is wider than
+the tolerances of a score (`drives/scoring/tolerances.py`): it is what nobody has measured yet.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.drives.scoring.sensitivity import SOFT_SCREW, SOFT_SCREW_TILT
+from chladni.drives.scoring.tolerances import (
+    COIL_PLACE,
+    SHEET_MODULUS,
+    SHEET_THICKNESS,
+    TRIES,
+    with_moved_coils,
+)
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import Patch
+from chladni.sim.board.parts import Plate
+from chladni.sim.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+FOAM_SOFTEST, FOAM_STIFFEST = 1.0 / 1.5, 4.0
+"""Foam at 160 Hz over its data sheet's slow compression."""
+FOAM_LOSS = 0.3
+"""± share of its loss factor, which data sheets do not have."""
+PATCH, PATCH_PITCH = 0.5, 15e-3
+"""Glue and foam are up to a half stiffer, or softer in the same ratio, from patch to patch; m."""
+SCREW = 3.0
+"""Stand-offs are up to so many times as stiff as a nylon one, or so many times softer."""
+FORCE, OHMS = 0.20, 0.02
+"""± shares of a coil's force per ampere and of its resistance."""
+REVERSED, DEAD = 1.0 / 4.0, 1.0 / 8.0
+"""Shares of boards on which a coil is wired the wrong way round, and on which one is dead."""
+
+
+@dataclass(frozen=True)
+class HiddenPlate:
+    """A board as it is, which only emulated hardware knows.
+
+    Attributes
+    ----------
+    board
+        Sheet, foam, screws and coils' places as they are.
+    strengths
+        Force per ampere of each coil over the drawn one, (actuators,): negative for one that is
+        wired the wrong way round, 0 for a dead one.
+    ohms
+        Resistance of each coil over the drawn one, (actuators,).
+    seed
+        It was drawn from.
+    """
+
+    board: Board
+    strengths: FloatArray
+    ohms: FloatArray
+    seed: int
+
+    @property
+    def forces(self) -> FloatArray:
+        """Of each coil at a duty, over the drawn one."""
+        return np.asarray(self.strengths / self.ohms)
+
+    def named(self, which: NDArray[np.bool_]) -> list[str]:
+        """The names of some of its coils."""
+        return [own.name for own, is_one in zip(self.board.actuators, which, strict=True) if is_one]
+
+
+def hidden_plate(board: Board, seed: int) -> HiddenPlate:
+    """Draw a plate; the same for the same board and seed.
+
+    Raises
+    ------
+    InputError
+        No such board can be built: coils touch whichever way they are moved.
+    """
+    rng = np.random.default_rng((seed, 43))
+    count = len(board.actuators)
+    for _ in range(TRIES):
+        made = replace(_with_supports(board, rng), plate=_sheet(board, rng))
+        moves = COIL_PLACE * rng.uniform(-1.0, 1.0, (count, 2))
+        with suppress(InputError):
+            made = with_moved_coils(made, moves)
+            break
+    else:
+        raise InputError("actuators", "coils that touch", f"room for ±{COIL_PLACE * 1e3:g} mm")
+    strengths = 1.0 + FORCE * rng.uniform(-1.0, 1.0, count)
+    first, second = rng.permutation(count)[:2] if count > 1 else (0, 0)
+    if rng.random() < REVERSED:
+        strengths[first] *= -1.0
+    if rng.random() < DEAD and count > 1:
+        strengths[second] = 0.0
+    ohms = 1.0 + OHMS * rng.uniform(-1.0, 1.0, count)
+    return HiddenPlate(made, strengths, ohms, seed)
+
+
+def _sheet(board: Board, rng: np.random.Generator) -> Plate:
+    thickness, modulus = 1.0 + rng.uniform(-1.0, 1.0, 2) * (SHEET_THICKNESS, SHEET_MODULUS)
+    plate = board.plate
+    return replace(
+        plate,
+        thickness=float(thickness) * plate.thickness,
+        youngs_modulus=float(modulus) * plate.youngs_modulus,
+    )
+
+
+def _with_supports(board: Board, rng: np.random.Generator) -> Board:
+    """On foam of another stiffness, in patches, and on stand-offs that give way."""
+    stiffness = float(SCREW ** rng.uniform(-1.0, 1.0))
+    board = with_soft_screws(board, stiffness)
+    own = board.foundation
+    low, high = np.log((FOAM_SOFTEST, FOAM_STIFFEST))
+    even = float(np.exp(rng.uniform(low, high)))
+    loss = float(1.0 + FOAM_LOSS * rng.uniform(-1.0, 1.0))
+    if own is None or not own.sheet_stiffness:
+        return board
+    patches = _patches(board, rng) if not own.sealed_air else ()
+    foam = replace(own.stiffer(even), loss_factor=loss * own.sheet_loss_factor, patches=patches)
+    return replace(board, foundation=foam)
+
+
+def _patches(board: Board, rng: np.random.Generator) -> tuple[Patch, ...]:
+    places = [
+        np.linspace(-side / 2.0, side / 2.0, max(2, round(side / PATCH_PITCH) + 1))
+        for side in board.plate.size
+    ]
+    most = np.log1p(PATCH)
+    return tuple(
+        Patch((float(x), float(y)), float(np.exp(rng.uniform(-most, most))))
+        for x in places[0]
+        for y in places[1]
+    )
+
+
+def with_soft_screws(board: Board, factor: float) -> Board:
+    """Every screw on a stand-off so many times as stiff as a nylon one (sensitivity.py)."""
+    soft = tuple(
+        replace(
+            screw,
+            support="sprung",
+            stiffness=factor * SOFT_SCREW,
+            rotational_stiffness=0.0 if screw.support == "pinned" else factor * SOFT_SCREW_TILT,
+        )
+        for screw in board.screws
+    )
+    return replace(board, screws=soft)

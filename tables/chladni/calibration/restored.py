@@ -1,0 +1,154 @@
+"""What calibration brings back: drives of a board as it is known, on the plate that there is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.coils_known import with_coils_known
+from chladni.calibration.hidden import HiddenPlate
+from chladni.drives.fingers import responses_at
+from chladni.drives.fingers.coupling import LEAST_APART
+from chladni.drives.fingers.silence import REGULARISATION, drives_for
+from chladni.drives.methods import SEED
+from chladni.drives.problem.problem import SolvedBoard
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.as_built import PRESS
+from chladni.drives.scoring.best_drives import best_drives
+from chladni.drives.scoring.board_score import PITCH
+from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.survey import Survey, active_lattice
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
+from chladni.sim.board.board import Board
+from chladni.sim.image import metrics
+from chladni.sim.image.finger import pressing_stiffness
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+AT_20_MM = 3
+"""Column of a survey's rows."""
+SETS = 60
+"""Of two fingers: the worst tenth is then known to 3 dB."""
+
+
+@dataclass(frozen=True)
+class Restored:
+    """What fingers get of drives that were found for a board as it is known.
+
+    Attributes
+    ----------
+    second_finger_20mm_db
+        Of drives of `focus`, from 20 mm on; None on a board that is smaller.
+    fingers_2_db
+        Isolation of two fingers that press with 1 N.
+    level_db
+        What those fingers get of their own, over what they would by the board as it is known.
+    """
+
+    second_finger_20mm_db: Spread | None
+    fingers_2_db: Spread
+    level_db: Spread
+
+
+@dataclass(frozen=True)
+class RestoredRows:
+    """The same for every place and every finger, to be pooled over boards.
+
+    Attributes
+    ----------
+    second_finger_20mm_db
+        Shape (places,); empty on a board that is smaller.
+    fingers_2_db, level_db
+        Shape (fingers,).
+    """
+
+    second_finger_20mm_db: FloatArray
+    fingers_2_db: FloatArray
+    level_db: FloatArray
+
+    def spreads(self) -> Restored:
+        """Their medians and tails."""
+        away = self.second_finger_20mm_db
+        return Restored(
+            Spread.of(away.tolist()) if away.size else None,
+            Spread.of(self.fingers_2_db.tolist()),
+            Spread.of(self.level_db.tolist()),
+        )
+
+
+class Truth:
+    """A hidden plate, solved once, on which drives of several boards are scored.
+
+    Parameters
+    ----------
+    drawn
+        The board as it is drawn: its active area, its limits.
+    sets
+        Of two fingers.
+    pitch
+        Of places for one finger, m.
+    """
+
+    def __init__(
+        self, hidden: HiddenPlate, drawn: Board, *, sets: int = SETS, pitch: float = PITCH
+    ) -> None:
+        self._hidden, self._drawn = hidden, drawn
+        self._solved = SolvedBoard.of(hidden.board, DRAWN_TOLERANCE)
+        self._lattice = active_lattice(drawn, pitch)
+        rng = np.random.default_rng(SEED)
+        self._sets = finger_sets(drawn, 2, sets, LEAST_APART, rng)
+        stiffness = pressing_stiffness(PRESS, drawn.drive.frequency_hz)
+        with one_blas_thread():
+            self._fingers = list(FingerSet.of_all(self._solved, self._sets, stiffness))
+        self._stiffness = stiffness
+
+    def score(self, known: Board) -> Restored:
+        """Find drives for a board as it is known, and play them on the plate that there is."""
+        return self.rows(known).spreads()
+
+    def rows(self, known: Board) -> RestoredRows:
+        """The same by place and finger."""
+        solved = SolvedBoard.of(known)
+        return RestoredRows(self._one_finger(solved), *self._two_fingers(solved))
+
+    def perfectly_known(self) -> Board:
+        """The plate as a board file would have it."""
+        return with_coils_known(self._hidden.board, self._hidden.forces)
+
+    def _played(self, known: Board) -> FloatArray:
+        """Force of each coil over what the drive means, as the device makes up for what it knows.
+
+        A coil that is known to be dead is not played at all.
+        """
+        makes_up = np.array([1.0 / own.strength for own in known.actuators])
+        return np.asarray(self._hidden.forces * makes_up)
+
+    def _one_finger(self, solved: SolvedBoard) -> FloatArray:
+        places = self._lattice.places
+        drives = best_drives(solved, places, "focus", SEED)
+        survey = Survey(self._drawn, places, drives)
+        values = self._played(solved.board)[:, None, None] * self._solved.fields.values
+        away = survey.measure(values)[:, AT_20_MM]
+        # 300 dB means that there is no disc so far away.
+        return np.asarray(away[away < -metrics.FLOOR_DB])
+
+    def _two_fingers(self, solved: SolvedBoard) -> tuple[FloatArray, FloatArray]:
+        plate, forces = responses_at(solved), self._played(solved.board)
+        isolation, level = [], []
+        with one_blas_thread():
+            meant = FingerSet.of_all(solved, self._sets, self._stiffness)
+            for places, fingers, own in zip(self._sets, self._fingers, meant, strict=True):
+                drives = drives_for(
+                    plate, places.tolist(), stiffness=self._stiffness, regularisation=REGULARISATION
+                ).drives
+                isolation += fingers.isolation_db(drives * forces).tolist()
+                got, said = (
+                    np.abs(np.diag(part.means(played)))
+                    for part, played in ((fingers, drives * forces), (own, drives))
+                )
+                level += (20.0 * np.log10(got / said)).tolist()
+        return np.array(isolation), np.array(level)

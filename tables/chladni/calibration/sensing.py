@@ -1,0 +1,171 @@
+"""What a device reads of its own coils: one plays, the others are listened to in turn.
+
+A model of the whole way from the plate to numbers: coils and flux (`sim/fields/induced.py`), the
+resistance that each coil really has, an amplifier and a 12-bit converter with noise and a bend,
+sampled in step with the carrier, and a lock-in over whole periods. The flux between coils is read
+by itself at some kilohertz, where the sheet's mass keeps it still, and taken off.
+
+It leaves out the settling of the multiplexer's input and the carrier's own residue: both are over
+before a period is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.hidden import HiddenPlate
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
+from chladni.sim.board.board import Board
+from chladni.sim.errors import MissingError
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.induced import induced_voltages, open_coils, shared_inductances
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+SAMPLE_HZ = 80e6 / 4096.0
+"""Every fourth carrier period, as the firmware makes its own samples."""
+BASE_SAMPLES = 488
+"""25 ms: two periods of the lowest frequency. All frequencies are multiples of its inverse."""
+MULTIPLES, FLUX_MULTIPLE = (2, 4, 6), 150
+"""80, 160 and 240 Hz, and 6 kHz."""
+MOST_SECONDS, FEW_COILS = (10.0, 30.0), 8
+"""A reading lasts so long at most, on boards of so few coils and on larger ones."""
+SETTLE = 5e-3
+"""s from one coil or frequency to the next, before a reading begins."""
+LEVEL = 0.8
+"""Of the current that a coil's supply allows around a bias of the same size."""
+FLUX_LEVEL = 1.0 / 16.0
+"""Of that current at 6 kHz, where flux alone would be more than the amplifier takes."""
+AMPLIFIER = 200.0
+GAIN_ERROR, FLUX_ERROR = 0.01, 0.01
+"""Of the amplifier (common to all coils), and of the flux at 6 kHz against that at 160 Hz."""
+CONVERTER_V, CONVERTER_STEPS = 3.1, 4096
+CONVERTER_NOISE, CONVERTER_BEND = 4.0, 4.0
+"""Steps, RMS and at most: an ESP32's converter after its own calibration."""
+MODEL_ERROR = 0.005
+"""Of every reading: what the fields that it is compared with are not exact."""
+
+
+@dataclass(frozen=True)
+class CoilReadings:
+    """What coils read of each other.
+
+    Attributes
+    ----------
+    frequencies_hz
+        Shape (frequencies,).
+    volts
+        Per ampere that was meant, motion alone, (frequencies, listening, playing), 0 on the
+        diagonals.
+    noise
+        One standard deviation of its real and imaginary parts, the same shape.
+    flux
+        Inductances that were taken off, H, (listening, playing).
+    seconds
+        That the device took.
+    """
+
+    frequencies_hz: FloatArray
+    volts: ComplexArray
+    noise: FloatArray
+    flux: FloatArray
+    seconds: float
+
+
+def reading_frequencies() -> FloatArray:
+    """At which coils are read, Hz."""
+    return np.asarray(np.array(MULTIPLES) * SAMPLE_HZ / BASE_SAMPLES)
+
+
+def periods_of(board: Board) -> int:
+    """How often 25 ms are read for every pair of coils and frequency, within the time allowed."""
+    count = len(board.actuators)
+    readings = count * (count - 1) * (len(MULTIPLES) + 1)
+    most = MOST_SECONDS[count > FEW_COILS]
+    each = most / max(readings, 1) - SETTLE
+    return max(1, int(each * SAMPLE_HZ / BASE_SAMPLES))
+
+
+def meant_current(board: Board) -> float:
+    """Peak of the sine that the playing coil is given, A.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    if board.coil is None:
+        raise MissingError("[coil]", "its force factor says what motion induces")
+    electronics = board.electronics
+    half = 1.0 if electronics.is_bridge else 2.0
+    return LEVEL * electronics.supply_v / electronics.coil_ohm / half
+
+
+def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
+    """Have an emulated device read its coils on a plate that only it knows."""
+    board = hidden.board
+    rng = np.random.default_rng((hidden.seed, seed, 44))
+    current, gain = meant_current(board), 1.0 + GAIN_ERROR * rng.standard_normal()
+    model = plate_model(board)
+    # What flows is less where there is more resistance; coils pull and listen by their strength.
+    flows = current / hidden.ohms
+    strength = np.outer(hidden.strengths, hidden.strengths)
+    inductance = shared_inductances(board)
+    # A dead coil neither makes flux nor has any led to the amplifier.
+    lives = np.outer(hidden.strengths != 0.0, hidden.strengths != 0.0)
+    turned = np.sign(strength) * inductance * lives
+    periods = periods_of(board)
+    high = FLUX_MULTIPLE * SAMPLE_HZ / BASE_SAMPLES
+    unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)
+    at_high = 2j * np.pi * high * FLUX_LEVEL * gain * unlike * turned * flows
+    read, spread = _lock_in(np.asarray(at_high, np.complex128), FLUX_MULTIPLE, periods, rng)
+    flux = (read / (FLUX_LEVEL * current)).imag / (2.0 * np.pi * high)
+    unsure = spread / (FLUX_LEVEL * current) / (2.0 * np.pi * high)
+    volts, noise = [], []
+    for multiple, frequency in zip(MULTIPLES, reading_frequencies(), strict=True):
+        moving = open_coils(board, float(frequency), model=model, tolerance=DRAWN_TOLERANCE)
+        induced = strength * induced_voltages(board, moving.compliance, float(frequency))
+        both = (induced + 2j * np.pi * frequency * turned) * flows
+        read, spread = _lock_in(gain * both, multiple, periods, rng)
+        taken = 2j * np.pi * frequency * flux
+        volts.append(read / current - taken)
+        noise.append(
+            np.sqrt(
+                (spread / current) ** 2
+                + (MODEL_ERROR * np.abs(volts[-1])) ** 2
+                + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
+                + (2.0 * np.pi * frequency * unsure) ** 2
+            )
+        )
+    count = len(board.actuators)
+    each = periods * BASE_SAMPLES / SAMPLE_HZ + SETTLE
+    off = ~np.eye(count, dtype=bool)
+    return CoilReadings(
+        reading_frequencies(),
+        np.array(volts) * off,
+        np.array(noise),
+        flux * off,
+        count * (count - 1) * (len(MULTIPLES) + 1) * each,
+    )
+
+
+def _lock_in(
+    volts: ComplexArray, multiple: int, periods: int, rng: np.random.Generator
+) -> tuple[ComplexArray, FloatArray]:
+    """Sines of these amplitudes as amplifier, converter and lock-in read them, and their spread."""
+    samples = periods * BASE_SAMPLES
+    turns = np.exp(2j * np.pi * multiple * np.arange(samples) / BASE_SAMPLES)
+    step = CONVERTER_V / CONVERTER_STEPS
+    seen = AMPLIFIER * np.real(volts[..., None] * turns) + CONVERTER_V / 2.0
+    place = np.clip(seen / CONVERTER_V, 0.0, 1.0) - 0.5
+    # A cubic that leaves both ends and the middle where they are.
+    bend = CONVERTER_BEND * step * (4.0 * place**3 - place) / 0.19
+    noisy = seen + bend + CONVERTER_NOISE * step * rng.standard_normal(seen.shape)
+    taken = np.clip(np.rint(noisy / step), 0, CONVERTER_STEPS - 1) * step
+    read = 2.0 * (taken @ turns.conj()) / samples / AMPLIFIER
+    spread = CONVERTER_NOISE * step / AMPLIFIER * np.sqrt(2.0 / samples)
+    return np.asarray(read), np.full(volts.shape, spread)

@@ -1,0 +1,156 @@
+"""How what coils feel of each other changes with the plate: first order, from the fields alone.
+
+A little more stiffness k ψ(x, y) under the plate changes what coil i feels of coil j by
+−k ∫ψ Wᵢ Wⱼ dA, a little more mass by +ω² ∫m Wᵢ Wⱼ dA; W are the fields of a newton of each. If all
+stiffness and all mass grow alike, every answer falls alike, and so the bending stiffness takes what
+the others leave: Σ ∂G/∂ln(…) = −G. A coil that moves listens where it moved to, and pushes there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.unknowns import Unknowns
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation_checks import cut_outs
+from chladni.sim.fields.board_plate import plate_geometry
+from chladni.sim.fields.driven import at_coils
+from chladni.sim.fields.induced import OpenCoils
+from chladni.sim.plate.geometry import patch_weights
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+def compliance_slopes(
+    unknowns: Unknowns,
+    board: Board,
+    coils: OpenCoils,
+    frequency_hz: float,
+    screws: ComplexArray,
+) -> ComplexArray:
+    """∂G by every unknown but the forces, (unknowns − actuators, actuators, actuators).
+
+    Parameters
+    ----------
+    board
+        As it is for the values at which the slopes are wanted.
+    coils
+        Of that board, at this frequency.
+    screws
+        ∂G by the logarithm of all screws' stiffness: fields about a screw are steeper than image
+        points are close, so that it is found by a difference; zeros without screws.
+    """
+    parts = _Parts(board, coils, frequency_hz)
+    mass, foam = parts.mass, parts.foam(None)
+    others = mass + parts.magnets_mass + foam + parts.magnets_pull + screws
+    bending = -coils.compliance - others
+    by_name = {
+        "sheet thickness": 3.0 * bending + mass,
+        "modulus": bending,
+        "foam": foam,
+        "foam's loss": parts.foam_loss,
+        "screws": screws,
+    }
+    slopes = [by_name[name] for name in unknowns.scales]
+    slopes += [parts.foam(k) for k in range(len(unknowns.patches))]
+    return np.array([*slopes, *parts.places()])
+
+
+class _Parts:
+    """Shares of a board's parts in what its coils feel, each for a part that grows by e."""
+
+    def __init__(self, board: Board, coils: OpenCoils, frequency_hz: float) -> None:
+        self._board, self._coils = board, coils
+        self._values = np.asarray(coils.fields.values)
+        self._omega = 2.0 * np.pi * frequency_hz
+        self._at = np.stack([at_coils(board, own) for own in self._values], axis=1)
+        self._area = np.outer(*(_weights(axis) for axis in (board.x, board.y)))
+        self._geometry = plate_geometry(board)
+        self._grid = np.meshgrid(board.x, board.y, indexing="ij")
+
+    def _integral(self, weight: FloatArray) -> ComplexArray:
+        """∫ weight Wᵢ Wⱼ dA."""
+        flat = self._values.reshape(len(self._values), -1)
+        return np.asarray((flat * (weight * self._area).ravel()) @ flat.T)
+
+    @property
+    def mass(self) -> ComplexArray:
+        """Of the sheet."""
+        own = np.full(self._area.shape, self._geometry.areal_mass)
+        return np.asarray(self._omega**2 * self._integral(own))
+
+    @property
+    def magnets_mass(self) -> ComplexArray:
+        """Of all magnets."""
+        magnet = self._board.magnet
+        own = magnet.areal_mass * np.pi * magnet.radius**2 if magnet else 0.0
+        return np.asarray(self._omega**2 * own * (self._at.T @ self._at))
+
+    @property
+    def magnets_pull(self) -> ComplexArray:
+        """Of the springs that magnets are to each other."""
+        if self._coils.coupling is None:
+            return np.zeros(self._at.shape, np.complex128)
+        return np.asarray(-(self._at.T @ self._coils.coupling.stiffness @ self._at))
+
+    def _lies(self, patch: int | None) -> FloatArray:
+        """Stiffness of the foundation at image points, or the share of it that a patch has."""
+        layer = self._geometry.foundation
+        x, y = self._grid
+        if layer is None:
+            return np.zeros(self._area.shape)
+        own = layer.stiffness * layer.ratio(x, y)
+        for cut in cut_outs(self._board):
+            own = np.where(np.hypot(x - cut.at[0], y - cut.at[1]) < cut.radius, 0.0, own)
+        if layer.strips:
+            on = [(x >= a) & (x <= b) & (y >= c) & (y <= d) for a, b, c, d in layer.strips]
+            own = own * np.any(on, axis=0)
+        if patch is not None:
+            own = own * patch_weights(layer.patches, x, y)[patch]
+        return np.asarray(own)
+
+    def foam(self, patch: int | None) -> ComplexArray:
+        """Of the foundation, or of one patch of it."""
+        layer = self._geometry.foundation
+        loss = 1.0 + 1j * (layer.loss_factor if layer else 0.0)
+        return np.asarray(-loss * self._integral(self._lies(patch)))
+
+    @property
+    def foam_loss(self) -> ComplexArray:
+        """Of what the foundation loses."""
+        layer = self._geometry.foundation
+        own = layer.loss_factor if layer else 0.0
+        return np.asarray(-1j * own * self._integral(self._lies(None)))
+
+    def places(self) -> list[ComplexArray]:
+        """Of moves of each coil along x and along y, m."""
+        result = []
+        slopes = [self._slope(axis) for axis in (0, 1)]
+        for coil in range(len(self._values)):
+            for axis in (0, 1):
+                own = np.zeros(self._at.shape, np.complex128)
+                own[coil] += slopes[axis][coil]
+                own[:, coil] += slopes[axis][coil]
+                result.append(own)
+        return result
+
+    def _slope(self, axis: int) -> ComplexArray:
+        """∂W along an axis at every coil (row), by every coil (column)."""
+        radius = self._board.magnet.radius if self._board.magnet else self._board.x[1]
+        step = radius / 2.0
+        shift = tuple(step * float(k == axis) for k in (0, 1))
+        back = tuple(-one for one in shift)
+        ahead, behind = (
+            np.stack([at_coils(self._board, own, by) for own in self._values], axis=1)
+            for by in (shift, back)
+        )
+        return np.asarray((ahead - behind) / (2.0 * step))
+
+
+def _weights(axis: FloatArray) -> FloatArray:
+    """Of the trapezium rule on equal steps."""
+    own = np.full(axis.size, axis[1] - axis[0])
+    own[[0, -1]] /= 2.0
+    return own

@@ -1,0 +1,168 @@
+"""What of a board is not known: its values, how far they may be off, and the board that they make.
+
+Ratios are fitted by their logarithms, so that a half and a double are as far off.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.hidden import (
+    FOAM_LOSS,
+    FOAM_SOFTEST,
+    FOAM_STIFFEST,
+    FORCE,
+    PATCH,
+    SCREW,
+    with_soft_screws,
+)
+from chladni.drives.scoring.tolerances import (
+    COIL_PLACE,
+    SHEET_MODULUS,
+    SHEET_THICKNESS,
+    with_moved_coils,
+)
+from chladni.sim.board.board import Board
+from chladni.sim.board.foundation import Patch
+from chladni.sim.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+OF_SPACING, LEAST_PITCH = 0.5, 12e-3
+"""Between patches of foam that are told apart: a share of what coils are apart, and m at least."""
+UNIFORM = 1.0 / np.sqrt(3.0)
+"""Standard deviation of what is uniform from −1 to 1."""
+SMALLER = 10
+"""Tries with smaller moves before coils stay where they are drawn."""
+SCALES = ("sheet thickness", "modulus", "foam", "foam's loss", "screws")
+"""Parameters of the whole board, in their order; boards without foam or screws lack some."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The unknowns of one board, as a vector: scales, patches, coils' places, coils' forces.
+
+    Attributes
+    ----------
+    scales
+        Which of `SCALES` the board has.
+    patches
+        Middles of patches of foam, m.
+    mean, spread
+        Of all values before anything was measured: shape (unknowns,).
+    """
+
+    board: Board
+    scales: tuple[str, ...]
+    patches: tuple[tuple[float, float], ...]
+    mean: FloatArray
+    spread: FloatArray
+
+    @property
+    def patch_values(self) -> slice:
+        """Logarithms of patches' ratios."""
+        return slice(len(self.scales), len(self.scales) + len(self.patches))
+
+    @property
+    def places(self) -> slice:
+        """Coils' moves, x and y of each, m."""
+        first = self.patch_values.stop
+        return slice(first, first + 2 * len(self.board.actuators))
+
+    @property
+    def forces(self) -> slice:
+        """Logarithms of coils' strengths."""
+        return slice(self.places.stop, self.mean.size)
+
+    def board_at(self, values: FloatArray) -> Board:
+        """The board with these values: sheet, foam, screws and places.
+
+        Raises
+        ------
+        InputError
+            There can be no such board.
+        """
+        board = self.board
+        by_name = dict(zip(self.scales, np.exp(values[: len(self.scales)]).tolist(), strict=True))
+        if "screws" in by_name:
+            board = with_soft_screws(board, by_name["screws"])
+        plate = replace(
+            board.plate,
+            thickness=board.plate.thickness * by_name["sheet thickness"],
+            youngs_modulus=board.plate.youngs_modulus * by_name["modulus"],
+        )
+        board = replace(board, plate=plate)
+        if "foam" in by_name and board.foundation is not None:
+            own = board.foundation.stiffer(by_name["foam"])
+            ratios = np.exp(values[self.patch_values]).tolist()
+            board = replace(
+                board,
+                foundation=replace(
+                    own,
+                    loss_factor=own.sheet_loss_factor * by_name["foam's loss"],
+                    patches=tuple(map(Patch, self.patches, ratios)),
+                ),
+            )
+        return _with_moves(board, values[self.places].reshape(-1, 2))
+
+    def strengths(self, values: FloatArray) -> FloatArray:
+        """Of the coils, as numbers above 0, (actuators,)."""
+        return np.asarray(np.exp(values[self.forces]))
+
+
+def _with_moves(board: Board, moves: FloatArray) -> Board:
+    """The board with its coils moved, or as far that way as windings do not overlap."""
+    for _ in range(SMALLER):
+        with suppress(InputError):
+            return with_moved_coils(board, moves)
+        moves = moves * 0.8
+    return board
+
+
+def unknowns_of(board: Board) -> Unknowns:
+    """What of a board is not known, before anything was measured.
+
+    Raises
+    ------
+    InputError
+        Values of it were measured before.
+    """
+    ratio = np.log(FOAM_STIFFEST / FOAM_SOFTEST) / 2.0
+    known = {
+        "sheet thickness": (0.0, SHEET_THICKNESS * UNIFORM),
+        "modulus": (0.0, SHEET_MODULUS * UNIFORM),
+        "foam": (float(np.log(FOAM_STIFFEST * FOAM_SOFTEST) / 2.0), ratio * UNIFORM),
+        "foam's loss": (0.0, FOAM_LOSS * UNIFORM),
+        "screws": (0.0, float(np.log(SCREW)) * UNIFORM),
+    }
+    foundation = board.foundation
+    has_foam = foundation is not None and bool(foundation.sheet_stiffness)
+    left_out = set() if has_foam else {"foam", "foam's loss"}
+    left_out |= set() if board.screws else {"screws"}
+    scales = tuple(name for name in SCALES if name not in left_out)
+    is_patchy = has_foam and foundation is not None and not foundation.sealed_air
+    patches = _patch_places(board) if is_patchy else ()
+    count = len(board.actuators)
+    pairs = [known[name] for name in scales]
+    pairs += [(0.0, float(np.log1p(PATCH)) * UNIFORM)] * len(patches)
+    pairs += [(0.0, COIL_PLACE * UNIFORM)] * (2 * count) + [(0.0, FORCE * UNIFORM)] * count
+    mean, spread = np.array(pairs).T
+    return Unknowns(board, scales, patches, mean, spread)
+
+
+def _patch_places(board: Board) -> tuple[tuple[float, float], ...]:
+    """The middles of as many cells as coils can tell apart."""
+    places = np.array([own.at for own in board.actuators])
+    apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    spacing = float(np.median(apart.min(axis=1)))
+    pitch = max(LEAST_PITCH, OF_SPACING * min(spacing, *board.plate.size))
+    axes = []
+    for side in board.plate.size:
+        count = max(1, round(side / pitch))
+        axes.append((((np.arange(count) + 0.5) / count - 0.5) * side).tolist())
+    return tuple((x, y) for x in axes[0] for y in axes[1])

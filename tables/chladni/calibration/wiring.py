@@ -1,0 +1,138 @@
+"""Coils that are wired the wrong way round or dead, and readings that no board makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.sensing import CoilReadings
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+NEIGHBOURS = 3
+"""Of each coil, those that should read most of it."""
+DEAD = 0.1
+"""A coil of which less than this share of what is usual is read is dead: healthy ones are within
+40 % of each other by force and foam."""
+HEARD = 6.0
+"""Standard deviations of noise from which something was read at all."""
+LOPSIDED = 0.25
+"""Of a pair's readings, that both may differ: resistances, converter and noise make up to 6 %."""
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """How each coil is connected.
+
+    Attributes
+    ----------
+    signs
+        1, −1 for one that is the wrong way round, 0 for a dead one, (actuators,).
+    """
+
+    signs: FloatArray
+
+    @property
+    def is_dead(self) -> NDArray[np.bool_]:
+        """Which coils are dead, (actuators,)."""
+        return np.asarray(self.signs == 0.0)
+
+    def alike(self, volts: ComplexArray, expected: ComplexArray) -> float:
+        """How alike what was read is to what coils so wired would read, at most 1."""
+        own = np.outer(self.signs, self.signs) * expected
+        off = ~np.eye(self.signs.size, dtype=bool)
+        read, would = volts[:, off], own[:, off]
+        size = float(np.linalg.norm(read) * np.linalg.norm(would))
+        return float(np.real(np.vdot(would, read))) / max(size, 1e-300)
+
+
+def find_wiring(board: Board, readings: CoilReadings, expected: ComplexArray) -> Wiring:
+    """Which coils are reversed and which are dead.
+
+    Most coils are taken to be right: a board of which all are reversed is one that pulls where it
+    should push, and no finger can tell.
+
+    Parameters
+    ----------
+    expected
+        Voltages per ampere of a board, shaped as the readings'.
+
+    Raises
+    ------
+    InputError
+        Nothing was read, pairs of coils do not read alike, or a coil is heard that does not hear.
+    """
+    names = [own.name for own in board.actuators]
+    _check_heard(readings)
+    shares = np.abs(readings.volts) / np.maximum(np.abs(expected), 1e-300)
+    played, heard = (
+        np.array([_usual(shares, expected, coil, listening=is_own) for coil in range(len(names))])
+        for is_own in (False, True)
+    )
+    usual = float(np.median(np.concatenate((played, heard))))
+    silent, deaf = played < DEAD * usual, heard < DEAD * usual
+    for coil in np.flatnonzero(silent != deaf):
+        what = "plays, and hears nothing" if deaf[coil] else "hears, and does not play"
+        raise InputError(
+            f"coil {names[coil]}", what, "one that does both, or neither",
+            hint="look at its line to the multiplexer" if deaf[coil] else "look at its driver",
+        )  # fmt: skip
+    _check_alike(names, readings, silent)
+    return Wiring(np.where(silent, 0.0, _signs(readings.volts, expected, ~silent)))
+
+
+def _check_heard(readings: CoilReadings) -> None:
+    off = ~np.eye(readings.volts.shape[1], dtype=bool)
+    if not np.any((np.abs(readings.volts) > HEARD * readings.noise)[:, off]):
+        raise InputError("readings", "noise", "voltages of coils", hint="is the sensing pin wired?")
+
+
+def _check_alike(names: list[str], readings: CoilReadings, silent: NDArray[np.bool_]) -> None:
+    """Coil i reads of j what j reads of i."""
+    volts, noise = readings.volts, readings.noise
+    back = volts.transpose(0, 2, 1)
+    apart = np.abs(volts - back) - HEARD * noise
+    odd = np.all(apart > LOPSIDED * np.maximum(np.abs(volts), np.abs(back)), axis=0)
+    odd[silent] = odd[:, silent] = False
+    if np.any(odd):
+        i, j = np.argwhere(odd)[0].tolist()
+        raise InputError(
+            f"coils {names[j]} and {names[i]}",
+            "unlike readings of each other",
+            "alike ones, as all plates make them",
+            hint="was something laid on the board, or bumped against, meanwhile?",
+        )
+
+
+def _usual(shares: FloatArray, expected: ComplexArray, coil: int, *, listening: bool) -> float:
+    """Middle share of what should be read of a coil, or by it, with its strongest neighbours."""
+    own, should = (
+        (part[:, coil, :] if listening else part[:, :, coil]) for part in (shares, np.abs(expected))
+    )
+    level = should.mean(axis=0)
+    level[coil] = 0.0
+    strongest = np.argsort(-level)[:NEIGHBOURS]
+    return float(np.median(own[:, strongest]))
+
+
+def _signs(volts: ComplexArray, expected: ComplexArray, lives: NDArray[np.bool_]) -> FloatArray:
+    """Signs s that make s sᵀ of what was expected most like what was read.
+
+    The leading eigenvector of how well each pair agrees, which is a symmetric matrix.
+    """
+    level = np.abs(expected).mean(axis=0)
+    agrees = np.real(volts * expected.conj()).mean(axis=0) / np.maximum(level, 1e-300)
+    agrees = agrees * np.outer(lives, lives)
+    np.fill_diagonal(agrees, 0.0)
+    # A coil counts by its neighbours, wherever it lies.
+    size = np.sqrt(np.abs(agrees).sum(axis=1))
+    size = np.where(size > 0.0, size, 1.0)
+    both = (agrees + agrees.T) / np.outer(size, size)
+    _, vectors = np.linalg.eigh(both)
+    signs = np.where(vectors[:, -1] < 0.0, -1.0, 1.0)
+    return signs if signs[lives].sum() >= 0.0 else -signs
