@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from chladni.calibration import Truth, fit_board, hidden_plate, read_hidden
+from chladni.drives.scoring.sensitivity import SOFT_SCREW
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 
@@ -59,8 +60,6 @@ def _held(drawn: Any, true: Any, found: Any) -> dict[str, bool]:
         "modulus": true.plate.youngs_modulus / drawn.plate.youngs_modulus,
     }
     if true.screws:
-        from chladni.drives.scoring.sensitivity import SOFT_SCREW
-
         ratios["screws"] = true.screws[0].stiffness / SOFT_SCREW
     if true.foundation is not None:
         even = true.foundation.measured_ratio / drawn.foundation.measured_ratio

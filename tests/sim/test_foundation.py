@@ -12,7 +12,7 @@ from chladni.sim.board.parts import Edges
 from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry, RimSupport
 from chladni.sim.plate.loads import Load
 from chladni.sim.plate.mirrors import Mirrors
-from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
+from chladni.sim.ritz.basis.parity import ParityBasis, find_mirrors, parity_classes
 from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.plate import RitzPlate
 from chladni.sim.ritz.solver import Solver
@@ -169,3 +169,68 @@ def test_a_strip_s_edge_may_go_through_a_cut_out(at: float) -> None:
     area = (edge + FREE.width / 2.0) * FREE.length - cut
     # The first polynomial is 1 over the root of the plate's area.
     assert form[0, 0] * FREE.width * FREE.length / k == pytest.approx(area, rel=1e-3)
+
+
+def test_patches_of_a_supported_plate_match_a_sum_of_sines() -> None:
+    """Sines make the plate's energies diagonal, and quadrature that of the foam they lie on."""
+    patches = ((-0.02, -0.03, 0.5), (0.02, -0.03, 2.0), (-0.02, 0.03, 3.0), (0.02, 0.03, 0.8))
+    layer = FoundationLayer(3e6, 0.1, patches=patches)
+    geometry = dataclasses.replace(FREE, edges=SUPPORTED, foundation=layer)
+    hz, load = 300.0, Load(0.007, -0.011)
+    x, y = np.linspace(-0.02, 0.02, 9), np.linspace(-0.03, 0.03, 11)
+    found = fields(RitzPlate(geometry, 0.02), [load], x, y, hz)[0]
+
+    count = 24
+    orders = np.arange(1, count + 1)
+
+    def sines(along: np.ndarray, side: float) -> np.ndarray:
+        return np.sin(np.outer(along + side / 2.0, orders * np.pi / side))
+
+    axes = [
+        ((node + 1.0) / 2.0 - 0.5) * side
+        for side in (FREE.width, FREE.length)
+        for node in [np.polynomial.legendre.leggauss(80)[0]]
+    ]
+    weight = np.polynomial.legendre.leggauss(80)[1]
+    sx, sy = sines(axes[0], FREE.width), sines(axes[1], FREE.length)
+    area = np.outer(weight, weight) * FREE.width * FREE.length / 4.0
+    stiffness = layer.stiffness * layer.ratio(*np.meshgrid(*axes, indexing="ij")) * area
+    foam = np.einsum("xy,xm,xp,yn,yq->mnpq", stiffness, sx, sx, sy, sy, optimize=True)
+    kappa = np.hypot(*np.meshgrid(*(orders * np.pi / s for s in (FREE.width, FREE.length)),
+                                  indexing="ij"))  # fmt: skip
+    own = FREE.bending_stiffness * (1.0 + 0.02j) * kappa**4
+    own = own - FREE.areal_mass * (2.0 * np.pi * hz) ** 2
+    matrix = (1.0 + 0.1j) * foam.reshape(count**2, -1)
+    matrix = matrix + np.diag(own.ravel()) * FREE.width * FREE.length / 4.0
+    push = np.outer(*(sines(np.array([at]), side)[0] for at, side in
+                      zip((load.x, load.y), (FREE.width, FREE.length), strict=True)))  # fmt: skip
+    modal = np.linalg.solve(matrix, push.ravel()).reshape(count, count)
+    expected = sines(x, FREE.width) @ modal @ sines(y, FREE.length).T
+    # The sum of sines lacks 1/N² of the load's own deflection.
+    assert np.linalg.norm(found - expected) < 2e-3 * np.linalg.norm(expected)
+
+
+def test_one_patch_is_a_stiffer_sheet_with_its_cut_outs() -> None:
+    """The same ratio everywhere, by points of quadrature and by the plate's own overlap."""
+    discs = (Inclusion(0.01, 0.012, 3e-3, 30.0, 1000.0), Inclusion(-0.01, 0.0, 3e-3, 30.0, 1000.0))
+    holes = tuple((disc.x, disc.y, 3e-3) for disc in discs)
+    x, y = np.linspace(-0.02, 0.02, 9), np.linspace(-0.03, 0.03, 11)
+    found = []
+    for layer in (
+        FoundationLayer(6e7, 0.2, holes),
+        FoundationLayer(3e7, 0.2, holes, patches=((0.0, 0.0, 2.0),)),
+    ):
+        plate = RitzPlate(dataclasses.replace(FREE, inclusions=discs, foundation=layer), 0.02)
+        found.append(fields(plate, [Load(0.01, 0.012, 3e-3)], x, y)[0])
+    assert np.linalg.norm(found[1] - found[0]) < 1e-3 * np.linalg.norm(found[0])
+
+
+def test_patches_have_the_mirrors_that_they_lie_in() -> None:
+    def mirrors(*patches: tuple[float, float, float]) -> Mirrors:
+        return find_mirrors(
+            dataclasses.replace(FREE, foundation=FoundationLayer(3e7, patches=patches))
+        )
+
+    assert mirrors((0.01, 0.0, 2.0), (-0.01, 0.0, 2.0)) == Mirrors(x=True, y=True)
+    assert mirrors((0.01, 0.0, 2.0), (-0.01, 0.0, 1.5)) == Mirrors(x=False, y=True)
+    assert mirrors((0.0, 0.02, 2.0)) == Mirrors(x=True, y=False)

@@ -36,6 +36,8 @@ INTERVAL = 1.96
 """Standard deviations of 95 %."""
 UNLIKE = 5.0
 """RMS of what is left over the noise, above which no board that may come out reads like this."""
+FAR_OFF = 5.0
+"""Deviations from what is drawn, of any value. Those of tolerances end at 1.7."""
 TOLD_APART = 0.7
 """Of its spread before, that a value's must be below to count as measured."""
 
@@ -111,13 +113,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
         search = _Search(unknowns, readings, progress)
         solved = search.solve(search.start())
     left = search.left(solved)
-    if left > UNLIKE:
-        raise InputError(
-            "readings",
-            f"{left:.1f} times the noise off",
-            f"those of {board.name}, as it may come out",
-            hint="is it this board, and nothing on it? Measure again",
-        )
+    _check_this_board(unknowns, solved, left)
     with one_blas_thread():
         covariance = search.covariance(solved)
     return Found(
@@ -130,6 +126,20 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
         left,
         search.steps,
     )
+
+
+def _check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> None:
+    """Readings that no board makes, or only one that is far from what was drawn."""
+    name = unknowns.board.name
+    hint = "is it this board, and nothing on it? Measure again"
+    expected = f"those of {name}, as it may come out"
+    if left > UNLIKE:
+        raise InputError("readings", f"{left:.1f} times the noise off", expected, hint=hint)
+    off = np.abs(values - unknowns.mean) / unknowns.spread
+    worst = int(np.argmax(off))
+    if off[worst] > FAR_OFF:
+        what = f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"
+        raise InputError("readings", what, expected, hint=hint)
 
 
 class _Search:

@@ -138,8 +138,8 @@ class _Parts:
 
     def _slope(self, axis: int) -> ComplexArray:
         """∂W along an axis at every coil (row), by every coil (column)."""
-        radius = self._board.magnet.radius if self._board.magnet else self._board.x[1]
-        step = radius / 2.0
+        magnet, x = self._board.magnet, self._board.x
+        step = magnet.radius / 2.0 if magnet else float(x[1] - x[0])
         shift = tuple(step * float(k == axis) for k in (0, 1))
         back = tuple(-one for one in shift)
         ahead, behind = (

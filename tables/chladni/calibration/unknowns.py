@@ -28,6 +28,7 @@ from chladni.drives.scoring.tolerances import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Patch
+from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -77,6 +78,14 @@ class Unknowns:
     def forces(self) -> slice:
         """Logarithms of coils' strengths."""
         return slice(self.places.stop, self.mean.size)
+
+    @property
+    def names(self) -> list[str]:
+        """Of all values, in words."""
+        coils = [own.name for own in self.board.actuators]
+        moves = [f"{axis} of {own}" for own in coils for axis in ("x", "y")]
+        patches = [f"foam at {x / MM:.0f}, {y / MM:.0f} mm" for x, y in self.patches]
+        return [*self.scales, *patches, *moves, *(f"force of {own}" for own in coils)]
 
     def board_at(self, values: FloatArray) -> Board:
         """The board with these values: sheet, foam, screws and places.

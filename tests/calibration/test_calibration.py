@@ -1,0 +1,224 @@
+"""Calibration against hidden plates: what is read of them, what is found, what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from calibration.small_board import small_board
+from chladni.calibration import CoilReadings, fit_board, hidden_plate, read_hidden
+from chladni.calibration.hidden import (
+    FOAM_SOFTEST,
+    FOAM_STIFFEST,
+    FORCE,
+    HiddenPlate,
+    with_soft_screws,
+)
+from chladni.calibration.sensing import reading_frequencies
+from chladni.calibration.slopes import compliance_slopes
+from chladni.calibration.unknowns import unknowns_of
+from chladni.calibration.wiring import find_wiring
+from chladni.drives.scoring.tolerances import COIL_PLACE, SHEET_MODULUS, SHEET_THICKNESS
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Mass, Screw
+from chladni.sim.errors import InputError
+from chladni.sim.fields.induced import induced_voltages, open_coils
+
+SEEDS = (1, 4, 6, 8)
+"""One of them has a reversed coil."""
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return small_board()
+
+
+def exact(hidden: HiddenPlate) -> np.ndarray:
+    """What coils would read without flux, noise and resistances."""
+    strength = np.outer(hidden.strengths, hidden.strengths)
+    found = []
+    for hz in reading_frequencies().tolist():
+        coils = open_coils(hidden.board, hz, tolerance=1e-3)
+        found.append(strength * induced_voltages(hidden.board, coils.compliance, hz))
+    off = ~np.eye(len(strength), dtype=bool)
+    return np.array(found) * off
+
+
+def test_a_plate_is_that_of_its_seed_and_within_what_may_be(board: Board) -> None:
+    plates = [hidden_plate(board, seed) for seed in range(40)]
+    again = hidden_plate(board, 7)
+    assert again.board == plates[7].board
+    assert np.array_equal(again.strengths, plates[7].strengths)
+    assert board.foundation is not None
+    for own in plates:
+        foam = own.board.foundation
+        assert foam is not None
+        assert FOAM_SOFTEST <= foam.measured_ratio <= FOAM_STIFFEST
+        assert own.board.plate.thickness / board.plate.thickness == pytest.approx(
+            1.0, abs=SHEET_THICKNESS
+        )
+        assert own.board.plate.youngs_modulus / board.plate.youngs_modulus == pytest.approx(
+            1.0, abs=SHEET_MODULUS
+        )
+        moved = np.array([a.at for a in own.board.actuators]) - [a.at for a in board.actuators]
+        assert np.abs(moved).max() <= COIL_PLACE + 1e-12
+        alive = own.strengths[own.strengths != 0.0]
+        assert np.abs(np.abs(alive) - 1.0).max() <= FORCE
+        ratios = np.array([patch.ratio for patch in foam.patches])
+        assert 1.0 / 1.5 <= ratios.min() < 0.8
+        assert 1.25 < ratios.max() <= 1.5
+    # Of 40 boards a quarter has a reversed coil and an eighth a dead one, within 3 deviations.
+    assert 2 <= sum(np.any(own.strengths < 0.0) for own in plates) <= 18
+    assert 1 <= sum(np.any(own.strengths == 0.0) for own in plates) <= 11
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_readings_are_as_far_off_as_they_say(board: Board, seed: int) -> None:
+    """Of each board: amplifier, converter, resistances and the flux that is taken off."""
+    hidden = hidden_plate(board, seed)
+    readings = read_hidden(hidden)
+    # A coil's resistance is not told: what plays through more of it plays less.
+    off = (readings.volts * hidden.ohms - exact(hidden)) / readings.noise
+    alive = hidden.strengths != 0.0
+    told = off[:, np.outer(alive, alive) & ~np.eye(alive.size, dtype=bool)]
+    rms = float(np.sqrt(np.mean(np.abs(told) ** 2) / 2.0))
+    # The amplifier's own error of 1 % is common to all of a board's.
+    assert 0.2 < rms < 2.5
+    assert readings.seconds <= 10.0
+
+
+def test_flux_is_taken_off_and_would_be_noticed(board: Board) -> None:
+    hidden = hidden_plate(board, 1)
+    readings = read_hidden(hidden)
+    hz = readings.frequencies_hz[1]
+    flux = 2.0 * np.pi * hz * np.abs(readings.flux)
+    assert flux.max() > 3.0 * readings.noise[1].max()
+
+
+def test_slopes_are_differences_of_solved_plates(board: Board) -> None:
+    """By every unknown of the plate but forces, each way a little."""
+    board = dataclasses.replace(board, screws=(Screw((0.02, 0.026)),), winding=None)
+    board = with_soft_screws(board, 0.002)
+    unknowns = unknowns_of(board)
+    values, hz = unknowns.mean.copy(), 160.0
+
+    def compliance(at: np.ndarray) -> np.ndarray:
+        return open_coils(unknowns.board_at(at), hz, tolerance=1e-3).compliance
+
+    def difference(row: int) -> np.ndarray:
+        step = np.zeros(values.size)
+        step[row] = 0.1 * unknowns.spread[row]
+        both = compliance(values + step) - compliance(values - step)
+        return np.asarray(both / (2.0 * step[row]))
+
+    screws = difference(unknowns.scales.index("screws"))
+    coils = open_coils(unknowns.board_at(values), hz, tolerance=1e-3)
+    slopes = compliance_slopes(unknowns, unknowns.board_at(values), coils, hz, screws)
+    off = ~np.eye(len(board.actuators), dtype=bool)
+    first = unknowns.places.start
+    rows = [*range(len(unknowns.scales)), unknowns.patch_values.start + 7, first, first + 5]
+    for row in rows:
+        expected = difference(row)[off]
+        found = slopes[row][off]
+        # Image points are 1 mm apart, and a field bends under a point load.
+        assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected), row
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_hidden_plate_is_found(board: Board, seed: int) -> None:
+    hidden = hidden_plate(board, seed)
+    readings = read_hidden(hidden)
+    found = fit_board(board, readings)
+    assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()
+    alive = hidden.strengths != 0.0
+    before = np.abs(hidden.strengths[alive]) - 1.0
+    after = found.strengths[alive] / np.abs(hidden.strengths[alive]) - 1.0
+    # Forces are told but for what all have in common, which goes with the sheet's stiffness.
+    assert np.std(after) < 0.5 * np.std(before)
+    assert np.abs(after).max() < 0.1
+    foam = next(own for own in found.parameters if own.name == "foam")
+    assert hidden.board.foundation is not None
+    patches = [patch.ratio for patch in hidden.board.foundation.patches]
+    true = hidden.board.foundation.measured_ratio * float(np.exp(np.mean(np.log(patches))))
+    assert foam.told
+    assert foam.value == pytest.approx(true, rel=0.12)
+    assert foam.low < foam.value < foam.high < 1.5 * foam.low
+    assert found.left < 2.5
+    # What the found board would read is what was read: within 3 %, of the drawn one 30 % and more.
+    hz = float(readings.frequencies_hz[1])
+    coils = open_coils(found.board, hz, tolerance=1e-3)
+    strength = found.wiring.signs * found.strengths
+    would = np.outer(strength, strength) * induced_voltages(board, coils.compliance, hz)
+    would = would * ~np.eye(len(strength), dtype=bool)
+    apart = np.linalg.norm(would - readings.volts[1]) / np.linalg.norm(readings.volts[1])
+    assert apart < 0.03
+
+
+def test_what_is_found_is_a_board_file(board: Board) -> None:
+    """Polarity, trim and dead coils are the device's to make up for."""
+    hidden = hidden_plate(board, 4)
+    strengths = hidden.strengths.copy()
+    strengths[2] = 0.0
+    hidden = dataclasses.replace(hidden, strengths=strengths)
+    found = fit_board(board, read_hidden(hidden))
+    for own, strength in zip(found.board.actuators, strengths, strict=True):
+        assert own.is_dead == (strength == 0.0)
+        if strength:
+            assert own.strength == pytest.approx(strength, abs=0.1)
+
+
+@pytest.mark.parametrize("coils", [(0,), (5,), (1, 4)])
+def test_any_coil_may_be_reversed(board: Board, coils: tuple[int, ...]) -> None:
+    hidden = hidden_plate(board, 6)
+    strengths = np.abs(hidden.strengths)
+    strengths[list(coils)] *= -1.0
+    found = fit_board(board, read_hidden(dataclasses.replace(hidden, strengths=strengths)))
+    assert np.flatnonzero(found.wiring.signs < 0.0).tolist() == list(coils)
+
+
+def laid_on(hidden: HiddenPlate, mass: float) -> HiddenPlate:
+    weight = Mass((0.008, -0.005), mass, radius=6e-3)
+    return dataclasses.replace(hidden, board=dataclasses.replace(hidden.board, masses=(weight,)))
+
+
+def test_a_weight_on_the_board_is_noticed(board: Board) -> None:
+    """At 20 g; what a few grams do is a softer patch of foam, and no worse."""
+    hidden = hidden_plate(board, 1)
+    with pytest.raises(InputError, match="nothing on it"):
+        fit_board(board, read_hidden(laid_on(hidden, 0.02)))
+
+
+def test_another_board_is_noticed(board: Board) -> None:
+    """A sheet of twice the thickness fits the readings, and is none that may come out."""
+    hidden = hidden_plate(board, 1)
+    thick = dataclasses.replace(hidden.board.plate, thickness=0.8e-3)
+    other = dataclasses.replace(hidden, board=dataclasses.replace(hidden.board, plate=thick))
+    with pytest.raises(InputError, match="is it this board"):
+        fit_board(board, read_hidden(other))
+
+
+def changed(readings: CoilReadings, volts: np.ndarray) -> CoilReadings:
+    return dataclasses.replace(readings, volts=volts)
+
+
+def test_readings_that_no_board_makes_are_refused_by_name(board: Board) -> None:
+    hidden = hidden_plate(board, 1)
+    readings, expected = read_hidden(hidden), exact(hidden)
+    assert find_wiring(board, readings, expected).signs.tolist() == [1.0] * 6
+    silent = changed(readings, readings.volts * 1e-6)
+    with pytest.raises(InputError, match="is the sensing pin wired"):
+        find_wiring(board, silent, expected)
+    lopsided = readings.volts.copy()
+    lopsided[:, 1, 4] *= 0.4
+    with pytest.raises(InputError, match="coils coil-5 and coil-2"):
+        find_wiring(board, changed(readings, lopsided), expected)
+    deaf = readings.volts.copy()
+    deaf[:, 3, :] = 0.0
+    with pytest.raises(InputError, match=r"coil coil-4.*hears nothing.*multiplexer"):
+        find_wiring(board, changed(readings, deaf), expected)
+    mute = readings.volts.copy()
+    mute[:, :, 3] = 0.0
+    with pytest.raises(InputError, match=r"coil coil-4.*does not play.*driver"):
+        find_wiring(board, changed(readings, mute), expected)
