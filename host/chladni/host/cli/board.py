@@ -98,6 +98,9 @@ def board_show(
         "wavelength_mm": loaded.wavelength(loaded.drive.frequency_hz) / MM,
         "fingerprint": f"{loaded.fingerprint():#018x}",
     }
+    if loaded.measured:
+        result["measured_by"] = f"{loaded.measured.by}, {loaded.measured.date}"
+        result["measured"] = {own.name: own.ratio for own in loaded.measured.values}
     if loaded.foundation:
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)

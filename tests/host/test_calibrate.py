@@ -1,0 +1,126 @@
+"""`chladni calibrate`: from a drawn board to one that was measured, on plates that nobody sees."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from calibration.small_board import small_board
+from chladni.calibration import hidden_plate
+from chladni.sim.board.file import load_board
+from chladni.sim.board.writing import board_file
+from conftest import CommandLine
+
+SEED = 4
+"""Of a plate on which one coil is reversed."""
+
+
+@pytest.fixture
+def drawn(tmp_path: Path) -> Path:
+    path = tmp_path / "small.toml"
+    path.write_bytes(board_file(small_board()))
+    return path
+
+
+def test_a_board_is_calibrated_and_its_file_is_one(
+    chladni: CommandLine, drawn: Path, tmp_path: Path
+) -> None:
+    output, figure = tmp_path / "measured.toml", tmp_path / "c.png"
+    done = chladni(
+        "calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output,
+        "--sets", "20", "--figure", figure, "--json",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    found = done.json
+    hidden = hidden_plate(small_board(), SEED)
+    for own, strength in zip(found["coils"], hidden.strengths, strict=True):
+        assert own["dead"] is False
+        assert own["polarity"] == (-1 if strength < 0.0 else 1)
+        assert own["force"] == pytest.approx(abs(strength), abs=0.1)
+    foam = next(own for own in found["parameters"] if own["name"] == "foam")
+    assert foam["low"] < foam["value"] < foam["high"]
+    before, after = (found[key]["fingers_2_db"] for key in ("before", "after"))
+    assert {"median", "p10"} <= after.keys()
+    assert after["median"] > before["median"] + 6.0
+    assert found["after"]["second_finger_20mm_db"]["p10"] is not None
+    assert abs(found["after"]["level_db"]["median"]) < 1.0
+    assert "is reversed: swap its wires" in found["verdict"]
+    assert found["device_seconds"] <= 10.0
+    assert figure.stat().st_size > 10_000
+
+    board = load_board(output)
+    assert board.measured is not None
+    assert "emulated, plate 4" in board.measured.by
+    assert {own.name for own in board.measured.values} >= {"foam"}
+    assert output.read_text(encoding="utf-8").startswith("# small as it was measured")
+    shown = chladni("board", "show", output, "--json").json
+    assert shown["measured"]["foam"] == pytest.approx(foam["value"])
+    assert shown["measured_by"] == f"{board.measured.by}, {board.measured.date}"
+    again = chladni(
+        "calibrate", "--board", output, "--emulator", "--hidden", "1", "-o", tmp_path / "x.toml"
+    )
+    assert again.code == 2
+    assert "calibrate from the board as it is drawn" in again.err
+
+
+def test_bad_input_is_named_and_nothing_is_written(
+    chladni: CommandLine, drawn: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "o.toml"
+    here = ("-o", output, "--emulator", "--hidden", "1")
+    no_coil = tmp_path / "plain.toml"
+    text = drawn.read_text(encoding="utf-8")
+    no_coil.write_text(text[: text.index("[coil]")] + text[text.index("[foundation]") :],
+                       encoding="utf-8")  # fmt: skip
+    for arguments, said in (
+        (("--board", drawn, "-o", output), "--emulator is required"),
+        (("--board", drawn, "-o", output, "--emulator"), "--hidden is required"),
+        (here, "--board is required"),
+        (("--board", drawn, "-o", tmp_path / "o.txt", "--emulator", "--hidden", "1"), "-o"),
+        (("--board", drawn, "-o", output, "--emulator", "--hidden", "-1"), "--hidden"),
+        (("--board", "none", *here), "board"),
+        (("--board", no_coil, *here), "[coil]"),
+    ):
+        refused = chladni("calibrate", *map(str, arguments))
+        assert refused.code == 2, arguments
+        assert said in refused.err, (arguments, refused.err)
+    assert not output.exists()
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ('by = ""\ndate = "2026-11-26"', "measured.by"),
+        ('by = "coils"\ndate = "26.11.2026"', "measured.date"),
+        (
+            'by = "coils"\ndate = "2026-11-26"\n[[measured.values]]\nname = "foam"\n'
+            "ratio = 3.0\nlow = 1.0\nhigh = 2.0",
+            "measured.values[0].ratio",
+        ),
+    ],
+)
+def test_what_was_measured_is_checked(
+    chladni: CommandLine, drawn: Path, block: str, said: str
+) -> None:
+    drawn.write_text(drawn.read_text(encoding="utf-8") + f"\n[measured]\n{block}\n",
+                     encoding="utf-8")  # fmt: skip
+    refused = chladni("board", "show", drawn)
+    assert refused.code == 2
+    assert said in refused.err
+
+
+@pytest.mark.parametrize(
+    ("patches", "said"),
+    [
+        ("[[foundation.patches]]\nat_mm = [99, 0]\nratio = 2.0", "foundation.patches[0].at_mm"),
+        ("[[foundation.patches]]\nat_mm = [0, 0]\nratio = 0.0", "foundation.patches[0].ratio"),
+        ("[[foundation.patches]]\nat_mm = [1, 0]\nratio = 2.0\n"
+         "[[foundation.patches]]\nat_mm = [1, 0]\nratio = 1.0", "a place of its own"),
+    ],
+)  # fmt: skip
+def test_patches_are_checked(chladni: CommandLine, drawn: Path, patches: str, said: str) -> None:
+    drawn.write_text(drawn.read_text(encoding="utf-8") + f"\n{patches}\n", encoding="utf-8")
+    refused = chladni("board", "show", drawn)
+    assert refused.code == 2
+    assert said in refused.err
