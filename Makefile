@@ -11,6 +11,11 @@ NATIVE_SOURCES := $(shell find firmware tables/native wheel -name '*.cpp' -o -na
 # processes would fight over the cores.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
+# Fields of a few megabytes come and go by the thousand. Where the system hands memory out slowly,
+# a quarter of a plate's time is spent on asking for what was given back a moment before.
+export MALLOC_MMAP_THRESHOLD_ ?= 33554432
+export MALLOC_TRIM_THRESHOLD_ ?= 4294967296
+export MALLOC_TOP_PAD_ ?= 67108864
 # Images of Python often set it. Without .pyc files each of some hundred processes compiles all of
 # Chladni, and each of pytest's all tests.
 unexport PYTHONDONTWRITEBYTECODE
