@@ -26,7 +26,7 @@ from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.errors import InputError
 from chladni.sim.fields.induced import induced_voltages, open_coils
 
-SEEDS = (1, 4, 6, 8)
+SEEDS = (1, 4, 8)
 """One of them has a reversed coil."""
 
 

@@ -1,18 +1,24 @@
-"""A board as it is: found from what its own coils read of each other."""
+"""A board as it is: found from what its own coils read of each other, or from its sound."""
 
 from chladni.calibration.fit import Found, Parameter, fit_board
+from chladni.calibration.hearing import Heard, fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.calibration.restored import Restored, Truth
 from chladni.calibration.sensing import CoilReadings, read_hidden
+from chladni.calibration.sweep import heard_levels, sweep_duties
 
 __all__ = [
     "CoilReadings",
     "Found",
+    "Heard",
     "HiddenPlate",
     "Parameter",
     "Restored",
     "Truth",
     "fit_board",
+    "fit_sound",
+    "heard_levels",
     "hidden_plate",
     "read_hidden",
+    "sweep_duties",
 ]

@@ -81,10 +81,12 @@ class RestoredRows:
 
 
 class Truth:
-    """A hidden plate, solved once, on which drives of several boards are scored.
+    """A plate, solved once, on which drives of several boards are scored.
 
     Parameters
     ----------
+    plate, forces
+        As it is: a board, and its coils' forces over the drawn ones, (actuators,).
     drawn
         The board as it is drawn: its active area, its limits.
     sets
@@ -94,10 +96,16 @@ class Truth:
     """
 
     def __init__(
-        self, hidden: HiddenPlate, drawn: Board, *, sets: int = SETS, pitch: float = PITCH
+        self,
+        plate: Board,
+        forces: FloatArray,
+        drawn: Board,
+        *,
+        sets: int = SETS,
+        pitch: float = PITCH,
     ) -> None:
-        self._hidden, self._drawn = hidden, drawn
-        self._solved = SolvedBoard.of(hidden.board, DRAWN_TOLERANCE)
+        self._plate, self._forces, self._drawn = plate, forces, drawn
+        self._solved = SolvedBoard.of(plate, DRAWN_TOLERANCE)
         self._lattice = active_lattice(drawn, pitch)
         rng = np.random.default_rng(SEED)
         self._sets = finger_sets(drawn, 2, sets, LEAST_APART, rng)
@@ -105,6 +113,17 @@ class Truth:
         with one_blas_thread():
             self._fingers = list(FingerSet.of_all(self._solved, self._sets, stiffness))
         self._stiffness = stiffness
+
+    @classmethod
+    def of(cls, hidden: HiddenPlate, drawn: Board, sets: int = SETS) -> Truth:
+        """Of a hidden plate."""
+        return cls(hidden.board, hidden.forces, drawn, sets=sets)
+
+    @classmethod
+    def found(cls, measured: Board, drawn: Board, sets: int = SETS) -> Truth:
+        """Of a plate that nobody knows better than by what was measured."""
+        forces = [0.0 if own.is_dead else own.strength for own in measured.actuators]
+        return cls(measured, np.array(forces), drawn, sets=sets)
 
     def score(self, known: Board) -> Restored:
         """Find drives for a board as it is known, and play them on the plate that there is."""
@@ -117,7 +136,7 @@ class Truth:
 
     def perfectly_known(self) -> Board:
         """The plate as a board file would have it."""
-        return with_coils_known(self._hidden.board, self._hidden.forces)
+        return with_coils_known(self._plate, self._forces)
 
     def _played(self, known: Board) -> FloatArray:
         """Force of each coil over what the drive means, as the device makes up for what it knows.
@@ -125,7 +144,7 @@ class Truth:
         A coil that is known to be dead is not played at all.
         """
         makes_up = np.array([1.0 / own.strength for own in known.actuators])
-        return np.asarray(self._hidden.forces * makes_up)
+        return np.asarray(self._forces * makes_up)
 
     def _one_finger(self, solved: SolvedBoard) -> FloatArray:
         places = self._lattice.places

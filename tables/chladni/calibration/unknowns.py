@@ -37,6 +37,8 @@ OF_SPACING, LEAST_PITCH = 0.5, 12e-3
 """Between patches of foam that are told apart: a share of what coils are apart, and m at least."""
 UNIFORM = 1.0 / np.sqrt(3.0)
 """Standard deviation of what is uniform from −1 to 1."""
+MOST_SCALE, MOST_PATCH = 3.0, 2.5
+"""Of a scale's and a patch's logarithm, either way."""
 SMALLER = 10
 """Tries with smaller moves before coils stay where they are drawn."""
 SCALES = ("sheet thickness", "modulus", "foam", "foam's loss", "screws")
@@ -96,7 +98,8 @@ class Unknowns:
             There can be no such board.
         """
         board = self.board
-        by_name = dict(zip(self.scales, np.exp(values[: len(self.scales)]).tolist(), strict=True))
+        scales = np.exp(np.clip(values[: len(self.scales)], -MOST_SCALE, MOST_SCALE))
+        by_name = dict(zip(self.scales, scales.tolist(), strict=True))
         if "screws" in by_name:
             board = with_soft_screws(board, by_name["screws"])
         plate = replace(
@@ -107,7 +110,8 @@ class Unknowns:
         board = replace(board, plate=plate)
         if "foam" in by_name and board.foundation is not None:
             own = board.foundation.stiffer(by_name["foam"])
-            ratios = np.exp(values[self.patch_values]).tolist()
+            # A search may try what no board file takes.
+            ratios = np.exp(np.clip(values[self.patch_values], -MOST_PATCH, MOST_PATCH)).tolist()
             board = replace(
                 board,
                 foundation=replace(

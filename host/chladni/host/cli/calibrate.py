@@ -1,19 +1,23 @@
-"""`chladni calibrate`: the board as it is, from what its coils read of each other."""
+"""`chladni calibrate`: the board as it is, from what its coils or a microphone tell of it."""
 
 from __future__ import annotations
 
 import datetime
 import time
-from dataclasses import asdict, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from chladni.calibration.fit import Found, fit_board
-from chladni.calibration.hidden import hidden_plate
+from chladni.calibration.fit import Found, Parameter, fit_board
+from chladni.calibration.hearing import fit_sound
+from chladni.calibration.hidden import HiddenPlate, hidden_plate
+from chladni.calibration.recorder import record_hidden
 from chladni.calibration.restored import SETS, Restored, Truth
 from chladni.calibration.sensing import read_hidden
+from chladni.calibration.sweep import heard_levels
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -24,6 +28,7 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, write_figure
 from chladni.host.cli.common.ranges import SEEDS, within
+from chladni.host.cli.common.recording import read_recording
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.measured import Measured, MeasuredValue
@@ -41,15 +46,33 @@ def register(app: typer.Typer) -> None:
     app.command("calibrate")(calibrate)
 
 
+@dataclass(frozen=True)
+class _Calibrated:
+    """What was found, by coils or by ear."""
+
+    board: Board
+    parameters: tuple[Parameter, ...]
+    by: str
+    device_seconds: float | None
+    coils: Found | None = None
+
+
 def calibrate(
     output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
     board: Annotated[str | None, typer.Option(help="The board as it is drawn.")] = None,
     emulator: Annotated[
         bool, typer.Option("--emulator", help="An emulated device, on a plate drawn by --hidden.")
     ] = False,
+    recording: Annotated[
+        Path | None,
+        typer.Option(help="A recording (.wav) of every coil's sweep: foam or stand-offs alone."),
+    ] = None,
     hidden: Annotated[
         int | None, typer.Option(callback=SEEDS, help="Seed of the plate that only it knows.")
     ] = None,
+    microphone: Annotated[
+        bool, typer.Option("--microphone", help="Record the emulated device in place of its coils.")
+    ] = False,
     sets: Annotated[
         int,
         typer.Option(callback=within(1, MOST_SETS), help="Of two fingers that are scored."),
@@ -62,54 +85,89 @@ def calibrate(
     named = required("--board", board, "what is calibrated")
     check_output(output, "-o", (".toml",))
     check_figure(figure)
-    check_one_of("whose coils are read", emulator=emulator)
-    seed = required("--hidden", hidden, "which plate the emulated device is on")
+    check_one_of("what is read", emulator=emulator, recording=recording is not None)
     begun, drawn = time.monotonic(), load_board(named)
-    _check_unmeasured(drawn)
-    plate = hidden_plate(drawn, seed)
-    with progress_bar("plates") as progress:
-        readings = read_hidden(plate)
-        found = fit_board(
-            drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
-        )
-    measured = _with_origin(found, f"its own coils, emulated, plate {seed}")
-    with progress_bar("scores") as progress:
-        truth = Truth(plate, drawn, sets=sets)
-        progress(1, 3)
-        before = truth.score(drawn)
-        progress(2, 3)
-        after = truth.score(measured)
-        progress(3, 3)
+    if drawn.measured is not None:
+        raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
+    plate = None
+    if recording is None:
+        plate = hidden_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
+    elif hidden is not None or microphone:
+        raise ConflictError("--recording", "--hidden" if hidden is not None else "--microphone")
+    found = _found(drawn, plate, recording, by_ear=plate is None or microphone)
+    measured = _with_origin(found)
+    before, after = _scores(drawn, measured, plate, sets)
     write_whole(output, board_file(measured, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
         from chladni.host.figures.calibration import calibration_figure  # noqa: PLC0415
 
-        write_figure(calibration_figure(drawn, found, before, after), figure)
+        write_figure(calibration_figure(drawn, measured, found.by, before, after), figure)
     answer(
         {
             "verdict": verdict(drawn, found, before, after),
             "path": str(output),
-            "coils": _coils(drawn, found),
+            "by": found.by,
+            "coils": _coils(measured),
             "parameters": [asdict(own) for own in found.parameters],
             "before": asdict(before),
             "after": asdict(after),
-            "left": found.left,
-            "device_seconds": readings.seconds,
+            "device_seconds": found.device_seconds,
             "seconds": time.monotonic() - begun,
         },
         as_json=as_json,
-        title=f"{drawn.name}: calibrated (simulated)",
+        title=f"{drawn.name}: calibrated{' (simulated)' if plate else ''}",
     )
 
 
-def _check_unmeasured(board: Board) -> None:
-    """What was measured before is no drawing, from which tolerances count."""
-    if board.measured is not None:
-        raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
+def _found(
+    drawn: Board, plate: HiddenPlate | None, recording: Path | None, *, by_ear: bool
+) -> _Calibrated:
+    """What coils or a recording tell."""
+    with progress_bar("plates") as progress:
+        if by_ear:
+            if plate is None:
+                assert recording is not None
+                (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
+            else:
+                (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
+            levels = heard_levels(samples, rate_hz, len(drawn.actuators))
+            heard = fit_sound(drawn, levels, progress)
+            seconds = samples.size / rate_hz
+            return _Calibrated(heard.board, (heard.parameter,), by, seconds)
+        assert plate is not None
+        readings = read_hidden(plate)
+        found = fit_board(
+            drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
+        )
+        return _Calibrated(
+            found.board,
+            found.parameters,
+            _emulated("its own coils", plate),
+            readings.seconds,
+            found,
+        )
 
 
-def _with_origin(found: Found, by: str) -> Board:
+def _emulated(what: str, plate: HiddenPlate) -> str:
+    return f"{what}, emulated, plate {plate.seed}"
+
+
+def _scores(
+    drawn: Board, measured: Board, plate: HiddenPlate | None, sets: int
+) -> tuple[Restored, Restored]:
+    """Drives of the drawn and of the found board, on the plate that is there or was found."""
+    with progress_bar("scores") as progress:
+        truth = Truth.of(plate, drawn, sets) if plate else Truth.found(measured, drawn, sets)
+        progress(1, 3)
+        before = truth.score(drawn)
+        progress(2, 3)
+        after = truth.score(measured)
+        progress(3, 3)
+    return before, after
+
+
+def _with_origin(found: _Calibrated) -> Board:
     """The board that was found, with what was measured of it, how and when."""
     values = [
         MeasuredValue(own.name, own.value, own.low, own.high)
@@ -117,54 +175,54 @@ def _with_origin(found: Found, by: str) -> Board:
         if own.told
     ]
     today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    return replace(found.board, measured=Measured(by, today, tuple(values)))
+    return replace(found.board, measured=Measured(found.by, today, tuple(values)))
 
 
-def _about(drawn: Board, found: Found) -> list[str]:
+def _about(drawn: Board, found: _Calibrated) -> list[str]:
     """What stands on top of the file."""
-    return [f"{drawn.name} as it was measured by `chladni calibrate`.", *_faults(drawn, found)]
+    return [f"{drawn.name} as it was measured by `chladni calibrate`.", *_faults(found)]
 
 
-def _coils(drawn: Board, found: Found) -> list[dict[str, Any]]:
-    signs, strengths = found.wiring.signs.tolist(), found.strengths.tolist()
+def _coils(board: Board) -> list[dict[str, Any]]:
     return [
         {
             "name": own.name,
-            "polarity": int(sign) or 1,
-            "dead": sign == 0.0,
-            "force": strength if sign else 0.0,
+            "polarity": own.polarity,
+            "dead": own.is_dead,
+            "force": 0.0 if own.is_dead else abs(own.strength),
         }
-        for own, sign, strength in zip(drawn.actuators, signs, strengths, strict=True)
+        for own in board.actuators
     ]
 
 
-def _faults(drawn: Board, found: Found) -> list[str]:
+def _faults(found: _Calibrated) -> list[str]:
     """What to look at on the desk."""
+    if found.coils is None:
+        return []
     said = []
-    for own in _coils(drawn, found):
-        if own["dead"]:
-            said.append(f"Coil {own['name']} is dead: look at its wires and its driver.")
-        elif own["polarity"] < 0:
-            said.append(f"Coil {own['name']} is reversed: swap its wires, or keep this file.")
+    for own, sign in zip(found.board.actuators, found.coils.wiring.signs.tolist(), strict=True):
+        if sign == 0.0:
+            said.append(f"Coil {own.name} is dead: look at its wires and its driver.")
+        elif sign < 0.0:
+            said.append(f"Coil {own.name} is reversed: swap its wires, or keep this file.")
     return said
 
 
-def verdict(drawn: Board, found: Found, before: Restored, after: Restored) -> str:
+def verdict(drawn: Board, found: _Calibrated, before: Restored, after: Restored) -> str:
     """What came of it, in a few sentences."""
-    gains = [
+    gains: Sequence[str] = [
         f"two fingers {before.fingers_2_db.median:.0f} dB apart before, "
         f"{after.fingers_2_db.median:.0f} dB after"
     ]
     own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
     if drawn.focus is not None and own is not None and then is not None:
-        gains.insert(
-            0, f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after"
-        )
+        gains = [
+            f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after", *gains
+        ]  # fmt: skip
     told = [
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]
     first = ", ".join(gains)
-    sentences = [first[0].upper() + first[1:] + ".", *_faults(drawn, found)]
-    if told:
-        sentences.append("Measured: " + ", ".join(told) + ".")
+    sentences = [first[0].upper() + first[1:] + ".", *_faults(found)]
+    sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
     return " ".join(sentences)

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chladni.calibration.fit import Found
 from chladni.calibration.restored import Restored
 from chladni.drives.scoring.spread import Spread
 from chladni.host.figures.fields import COLOURS, INK
@@ -15,22 +14,27 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_geometry
 
 
-def calibration_figure(drawn: Board, found: Found, before: Restored, after: Restored) -> Figure:
-    """The board as it was found, beside what fingers get before and after."""
+def calibration_figure(
+    drawn: Board, found: Board, by: str, before: Restored, after: Restored
+) -> Figure:
+    """The board as it was found, beside what fingers get before and after.
+
+    Parameters
+    ----------
+    by
+        What it was measured with, for the title.
+    """
     wide, long = drawn.plate.size
     figure = Figure(figsize=(5.0 + 4.6 * min(1.6, wide / long + 0.4), 4.6), layout="constrained")
     plate, scores = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
     _draw_plate(figure, plate, drawn, found)
     _draw_scores(scores, drawn, before, after)
-    figure.suptitle(
-        f"{drawn.name}: calibrated by its own coils (simulated)", fontsize=11, color=INK
-    )
+    figure.suptitle(f"{drawn.name}: calibrated by {by}", fontsize=11, color=INK)
     return figure
 
 
-def _draw_plate(figure: Figure, axes: Axes, drawn: Board, found: Found) -> None:
+def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
     """Foam over the drawn one, and coils with their forces."""
-    board = found.board
     half = [side / 2.0 / MM for side in board.plate.size]
     layer = plate_geometry(board).foundation
     if layer is not None and drawn.foundation is not None:
@@ -41,13 +45,11 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, found: Found) -> None:
             extent=(-half[0], half[0], -half[1], half[1]),
         )  # fmt: skip
         figure.colorbar(shown, ax=axes, label="foam, times as stiff as drawn", shrink=0.85)
-    for own, sign, strength in zip(
-        board.actuators, found.wiring.signs, found.strengths, strict=True
-    ):
+    for own in board.actuators:
         place = (own.at[0] / MM, own.at[1] / MM)
-        text = "dead" if sign == 0.0 else f"{strength:.2f}"
-        text = f"reversed\n{text}" if sign < 0.0 else text
-        colour = INK if sign > 0.0 else COLOURS[1]
+        text = "dead" if own.is_dead else f"{abs(own.strength):.2f}"
+        text = f"reversed\n{text}" if own.polarity < 0 else text
+        colour = COLOURS[1] if own.is_dead or own.polarity < 0 else INK
         axes.annotate(
             text, place, ha="center", va="center", fontsize=8, color=colour,
             bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour},

@@ -1,7 +1,7 @@
 """How many decibels calibration brings back, on hidden boards of each kind. Appends a line a board.
 
-    python bench/calibration.py BOARD SEEDS ROWS.jsonl
-    python bench/calibration.py ROWS.jsonl
+    python bench/calibration/hidden_boards.py BOARD SEEDS ROWS.jsonl
+    python bench/calibration/hidden_boards.py ROWS.jsonl
 
 The first form calibrates hidden boards 1 to SEEDS and keeps what came out, those that are there
 already left out; the second prints a table of all that is there.
@@ -37,7 +37,7 @@ def calibrated(name: str, seed: int) -> dict[str, Any]:
     signs = np.sign(hidden.strengths)
     alive = signs != 0.0
     off = found.strengths[alive] / np.abs(hidden.strengths[alive]) - 1.0
-    truth = Truth(hidden, board, sets=SETS)
+    truth = Truth.of(hidden, board, SETS)
     known = {"before": board, "after": found.board, "perfect": truth.perfectly_known()}
     for key, own in known.items():
         rows = truth.rows(own)

@@ -1,0 +1,144 @@
+"""A sweep that every coil plays in turn, and how loud a recording has it at each frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate
+
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+FROM_HZ, TO_HZ = 80.0, 2000.0
+"""A phone's microphone hears from 80 Hz on; light sheets on stiff foam ring at 1 kHz and more."""
+SECONDS, PAUSE, FADE = 3.0, 0.5, 0.05
+"""Of one coil's sweep, of the rest after it, and of the ramps at both ends."""
+LEVEL = 0.5
+"""Of full duty."""
+FREQUENCIES = 14
+HALF_BAND = 2.0 ** (1.0 / 24.0)
+"""Of the band over which a level is taken: a twelfth of an octave."""
+CLIPPED = 0.005
+"""Share of samples at the loudest value; of a sine above noise there are fewer."""
+FOUND = 0.2
+"""Of the correlation that a recording of nothing but the sweeps has."""
+AUDIBLE_DB = 6.0
+"""That a band must be above the recording's own noise."""
+
+
+def sweep_frequencies() -> FloatArray:
+    """Where levels are taken, Hz; equal steps of pitch."""
+    edge = HALF_BAND**2
+    return np.geomspace(FROM_HZ * edge, TO_HZ / edge, FREQUENCIES)
+
+
+def sweep_wave(rate_hz: float) -> FloatArray:
+    """One coil's sweep, −1 to 1: a sine that rises by as many octaves each second."""
+    times = np.arange(round(SECONDS * rate_hz)) / rate_hz
+    return np.asarray(_sine(times) * _ramp(times))
+
+
+def sweep_duties(board: Board, times: FloatArray) -> FloatArray:
+    """Duties of all channels while one coil after the other sweeps, for `Device.stream`.
+
+    Every coil takes 3.5 s. Each sweep rides on a bias of its own size, on bridges too, that comes
+    and goes with it.
+
+    Parameters
+    ----------
+    times
+        From the first sweep's beginning, s, shape (frames,).
+
+    Returns
+    -------
+    float64, shape (frames, actuators), 0 to 1.
+    """
+    duties = np.zeros((times.size, len(board.actuators)))
+    for coil in range(len(board.actuators)):
+        own = times - coil * (SECONDS + PAUSE)
+        plays = (own >= 0.0) & (own <= SECONDS)
+        duties[plays, coil] = LEVEL * _ramp(own[plays]) * (1.0 + _sine(own[plays])) / 2.0
+    return duties
+
+
+def _sine(times: FloatArray) -> FloatArray:
+    octaves = np.log(TO_HZ / FROM_HZ)
+    phase = 2.0 * np.pi * FROM_HZ * SECONDS / octaves * np.expm1(times / SECONDS * octaves)
+    return np.asarray(np.sin(phase))
+
+
+def _ramp(times: FloatArray) -> FloatArray:
+    """From 0 to 1 and back."""
+    share = np.clip(np.minimum(times, SECONDS - times) / FADE, 0.0, 1.0)
+    return np.asarray(np.sin(np.pi / 2.0 * share) ** 2)
+
+
+def heard_levels(samples: FloatArray, rate_hz: float, coils: int) -> FloatArray:
+    """How loud each coil's sweep is in a recording, dB, (coils, frequencies).
+
+    Parameters
+    ----------
+    samples
+        Of one channel, any scale; the sweeps begin anywhere in it.
+
+    Raises
+    ------
+    InputError
+        It is too short, silent, clipped, or has no such sweeps.
+    """
+    wave = sweep_wave(rate_hz)
+    slot = wave.size + round(PAUSE * rate_hz)
+    _check(samples, rate_hz, coils * slot)
+    begin = _begin(samples, wave, slot, coils)
+    size = 2 ** int(np.ceil(np.log2(slot + rate_hz)))
+    played = np.abs(np.fft.rfft(wave, size)) ** 2
+    hertz = np.fft.rfftfreq(size, 1.0 / rate_hz)
+    bands = [(hertz >= f / HALF_BAND) & (hertz <= f * HALF_BAND) for f in sweep_frequencies()]
+    quiet = samples[:begin] if begin > 0.2 * rate_hz else np.zeros(0)
+    noise = np.zeros(len(bands))
+    if quiet.size:
+        spectrum = np.abs(np.fft.rfft(quiet[-slot:], size)) ** 2 * slot / min(quiet.size, slot)
+        noise = np.array([spectrum[band].mean() for band in bands])
+    levels = np.empty((coils, len(bands)))
+    for coil in range(coils):
+        own = np.abs(np.fft.rfft(samples[begin + coil * slot :][:slot], size)) ** 2
+        heard = np.array([own[band].mean() for band in bands])
+        is_heard = heard > noise * 10.0 ** (AUDIBLE_DB / 10.0)
+        per_wave = heard / np.array([played[band].mean() for band in bands])
+        levels[coil] = np.where(is_heard, 10.0 * np.log10(np.maximum(per_wave, 1e-300)), np.nan)
+    if np.isfinite(levels).mean() < 0.5:
+        raise InputError("recording", "sweeps below its noise", "sweeps that are heard")
+    return levels
+
+
+def _check(samples: FloatArray, rate_hz: float, needed: int) -> None:
+    if rate_hz < 2.5 * TO_HZ:
+        raise InputError(
+            "recording", f"{rate_hz:g} Hz", f"at least {2.5 * TO_HZ:g} samples a second"
+        )
+    if samples.size < needed:
+        lasts, long = samples.size / rate_hz, needed / rate_hz
+        raise InputError("recording", f"{lasts:.1f} s", f"sweeps of all coils, {long:.1f} s")
+    loudest = float(np.abs(samples).max())
+    if not loudest > 0.0:
+        raise InputError("recording", "silence", "sweeps of all coils")
+    if float(np.mean(np.abs(samples) >= 0.999 * loudest)) > CLIPPED:
+        raise InputError("recording", "clipped", "sweeps that are not too loud")
+
+
+def _begin(samples: FloatArray, wave: FloatArray, slot: int, coils: int) -> int:
+    """Where the first sweep begins."""
+    alike = np.abs(correlate(samples, wave, mode="valid", method="fft"))
+    span = alike.size - (coils - 1) * slot
+    together = np.sum([alike[k * slot : k * slot + span] for k in range(coils)], axis=0)
+    begin = int(np.argmax(together))
+    energy = sum(
+        float(np.linalg.norm(samples[begin + k * slot :][: wave.size])) for k in range(coils)
+    )
+    if float(together[begin]) < FOUND * energy * float(np.linalg.norm(wave)):
+        raise InputError(
+            "recording", "no sweeps", "one of each coil in turn", hint="`chladni calibrate --sweep`"
+        )
+    return begin
