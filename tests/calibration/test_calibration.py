@@ -22,7 +22,7 @@ from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
 from chladni.drives.scoring.tolerances import COIL_PLACE, SHEET_MODULUS, SHEET_THICKNESS
 from chladni.sim.board.board import Board
-from chladni.sim.board.parts import Mass, Screw
+from chladni.sim.board.parts import Mass, Screw, Spring
 from chladni.sim.errors import InputError
 from chladni.sim.fields.induced import induced_voltages, open_coils
 
@@ -188,6 +188,15 @@ def test_a_weight_on_the_board_is_noticed(board: Board) -> None:
     hidden = hidden_plate(board, 1)
     with pytest.raises(InputError, match="nothing on it"):
         fit_board(board, read_hidden(laid_on(hidden, 0.02)))
+
+
+def test_a_finger_on_the_board_is_noticed(board: Board) -> None:
+    """Its pulp, as stiff as when it presses with 1 N."""
+    hidden = hidden_plate(board, 1)
+    pulp = Spring((0.008, -0.005), 2e3)
+    touched = dataclasses.replace(hidden.board, springs=(pulp,))
+    with pytest.raises(InputError, match="nothing on it"):
+        fit_board(board, read_hidden(dataclasses.replace(hidden, board=touched)))
 
 
 def test_another_board_is_noticed(board: Board) -> None:

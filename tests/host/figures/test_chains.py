@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import solved_board
 from chladni.host.figures.chains import FARTHEST_MM, RING, Chain, chains_figure, profile
+from chladni.host.figures.designs import front_figure
 from chladni.sim.image import metrics
 from conftest import shipped_board
+from wide import turned
 
 
 @pytest.mark.parametrize("target", [(0.0, 6.0), (2.5, -19.0)])
@@ -41,3 +46,43 @@ def test_the_figure_has_a_row_a_board_and_levels_on_one_scale() -> None:
     assert {axes.get_xlim() for axes in figure.axes[2::3]} == {(0.0, FARTHEST_MM)}
     assert len({axes.get_ylim() for axes in figure.axes[2::3]}) == 1
     assert figure.axes[2].get_title() == "the middle coil alone"
+
+
+def test_images_of_a_wide_board_stand_one_above_the_other() -> None:
+    """Each three tenths of the figure wide or more, the board's shape kept."""
+    board = turned(shipped_board("prototype"))
+    field = np.ones((board.x.size, board.y.size), dtype=np.complex128)
+    figure = chains_figure([Chain(board, (0.0, 0.0), field, field, "all alike")])
+    figure.draw_without_rendering()
+    images = [axes for axes in figure.axes if axes.get_aspect() == 1.0]
+    boxes = [axes.get_window_extent().transformed(figure.transSubfigure.inverted())
+             for axes in images]  # fmt: skip
+    assert len(boxes) == 2
+    assert min(box.width for box in boxes) > 0.3
+    assert boxes[0].y0 > boxes[1].y1
+    assert boxes[0].x0 == pytest.approx(boxes[1].x0, abs=0.01)
+
+
+@pytest.mark.parametrize("is_wide", [False, True])
+def test_the_best_board_of_a_front_fills_its_room(is_wide: bool) -> None:
+    board = shipped_board("prototype")
+    board = turned(board) if is_wide else board
+    summary = {
+        "finger_um": 5.0, "coils": 5, "second_finger_20mm_db": 3.0, "robust_score": 1.0,
+        "mass_g": 20.0,
+    }  # fmt: skip
+    one: Any = SimpleNamespace(summary=summary)
+    found: Any = SimpleNamespace(front=[one], board=board)
+    figure = front_figure(found)
+    figure.draw_without_rendering()
+    front, best = figure.axes
+    room = figure.get_window_extent()
+    own = best.get_window_extent()
+    longest = max(own.width / room.width, own.height / room.height)
+    assert longest > 0.6
+    assert (own.width > own.height) == is_wide
+    # A title ends within the picture.
+    for axes in (front, best):
+        title = axes.title.get_window_extent()
+        assert room.x0 <= title.x0
+        assert title.x1 <= room.x1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 from chladni.host.figures.fields import COLOURS, INK, draw_board, draw_image
@@ -79,10 +79,14 @@ def profile(board: Board, field: ComplexArray, target_mm: tuple[float, float]) -
 
 
 def chains_figure(chains: Sequence[Chain]) -> Figure:
-    """A row a board: target image, image of the PWM's field, and level over distance."""
+    """A row a board: target image, image of the PWM's field, and level over distance.
+
+    The images of a board that is wider than long stand one above the other.
+    """
     figure = Figure(figsize=(10.0, 4.6 * len(chains)), layout="constrained")
-    rows = figure.subplots(len(chains), 3, width_ratios=[1.0, 1.0, 2.2], squeeze=False)
-    for chain, (left, middle, right), colour in zip(chains, rows, COLOURS, strict=False):
+    rows = figure.subfigures(len(chains), 1, squeeze=False)[:, 0]
+    for chain, row, colour in zip(chains, rows, COLOURS, strict=False):
+        left, middle, right = _panels(row, chain.board)
         for axes, field in ((left, chain.wanted), (middle, chain.made)):
             draw_image(axes, chain.board, field)
             draw_board(axes, chain.board, target_mm=chain.target_mm, small=True)
@@ -92,6 +96,16 @@ def chains_figure(chains: Sequence[Chain]) -> Figure:
         middle.set_title("Made by the PWM", fontsize=10, color=INK)
         _draw_profile(right, chain, colour)
     return figure
+
+
+def _panels(row: SubFigure, board: Board) -> tuple[Axes, Axes, Axes]:
+    """Of the target, of what was made, and of levels."""
+    wide, long = board.plate.size
+    if wide > long:
+        named = row.subplot_mosaic([["target", "level"], ["made", "level"]])
+    else:
+        named = row.subplot_mosaic([["target", "made", "level"]], width_ratios=[1.0, 1.0, 2.2])
+    return named["target"], named["made"], named["level"]
 
 
 def _draw_profile(axes: Axes, chain: Chain, colour: str) -> None:

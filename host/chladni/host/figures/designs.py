@@ -14,9 +14,17 @@ from chladni.sim.board.quantity import MM
 
 
 def front_figure(found: Design) -> Figure:
-    """Second finger against micrometres for each board of the front; beside it the best board."""
-    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    """Second finger against micrometres for each board of the front; beside it the best board.
+
+    A board that is wider than long stands below.
+    """
+    wide, long = found.board.plate.size
+    if wide > long:
+        figure = Figure(figsize=(7.0, 5.0 + 6.0 * long / wide), layout="constrained")
+        left, right = figure.subplots(2, 1, height_ratios=(4.0, 0.6 + 6.0 * long / wide))
+    else:
+        figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     _draw_front(left, found)
     _draw_best(right, found.board)
     return figure
