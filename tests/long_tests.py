@@ -44,6 +44,7 @@ LONG = (
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[commands.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[effects.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[first-boot.md]",
+    "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[first-buzz.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[flash.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[own-board.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[parts.md]",
