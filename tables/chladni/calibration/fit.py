@@ -38,6 +38,9 @@ UNLIKE = 5.0
 """RMS of what is left over the noise, above which no board that may come out reads like this."""
 FAR_OFF = 5.0
 """Deviations from what is drawn, of any value. Those of tolerances end at 1.7."""
+INEXACT, UNFITTED = 0.01, {"foam": 0.04}
+"""Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
+patches of foam that are smaller than those that are fitted."""
 TOLD_APART = 0.7
 """Of its spread before, that a value's must be below to count as measured."""
 
@@ -295,7 +298,7 @@ def _parameters(
         if name == "foam" and unknowns.patches:
             takes[unknowns.patch_values] = 1.0 / len(unknowns.patches)
         value = float(takes @ values)
-        own = float(np.sqrt(takes @ covariance @ takes))
+        own = float(np.hypot(np.sqrt(takes @ covariance @ takes), UNFITTED.get(name, INEXACT)))
         before = float(np.sqrt(takes**2 @ unknowns.spread**2))
         low, high = value - INTERVAL * own, value + INTERVAL * own
         told = own < TOLD_APART * before
