@@ -83,5 +83,7 @@ def test_the_command_sorts_and_draws(chladni: CommandLine, tmp_path: Path) -> No
     levels = [row["level_db"] for row in rows]
     assert levels == sorted(levels, reverse=True)
     assert figure.stat().st_size > 10_000
+    first = max(rows, key=lambda row: max(row["level_db"], -row["second_finger_db"]))
+    assert answer.json["verdict"].startswith(f"Measure {first['name']} first: within its tolerance")
     refused = chladni("board", "sensitivity", "paper", "--figure", tmp_path / "s.txt")
     assert refused.code == 2

@@ -52,7 +52,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
-from chladni.host.cli.common.verdicts import of_board
+from chladni.host.cli.common.verdicts import of_board, of_tolerances
 from chladni.host.cli.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
@@ -217,6 +217,7 @@ def board_sensitivity(
 
         write_figure(sensitivity_figure(loaded.name, influences), figure)
     result = {
+        "verdict": of_tolerances(influences, board),
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),
         "error_estimate": fields.error_estimate,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.fingers_score import CountScore
 from chladni.drives.scoring.scorecard import Scorecard
+from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
@@ -122,3 +125,21 @@ def of_place(card: Scorecard, *, frequency_hz: float) -> str:
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}".rstrip()
+
+
+def of_tolerances(influences: Sequence[Influence], name: str) -> str:
+    """What of a board is worth measuring first, and what tells it."""
+    first = max(influences, key=lambda one: max(one.level_db, -one.second_finger_db))
+    own = (
+        f"Measure {first.name} first: within its tolerance ({first.tolerance}) it changes levels "
+        f"by up to {first.level_db:.1f} dB"
+    )
+    if first.second_finger_db < 0.0:
+        own += f" and takes up to {-first.second_finger_db:.1f} dB from other fingers' silence"
+    told = any(word in first.name for word in TOLD_BY_COILS)
+    by = f" `chladni calibrate --board {name}` finds it." if told else ""
+    return f"{own}.{by}"
+
+
+TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
+"""In the names of parameters that coils tell, alone or with others."""
