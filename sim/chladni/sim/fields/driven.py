@@ -69,11 +69,18 @@ def _driven(
         return bare
     if coupling is None:
         return answered(board, bare, None, None)
+    couples = unit_couples(board, bare, model, tolerance, allow_unmet=allow_unmet)
+    return answered(board, bare, coupling, couples)
+
+
+def unit_couples(
+    board: Board, bare: TransferFields, model: PlateModel, tolerance: float, *, allow_unmet: bool
+) -> ComplexArray:
+    """Fields of unit couples on all magnets, (magnets, 2, nx, ny); `bare` are those of forces."""
     arms = fields_of_loads(
         board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=allow_unmet
     )
-    middles = np.asarray(bare.values, np.complex128)
-    return answered(board, bare, coupling, couple_fields(board, middles, arms.values))
+    return couple_fields(board, np.asarray(bare.values, np.complex128), arms.values)
 
 
 def answered(

@@ -18,15 +18,9 @@ from numpy.typing import NDArray
 from chladni.sim.board.board import Board
 from chladni.sim.errors import MissingError
 from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.driven import answered, at_coils
-from chladni.sim.fields.magnetic_coupling import (
-    ARM,
-    MagneticCoupling,
-    couple_fields,
-    couple_loads,
-    magnetic_coupling,
-)
-from chladni.sim.fields.transfer import TOLERANCE, TransferFields, fields_of_loads, transfer_fields
+from chladni.sim.fields.driven import answered, at_coils, unit_couples
+from chladni.sim.fields.magnetic_coupling import ARM, MagneticCoupling, magnetic_coupling
+from chladni.sim.fields.transfer import TOLERANCE, TransferFields, transfer_fields
 from chladni.sim.magnetics.coil_coupling import mutual_inductance
 from chladni.sim.plate.response import PlateModel
 
@@ -77,11 +71,7 @@ def open_coils(
         values = np.asarray(bare.values)
         moved = np.stack([at_coils(board, own) for own in values], axis=1)
         return OpenCoils(bare, moved, None)
-    arms = fields_of_loads(
-        board, couple_loads(board), model=model, tolerance=tolerance, allow_unmet=True
-    )
-    middles = np.asarray(bare.values, np.complex128)
-    couples = couple_fields(board, middles, arms.values)
+    couples = unit_couples(board, bare, model, tolerance, allow_unmet=True)
     fields = answered(board, bare, coupling, couples, are_open=True)
     return OpenCoils(fields, _felt(board, fields.values, coupling), coupling)
 
