@@ -53,7 +53,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import PITCHES, within
 from chladni.host.cli.common.verdicts import of_board, of_tolerances
-from chladni.host.cli.refit import board_refit
+from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing

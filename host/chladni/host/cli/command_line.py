@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     # What MODULES names: import-linter and the drawing of the house see no names in strings.
     from chladni.host.cli import (  # noqa: F401
         board,
-        calibrate,
         compare,
         design,
         emulate,
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from chladni.host.cli.device import commands  # noqa: F401
     from chladni.host.cli.effects import commands as effects_commands  # noqa: F401
     from chladni.host.cli.effects import play  # noqa: F401
+    from chladni.host.cli.measured import calibrate  # noqa: F401
 
 
 class LoadedCommands(Mapping[str, Any]):

@@ -15,7 +15,6 @@ from chladni.sim.board.finger import FINGERS, Finger
 from chladni.sim.board.focus import Active, Focus, SeveralFingers
 from chladni.sim.board.foundation import CutOut, Foundation, Patch, Strips
 from chladni.sim.board.gpio import CHIPS
-from chladni.sim.board.measured import Measured, MeasuredValue
 from chladni.sim.board.parts import (
     EDGE_KINDS,
     Actuator,
@@ -25,6 +24,8 @@ from chladni.sim.board.parts import (
     Image,
     Magnet,
     Mass,
+    Measured,
+    MeasuredValue,
     Pin,
     Plate,
     Regions,

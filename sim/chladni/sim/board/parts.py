@@ -9,7 +9,6 @@ from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.finger import Finger
 from chladni.sim.board.focus import Active, Focus, SeveralFingers
 from chladni.sim.board.foundation import Foundation
-from chladni.sim.board.measured import Measured
 from chladni.sim.board.quantity import MM, quantity
 
 EdgeKind = Literal["free", "simply supported", "clamped"]
@@ -192,6 +191,35 @@ class Regions:
     """
 
     pitch: float = quantity("pitch_mm", MM, 0.5, 500.0, default=3e-3, is_written=True)
+
+
+@dataclass(frozen=True)
+class MeasuredValue:
+    """One value, with its interval of 95 %, over that of the board as it was drawn."""
+
+    name: str
+    ratio: float = quantity("ratio", 1.0, 0.0, 1e6)
+    low: float = quantity("low", 1.0, 0.0, 1e6)
+    high: float = quantity("high", 1.0, 0.0, 1e6)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Where a board's values come from, if they were measured.
+
+    Attributes
+    ----------
+    by
+        What they were measured with, in words.
+    date
+        As 2026-11-26.
+    values
+        Those that the measurement tells; the others are as drawn.
+    """
+
+    by: str
+    date: str
+    values: tuple[MeasuredValue, ...] = ()
 
 
 @dataclass(frozen=True)

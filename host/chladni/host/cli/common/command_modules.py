@@ -17,7 +17,7 @@ MODULES = {
     "effects": "effects.commands",
     "play": "effects.play",
     "design": "design",
-    "calibrate": "calibrate",
+    "calibrate": "measured.calibrate",
     "flash": "device.commands",
     "board": "board",
     "table": "table",

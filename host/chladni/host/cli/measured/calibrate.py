@@ -31,7 +31,7 @@ from chladni.host.cli.common.ranges import SEEDS, within
 from chladni.host.cli.common.recording import read_recording
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.measured import Measured, MeasuredValue
+from chladni.sim.board.parts import Measured, MeasuredValue
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
