@@ -217,7 +217,7 @@ def board_sensitivity(
 
         write_figure(sensitivity_figure(loaded.name, influences), figure)
     result = {
-        "verdict": of_tolerances(influences, board),
+        "verdict": of_tolerances(influences, None if loaded.measured else board),
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),
         "error_estimate": fields.error_estimate,

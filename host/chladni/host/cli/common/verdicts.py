@@ -127,8 +127,8 @@ def of_place(card: Scorecard, *, frequency_hz: float) -> str:
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}".rstrip()
 
 
-def of_tolerances(influences: Sequence[Influence], name: str) -> str:
-    """What of a board is worth measuring first, and what tells it."""
+def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
+    """What of a board is worth measuring first, and what tells it; no name, and nothing does."""
     first = max(influences, key=lambda one: max(one.level_db, -one.second_finger_db))
     own = (
         f"Measure {first.name} first: within its tolerance ({first.tolerance}) it changes levels "
@@ -136,7 +136,7 @@ def of_tolerances(influences: Sequence[Influence], name: str) -> str:
     )
     if first.second_finger_db < 0.0:
         own += f" and takes up to {-first.second_finger_db:.1f} dB from other fingers' silence"
-    told = any(word in first.name for word in TOLD_BY_COILS)
+    told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
     by = f" `chladni calibrate --board {name}` finds it." if told else ""
     return f"{own}.{by}"
 
