@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import pytest
 
 LONG = (
+    "calibration/test_calibration.py::test_a_file_that_knows_its_coils_already_is_started_from",
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[4]",
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[8]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils0]",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calibration.small_board import small_board
-from chladni.calibration import CoilReadings, fit_board, hidden_plate, read_hidden
+from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate, read_hidden
 from chladni.calibration.hidden import (
     FOAM_SOFTEST,
     FOAM_STIFFEST,
@@ -167,6 +167,32 @@ def test_what_is_found_is_a_board_file(board: Board) -> None:
         assert own.is_dead == (strength == 0.0)
         if strength:
             assert own.strength == pytest.approx(strength, abs=0.1)
+
+
+def test_a_file_that_knows_its_coils_already_is_started_from(board: Board) -> None:
+    """One coil wound the other way and one that is weak, as the file says: nothing is new."""
+    first, second, *others = board.actuators
+    first = dataclasses.replace(first, polarity=-1)
+    second = dataclasses.replace(second, trim_db=1.5)
+    told = dataclasses.replace(board, actuators=(first, second, *others))
+    hidden = hidden_plate(told, 1)
+    found = fit_board(told, read_hidden(hidden))
+    assert (found.wiring.signs == 1.0).all()
+    for own, before, force in zip(
+        found.board.actuators, told.actuators, hidden.strengths, strict=True
+    ):
+        assert own.strength == pytest.approx(before.strength * force, abs=0.1)
+    as_drawn = dataclasses.replace(hidden, board=told, strengths=np.ones(6), ohms=np.ones(6))
+    plain = dataclasses.replace(as_drawn, board=board)
+    scores = [Truth.of(one, own, 6).score(own) for one, own in ((as_drawn, told), (plain, board))]
+    assert scores[0] == scores[1]
+
+
+def test_two_coils_cannot_tell_which_is_wrong(board: Board) -> None:
+    pair = dataclasses.replace(board, actuators=board.actuators[:2])
+    readings = read_hidden(hidden_plate(pair, 1))
+    with pytest.raises(InputError, match="3 or more, which hear each other"):
+        fit_board(pair, readings)
 
 
 @pytest.mark.parametrize("coils", [(0,), (5,), (1, 4)])

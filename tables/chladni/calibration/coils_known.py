@@ -15,10 +15,20 @@ MOST_TRIM_DB = 12.0
 """That a board file takes."""
 
 
+def drawn_strengths(board: Board) -> FloatArray:
+    """Force of each coil per newton that it is driven with, by its file, (actuators,)."""
+    return np.array([own.strength for own in board.actuators])
+
+
 def with_coils_known(board: Board, forces: FloatArray) -> Board:
-    """The board with forces over the drawn ones, (actuators,): below 0 reversed, 0 dead.
+    """The board with such forces in place of its file's polarity and trim.
 
     Drives are then for the foam that the board has, and no stiffer one.
+
+    Parameters
+    ----------
+    forces
+        Per newton that a coil is driven with, (actuators,): below 0 reversed, 0 dead.
     """
     actuators = []
     for own, force in zip(board.actuators, forces.tolist(), strict=True):

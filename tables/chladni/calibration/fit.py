@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from chladni.calibration.coils_known import with_coils_known
+from chladni.calibration.coils_known import drawn_strengths, with_coils_known
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import Unknowns, unknowns_of
@@ -36,6 +36,8 @@ INTERVAL = 1.96
 """Standard deviations of 95 %."""
 UNLIKE = 5.0
 """RMS of what is left over the noise, above which no board that may come out reads like this."""
+FEWEST = 3
+"""Coils of which it can be told which one is the wrong way round."""
 FAR_OFF = 5.0
 """Deviations from what is drawn, of any value. Those of tolerances end at 1.7."""
 INEXACT, UNFITTED = 0.01, {"foam": 0.04}
@@ -105,12 +107,16 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     Raises
     ------
     InputError
-        No board within the tolerances reads like this, or the readings are none (wiring.py).
+        No board within the tolerances reads like this, the readings are none (wiring.py), or the
+        board has fewer than three coils.
 
     References
     ----------
     A. Tarantola, Inverse Problem Theory, SIAM 2005, section 3.4: least squares with priors.
     """
+    if len(board.actuators) < FEWEST:
+        count = f"{len(board.actuators)} of them"
+        raise InputError("actuators", count, f"{FEWEST} or more, which hear each other")
     unknowns = unknowns_of(board)
     with one_blas_thread():
         search = _Search(unknowns, readings, progress)
@@ -121,7 +127,8 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
         covariance = search.covariance(solved)
     return Found(
         with_coils_known(
-            unknowns.board_at(solved), search.wiring.signs * unknowns.strengths(solved)
+            unknowns.board_at(solved),
+            search.wiring.signs * unknowns.strengths(solved) * drawn_strengths(board),
         ),
         search.wiring,
         unknowns.strengths(solved),

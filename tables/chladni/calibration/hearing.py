@@ -96,7 +96,7 @@ def fit_sound(board: Board, levels: FloatArray, progress: Report | None = None) 
     unknowns, hz = unknowns_of(board), sweep_frequencies()
     name = next((own for own in ("foam", "screws") if own in unknowns.scales), None)
     if name is None:
-        raise InputError("--recording", board.name, "a board on foam or on screws")
+        raise InputError("recording", board.name, "a board on foam or on screws")
     row = unknowns.scales.index(name)
     mean, spread = float(unknowns.mean[row]), float(unknowns.spread[row])
     tried = mean + spread * np.linspace(-REACH, REACH, TRIED)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.calibration.coils_known import with_coils_known
+from chladni.calibration.coils_known import drawn_strengths, with_coils_known
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers import responses_at
 from chladni.drives.fingers.coupling import LEAST_APART
@@ -86,7 +86,7 @@ class Truth:
     Parameters
     ----------
     plate, forces
-        As it is: a board, and its coils' forces over the drawn ones, (actuators,).
+        As it is: a board, and its coils' forces per newton they are driven with, (actuators,).
     drawn
         The board as it is drawn: its active area, its limits.
     sets
@@ -117,7 +117,7 @@ class Truth:
     @classmethod
     def of(cls, hidden: HiddenPlate, drawn: Board, sets: int = SETS) -> Truth:
         """Of a hidden plate."""
-        return cls(hidden.board, hidden.forces, drawn, sets=sets)
+        return cls(hidden.board, hidden.forces * drawn_strengths(drawn), drawn, sets=sets)
 
     @classmethod
     def found(cls, measured: Board, drawn: Board, sets: int = SETS) -> Truth:
@@ -143,8 +143,7 @@ class Truth:
 
         A coil that is known to be dead is not played at all.
         """
-        makes_up = np.array([1.0 / own.strength for own in known.actuators])
-        return np.asarray(self._forces * makes_up)
+        return np.asarray(self._forces / drawn_strengths(known))
 
     def _one_finger(self, solved: SolvedBoard) -> FloatArray:
         places = self._lattice.places
