@@ -38,6 +38,8 @@ COIL_DB = 1.0
 SHEET = {"foam": 0.10, "screws": 0.45}
 """Deviations of a value's logarithm by a sheet that is not the drawn one: modes of a plate on
 stand-offs go with both."""
+TOLD_APART = 0.8
+"""Of its deviation before, that a value's must be below to count as measured."""
 UNLIKE_DB = 6.0
 """RMS that no board of this kind is off."""
 
@@ -124,7 +126,7 @@ def fit_sound(board: Board, levels: FloatArray, progress: Report | None = None) 
         )
     value = float(fine[best])
     low, high = value - INTERVAL * deviation, value + INTERVAL * deviation
-    told = deviation < 0.7 * spread
+    told = deviation < TOLD_APART * spread
     parameter = Parameter(name, float(np.exp(value)), float(np.exp(low)), float(np.exp(high)), told)
     return Heard(_known(board, name, float(np.exp(value))), parameter, off)
 
