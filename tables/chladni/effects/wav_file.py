@@ -34,20 +34,11 @@ def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
     InputError
         No WAV, too long, or of no rate that can be.
     """
-    data = read_whole(path, field, MOST_BYTES, "a WAV file")
-    try:
-        with warnings.catch_warnings():
-            # Of chunks that mean nothing here.
-            warnings.simplefilter("ignore", wavfile.WavFileWarning)
-            rate, samples = wavfile.read(io.BytesIO(data))
-    except Exception as error:
-        # SciPy tells of a damaged file in many ways.
-        raise ArgumentError(field, str(error)[:80], "a WAV file", file=str(path)) from None
+    values, rate = wav_samples(path, field, MOST_BYTES)
     if not LEAST_RATE <= rate <= MOST_RATE:
         raise ArgumentError(
             field, f"{rate} samples a second", f"{LEAST_RATE} to {MOST_RATE:,}", file=str(path)
         )
-    values = _as_shares(np.atleast_1d(samples))
     left_out = []
     if values.ndim > 1:
         left_out = [f"differences between {values.shape[1]} channels"]
@@ -65,6 +56,26 @@ def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
         values = signal.resample_poly(values, KEPT_RATE // shared, rate // shared)
         rate = KEPT_RATE
     return Effect(path.stem, (Clip(0.0, np.clip(values, -1.0, 1.0), float(rate)),)), left_out
+
+
+def wav_samples(path: Path, field: str, most_bytes: int) -> tuple[FloatArray, int]:
+    """A file's samples, -1 to 1, (samples,) or (samples, channels), and how many a second.
+
+    Raises
+    ------
+    InputError
+        Not readable, too long, or no WAV file.
+    """
+    data = read_whole(path, field, most_bytes, "a WAV file")
+    try:
+        with warnings.catch_warnings():
+            # Of chunks that mean nothing here.
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)
+            rate, samples = wavfile.read(io.BytesIO(data))
+    except Exception as error:
+        # SciPy tells of a damaged file in many ways.
+        raise ArgumentError(field, str(error)[:80], "a WAV file", file=str(path)) from None
+    return _as_shares(np.atleast_1d(samples)), rate
 
 
 def to_wav(effect: Effect) -> tuple[bytes, list[str]]:
