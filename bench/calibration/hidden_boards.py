@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from chladni.calibration import Truth, fit_board, hidden_plate, read_hidden
-from chladni.drives.scoring.sensitivity import SOFT_SCREW
+from chladni.drives.scoring.tolerances import SOFT_SCREW
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 

@@ -14,13 +14,17 @@ from chladni.calibration.hidden import (
     FOAM_STIFFEST,
     FORCE,
     HiddenPlate,
-    with_soft_screws,
 )
 from chladni.calibration.sensing import reading_frequencies
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
-from chladni.drives.scoring.tolerances import COIL_PLACE, SHEET_MODULUS, SHEET_THICKNESS
+from chladni.drives.scoring.tolerances import (
+    COIL_PLACE,
+    SHEET_MODULUS,
+    SHEET_THICKNESS,
+    with_soft_screws,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Mass, Screw, Spring
 from chladni.sim.errors import InputError

@@ -15,15 +15,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from chladni.calibration.fit import INTERVAL, Parameter
-from chladni.calibration.hidden import with_soft_screws
 from chladni.calibration.sweep import sweep_frequencies
 from chladni.calibration.unknowns import unknowns_of
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam, with_soft_screws
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.induced import open_coils
-from chladni.sim.plate.response import PlateModel
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -63,7 +61,7 @@ class Heard:
     left_db: float
 
 
-def sound(board: Board, hz: FloatArray, model: PlateModel | None = None) -> ComplexArray:
+def sound(board: Board, hz: FloatArray) -> ComplexArray:
     """What a microphone far off hears of a volt at each coil, any unit, (coils, frequencies).
 
     Raises
@@ -74,7 +72,7 @@ def sound(board: Board, hz: FloatArray, model: PlateModel | None = None) -> Comp
     coil = board.coil
     if coil is None:
         raise MissingError("[coil]", "the block of the actuator's figures")
-    model = model or plate_model(board)
+    model = plate_model(board)
     found = np.empty((len(board.actuators), hz.size), np.complex128)
     for k, one in enumerate(hz.tolist()):
         omega = 2.0 * np.pi * one

@@ -1,7 +1,7 @@
 """The plate that no tool can see: a board as it may really have come out, drawn from a seed.
 
 Everything that calibration finds is tested against such plates alone. What is drawn is wider than
-the tolerances of a score (`drives/scoring/tolerances.py`): it is what nobody has measured yet.
+the tolerances of a score (`drives/scoring/tolerances.py`): it is what no one has measured yet.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.scoring.sensitivity import SOFT_SCREW, SOFT_SCREW_TILT
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
     SHEET_MODULUS,
     SHEET_THICKNESS,
     TRIES,
     with_moved_coils,
+    with_soft_screws,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Patch
@@ -67,10 +67,6 @@ class HiddenPlate:
     def forces(self) -> FloatArray:
         """Of each coil at a duty, over the drawn one."""
         return np.asarray(self.strengths / self.ohms)
-
-    def named(self, which: NDArray[np.bool_]) -> list[str]:
-        """The names of some of its coils."""
-        return [own.name for own, is_one in zip(self.board.actuators, which, strict=True) if is_one]
 
 
 def hidden_plate(board: Board, seed: int) -> HiddenPlate:
@@ -137,17 +133,3 @@ def _patches(board: Board, rng: np.random.Generator) -> tuple[Patch, ...]:
         for x in places[0]
         for y in places[1]
     )
-
-
-def with_soft_screws(board: Board, factor: float) -> Board:
-    """Every screw on a stand-off so many times as stiff as a nylon one (sensitivity.py)."""
-    soft = tuple(
-        replace(
-            screw,
-            support="sprung",
-            stiffness=factor * SOFT_SCREW,
-            rotational_stiffness=0.0 if screw.support == "pinned" else factor * SOFT_SCREW_TILT,
-        )
-        for screw in board.screws
-    )
-    return replace(board, screws=soft)

@@ -18,13 +18,13 @@ from chladni.calibration.hidden import (
     FORCE,
     PATCH,
     SCREW,
-    with_soft_screws,
 )
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
     SHEET_MODULUS,
     SHEET_THICKNESS,
     with_moved_coils,
+    with_soft_screws,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Patch
@@ -137,13 +137,7 @@ def _with_moves(board: Board, moves: FloatArray) -> Board:
 
 
 def unknowns_of(board: Board) -> Unknowns:
-    """What of a board is not known, before anything was measured.
-
-    Raises
-    ------
-    InputError
-        Values of it were measured before.
-    """
+    """What of a board is not known, before anything was measured."""
     ratio = np.log(FOAM_STIFFEST / FOAM_SOFTEST) / 2.0
     known = {
         "sheet thickness": (0.0, SHEET_THICKNESS * UNIFORM),

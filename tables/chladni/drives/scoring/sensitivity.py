@@ -21,7 +21,14 @@ from chladni.drives.methods.phasor import phasor
 from chladni.drives.problem.problem import Problem, SolvedBoard, solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.problem.threads import in_threads, one_blas_thread
-from chladni.drives.scoring.tolerances import COIL_PLACE, FOAM, FORCE, with_foam, with_moved_coils
+from chladni.drives.scoring.tolerances import (
+    COIL_PLACE,
+    FOAM,
+    FORCE,
+    with_foam,
+    with_moved_coils,
+    with_soft_screws,
+)
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.fields.driven import driven_fields
@@ -38,9 +45,6 @@ THICKNESS, MODULUS, LOSS, MAGNET = 0.10, 0.10, 0.5, 0.05
 """± shares. Printed boards come within 10 % of their thickness (usual of shops; IPC-4101 allows
 0.10 mm on 1.0), FR4's modulus varies by 10 % about a sheet's own value and from 15 to 24 GPa
 between sheets; the loss is known to a factor of two, magnets' mass by their sizes."""
-SOFT_SCREW, SOFT_SCREW_TILT = 2e6, 0.8
-"""N/m and N·m/rad of a nylon stand-off M2.5 of 6 mm: EA/l and EI/l at 2.5 GPa."""
-
 FEET = 4.0
 """A rubber foot is as much stiffer at 160 Hz as its compound and its preload make it: 5 to 80 N/mm
 of the same size."""
@@ -214,18 +218,7 @@ def _ends(share: float) -> tuple[float, float]:
 def _support_changes(board: Board) -> Iterator[Change]:
     """Screws on soft stand-offs, feet and foam of another stiffness."""
     if any(screw.support != "sprung" for screw in board.screws):
-        soft = tuple(
-            screw
-            if screw.support == "sprung"
-            else replace(
-                screw,
-                support="sprung",
-                stiffness=SOFT_SCREW,
-                rotational_stiffness=SOFT_SCREW_TILT if screw.support == "clamped" else 0.0,
-            )
-            for screw in board.screws
-        )
-        yield "screws", "rigid to nylon", lambda: replace(board, screws=soft)
+        yield "screws", "rigid to nylon", lambda: with_soft_screws(board)
     if any(foot.stiffness > 0.0 for foot in board.springs):
         for factor in (1.0 / FEET, FEET):
             feet = tuple(replace(foot, stiffness=factor * foot.stiffness) for foot in board.springs)

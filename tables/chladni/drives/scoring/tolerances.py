@@ -22,6 +22,8 @@ COIL_PLACE = 0.5e-3
 SHEET_THICKNESS, SHEET_MODULUS = 0.05, 0.10
 """± shares of one sheet that was measured once; sheets among each other differ by more
 (sensitivity.py)."""
+SOFT_SCREW, SOFT_SCREW_TILT = 2e6, 0.8
+"""N/m and N·m/rad of a nylon stand-off M2.5 of 6 mm: EA/l and EI/l at 2.5 GPa."""
 TRIES = 100
 DRAWN_TOLERANCE = 1e-2
 """Of the fields of boards that are drawn or compared: they come out good to 1e-3, which is 0.01 dB,
@@ -77,6 +79,31 @@ def with_foam(board: Board, factor: float) -> Board:
     if foundation is None or not foundation.sheet_stiffness:
         return board
     return replace(board, foundation=foundation.stiffer(factor))
+
+
+def with_soft_screws(board: Board, factor: float = 1.0) -> Board:
+    """The board on stand-offs that give way: nylon ones, or the sprung ones of its file.
+
+    Parameters
+    ----------
+    factor
+        They are so many times as stiff.
+    """
+    screws = []
+    for screw in board.screws:
+        stiffness, tilt = screw.stiffness, screw.rotational_stiffness
+        if screw.support != "sprung":
+            stiffness = SOFT_SCREW
+            tilt = SOFT_SCREW_TILT if screw.support == "clamped" else 0.0
+        screws.append(
+            replace(
+                screw,
+                support="sprung",
+                stiffness=factor * stiffness,
+                rotational_stiffness=factor * tilt,
+            )
+        )
+    return replace(board, screws=tuple(screws))
 
 
 def with_moved_coils(board: Board, moves: FloatArray) -> Board:
