@@ -1,4 +1,4 @@
-"""`chladni calibrate`: from a drawn board to one that was measured, on plates that nobody sees."""
+"""`chladni calibrate`: from a drawn board to one that was measured, on plates that no one sees."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Parameter:
     name
         In words.
     value, low, high
-        Over the drawn one (of a move: mm), with its 95 % interval.
+        Over the drawn one, with its 95 % interval.
     told
         Whether the readings tell it; else it is what was believed before, or goes with others.
     """
@@ -168,7 +168,7 @@ class _Search:
         all.
         """
         unknowns, best = self._unknowns, -np.inf
-        start = np.zeros(unknowns.mean.size)
+        start, solved = np.zeros(unknowns.mean.size), self._last
         scales = [name for name in ("foam", "screws") if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
@@ -177,7 +177,8 @@ class _Search:
             wiring = find_wiring(unknowns.board, self._readings, expected)
             alike = wiring.alike(self._readings.volts, expected)
             if alike > best:
-                best, start, self.wiring = alike, trial, wiring
+                best, start, self.wiring, solved = alike, trial, wiring, self._last
+        self._last = solved
         return start
 
     def solve(self, start: FloatArray) -> FloatArray:

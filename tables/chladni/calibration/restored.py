@@ -121,7 +121,7 @@ class Truth:
 
     @classmethod
     def found(cls, measured: Board, drawn: Board, sets: int = SETS) -> Truth:
-        """Of a plate that nobody knows better than by what was measured."""
+        """Of a plate that no one knows better than by what was measured."""
         forces = [0.0 if own.is_dead else own.strength for own in measured.actuators]
         return cls(measured, np.array(forces), drawn, sets=sets)
 

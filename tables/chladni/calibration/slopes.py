@@ -8,12 +8,13 @@ the others leave: Σ ∂G/∂ln(…) = −G. A coil that moves listens where it 
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.unknowns import Unknowns
 from chladni.sim.board.board import Board
-from chladni.sim.board.foundation_checks import cut_outs
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.induced import OpenCoils
@@ -43,7 +44,7 @@ def compliance_slopes(
         points are close, so that it is found by a difference; zeros without screws.
     """
     parts = _Parts(board, coils, frequency_hz)
-    mass, foam = parts.mass, parts.foam(None)
+    mass, foam = parts.mass, parts.foam
     others = mass + parts.magnets_mass + foam + parts.magnets_pull + screws
     bending = -coils.compliance - others
     by_name = {
@@ -54,8 +55,7 @@ def compliance_slopes(
         "screws": screws,
     }
     slopes = [by_name[name] for name in unknowns.scales]
-    slopes += [parts.foam(k) for k in range(len(unknowns.patches))]
-    return np.array([*slopes, *parts.places()])
+    return np.array([*slopes, *parts.patches(), *parts.places()])
 
 
 class _Parts:
@@ -95,34 +95,37 @@ class _Parts:
             return np.zeros(self._at.shape, np.complex128)
         return np.asarray(-(self._at.T @ self._coils.coupling.stiffness @ self._at))
 
-    def _lies(self, patch: int | None) -> FloatArray:
-        """Stiffness of the foundation at image points, or the share of it that a patch has."""
+    @cached_property
+    def _foundation(self) -> FloatArray:
+        """Stiffness of the foundation at image points, N/m³."""
         layer = self._geometry.foundation
-        x, y = self._grid
-        if layer is None:
-            return np.zeros(self._area.shape)
-        own = layer.stiffness * layer.ratio(x, y)
-        for cut in cut_outs(self._board):
-            own = np.where(np.hypot(x - cut.at[0], y - cut.at[1]) < cut.radius, 0.0, own)
-        if layer.strips:
-            on = [(x >= a) & (x <= b) & (y >= c) & (y <= d) for a, b, c, d in layer.strips]
-            own = own * np.any(on, axis=0)
-        if patch is not None:
-            own = own * patch_weights(layer.patches, x, y)[patch]
-        return np.asarray(own)
+        return layer.stiffness * layer.lies(*self._grid) if layer else np.zeros(self._area.shape)
 
-    def foam(self, patch: int | None) -> ComplexArray:
-        """Of the foundation, or of one patch of it."""
+    @property
+    def _loss(self) -> float:
+        """Of the foundation."""
         layer = self._geometry.foundation
-        loss = 1.0 + 1j * (layer.loss_factor if layer else 0.0)
-        return np.asarray(-loss * self._integral(self._lies(patch)))
+        return layer.loss_factor if layer else 0.0
+
+    @cached_property
+    def foam(self) -> ComplexArray:
+        """Of the foundation."""
+        return np.asarray(-(1.0 + 1j * self._loss) * self._integral(self._foundation))
+
+    def patches(self) -> list[ComplexArray]:
+        """Of each patch of the foundation."""
+        layer = self._geometry.foundation
+        if layer is None or not layer.patches:
+            return []
+        return [
+            np.asarray(-(1.0 + 1j * self._loss) * self._integral(self._foundation * share))
+            for share in patch_weights(layer.patches, *self._grid)
+        ]
 
     @property
     def foam_loss(self) -> ComplexArray:
         """Of what the foundation loses."""
-        layer = self._geometry.foundation
-        own = layer.loss_factor if layer else 0.0
-        return np.asarray(-1j * own * self._integral(self._lies(None)))
+        return np.asarray(-1j * self._loss * self._integral(self._foundation))
 
     def places(self) -> list[ComplexArray]:
         """Of moves of each coil along x and along y, m."""

@@ -93,21 +93,25 @@ def heard_levels(samples: FloatArray, rate_hz: float, coils: int) -> FloatArray:
     _check(samples, rate_hz, coils * slot)
     begin = _begin(samples, wave, slot, coils)
     size = 2 ** int(np.ceil(np.log2(slot + rate_hz)))
-    played = np.abs(np.fft.rfft(wave, size)) ** 2
     hertz = np.fft.rfftfreq(size, 1.0 / rate_hz)
     bands = [(hertz >= f / HALF_BAND) & (hertz <= f * HALF_BAND) for f in sweep_frequencies()]
+
+    def power(heard: FloatArray) -> FloatArray:
+        """Of each band."""
+        own = np.abs(np.fft.rfft(heard, size)) ** 2
+        return np.array([own[band].mean() for band in bands])
+
+    played = power(wave)
     quiet = samples[:begin] if begin > 0.2 * rate_hz else np.zeros(0)
     noise = np.zeros(len(bands))
     if quiet.size:
-        spectrum = np.abs(np.fft.rfft(quiet[-slot:], size)) ** 2 * slot / min(quiet.size, slot)
-        noise = np.array([spectrum[band].mean() for band in bands])
+        noise = power(quiet[-slot:]) * slot / min(quiet.size, slot)
     levels = np.empty((coils, len(bands)))
     for coil in range(coils):
-        own = np.abs(np.fft.rfft(samples[begin + coil * slot :][:slot], size)) ** 2
-        heard = np.array([own[band].mean() for band in bands])
+        heard = power(samples[begin + coil * slot :][:slot])
         is_heard = heard > noise * 10.0 ** (AUDIBLE_DB / 10.0)
-        per_wave = heard / np.array([played[band].mean() for band in bands])
-        levels[coil] = np.where(is_heard, 10.0 * np.log10(np.maximum(per_wave, 1e-300)), np.nan)
+        level = 10.0 * np.log10(np.maximum(heard / played, 1e-300))
+        levels[coil] = np.where(is_heard, level, np.nan)
     if np.isfinite(levels).mean() < 0.5:
         raise InputError("recording", "sweeps below its noise", "sweeps that are heard")
     return levels
@@ -139,6 +143,6 @@ def _begin(samples: FloatArray, wave: FloatArray, slot: int, coils: int) -> int:
     )
     if float(together[begin]) < FOUND * energy * float(np.linalg.norm(wave)):
         raise InputError(
-            "recording", "no sweeps", "one of each coil in turn", hint="`chladni calibrate --sweep`"
+            "recording", "no sweeps", "one of each coil in turn", hint="docs/calibrate.md has them"
         )
     return begin

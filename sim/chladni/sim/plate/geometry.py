@@ -122,6 +122,16 @@ class FoundationLayer:
         logarithms = np.log([ratio for _, _, ratio in self.patches])
         return np.asarray(np.exp(np.tensordot(logarithms, weights, axes=1)))
 
+    def lies(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """`ratio` at places where there is any, 0 at the others."""
+        own = self.ratio(x, y)
+        for at_x, at_y, radius in self.cut_outs:
+            own = np.where(np.hypot(x - at_x, y - at_y) <= radius, 0.0, own)
+        if self.strips:
+            on = [(x >= a) & (x <= b) & (y >= c) & (y <= d) for a, b, c, d in self.strips]
+            own = own * np.any(on, axis=0)
+        return np.asarray(own)
+
 
 def patch_weights(patches: Sequence[tuple[float, ...]], x: FloatArray, y: FloatArray) -> FloatArray:
     """Share of each patch (x, y, …), m, at places: shape (patches, *x.shape); 1 in all."""

@@ -130,7 +130,10 @@ class SplineSheet:
             rigid[held] = disc.stiffness_ratio
             mass[inside] += disc.areal_mass * true
             rotary[inside] += disc.rotary * true
-        self.rigid, self.lies = rigid, self._lies()
+        layer = geometry.foundation
+        self.rigid = rigid
+        # How stiff the foam is at points over what it is elsewhere; 0 where there is none.
+        self.lies = layer.lies(self.x, self.y) if layer else np.zeros(self.weights.size)
         nu = geometry.poisson
         self.elastic = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
         self.membrane = membrane * rigid
@@ -147,20 +150,6 @@ class SplineSheet:
         sideways = self.gram(self.value, SHEAR_OF_FOAM * foam.stiffness * self.lies)
         self.sideways = sparse.block_diag([sideways, sideways], format="csr")
         self.stretch = self.form(self.strain, self.membrane, self.elastic)
-
-    def _lies(self) -> FloatArray:
-        """How stiff the foam is at points over what it is elsewhere; 0 where there is none."""
-        layer = self.geometry.foundation
-        lies = layer.ratio(self.x, self.y) if layer else np.zeros(self.weights.size)
-        for x, y, radius in layer.cut_outs if layer else ():
-            lies[self.disc(x, y, radius)] = 0.0
-        if layer and layer.strips:
-            covered = [
-                (self.x >= a) & (self.x <= b) & (self.y >= c) & (self.y <= d)
-                for a, b, c, d in layer.strips
-            ]
-            lies *= np.any(covered, axis=0)
-        return lies
 
     def at(self, x: FloatArray, y: FloatArray, order: tuple[int, int] = (0, 0)) -> Matrix:
         """The splines' derivative on the grid x × y, (points, splines)."""
