@@ -5,6 +5,7 @@ What judges sees the pins and the coils on them, and shares nothing with the fir
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -39,9 +40,11 @@ class Judge:
     """The coil on every pin and the supply that they share."""
 
     def __init__(self, rise_k: float = 0.0) -> None:
-        self.rise_k = dict.fromkeys(PINS, rise_k)
+        self.rise_k = defaultdict(lambda: rise_k, dict.fromkeys(PINS, rise_k))
         self.over_k = self.most_k = self.most_ma = self.over_ma = 0.0
         self.on_s = 0.0
+        self.is_on = False
+        """Now."""
         self.sees_supply = True
         """Not across a restart: what came before was under other limits."""
         self._before = np.zeros(0)
@@ -51,6 +54,7 @@ class Judge:
         squares = recording.duty**2
         if not len(squares):
             return
+        self.is_on = bool(squares[-1].any())
         count = len(squares)
         limit_k, full_k = config["limit_rise_dk"] / 10.0, config["full_rise_dk"][0] / 10.0
         decay = np.exp(-10.0 / (recording.carrier_hz * config["heating_ds"]))
@@ -63,7 +67,7 @@ class Judge:
                 self.over_k = max(self.over_k, hottest - limit_k)
                 self.most_k = max(self.most_k, float(path.max()))
             self.rise_k[pin] = float(path[-1])
-        for pin in set(PINS) - set(config["pwm_pins"][: squares.shape[1]]):
+        for pin in set(self.rise_k) - set(config["pwm_pins"][: squares.shape[1]]):
             self.rise_k[pin] *= float(growth[-1])
         self.on_s += float(squares.any(axis=1).sum()) / recording.carrier_hz
         current = np.concatenate((self._before, FULL_MA * squares.sum(axis=1)))

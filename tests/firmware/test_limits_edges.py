@@ -14,11 +14,14 @@ COOL = {"limit_rise_dk": 3000, "full_rise_dk": (10,) * 5 + (0,) * 11}
 """Coils that hardly warm up: the supply alone limits."""
 
 
+MORE_PINS = (5, 12, 15, 17, 18, 19, 23, 25, 26, 27, 32)
+
+
 def of_channels(count: int) -> dict[str, object]:
     rest = (0,) * (16 - count)
     return {
         "channels": count,
-        "pwm_pins": (*PINS[:count], *(NOT_WIRED,) * (16 - count)),
+        "pwm_pins": (*PINS, *MORE_PINS)[:count] + (NOT_WIRED,) * (16 - count),
         "full_rise_dk": (10_000,) * count + rest,
         "full_current_ma": (333,) * count + rest,
     }
@@ -186,4 +189,26 @@ def test_samples_that_are_late_hold_no_crest(frequency_hz: float) -> None:
             bench.core.delay_next_sample(430.0)
             bench.run(0.5)
     assert bench.judge.most_ma > 320.0
+    bench.assert_kept()
+
+
+@pytest.mark.parametrize(("supply_ma", "full", "zeros"), [(600, 20, 160), (3000, 5, 10)])
+def test_bursts_of_sixteen_coils_whose_samples_are_late_stay_within_the_window(
+    supply_ma: int, full: int, zeros: int
+) -> None:
+    """Each frame of a burst stands nine times as long: 666 mA of 600."""
+    settings = {**of_channels(16), "full_rise_dk": (10,) * 16, "supply_ma": supply_ma}
+    bench = JudgedDevice(hot_board(limit_rise_dk=3000, **settings))
+    bench.core.stream_begin()
+    bench.run(5.0)
+    pushed, has_ended = 0, False
+    for half_ms in range(300):
+        while not has_ended and pushed < 100 + 5 * half_ms:
+            is_full = pushed >= 400 and (pushed - 400) % (full + zeros) < full
+            has_ended = bench.push(float(is_full), 1) == 0
+            pushed += 1
+        if bench.judge.is_on:
+            bench.core.delay_next_sample(430.0)
+        bench.run(0.5)
+    assert bench.judge.most_ma > 0.7 * supply_ma
     bench.assert_kept()

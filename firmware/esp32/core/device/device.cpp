@@ -274,7 +274,10 @@ bool Device::stream_begin(uint32_t target) {
 }
 
 bool Device::stream_push(const uint16_t* duties_q16) {
-  if (supply_.would_pass(synthesis_.stream_charge(duties_q16), synthesis_.stream_ms())) {
+  const DutyRing& frames = synthesis_.stream();
+  const uint32_t frame_ma = frames.frame_ma(duties_q16);
+  const uint32_t crest_ma = frame_ma > frames.crest_ma() ? frame_ma : frames.crest_ma();
+  if (supply_.would_pass(synthesis_.stream_charge(frame_ma), synthesis_.stream_ms(), crest_ma)) {
     if (state_ == DeviceState::kStreaming) stand_supply();
     return false;
   }

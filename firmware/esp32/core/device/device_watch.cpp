@@ -64,7 +64,9 @@ void Device::watch_limits(uint32_t passed_ms) {
     stand(FaultCause::kCoilHot, hot);
   }
   // Waves are reckoned when they are posted, and frames when they are pushed: this is for the rest.
-  if (!supply_.is_passed()) return;
+  const bool is_streamed = state_ == DeviceState::kStreaming && !host_.has_waves();
+  const bool has_frames = is_streamed || !supply_.may_start_wave();
+  if (!supply_.is_passed(has_frames ? synthesis_.stream().crest_ma() : 0U)) return;
   stand_supply();
   if (is_quiet()) return;
   synthesis_.stop(Stop::kAtOnce);

@@ -43,18 +43,20 @@ class SupplyMeter {
   // Nothing that was reckoned gets there (`reckoned_limit`). A host that turns phases against the
   // wave does, and so do late samples. Outputs then go off at once: at the crest of a triangle,
   // three times its mean, a turn and half a millisecond more deliver 7 % of a window, so that no
-  // window has a twentieth more than the limit.
-  bool is_passed() const {
-    return charge_q4(sums_q4_, kSupplyWindowMs) > limit_q4() - limit_q4() / 40U;
+  // window has a twentieth more than the limit. `crest_ma` is the most that a frame of the stream
+  // takes, 0 for waves.
+  bool is_passed(uint32_t crest_ma) const {
+    return charge_q4(sums_q4_, kSupplyWindowMs) + reserve_q4(crest_ma) >
+           limit_q4() - limit_q4() / 40U;
   }
   // A stream may use a window up in a moment, and a wave then finds none of it left.
   void note_stream() { has_streamed_ = true; }
   bool may_start_wave() const { return !has_streamed_; }
   // Whether the window that ends with a stream's last frame would pass the limit, if those held
   // take so much, mA times ms, in so long.
-  bool would_pass(uint32_t ahead, uint32_t ahead_ms) const {
+  bool would_pass(uint32_t ahead, uint32_t ahead_ms, uint32_t crest_ma) const {
     const uint32_t passed_ms = ahead_ms < kSupplyWindowMs ? kSupplyWindowMs - ahead_ms : 0U;
-    return charge_q4(late_q4_, passed_ms) + 16U * ahead >
+    return charge_q4(late_q4_, passed_ms) + 16U * ahead + reserve_q4(crest_ma) >
            16U * reckoned_limit(limit_ma_) * kSupplyWindowMs;
   }
 
@@ -65,6 +67,12 @@ class SupplyMeter {
   // All in mA times milliseconds and four bits more: what a window may have, and what came in the
   // last milliseconds.
   uint32_t limit_q4() const { return 16U * limit_ma_ * kSupplyWindowMs; }
+  // A frame may ask for far more than a wave's crest. What a turn and half a millisecond of it
+  // deliver beyond 3/40 of a window, which lie between the end and a twentieth more, is kept free.
+  uint32_t reserve_q4(uint32_t crest_ma) const {
+    const uint32_t delivered_q4 = 24U * crest_ma, borne_q4 = limit_q4() / 40U * 3U;
+    return delivered_q4 > borne_q4 ? delivered_q4 - borne_q4 : 0U;
+  }
   uint32_t charge_q4(const Sums& sums, uint32_t milliseconds) const {
     return sums[at_] - sums[(at_ + kSums - milliseconds) % kSums];
   }

@@ -241,8 +241,7 @@ void Synthesis::announce() {
 
 // A frame lasts 2^bits/10,000 ms. If it is the last, its duties are held and fade: a third of the
 // ramp, by their squares.
-uint32_t Synthesis::stream_charge(const uint16_t* duties_q16) {
-  const uint32_t last_ma = stream().frame_ma(duties_q16);
+uint32_t Synthesis::stream_charge(uint32_t last_ma) const {
   const uint32_t frames = stream().ahead_ma() + last_ma, scale = 1U << (settings_.pwm_bits - 4U);
   const uint32_t held = frames / 625U * scale + frames % 625U * scale / 625U + 1U;
   return held + last_ma * (settings_.ramp_us / 3000U + 1U);

@@ -127,7 +127,7 @@ class Synthesis {
   // What a stream would hold with one more frame: how long it would last, ms, and what the supply
   // would deliver to it, mA times ms.
   uint32_t stream_ms() const { return ((stream().ahead() + 1U) << settings_.pwm_bits) / 10000U; }
-  uint32_t stream_charge(const uint16_t* duties_q16);
+  uint32_t stream_charge(uint32_t last_ma) const;
   DutyRing& stream() { return handover().stream; }
   SignalRing& signal(uint32_t voice) { return handover().signals[voice]; }
   const DutyRing& stream() const { return handover().stream; }

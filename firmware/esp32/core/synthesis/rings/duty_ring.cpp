@@ -37,6 +37,7 @@ void DutyRing::clear() {
   drift_sum_ = 0;
   metered_ = 0;
   ahead_ma_ = 0;
+  crest_ma_ = 0;
 }
 
 bool DutyRing::push(const uint16_t* duties_q16) {
@@ -49,6 +50,7 @@ bool DutyRing::push(const uint16_t* duties_q16) {
   // Sixteen of the largest that a configuration may have fit.
   currents_ma_[head % kStreamFrames] = static_cast<uint16_t>(current_ma);
   ahead_ma_ += current_ma;
+  if (current_ma > crest_ma_) crest_ma_ = current_ma;
   head_.store(head + 1U, std::memory_order_release);
   return true;
 }

@@ -31,6 +31,8 @@ class DutyRing {
   uint32_t ahead() const { return head_.load(std::memory_order_relaxed) - metered_; }
   uint32_t ahead_ma() const { return ahead_ma_; }
   uint32_t frame_ma(const uint16_t* duties_q16) const;
+  // The most of any frame since `clear`.
+  uint32_t crest_ma() const { return crest_ma_; }
   // Main loop, before the meter is read: what was played until now is in it.
   void forget_played();
   // Main loop, every millisecond: keep the ring filled to its target.
@@ -71,6 +73,7 @@ class DutyRing {
   std::array<uint16_t, kStreamFrames> currents_ma_{};
   uint32_t metered_ = 0;
   uint32_t ahead_ma_ = 0;
+  uint32_t crest_ma_ = 0;
   int32_t mean_fill_q8_ = 0;
   int32_t drift_sum_ = 0;
 };
