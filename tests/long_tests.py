@@ -90,8 +90,6 @@ LONG = (
     "firmware/test_flash_wear.py::test_credit_ends_at_sixty",
     "firmware/test_heat.py::test_any_order_of_touches_streams_and_resets",
     "firmware/test_iram.py",
-    "firmware/test_limits_walk.py::test_no_order_of_requests_lifts_a_limit[0]",
-    "firmware/test_limits_walk.py::test_no_order_of_requests_lifts_a_limit[1]",
     "firmware/test_native_build.py",
     "firmware/test_pins.py::test_both_sides_judge_five_thousand_configurations_alike",
     "firmware/test_pins.py::test_random_configurations_never_cost_the_link",

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from chladni.effects.effect import (
     LEAST_HZ,
@@ -168,6 +167,9 @@ def _curve(band: FileValue, frames: list[Keyframe], begins_s: float, gain: float
     times = np.arange(0.0, at[-1] + 0.5 / CURVE_HZ, 1.0 / CURVE_HZ)
     is_cubic = not band["curve_type"].is_there or band["curve_type"].text() == "Cubic"
     if is_cubic and len(at) > 1 and np.all(np.diff(at) > 0.0):
+        # A third of a second of SciPy, which other files do not need.
+        from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415
+
         samples = CubicHermiteSpline(at, values, np.zeros(len(at)))(np.clip(times, at[0], at[-1]))
     else:
         samples = np.interp(times, at, values)

@@ -55,9 +55,9 @@ from chladni.host.cli.common.ranges import PITCHES, within
 from chladni.host.cli.common.verdicts import of_board, of_tolerances
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
+from chladni.host.manufacture.channels import channels
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
-from chladni.host.manufacture.wiring_layout import channels
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
+from chladni.host.manufacture.channels import channels
 from chladni.host.manufacture.wiring_bridge import draw_bridge_rows, draw_full_bridge, sign_y
 from chladni.host.manufacture.wiring_layout import (
     BLOCK_WIDTH,
@@ -26,7 +27,6 @@ from chladni.host.manufacture.wiring_layout import (
     SERIAL_Y,
     SWITCH_WIDTH,
     SWITCH_X,
-    channels,
     gate_start,
     row_y,
     say_actuator,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from chladni.host.manufacture.channels import Channel, channels
 from chladni.host.manufacture.wiring_layout import (
     BUS_X,
     FIRST_SIGN,
-    Channel,
-    channels,
     gate_start,
     row_y,
     say_actuator,

@@ -1,12 +1,10 @@
-"""Where things stand on a wiring drawing, and which channel has which actuator and GPIOs."""
+"""Where things stand on a wiring drawing."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from chladni.host.manufacture.channels import Channel
 from chladni.host.manufacture.wiring_symbols import PLAIN, Sheet
 from chladni.sim.board.board import Board
-from chladni.sim.board.quantity import MM
 
 # Columns, from the left.
 BLOCK_X, BLOCK_WIDTH = 0.6, 4.8
@@ -18,30 +16,6 @@ BUS_X, CHANNEL_X, PLACE_X, NAME_X = 29.4, 30.0, 31.8, 35.6
 CHIP_TOP, COIL_Y, GATE_Y, ROWS_Y, ROW = -3.6, -3.8, -5.7, -10.2, 1.5
 FIRST_SIGN = 1.2
 SERIAL_Y, PANEL_Y, BUS_PITCH, PIN_PITCH = -6.0, -12.0, 3.0, 1.2
-
-
-@dataclass(frozen=True)
-class Channel:
-    """An output: its number, its actuator's name and place (mm), its GPIO if it has one.
-
-    `sign_gpio` is that of its bridge's sign; None with a switch.
-    """
-
-    channel: int
-    actuator: str
-    gpio: int | None
-    at_mm: tuple[float, float]
-    sign_gpio: int | None = None
-
-
-def channels(board: Board) -> tuple[Channel, ...]:
-    """A board's channels in order; `gpio` is None where the board file names no pins."""
-    none = (None,) * len(board.actuators)
-    pins, signs = board.electronics.pwm_pins or none, board.electronics.sign_pins or none
-    return tuple(
-        Channel(k, own.name, pin, (round(own.at[0] / MM, 9), round(own.at[1] / MM, 9)), sign)
-        for k, (own, pin, sign) in enumerate(zip(board.actuators, pins, signs, strict=True))
-    )
 
 
 def row_y(board: Board, channel: int) -> float:

@@ -9,14 +9,17 @@ press, and stiffens the sheet against what vibrates under the finger.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
 
 from chladni.sim.errors import ToleranceError
 from chladni.sim.pressed.sheet import Matrix, SplineSheet
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import SuperLU
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -194,6 +197,8 @@ def _share(sheet: SplineSheet, deflection: FloatArray, step: FloatArray) -> floa
 
 def factor(matrix: Matrix) -> SuperLU:
     """LU of a symmetric matrix, by an order of its pattern: four times as fast as by columns."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415  (as the splines of a sheet)
+
     return splu(
         matrix.tocsc(),
         permc_spec="MMD_AT_PLUS_A",

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.interpolate import BSpline
 
 from chladni.sim.plate.geometry import PlateGeometry
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 FloatArray = NDArray[np.float64]
 Matrix: TypeAlias = Any
@@ -66,6 +68,9 @@ class Foam:
 
 def axis(length: float, elements: int) -> tuple[BSpline, FloatArray, FloatArray]:
     """Cubic splines along one side, and Gauss points with their weights."""
+    # Half a second of SciPy, which most commands do not need.
+    from scipy.interpolate import BSpline  # noqa: PLC0415
+
     ends = np.linspace(-length / 2.0, length / 2.0, elements + 1)
     knots = np.concatenate([[ends[0]] * DEGREE, ends, [ends[-1]] * DEGREE])
     splines = BSpline(knots, np.eye(elements + DEGREE), DEGREE)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
@@ -156,4 +155,6 @@ def _coil_spacing_mm(board: Board) -> float | None:
     if len(board.actuators) < 2:
         return None
     at = np.array([actuator.at for actuator in board.actuators])
-    return float(np.median(np.asarray(cKDTree(at).query(at, k=2)[0])[:, 1])) / MM
+    apart = np.linalg.norm(at[:, None] - at, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    return float(np.median(apart.min(axis=1))) / MM
