@@ -112,7 +112,15 @@ def _riders(board: Board) -> list[Part]:
 
 
 def _supports(board: Board) -> list[Part]:
-    kinds = [("screw", f"⌀{2.0 * own.radius / MM:g} mm", str(own.support)) for own in board.screws]
-    kinds += [("spring", f"{own.stiffness * MM:g} N/mm", "at a point") for own in board.springs]
+    kinds = [
+        ("screw with a grommet", own.part, f"{own.stiffness * MM:g} N/mm")
+        if own.part
+        else ("screw", f"⌀{2.0 * own.radius / MM:g} mm", str(own.support))
+        for own in board.screws
+    ]
+    kinds += [
+        ("foot", own.part or "rubber or a spring", f"{own.stiffness * MM:g} N/mm, at a point")
+        for own in board.springs
+    ]
     kinds += [("pin", "a point", "no deflection")] * len(board.pins)
     return [Part(part, count, value, why) for (part, value, why), count in Counter(kinds).items()]

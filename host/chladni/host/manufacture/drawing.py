@@ -237,7 +237,7 @@ def _hole_text(number: int, hole: HoleRow) -> str:
 
 def _feet(board: Board) -> list[str]:
     """What the plate stands on at points: springs with their stiffness, pins held."""
-    feet = [(own.at, f"{own.stiffness * MM:g} N/mm") for own in board.springs]
+    feet = [(own.at, own.part or f"{own.stiffness * MM:g} N/mm") for own in board.springs]
     feet += [(own.at, "held") for own in board.pins]
     return ["foot, {}:  x {:g}  y {:g}".format(how, *_place(at)) for at, how in feet]
 

@@ -143,6 +143,8 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
     keys = ("plate", *FEATURES, "magnet", "drive", "image", "regions")
     numbers: dict[str, Any] = {key: document[key] for key in keys if key in document}
     numbers["plate"].pop("material", None)
+    for own in (*numbers.get("screws", ()), *numbers.get("springs", ())):
+        own.pop("part", None)
     numbers["actuators"] = [
         (*actuator.at, True) if actuator.is_dead else actuator.at for actuator in board.actuators
     ]

@@ -209,6 +209,14 @@ def _check_supports(board: BoardParts) -> None:
                 "nothing: a rotational spring at a point has no limit on a thin plate",
                 hint="use a sprung screw, which has a rim",
             )
+    for index, screw in enumerate(board.screws):
+        if screw.loss_factor is not None and screw.support != "sprung":
+            raise InputError(
+                f"screws[{index}].loss_factor",
+                screw.loss_factor,
+                "nothing: what holds the plate rigidly loses nothing",
+                hint="set support to 'sprung'",
+            )
     for index, mass in enumerate(board.masses):
         if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
             raise InputError(

@@ -34,6 +34,7 @@ from chladni.sim.board.parts import (
 )
 from chladni.sim.board.plate_materials import with_material
 from chladni.sim.board.quantity import check_keys, part_of
+from chladni.sim.board.rubber import with_feet, with_grommets
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
 
@@ -220,6 +221,8 @@ def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
         (_with_points, "image"),
         (_with_winding, "coil"),
         (_with_panel, "panel"),
+        (with_feet, "springs"),
+        (with_grommets, "screws"),
     ):
         with faults.kept():
             document = complete(document)

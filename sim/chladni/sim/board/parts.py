@@ -77,7 +77,8 @@ class Screw:
 
     `clamped` holds deflection and slope on the circle, `pinned` the deflection alone, `sprung`
     neither: there `stiffness` (in all) acts against deflection and `rotational_stiffness` (in all)
-    against the slope.
+    against the slope. Springs have a loss factor of their own, or the plate's. `part` names a
+    grommet (`rubber.GROMMETS`).
     """
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
@@ -85,6 +86,8 @@ class Screw:
     support: ScrewSupport = "clamped"
     stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9, default=0.0)
     rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+    loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
+    part: str = ""
 
 
 @dataclass(frozen=True)
@@ -96,11 +99,16 @@ class Pin:
 
 @dataclass(frozen=True)
 class Spring:
-    """An elastic support of one point. Metres, N/m."""
+    """An elastic support of one point. Metres, N/m.
+
+    It has a loss factor of its own, or the plate's. `part` names a foot (`rubber.FEET`).
+    """
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
     stiffness: float = quantity("stiffness_n_per_mm", 1e3, 0.0, 1e9)
     rotational_stiffness: float = quantity("rotational_n_mm_per_rad", MM, 0.0, 1e12, default=0.0)
+    loss_factor: float | None = quantity("loss_factor", 1.0, 0.0, 2.0, default=None)
+    part: str = ""
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,10 @@ def plate_geometry(board: Board) -> PlateGeometry:
     discs += [_glued_disc(mass) for mass in board.masses if mass.radius > 0.0]
     discs += [Inclusion(*hole.at, hole.radius, -section.areal_mass, 0.0) for hole in board.holes]
     points = [PointFeature(*pin.at, is_pinned=True) for pin in board.pins]
-    points += [PointFeature(*spring.at, stiffness=spring.stiffness) for spring in board.springs]
+    points += [
+        PointFeature(*spring.at, stiffness=spring.stiffness, loss_factor=spring.loss_factor)
+        for spring in board.springs
+    ]
     points += [PointFeature(*m.at, mass=m.mass) for m in board.masses if m.radius == 0.0]
     return PlateGeometry(
         *plate.size,
@@ -94,6 +97,7 @@ def _rim(screw: Screw) -> RimSupport:
         holds_slope=screw.support == "clamped",
         stiffness=screw.stiffness,
         rotational=screw.rotational_stiffness,
+        loss_factor=screw.loss_factor,
     )
 
 

@@ -26,13 +26,17 @@ def static_fields(board: Board, model: PlateModel) -> FloatArray | None:
     if not is_held(board):
         return None
     loss, foundation = board.section.loss_factor, board.foundation
-    if foundation is not None and foundation.total_loss_factor != loss:
+    own = {foot.loss_factor for foot in board.springs} | {own.loss_factor for own in board.screws}
+    own -= {None, loss}
+    if own or (foundation is not None and foundation.total_loss_factor != loss):
         # What is steady loses nothing; of two loss factors none can be divided out.
         still = replace(
             board,
             plate=replace(board.plate, loss_factor=0.0),
             panel=board.panel and replace(board.panel, loss_factor=0.0),
-            foundation=replace(foundation, loss_factor=0.0),
+            foundation=foundation and replace(foundation, loss_factor=0.0),
+            springs=tuple(replace(foot, loss_factor=None) for foot in board.springs),
+            screws=tuple(replace(screw, loss_factor=None) for screw in board.screws),
         )
         return static_fields(still, plate_model(still))
     fields: TransferFields = transfer_fields(

@@ -28,6 +28,8 @@ class RimSupport:
         Of springs spread over the circle, N/m in all.
     rotational
         Of springs against ∂w/∂r spread over the circle, N·m/rad in all.
+    loss_factor
+        η of both kinds of springs; None for that of the plate.
     """
 
     x: float
@@ -37,6 +39,7 @@ class RimSupport:
     holds_slope: bool = True
     stiffness: float = 0.0
     rotational: float = 0.0
+    loss_factor: float | None = None
 
     @property
     def is_clamped(self) -> bool:
@@ -48,7 +51,8 @@ class RimSupport:
 class PointFeature:
     """A pin (w = 0), a spring (N/m) or a mass (kg) at one point, m.
 
-    A point cannot hold a slope: the clamp at a point has no limit for a thin plate.
+    A spring has a loss factor of its own, or None for that of the plate. A point cannot hold a
+    slope: the clamp at a point has no limit for a thin plate.
     """
 
     x: float
@@ -56,6 +60,7 @@ class PointFeature:
     is_pinned: bool = False
     stiffness: float = 0.0
     mass: float = 0.0
+    loss_factor: float | None = None
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from chladni.sim.ritz.constraints import Constraints
+from chladni.sim.ritz.forms.features import DampedForms
 from chladni.sim.ritz.forms.loads import ClassLoad
 from chladni.sim.ritz.forms.supports import SupportConditions
 from chladni.sim.ritz.symmetric_factors import SymmetricFactors
@@ -54,8 +55,8 @@ class ClassModes:
         Indices of the functions and of the support conditions that take part.
     polynomials
         How many of all functions are polynomials; they come first.
-    foundation
-        The part of `stiffness` that has a loss factor of its own, and that loss factor.
+    damped
+        The part of `stiffness` that has loss factors of its own.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class ClassModes:
         taken: NDArray[np.intp],
         *,
         polynomials: int,
-        foundation: tuple[FloatArray, float] | None = None,
+        damped: DampedForms | None = None,
     ) -> None:
         self._subset = subset
         self._solved = 0
@@ -76,7 +77,7 @@ class ClassModes:
         self._left_out: _LeftOut | None = None
         self._size = stiffness.shape[0]
         self._forms = stiffness, mass
-        self._foundation = foundation
+        self._damped = damped
         # Energy at a typical frequency makes the scale: every function counts as one.
         stiff, heavy = np.diag(stiffness)[subset], np.diag(mass)[subset]
         self._shift = float(np.median(stiff / heavy)) * 1e-6
@@ -181,15 +182,15 @@ class ClassModes:
         return omega**2 * gain
 
     def _has_one_loss(self, loss_factor: float) -> bool:
-        """Whether the foundation loses what the plate does; modes respond only then."""
-        return self._foundation is None or self._foundation[1] == loss_factor
+        """Whether all lose what the plate does; modes respond only then."""
+        return self._damped is None or self._damped.loss_factors == {loss_factor}
 
     def _force(self, load: ClassLoad, omega: float, loss_factor: float) -> AnyArray:
         """What pushes the functions of the class, inertia of the loads' own deflection included."""
         factor = 1.0 + 1j * loss_factor
         force = load.force + omega**2 / factor * load.inertia
-        if load.foundation is not None and self._foundation is not None:
-            force = force - (1.0 + 1j * self._foundation[1]) / factor * load.foundation
+        if load.damped is not None:
+            force = force - (load.damped.stiffness + 1j * load.damped.loss) / factor
         return np.asarray(force)
 
     def _is_factored(self, omega: float, loss_factor: float) -> bool:
@@ -206,9 +207,9 @@ class ClassModes:
         bordered[:size, :size] = stiffness - omega**2 * (scale * self._mass)
         if not is_real:
             bordered.imag[:size, :size] = loss_factor * stiffness
-        if self._foundation is not None and not self._has_one_loss(loss_factor):
-            form, own = self._foundation
-            bordered.imag[:size, :size] += (own - loss_factor) * scale * self._own_part(form)
+        if self._damped is not None and not self._has_one_loss(loss_factor):
+            more = self._damped.loss - loss_factor * self._damped.stiffness
+            bordered.imag[:size, :size] += scale * self._own_part(more)
         bordered[:size, size:] = constraints.T
         return SymmetricFactors(bordered)
 

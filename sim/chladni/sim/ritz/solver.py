@@ -25,6 +25,7 @@ from chladni.sim.ritz.basis.resolution import (
     stretch,
 )
 from chladni.sim.ritz.forms.assembly import Assembly
+from chladni.sim.ritz.forms.features import sprung_loss_factors
 from chladni.sim.ritz.image_grid import GridTable
 from chladni.sim.ritz.load_cases import LoadCase
 from chladni.sim.ritz.modal import ClassModes
@@ -121,8 +122,9 @@ class Solver:
 
     def is_lossy(self, loss_factor: float) -> bool:
         """Whether fields have an imaginary part."""
-        layer = self.geometry.foundation
-        return loss_factor > 0.0 or (layer is not None and layer.loss_factor > 0.0)
+        layer, factors = self.geometry.foundation, sprung_loss_factors(self.geometry)
+        own = {loss_factor, *factors, layer.loss_factor if layer else 0.0}
+        return max(own) > 0.0
 
     def _fewer(self) -> list[tuple[tuple[int, int, int], float]]:
         """Those of `FEWER` that take anything away, with their shares."""
@@ -144,11 +146,9 @@ class Solver:
             stiffness = self.assembly.stiffness(basis)
             overlap = self.assembly.overlap(basis)
             mass = self.assembly.mass(basis, overlap)
-            resisted = self.assembly.foundation(basis, overlap)
-            if resisted is not None:
-                stiffness += resisted
-            layer = self.geometry.foundation
-            foundation = (resisted, layer.loss_factor) if layer and resisted is not None else None
+            damped = self.assembly.damped(basis, overlap)
+            if damped is not None:
+                stiffness += damped.stiffness
             supports = self.assembly.supports(basis)
             coarser = [
                 ClassModes(
@@ -162,7 +162,7 @@ class Solver:
                     ),
                     np.flatnonzero(~(supports.is_finest & (fewer_on_rims > 0))),
                     polynomials=basis.polynomials,
-                    foundation=foundation,
+                    damped=damped,
                 )
                 for (fewer, fewer_orders, fewer_on_rims), _ in self._steps
             ]
@@ -174,7 +174,7 @@ class Solver:
                 every,
                 rows,
                 polynomials=basis.polynomials,
-                foundation=foundation,
+                damped=damped,
             )
             result.append(_Class(basis, modes, coarser))
         return result

@@ -48,6 +48,8 @@ between sheets; the loss is known to a factor of two, magnets' mass by their siz
 FEET = 4.0
 """A rubber foot is as much stiffer at 160 Hz as its compound and its preload make it: 5 to 80 N/mm
 of the same size."""
+FEET_LOSS = 2.0
+"""And loses as much more or less: catalogues do not have it."""
 
 
 @dataclass(frozen=True)
@@ -225,6 +227,20 @@ def _support_changes(board: Board) -> Iterator[Change]:
             yield (
                 "feet's stiffness",
                 f"÷ {FEET:g} to × {FEET:g}",
+                partial(replace, board, springs=feet),
+            )
+        loss = board.section.loss_factor
+        for factor in (1.0 / FEET_LOSS, FEET_LOSS):
+            feet = tuple(
+                replace(
+                    foot,
+                    loss_factor=factor * (loss if foot.loss_factor is None else foot.loss_factor),
+                )
+                for foot in board.springs
+            )
+            yield (
+                "feet's damping",
+                f"÷ {FEET_LOSS:g} to × {FEET_LOSS:g}",
                 partial(replace, board, springs=feet),
             )
     if board.foundation is None or not board.foundation.sheet_stiffness:

@@ -60,14 +60,24 @@ class Member:
 def find_mirrors(geometry: PlateGeometry) -> Mirrors:
     """The mirrors that map a plate's supports and features onto equal ones."""
     items: list[tuple[float, float, tuple[object, ...]]] = [
-        (r.x, r.y, ("rim", r.radius, r.holds_deflection, r.holds_slope, r.stiffness, r.rotational))
+        (
+            r.x,
+            r.y,
+            (
+                "rim", r.radius, r.holds_deflection, r.holds_slope, r.stiffness, r.rotational,
+                r.loss_factor,
+            ),
+        )
         for r in geometry.rims
-    ]
+    ]  # fmt: skip
     items += [
         (i.x, i.y, ("disc", i.radius, i.areal_mass, i.stiffness_ratio, i.rotary))
         for i in geometry.inclusions
     ]
-    items += [(p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass)) for p in geometry.points]
+    items += [
+        (p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass, p.loss_factor))
+        for p in geometry.points
+    ]
     if geometry.foundation:
         items += [(x, y, ("cut-out", radius)) for x, y, radius in geometry.foundation.cut_outs]
         items += [

@@ -1,4 +1,4 @@
-"""The matrices of each parity class of a plate: stiffness, mass, foundation and supports."""
+"""The matrices of each parity class of a plate: stiffness, mass, what is damped, supports."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis.basis import Basis
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import plate_bending
-from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, foundation_form
+from chladni.sim.ritz.forms.features import (
+    DampedForms,
+    added_inertia,
+    added_stiffness,
+    damped_forms,
+)
 from chladni.sim.ritz.forms.overlap import own_overlap
 from chladni.sim.ritz.forms.samples import Samples
 from chladni.sim.ritz.forms.supports import SupportConditions, support_conditions
@@ -24,7 +29,7 @@ class Assembly:
         self.samples = Samples(basis, mirrors, area_points)
 
     def stiffness(self, parity: ParityBasis) -> FloatArray:
-        """Strain energy form without the foundation's, shape (size, size), real symmetric."""
+        """Strain energy form without what is `damped`, shape (size, size), real symmetric."""
         form = plate_bending(self.samples, parity)
         form *= self.samples.basis.geometry.bending_stiffness
         return form + added_stiffness(self.samples, parity, self.samples.own)
@@ -38,9 +43,9 @@ class Assembly:
         added = added_inertia(self.samples, parity, self.samples.own)
         return self.samples.basis.geometry.areal_mass * overlap + added
 
-    def foundation(self, parity: ParityBasis, overlap: FloatArray) -> FloatArray | None:
-        """Strain energy form of the foundation, shape (size, size); None where there is none."""
-        return foundation_form(self.samples, parity, self.samples.own, overlap)
+    def damped(self, parity: ParityBasis, overlap: FloatArray) -> DampedForms | None:
+        """Forms of what has loss factors of its own, shape (size, size); None of nothing."""
+        return damped_forms(self.samples, parity, self.samples.own, overlap)
 
     def supports(self, parity: ParityBasis) -> SupportConditions:
         """What must vanish for the supports to hold."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.plate.geometry import FoundationLayer, Inclusion
+from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.discs import bending_rows, signed_product
 from chladni.sim.ritz.forms.foundation_points import is_left_out
@@ -15,8 +17,30 @@ from chladni.sim.ritz.forms.samples import Samples, Tables
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class DampedForms:
+    """What has loss factors of its own: a foundation, feet and grommets of rubber.
+
+    Attributes
+    ----------
+    stiffness
+        Strain energy form of all of them, (functions, size).
+    loss
+        Each times its loss factor, summed, the same shape.
+    loss_factors
+        All there are.
+    """
+
+    stiffness: FloatArray
+    loss: FloatArray
+    loss_factors: frozenset[float]
+
+
 def added_stiffness(samples: Samples, parity: ParityBasis, tables: Tables) -> FloatArray:
-    """Strain energy with the basis of glued discs, holes and springs; (functions, size)."""
+    """Strain energy with the basis of glued discs, holes and springs; (functions, size).
+
+    Without the springs that have a loss factor of their own (`damped_forms`).
+    """
     own, basis = samples.on_discs(parity, tables), samples.on_discs(parity, samples.own)
     geometry, sets = samples.basis.geometry, samples.sets
     total = samples.discs.added_stiffness(own, basis)
@@ -24,10 +48,18 @@ def added_stiffness(samples: Samples, parity: ParityBasis, tables: Tables) -> Fl
         bent = _bend(samples, parity, samples.own)
         total -= (bent if tables is samples.own else _bend(samples, parity, tables)).T @ bent
     total = geometry.bending_stiffness * np.asarray(total)
-    features = [geometry.points[k].stiffness for k in sets.point_index]
-    total += _at_points(samples, parity, tables, np.array(features))
-    add_springs(samples, parity, tables, total)
-    return np.asarray(total)
+    return np.asarray(total + _of_springs(samples, parity, tables, None))
+
+
+def _of_springs(
+    samples: Samples, parity: ParityBasis, tables: Tables, loss_factor: float | None
+) -> FloatArray:
+    """Strain energy of springs that lose so much, at points and on rims; (functions, size)."""
+    points = [samples.basis.geometry.points[k] for k in samples.sets.point_index]
+    stiffness = [own.stiffness * (own.loss_factor == loss_factor) for own in points]
+    total = _at_points(samples, parity, tables, np.array(stiffness))
+    add_springs(samples, parity, tables, total, loss_factor)
+    return total
 
 
 def added_inertia(samples: Samples, parity: ParityBasis, tables: Tables) -> FloatArray:
@@ -43,13 +75,41 @@ def added_inertia(samples: Samples, parity: ParityBasis, tables: Tables) -> Floa
     return np.asarray(total + _at_points(samples, parity, tables, np.array(features)))
 
 
+def damped_forms(
+    samples: Samples, parity: ParityBasis, tables: Tables, overlap: FloatArray
+) -> DampedForms | None:
+    """Forms of what has a loss factor of its own, of functions' `overlap` with the basis."""
+    parts = {}
+    for loss_factor in sprung_loss_factors(samples.basis.geometry):
+        parts[loss_factor] = _of_springs(samples, parity, tables, loss_factor)
+    layer = samples.basis.geometry.foundation
+    if layer is not None:
+        form = foundation_form(samples, parity, tables, overlap)
+        parts[layer.loss_factor] = parts.get(layer.loss_factor, 0.0) + form
+    if not parts:
+        return None
+    return DampedForms(
+        np.asarray(sum(parts.values())),
+        np.asarray(sum(factor * form for factor, form in parts.items())),
+        frozenset(parts),
+    )
+
+
+def sprung_loss_factors(geometry: PlateGeometry) -> set[float]:
+    """Loss factors that springs have of their own."""
+    factors = [own.loss_factor for own in geometry.points if own.stiffness > 0.0]
+    factors += [
+        own.loss_factor for own in geometry.rims if own.stiffness > 0.0 or own.rotational > 0.0
+    ]
+    return {factor for factor in factors if factor is not None}
+
+
 def foundation_form(
     samples: Samples, parity: ParityBasis, tables: Tables, overlap: FloatArray
-) -> FloatArray | None:
+) -> FloatArray:
     """Strain energy form of the foundation with the basis, of functions' `overlap` with it."""
     layer = samples.basis.geometry.foundation
-    if layer is None:
-        return None
+    assert layer is not None, "a plate on nothing has no such form"
     form = overlap if not layer.strips else np.zeros(overlap.shape)
     basis = samples.own.foundation.values(parity, (0, 0))
     own = basis if tables is samples.own else tables.foundation.values(parity, (0, 0))

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.bending import edge_work
-from chladni.sim.ritz.forms.features import added_inertia, added_stiffness, foundation_form
+from chladni.sim.ritz.forms.features import (
+    DampedForms,
+    added_inertia,
+    added_stiffness,
+    damped_forms,
+)
 from chladni.sim.ritz.forms.overlap import overlap_with
 from chladni.sim.ritz.forms.samples import Samples, Tables
 from chladni.sim.ritz.forms.supports import support_moments
@@ -22,15 +27,15 @@ FloatArray = NDArray[np.float64]
 class ClassLoad:
     """Loads as one parity class meets them, each of shape (class size or conditions, loads).
 
-    `force` acts at every frequency, `inertia` times ω²/(1 + iη), `foundation` times
-    −(1 + iη′)/(1 + iη) with the foundation's own η′, and the solution's support moments must cancel
+    `force` acts at every frequency, `inertia` times ω²/(1 + iη), what is `damped` by loss factors
+    of its own times −(1 + iη′)/(1 + iη), and the solution's support moments must cancel
     `supports`/(1 + iη); None where the loads bring no deflection of their own.
     """
 
     force: NDArray[Any]
     inertia: FloatArray
     supports: FloatArray | None
-    foundation: FloatArray | None = None
+    damped: DampedForms | None = None
 
 
 def load_of_deflections(samples: Samples, parity: ParityBasis, tables: Tables) -> ClassLoad:
@@ -38,11 +43,11 @@ def load_of_deflections(samples: Samples, parity: ParityBasis, tables: Tables) -
     geometry = samples.basis.geometry
     edges = geometry.bending_stiffness * edge_work(samples, parity, tables)
     overlap = overlap_with(samples, parity, tables)
-    resistance = foundation_form(samples, parity, tables, overlap)
+    damped = damped_forms(samples, parity, tables, overlap)
     inertia = geometry.areal_mass * overlap + added_inertia(samples, parity, tables)
     return ClassLoad(
         force=-(edges + added_stiffness(samples, parity, tables)).T,
         inertia=inertia.T,
         supports=support_moments(samples, parity, tables),
-        foundation=None if resistance is None else resistance.T,
+        damped=damped and DampedForms(damped.stiffness.T, damped.loss.T, damped.loss_factors),
     )

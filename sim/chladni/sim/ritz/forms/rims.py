@@ -32,10 +32,17 @@ def add_jump_work(samples: Samples, parity: ParityBasis, rows: FloatArray) -> No
         rows[k] += member.orbit * scale * ((second + third) * value - second * slope)
 
 
-def add_springs(samples: Samples, parity: ParityBasis, tables: Tables, total: FloatArray) -> None:
-    """Add the strain energy of sprung rims, of functions with the basis; (functions, size)."""
+def add_springs(
+    samples: Samples,
+    parity: ParityBasis,
+    tables: Tables,
+    total: FloatArray,
+    loss_factor: float | None,
+) -> None:
+    """Add the strain energy of sprung rims that lose so much; (functions, size)."""
     for k, support in enumerate(samples.basis.geometry.rims):
-        if k in samples.sets.rims and (support.stiffness > 0.0 or support.rotational > 0.0):
+        is_sprung = support.stiffness > 0.0 or support.rotational > 0.0
+        if k in samples.sets.rims and is_sprung and support.loss_factor == loss_factor:
             rim = samples.sets.rims[k]
             orbit = samples.mirrors.orbit(support.x, support.y)
             value, slope = rim.values(tables.rims[k], parity)
