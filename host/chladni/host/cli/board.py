@@ -52,12 +52,13 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
-from chladni.host.cli.common.verdicts import of_board, of_tolerances
+from chladni.host.cli.common.verdicts import of_board, of_prices, of_tolerances, price_text
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.channels import channels
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
+from chladni.host.manufacture.prices import price_list
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
@@ -282,15 +283,29 @@ def board_drawing_command(
 
 @board_app.command("parts")
 def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> None:
-    """List all parts of a board: what is cut, glued, screwed and wired, with known masses."""
+    """List all parts of a board: what is cut, glued, screwed and wired, with masses and prices."""
     loaded = load_board(board)
-    parts = [asdict(part) for part in board_parts(loaded)]
-    if not as_json:  # for people without what a value follows from, as `board wiring` has it
-        parts = [
-            {key: value for key, value in part.items() if key != "why" and value is not None}
-            for part in parts
-        ]
-    result = {"name": loaded.name, "moving_mass_g": moving_mass_g(loaded), "parts": parts}
+    listed, prices = board_parts(loaded), price_list()
+    low, high = prices.total(listed)
+    parts = []
+    for part in listed:
+        price = prices.find(part)
+        entry = asdict(part) | {
+            "price_usd": list(price.of(part.count)) if price else None,
+            "sold_by": price.sold_by if price else None,
+        }
+        if not as_json:  # for people without what a value follows from, as `board wiring` has it
+            entry["price"] = price_text(*price.of(part.count)) if price else "not in any list"
+            entry = {k: v for k, v in entry.items() if k != "why" and v is not None}
+        parts.append(entry)
+    result = {
+        "verdict": of_prices(low, high, [part.part for part in listed if not prices.find(part)]),
+        "name": loaded.name,
+        "moving_mass_g": moving_mass_g(loaded),
+        "price_usd": [low, high],
+        "prices_checked": prices.checked.isoformat(),
+        "parts": parts,
+    }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts")
 
 

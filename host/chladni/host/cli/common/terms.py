@@ -8,7 +8,7 @@ from __future__ import annotations
 UNITS = {
     "mm": "mm", "mm2": "mm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms", "us": "µs", "s": "s",
     "deg": "°", "g": "g", "ma": "mA", "k": "K", "m_s2": "m/s²", "mh": "mH", "ohm": "Ω",
-    "n_per_mm3": "N/mm³", "n_per_mm": "N/mm", "n_per_a": "N/A", "n": "N", "m": "m",
+    "n_per_mm3": "N/mm³", "n_per_mm": "N/mm", "n_per_a": "N/A", "n": "N", "m": "m", "usd": "US$",
     "um_per_n": "µm/N",
 }  # fmt: skip
 """By the end of a key; the longest that fits counts."""
@@ -127,6 +127,7 @@ WORDS = {
 }
 UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({
+    "price_usd",
     "details", "evaluations", "seed", "diffraction_spot_mm",
     "steps_before", "steps_after", "steps_within", "sections", "measured_regions",
     "measured_between", "sfdr_db", "edge_sfdr_db", "um_per_newton", "full_amperes",

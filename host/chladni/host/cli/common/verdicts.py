@@ -143,3 +143,15 @@ def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
 
 TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
 """In the names of parameters that coils tell, alone or with others."""
+
+
+def of_prices(low: float, high: float, without: Sequence[str]) -> str:
+    """What a board's parts cost, by public lists."""
+    unknown = "".join(f"{name} (no list has it), " for name in without)
+    return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
+
+
+def price_text(low: float, high: float) -> str:
+    """A range of dollars for people: cents where they matter."""
+    cents = 2 if high < 10.0 else 0
+    return f"{low:.{cents}f} to {high:.{cents}f} US$"
