@@ -13,8 +13,8 @@ from chladni.design.evaluate import completed_board, document_of, evaluate
 from chladni.design.spec import parse_spec, spec_of
 from chladni.design.variables import Choice, Range
 from chladni.drives.objectives import default_objective
+from chladni.sim.board.catalogue import SHEETS
 from chladni.sim.board.file import board_from_document
-from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import FaultsError, InputError
 from conftest import ROOT, CommandLine

@@ -10,9 +10,9 @@ import pytest
 
 from at_points import respond_at
 from chladni.sim.board.board import Board, to_document
+from chladni.sim.board.catalogue import FEET, GROMMETS
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.parts import EdgeKind, Edges
-from chladni.sim.board.rubber import FEET, GROMMETS
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_geometry, plate_model
 from chladni.sim.fields.static import static_fields

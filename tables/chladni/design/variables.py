@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.sim.board.catalogue import SHEETS
 from chladni.sim.board.foundation import MATERIALS
-from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.errors import InputError
 
 Document = dict[str, Any]

@@ -9,6 +9,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.board.catalogue import check_plate
 from chladni.sim.board.coil_checks import check_actuators, check_coil
 from chladni.sim.board.electronics import (
     CHIP_NAMES,
@@ -20,7 +21,6 @@ from chladni.sim.board.foundation_checks import check_foundation
 from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
 from chladni.sim.board.panel_layer import check_panel
 from chladni.sim.board.parts import FEATURES, SCREW_SUPPORTS, BoardParts
-from chladni.sim.board.plate_materials import check_plate
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.errors import ConflictError, Faults, InputError, MissingError
 

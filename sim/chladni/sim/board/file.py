@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import with_feet, with_grommets, with_material
 from chladni.sim.board.checks import check_driver
 from chladni.sim.board.coil_checks import winding_makes
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
@@ -32,9 +33,7 @@ from chladni.sim.board.parts import (
     Screw,
     Spring,
 )
-from chladni.sim.board.plate_materials import with_material
 from chladni.sim.board.quantity import check_keys, part_of
-from chladni.sim.board.rubber import with_feet, with_grommets
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
 

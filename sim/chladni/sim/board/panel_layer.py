@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.sim.board.catalogue import SHEETS
 from chladni.sim.board.electronics import PANEL_KINDS, PANEL_PLACES, PANEL_SIDES, Panel
 from chladni.sim.board.parts import BoardParts, Plate
-from chladni.sim.board.plate_materials import SHEETS
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError, MissingError
 

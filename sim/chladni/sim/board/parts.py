@@ -78,7 +78,7 @@ class Screw:
     `clamped` holds deflection and slope on the circle, `pinned` the deflection alone, `sprung`
     neither: there `stiffness` (in all) acts against deflection and `rotational_stiffness` (in all)
     against the slope. Springs have a loss factor of their own, or the plate's. `part` names a
-    grommet (`rubber.GROMMETS`).
+    grommet (`catalogue.GROMMETS`).
     """
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
@@ -101,7 +101,7 @@ class Pin:
 class Spring:
     """An elastic support of one point. Metres, N/m.
 
-    It has a loss factor of its own, or the plate's. `part` names a foot (`rubber.FEET`).
+    It has a loss factor of its own, or the plate's. `part` names a foot (`catalogue.FEET`).
     """
 
     at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
