@@ -37,6 +37,8 @@ class Mark:
     first: tuple[str, ...] = ()
     table: str = ""
     file: str = ""
+    unread: str = ""
+    """A comment that begins as one that leaves commands out, and does not go on like one."""
 
     def leaves_out(self, command: str) -> bool:
         """Whether a command does not run."""
@@ -59,11 +61,15 @@ def read_marks(comments: tuple[str, ...]) -> Mark:
             mark = replace(mark, table=found["table"])
         elif found := GOES.fullmatch(comment):
             mark = replace(mark, file=found["file"])
+        elif comment.startswith("not run"):
+            mark = replace(mark, unread=comment)
     return mark
 
 
 def problem(mark: Mark, root: Path) -> str:
     """What is wrong with a mark: something that stands in and is not there."""
+    if mark.unread:
+        return f"{mark.unread!r}: expected 'not run (COMMANDS): WHY; WHAT stands in'"
     known = {f"make {name}" for name in targets((root / "Makefile").read_text("utf-8"))}
     for name in mark.stands_in:
         is_target = name in known

@@ -90,6 +90,7 @@ def test_a_page_without_mistakes_passes(tmp_path: Path) -> None:
         ("tests/device and", "tests/advice and", "tests/advice is said to stand in"),
         ("`make dist` stand", "`make dust` stand", "make dust is said to stand in"),
         ("not run:", "not run (pio test):", "no command begins with pio test"),
+        ("needs a chip; tests", "tests", "expected 'not run (COMMANDS): WHY; WHAT stands in'"),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_block_is_reported(

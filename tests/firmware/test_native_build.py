@@ -21,7 +21,7 @@ from made_up import device_of, make_table
 def build(folder: Path) -> None:
     script = ROOT / "tools" / "platformio_offline.py"
     subprocess.run(
-        [sys.executable, str(script), str(folder / "pio-core"), "--", "run", "-e", "native"],
+        [sys.executable, str(script), str(ROOT / ".pio-core"), "--", "run", "-e", "native"],
         cwd=ROOT,
         check=True,
         stdout=subprocess.DEVNULL,
