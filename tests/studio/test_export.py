@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import base64
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import Page
 
 from chladni.drives.scoring.felt import felt
+from chladni.drives.scoring.scorecard import score
+from chladni.drives.solve import solve
 from chladni.host.studio.boards.prepared import ReadyBoard
-from chladni.host.studio.export import PAGE, bundle, one_file
+from chladni.host.studio.export import PAGE, bundle, file_data, one_file
+from chladni.host.studio.playing.press_score import in_words
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.energy import compose
+from chladni.sim.image.finger import sensation_db
 from chladni.sim.image.metrics import (
     FINGERTIP_RADIUS,
     SECOND_FINGER_DISTANCE,
@@ -59,11 +66,51 @@ def test_a_file_is_pressed_and_plays_what_the_firmware_reads(
     # The page centres the finger on an image point, up to 0.8 mm away.
     second = discs.second_finger_db(field, target, [SECOND_FINGER_DISTANCE])[0]
     assert shown["second_finger_db"] == pytest.approx(second, abs=0.3)
+    assert shown["sensation_db"] == pytest.approx(sensation_db(shown["finger_um"], 160.0), abs=1e-3)
+    assert words(page) == sentence(ready, shown)
     page.mouse.up()
     page.get_by_label("x / mm", exact=True).fill("20")
     page.get_by_role("button", name="Press").click()
     settle(page)
     assert place_shown(page)[0] == pytest.approx(20.0, abs=0.5)
+
+
+def words(page: Page) -> str:
+    return page.locator('[data-part="words"]').inner_text()
+
+
+def sentence(ready: ReadyBoard, shown: dict[str, Any]) -> str:
+    """What the live page says of such numbers, SSIM aside."""
+    card = score(solve(ready.board, (10.0, 25.0)), ready.board)
+    assert card.felt is not None
+    own = {key: shown[key] for key in ("finger_um", "sensation_db")}
+    card = replace(
+        card,
+        felt=replace(card.felt, **own),
+        second_finger_db=shown["second_finger_db"],
+        remark=None,
+    )
+    return in_words(card, 160.0)
+
+
+@pytest.mark.parametrize("level", [0.0, 1e-5, 0.02, 0.3, 1.0, 30.0])
+def test_a_file_says_what_the_live_page_says(
+    open_page: OpenPage, ready: ReadyBoard, tmp_path: Path, level: float
+) -> None:
+    """At any level, from nothing at all to what every finger feels."""
+    data = file_data(ready)
+    newtons = np.frombuffer(base64.b64decode(data["newtons"]), "<f4") * np.float32(level)
+    html = one_file(ready, data | {"newtons": base64.b64encode(newtons.tobytes()).decode()})
+    path = tmp_path / "index.html"
+    path.write_text(html, encoding="utf-8")
+    page = open_page(path.as_uri())
+    press(page, ready.board, (10.0, 25.0))
+    shown = numbers(page)
+    if level == 0.0:
+        assert shown["sensation_db"] is None
+        assert words(page).startswith("The board moves less than 0.01 µm")
+    else:
+        assert words(page) == sentence(ready, shown)
 
 
 def solved_full(ready: ReadyBoard, own: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> float:

@@ -12,7 +12,7 @@ from playwright.sync_api import Page
 from chladni.host.protocol.network import read_key
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.sim.board.board import Board
-from studio.conftest import OpenPage, serving, serving_here
+from studio.conftest import OpenPage, Studio, serving, serving_here
 from studio.pages import RULES, numbers, press
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
@@ -39,6 +39,52 @@ def test_axe_finds_nothing(
         assert found.response["violations"] == [], found.generate_report()
         assert len(found.response["passes"]) > 10  # it looked
     assert page.evaluate("document.documentElement.scrollWidth") <= NARROW["width"]
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1366, 768)])
+def test_picture_scale_marks_and_fields_are_seen_without_scrolling(
+    open_page: OpenPage, strip_studio: Studio, small_board: Board, size: tuple[int, int]
+) -> None:
+    """On a board of the paper's shape and on a strip; what it asks for lies over no coil."""
+    width, height = size
+    for url in (None, strip_studio.url):
+        options = {"viewport": {"width": width, "height": height}}
+        page = open_page(url, **options) if url else open_page(**options)
+        parts = ["plate", "bar", "place"]
+        boxes = [page.locator(f'[data-part="{part}"]').bounding_box() for part in parts]
+        boxes.append(page.locator(".legend").bounding_box())
+        boxes.append(page.locator('[data-part="words"]').bounding_box())
+        for box in boxes:
+            assert box is not None
+            assert box["y"] >= 0.0
+            assert box["y"] + box["height"] <= height
+        plate, hint = boxes[0], page.locator('[data-part="hint"]').bounding_box()
+        assert plate is not None
+        assert plate["height"] > 0.4 * height
+        assert hint is not None
+        assert hint["y"] >= plate["y"] + plate["height"]
+
+
+def test_marks_are_of_what_the_board_has(
+    open_page: OpenPage, page: Page, strip: ReadyBoard, strip_studio: Studio
+) -> None:
+    assert page.locator('[data-part="screwMark"]').is_visible()
+    assert not page.locator('[data-part="footMark"]').is_visible()
+    other = open_page(strip_studio.url)
+    assert not strip.board.screws
+    assert not other.locator('[data-part="screwMark"]').is_visible()
+
+
+def test_on_a_board_made_to_focus_the_focus_comes_first(
+    open_page: OpenPage, page: Page, small_board: Board, strip: ReadyBoard, strip_studio: Studio
+) -> None:
+    press(page, small_board, (10.0, 25.0))
+    assert next(iter(numbers(page))) == "ssim"
+    other = open_page(strip_studio.url)
+    press(other, strip.board, (0.0, 6.0))
+    shown = [key for key in numbers(other) if key != "latency_ms"]
+    assert strip.choice.objective == "focus"
+    assert (shown[0], shown[-1]) == ("second_finger_db", "ssim")
 
 
 def test_the_switch_of_the_theme_wins_over_the_system_and_is_kept(page: Page) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "images" / "studio.png"
-WIDTH, HEIGHT = 1180, 780
+WIDTH, HEIGHT = 1280, 800
 PRESS_AT = 0.64, 0.33
 """Share of the board from its left and from its top: 10 mm right and 25 mm up of its centre."""
 BUILT_MS = 300_000
@@ -50,7 +50,7 @@ def main() -> None:
             )
             page.mouse.down()
             page.wait_for_selector("section[data-scored]")
-            page.screenshot(path=PICTURE, full_page=True)
+            page.screenshot(path=PICTURE)
             browser.close()
     finally:
         server.terminate()

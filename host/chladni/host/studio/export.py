@@ -17,6 +17,7 @@ import numpy as np
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.sender import in_json
+from chladni.host.studio.playing.press_score import WORDS, levels_of_feeling
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.tables.firmware_reader import FirmwareReader
@@ -40,15 +41,18 @@ POLICY = (
 """Whatever a board's name says, nothing is loaded from anywhere."""
 
 
-def one_file(ready: ReadyBoard) -> str:
-    """The page with a board's fields and drives, as HTML that needs nothing else."""
+def one_file(ready: ReadyBoard, data: dict[str, Any] | None = None) -> str:
+    """The page with a board's fields and drives, as HTML that needs nothing else.
+
+    `data` is `file_data`'s, where that is known already.
+    """
     html = (PAGE / "index.html").read_text(encoding="utf-8")
     style = (PAGE / "style.css").read_text(encoding="utf-8")
     html = html.replace(STYLE, f"{POLICY}\n<style>\n{style}</style>").replace(SCRIPT + "\n", "")
     # A name in the data cannot end the element that holds it.
-    data = in_json(file_data(ready)).replace("<", "\\u003c")
+    text = in_json(data or file_data(ready)).replace("<", "\\u003c")
     scripts = (
-        f'<script type="application/json" id="data">{data}</script>\n'
+        f'<script type="application/json" id="data">{text}</script>\n'
         f"<script>\n{bundle(ENTRY)}</script>\n</body>"
     )
     return html.replace("</body>", scripts)
@@ -74,6 +78,8 @@ def file_data(ready: ReadyBoard) -> dict[str, Any]:
         "board": board_message(ready, FROM_TABLE) | {"most_fingers": 1},
         "fields": _base64(fields_bytes(ready)),
         "places": {"x_mm": x_mm, "y_mm": y_mm},
+        "words": WORDS,
+        "levels": levels_of_feeling(section.frequency_hz),
         "full_scale_gain": section.full_scale_gain,
         "drives": _base64(integers.astype("<i2").tobytes()),
         "newtons": _base64(newtons.astype("<f4").tobytes()),

@@ -70,6 +70,7 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "actuators": [{"name": one.name, "at_mm": _mm(one.at)} for one in board.actuators],
         "magnet_radius_mm": board.magnet.radius / MM if board.magnet else 0.0,
         "screws": [{"at_mm": _mm(s.at), "radius_mm": s.radius / MM} for s in board.screws],
+        "feet_mm": [_mm(s.at) for s in board.springs] + [_mm(pin.at) for pin in board.pins],
         "fingertip_mm": metrics.FINGERTIP_RADIUS / MM,
         "second_finger_mm": metrics.SECOND_FINGER_DISTANCE / MM,
         "error_estimate": fields.error_estimate,

@@ -50,14 +50,40 @@ class ExportedBoard {
     const { field } = this.listener, peak = field.peakMm();
     const { fingertip_mm: radius, second_finger_mm: apart } = this.data.board;
     const mean = field.meanAround(place, radius), second = field.secondFinger(place, radius, apart);
+    const um = newtons === null ? null : 1e6 * newtons * mean, threshold = this.data.levels.threshold_um;
+    const level = um && threshold ? 20 * Math.log10(um / threshold) : null;
     return {
       focal_error_mm: Math.hypot(peak[0] - place[0], peak[1] - place[1]),
-      finger_um: newtons === null ? null : 1e6 * newtons * mean,
+      finger_um: um,
+      sensation_db: level,
       maximum_mm: peak,
       ...(second && { second_finger_db: second.db }),
       second_finger_mm: second?.at ?? null,
-      words: "",
+      words: [this.here(mean, um, level), this.there(second?.db)].filter(Boolean).join(" "),
     };
+  }
+
+  // As press_score.py chooses.
+  here(mean, um, level) {
+    const { pressing_db: pressing, sure_db: sure } = this.data.levels;
+    let kind = "no threshold";
+    if (mean === 0) kind = "still";
+    else if (um === null) kind = "unknown";
+    else if (level !== null && level < 0) kind = level < -pressing ? "unfelt" : "pressed";
+    else if (level !== null) kind = level < sure ? "hardly" : "felt";
+    const moved = um >= 0.01 ? `${Number(um?.toPrecision(2))} µm` : "less than 0.01 µm";
+    return this.say(kind, { um: moved, hz: Number(this.data.board.frequency_hz.toPrecision(6)), db: Math.round(Math.abs(level)) });
+  }
+
+  there(db) {
+    const { alike_db: alike, most_db: most } = this.data.levels;
+    if (db === undefined || db >= most) return "";
+    const kind = Math.abs(db) < alike ? "alike" : db < 0 ? "louder" : "quieter";
+    return this.say(kind, { db: Math.round(Math.abs(db)) });
+  }
+
+  say(kind, values) {
+    return this.data.words[kind].replace(/\{(\w+)\}/g, (_, name) => values[name]);
   }
 }
 

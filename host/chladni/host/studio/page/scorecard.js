@@ -11,8 +11,12 @@ const ROWS = [
   ["finger_load", "Pressing changes", (n) => decibels(n.finger_load.level_db), (n) => `SSIM by ${signed(n.finger_load.ssim, 3)}`],
 ];
 
-export function showNumbers(table, numbers) {
-  const known = ROWS.filter(([key]) => key in numbers);
+// On a board made to focus: what the finger gets, what the others get, and likeness last.
+const FOCUS = ["second_finger_db", "finger_um", "sensation_db", "louder_fraction", "contrast_db", "focal_error_mm", "finger_load", "ssim"];
+
+export function showNumbers(table, numbers, objective) {
+  const order = objective === "focus" ? FOCUS : ROWS.map(([key]) => key);
+  const known = order.map((key) => ROWS.find(([own]) => own === key)).filter(([key]) => key in numbers);
   fill(table, known.map(([key, label, value, compare]) => ({
     key, raw: numbers[key], cells: [label, value(numbers), compare(numbers)],
   })));

@@ -147,6 +147,8 @@ export class View {
     parts.plate.style.setProperty("--corner-x", `${(100 * board.corner_radius_mm) / board.size_mm[0]}%`);
     parts.plate.style.setProperty("--corner-y", `${(100 * board.corner_radius_mm) / board.size_mm[1]}%`);
     this.marks.fit(board);
+    parts.screwMark.hidden = !board.screws.length;
+    parts.footMark.hidden = !board.feet_mm.length;
     this.touches.fit(board);
     parts.add.hidden = parts.severalHint.hidden = board.most_fingers < 2;
     parts.plate.setAttribute("aria-label", board.most_fingers < 2 ? KEYS : `${KEYS} ${SEVERAL_KEYS}`);
@@ -215,7 +217,7 @@ export class View {
   on_scored(numbers) {
     Marks.put(this.marks.maximum, this.fingers.areSeveral ? this.field.peakMm() : numbers.maximum_mm);
     Marks.put(this.marks.second, this.fingers.areSeveral ? null : numbers.second_finger_mm);
-    showNumbers(this.parts.numbers, numbers);
+    showNumbers(this.parts.numbers, numbers, this.board.objective);
     if (this.latency !== undefined) showLatency(this.parts.numbers, this.latency);
     this.section.dataset.scored = numbers.number;
     this.scoredPress = Math.max(this.scoredPress, numbers.number);

@@ -15,7 +15,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field
 from chladni.sim.image import metrics
 from chladni.sim.image.energy import compose
-from chladni.sim.image.finger import PRESSING_DB
+from chladni.sim.image.finger import PRESSING_DB, threshold_um
 
 SURE_DB = 10.0
 """Above the threshold of a resting finger: twice its uncertainty of 5 dB."""
@@ -53,43 +53,68 @@ def _second_finger_mm(problem: Problem, played: Played) -> list[float] | None:
     return [float(value) for value in discs.centres[int(np.argmax(levels))] / MM]
 
 
+WORDS = {
+    "still": "Nothing these coils do moves this place: a finger here feels nothing.",
+    "unknown": "The board file has no [coil], so nothing is known of how strongly a finger feels "
+    "it.",
+    "no threshold": "The board moves {um} under the finger at {hz} Hz, where no threshold of "
+    "feeling is known.",
+    "unfelt": "The board moves {um} under the finger at {hz} Hz, {db} dB below the threshold of a "
+    "resting finger: no finger feels it.",
+    "pressed": "The board moves {um} under the finger at {hz} Hz, {db} dB below the threshold of a "
+    "resting finger: a finger that presses may feel it.",
+    "hardly": "The board moves {um} under the finger at {hz} Hz, {db} dB above the threshold of a "
+    "resting finger: a finger that presses feels it, one that rests hardly does.",
+    "felt": "The board moves {um} under the finger at {hz} Hz, {db} dB above the threshold of a "
+    "resting finger: every finger feels it.",
+    "alike": "A second finger 12 mm away or more can feel as much.",
+    "louder": "It is no focus: a second finger elsewhere gets {db} dB more.",
+    "quieter": "A second finger 12 mm away or more gets at least {db} dB less.",
+}
+"""What a press comes to; a page without a server says it by the same words."""
+
+
 def in_words(card: Scorecard, frequency_hz: float) -> str:
     """A plain sentence or two: whether a finger feels it, and who else does."""
     if not card.movable:
-        return "Nothing these coils do moves this place: a finger here feels nothing."
+        return WORDS["still"]
     return f"{_here(card, frequency_hz)} {card.remark or _there(card)}".rstrip()
 
 
 def _here(card: Scorecard, frequency_hz: float) -> str:
     own = card.felt
     if own is None or own.finger_um is None:
-        return (
-            "The board file has no [coil], so nothing is known of how strongly a finger feels it."
-        )
-    moves = f"The board moves {_micrometres(own.finger_um)} under the finger at {frequency_hz:g} Hz"
-    if own.sensation_db is None:
-        return f"{moves}, where no threshold of feeling is known."
-    below = f"{moves}, {-own.sensation_db:.0f} dB below the threshold of a resting finger"
-    if own.sensation_db < -PRESSING_DB:
-        return f"{below}: no finger feels it."
-    if own.sensation_db < 0.0:
-        return f"{below}: a finger that presses may feel it."
-    above = f"{moves}, {own.sensation_db:.0f} dB above the threshold of a resting finger"
-    if own.sensation_db < SURE_DB:
-        return f"{above}: a finger that presses feels it, one that rests hardly does."
-    return f"{above}: every finger feels it."
+        return WORDS["unknown"]
+    level = own.sensation_db
+    if level is None:
+        kind = "no threshold"
+    elif level < 0.0:
+        kind = "unfelt" if level < -PRESSING_DB else "pressed"
+    else:
+        kind = "hardly" if level < SURE_DB else "felt"
+    return WORDS[kind].format(
+        um=_micrometres(own.finger_um), hz=f"{frequency_hz:g}", db=f"{abs(level or 0.0):.0f}"
+    )
 
 
 def _there(card: Scorecard) -> str:
-    if card.second_finger_db >= -metrics.FLOOR_DB:
+    level = card.second_finger_db
+    if level >= -metrics.FLOOR_DB:
         return ""
-    level = abs(card.second_finger_db)
-    if level < AUDIBLE_DB:
-        return "A second finger 12 mm away or more can feel as much."
-    if card.second_finger_db < 0.0:
-        return f"It is no focus: a second finger elsewhere gets {level:.0f} dB more."
-    return f"A second finger 12 mm away or more gets at least {level:.0f} dB less."
+    kind = "alike" if abs(level) < AUDIBLE_DB else "louder" if level < 0.0 else "quieter"
+    return WORDS[kind].format(db=f"{abs(level):.0f}")
 
 
 def _micrometres(value: float) -> str:
-    return f"{value:.2g} µm" if value >= 0.01 else "less than 0.01 µm"
+    return f"{float(f'{value:.2g}'):g} µm" if value >= 0.01 else "less than 0.01 µm"
+
+
+def levels_of_feeling(frequency_hz: float) -> dict[str, float | None]:
+    """By which levels one of `WORDS` is chosen, µm and dB."""
+    return {
+        "threshold_um": threshold_um(frequency_hz),
+        "pressing_db": PRESSING_DB,
+        "sure_db": SURE_DB,
+        "alike_db": AUDIBLE_DB,
+        "most_db": -metrics.FLOOR_DB,
+    }

@@ -18,6 +18,9 @@ export class Marks {
     for (const { at_mm: [x, y] } of board.screws) {
       draw(this.all, "path", { d: `M${x - unit} ${y - unit}l${2 * unit} ${2 * unit}m0 ${-2 * unit}l${-2 * unit} ${2 * unit}` });
     }
+    for (const [x, y] of board.feet_mm) {
+      draw(this.all, "path", { d: `M${x} ${y + unit}L${x + unit} ${y - unit}H${x - unit}Z` });
+    }
     this.reach = Math.max(board.magnet_radius_mm, 3 * unit);
     this.coils = board.actuators.map(({ at_mm: [x, y] }) => {
       draw(this.all, "circle", { cx: x, cy: y, r: this.reach });
