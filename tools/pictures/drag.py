@@ -51,9 +51,7 @@ def main() -> None:
         server.terminate()
         server.wait()
     first, *others = frames
-    first.save(
-        PICTURE, save_all=True, append_images=others, duration=SHOWN_MS, loop=0, quality=70
-    )
+    first.save(PICTURE, save_all=True, append_images=others, duration=SHOWN_MS, loop=0, quality=70)
 
 
 def dragged(page: Page) -> list[Image.Image]:

@@ -61,10 +61,6 @@ OPTIONAL_SECTIONS = {
 KNOWN_KEYS = ["name", *SECTIONS, "actuators", *FEATURE_CLASSES, *OPTIONAL_SECTIONS, "finger"]
 MOST_BYTES = 65_536
 """Of a board file; the template has 6,000, and a plate with a thousand features fits."""
-POINT_MM = 0.5
-"""Between image points where a board file does not say: a finger covers 450 of them."""
-LEAST_POINTS, MOST_POINTS = 7, 401
-"""Along a side of such an image; a larger board has them farther apart."""
 
 
 def shipped_boards() -> dict[str, Path]:
@@ -242,9 +238,7 @@ def _with_points(document: dict[str, Any]) -> dict[str, Any]:
     sides = _sides_mm(document)
     if "image" in document or sides is None:
         return document
-    step = max(POINT_MM, max(sides) / (MOST_POINTS - 1))
-    points = [max(round(side / step) + 1, LEAST_POINTS) for side in sides]
-    return document | {"image": {"points": points}}
+    return document | {"image": {"points": list(Image.usual(sides).points)}}
 
 
 def _with_winding(document: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -183,11 +184,24 @@ class Drive:
     max_gain: float = quantity("max_gain", 1.0, 1e-6, 1e6, default=10.0, is_written=True)
 
 
+POINT_MM = 0.5
+"""Between image points: a finger covers 450 of them."""
+LEAST_POINTS, MOST_POINTS = 7, 401
+"""Along a side of such an image; a larger board has them farther apart."""
+
+
 @dataclass(frozen=True)
 class Image:
     """Points of the energy image along x and y, from edge to edge."""
 
     points: tuple[int, int] = quantity("points", 1.0, 7, 5000, count=2, integer=True)
+
+    @classmethod
+    def usual(cls, sides_mm: Sequence[float]) -> Image:
+        """Where a board file does not say: `POINT_MM` apart, and no more than `MOST_POINTS`."""
+        step = max(POINT_MM, max(sides_mm) / (MOST_POINTS - 1))
+        along_x, along_y = (max(round(side / step) + 1, LEAST_POINTS) for side in sides_mm)
+        return cls((along_x, along_y))
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ class SimplySupportedPlate(PlateModel):
                 if not odd_x or load.x != 0.0
             }
 
-    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+    def _modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         index = np.arange(1, count + 2)
         squares = self._omega_squared(index, index)

@@ -18,6 +18,8 @@ ComplexArray = NDArray[np.complex128]
 
 FIELD_BYTES, FIELD_SECONDS = 48.0, 5e-8
 """Per point of a field: what it takes with the copies that are made of it on its way."""
+MODE_BYTES, MODE_SECONDS = 18.0, 3e-7
+"""The same of a mode."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,28 @@ class PlateModel(ABC):
     def natural_frequencies(self, count: int) -> FloatArray:
         """The lowest natural frequencies without loss, Hz, shape (count,); rigid motions are 0."""
 
-    @abstractmethod
     def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
-        """The lowest modes on the grid x × y (m), and what unit loads do to them."""
+        """The lowest modes on the grid x × y (m), and what unit loads do to them.
+
+        Raises
+        ------
+        TooLargeError
+            Modes or plate would take more memory than is allowed.
+        """
+        values = count * x.size * y.size
+        begin(
+            Cost(
+                f"{count} modes on {x.size} × {y.size} points",
+                MODE_BYTES * values,
+                MODE_SECONDS * values,
+                "image.points",
+            )
+        )
+        return self._modes(count, loads, x, y)
+
+    @abstractmethod
+    def _modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+        """The model's own way to the modes."""
 
     def respond(
         self,
@@ -128,6 +149,10 @@ class PlateModel(ABC):
             )
         )
         return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
+
+    def bytes_needed(self, frequency_hz: float, tolerance: float, points: int) -> float:
+        """Memory that the plate itself takes for fields so exact on so many points, about."""
+        return 0.0
 
     @abstractmethod
     def _respond(self, excitation: Excitation) -> Response:

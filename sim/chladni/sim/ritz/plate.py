@@ -140,6 +140,12 @@ class RitzPlate(PlateModel):
         level = first_level(self.geometry, MODE_TOLERANCE)
         return self._solver(highest, (level, level))
 
+    def bytes_needed(self, frequency_hz: float, tolerance: float, points: int) -> float:
+        """Memory for its matrices, and its functions at the points; in the first basis."""
+        waves = wave_number(self.geometry, 2.0 * np.pi * frequency_hz)
+        level = first_level(self.geometry, tolerance)
+        return self._cost(resolution_for(self.geometry, waves, level, level), points).bytes
+
     def _respond(self, excitation: Excitation) -> Response:
         """With a basis that grows until its error estimate is small enough, or is the largest."""
         orbits = orbits_of(excitation.loads, self.mirrors.shared_with(excitation.x, excitation.y))
@@ -205,7 +211,7 @@ class RitzPlate(PlateModel):
         return _Found(levels, solver, case, solution, estimate)
 
     @in_turn
-    def modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
+    def _modes(self, count: int, loads: Sequence[Load], x: FloatArray, y: FloatArray) -> ModeShapes:
         """The lowest modes on the grid x × y, and what unit loads do to them."""
         return self.mode_solver(count).mode_shapes(count, loads, x, y)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.field_space import FieldSpace
+from chladni.drives.problem.search_cost import search_cost
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+from chladni.sim.cost import begin
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
 from chladni.sim.fields.board_plate import plate_model
@@ -118,6 +121,9 @@ class SolvedBoard:
         """Solve a board's plate, its actuators' fields to a relative L² error."""
         with one_blas_thread():
             model = plate_model(board)
+            points = math.prod(board.image.points)
+            plate_bytes = model.bytes_needed(board.drive.frequency_hz, tolerance, points)
+            begin(search_cost(board, plate_bytes))
             fields = driven_fields(board, model=model, tolerance=tolerance, allow_unmet=True)
             return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 

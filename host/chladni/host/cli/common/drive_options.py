@@ -9,6 +9,8 @@ import typer
 
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES, objective_of
+from chladni.drives.problem.search_cost import for_focus
+from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.focus import Focus
 from chladni.sim.board.quantity import MM
@@ -66,6 +68,8 @@ def with_focus(
     if floor_um is not None:
         given["floor_um"] = floor_um
     objective = objective or objective_of(board, method)
+    if objective == "focus":
+        board = _on_less(board)
     if not given:
         return board, objective
     if objective != "focus":
@@ -75,3 +79,12 @@ def with_focus(
             hint="they are of --objective focus",
         )
     return replace(board, focus=replace(board.focus or Focus(), **given)), objective
+
+
+def _on_less(board: Board) -> Board:
+    """With an image that a focus needs; says so where it is not the board's own."""
+    less = for_focus(board)
+    if less is not board:
+        own, used = (" × ".join(map(str, one.image.points)) for one in (board, less))
+        say(f"a focus needs no image of {own} points: {used} are used")
+    return less

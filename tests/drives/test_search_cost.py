@@ -1,0 +1,112 @@
+"""A search and a score are counted before they begin, with the plate that they are on."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.search_cost import LARGE, for_focus, search_cost
+from chladni.drives.solve import solve
+from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Image
+from chladni.sim.board.writing import board_file
+from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.image.energy import compose
+from chladni.sim.image.metrics import FingertipDiscs
+from conftest import CommandLine, shipped_board
+
+
+def with_points(board: Board, x: int, y: int) -> Board:
+    return replace(board, image=Image((x, y)))
+
+
+def written(board: Board, folder: Path) -> Path:
+    path = folder / "own.toml"
+    path.write_bytes(board_file(board))
+    return path
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("solve", "BOARD", "--target", "10,25", "--objective", "ssim"),
+        ("compare", "BOARD", "--methods", "phasor"),
+        ("board", "score", "BOARD"),
+        ("board", "sensitivity", "BOARD"),
+        ("table", "build", "BOARD", "-o", "OUT"),
+        ("fingers", "BOARD"),
+    ],
+    ids=lambda command: " ".join(command[:2]),
+)
+def test_an_image_of_eight_million_points_is_refused(
+    chladni: CommandLine, prototype: Board, tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    """5.5 GB and 73 s without a word before."""
+    out = tmp_path / "t.chl"
+    names = {
+        "BOARD": str(written(with_points(prototype, 2001, 4001), tmp_path)),
+        "OUT": str(out),
+    }
+    done = chladni(*(names.get(word, word) for word in command))
+    assert done.code == 2
+    assert "a search on 8,006,001 image points takes about 9.8 GB, more than 2" in done.err
+    assert "lower image.points, or go on with --large" in done.err
+    assert not out.exists()
+
+
+def test_usual_images_are_neither_refused_nor_announced(prototype: Board) -> None:
+    cost = search_cost(prototype, plate_model(prototype).bytes_needed(160.0, 1e-4, 65_693))
+    assert cost.bytes < 0.5e9
+    assert cost.seconds == 0.0
+    large = search_cost(with_points(prototype, 401, 801), 0.0)
+    assert large.seconds > 1.0
+
+
+def test_a_focus_needs_no_larger_image(prototype: Board) -> None:
+    assert for_focus(prototype) is prototype
+    large = with_points(prototype, 1001, 2001)
+    less = for_focus(large)
+    assert math.prod(less.image.points) < LARGE < math.prod(large.image.points)
+    # A wide board whose usual image is as large has no smaller one.
+    usual = replace(prototype, image=Image((401, 401)))
+    assert math.prod(for_focus(usual).image.points) <= 401 * 401
+
+
+def test_a_focus_on_less_of_an_image_is_the_same_focus() -> None:
+    """Of nine times the points: means over fingertips are of the same plate, within 0.1 dB."""
+    strip = shipped_board("strip5")
+    fine = with_points(strip, 3 * 29 - 2, 3 * 121 - 2)
+    fields, discs = solved_board(fine).fields, FingertipDiscs(fine.x, fine.y)
+    levels = []
+    for board in (strip, fine):
+        field = compose(fields.values, solve(board, (0.0, 6.0), objective="focus").drive)
+        levels.append(discs.second_finger_db(field, (0.0, 6e-3), [0.02])[0])
+    assert levels[0] == pytest.approx(levels[1], abs=0.1)
+
+
+def test_the_estimate_is_within_a_factor_of_two_of_the_peak(
+    prototype: Board, tmp_path: Path
+) -> None:
+    """Of the largest process that this one has waited for, in which nothing else runs."""
+    board = with_points(prototype, 401, 801)
+    path, points = written(board, tmp_path), 401 * 801
+    command = [sys.executable, "-m", "chladni.host.cli.app", "solve", path, "--target", "10,25",
+               "--objective", "ssim"]  # fmt: skip
+    script = (
+        "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True, "
+        "stdout=subprocess.DEVNULL); "
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *map(str, command)],
+        check=True, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    taken = 1024.0 * float(done.stdout)
+    counted = search_cost(board, plate_model(board).bytes_needed(160.0, 1e-4, points)).bytes
+    assert 0.5 * taken < counted < 2.0 * taken
