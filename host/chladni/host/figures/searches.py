@@ -75,9 +75,10 @@ def compare_figure(board: Board, grid: RegionGrid, rows: Sequence[Row]) -> Figur
     for panel, (method, objective) in zip(panels[0], names, strict=True):
         label = method if method != "phasor" else f"phasor\n{objective}"
         if is_wide(board):
-            panel.set_ylabel(label, fontsize=8, color=INK)
+            panel.set_ylabel(f"{label}\ny / mm", fontsize=8, color=INK)
         else:
             panel.set_title(f"{label}\n{panel.get_title()}", fontsize=8, color=INK)
+    _label_outer(panels, board)
     figure.suptitle("Medians over the board stand above the maps", fontsize=9, color=INK)
     explain_marks(figure, board)
     return figure
@@ -95,6 +96,18 @@ def _grid(board: Board, methods: int) -> tuple[Figure, NDArray[np.object_]]:
     return figure, np.asarray(figure.subplots(len(MAPS), methods, squeeze=False))
 
 
+def _label_outer(panels: NDArray[np.object_], board: Board) -> None:
+    """Axes in millimetres, with numbers where no other map stands between them and the edge."""
+    left, bottom = (panels[0], panels[:, -1]) if is_wide(board) else (panels[:, 0], panels[-1])
+    for panel in panels.ravel():
+        panel.tick_params(labelleft=panel in left, labelbottom=panel in bottom)
+    for panel in bottom:
+        panel.set_xlabel("x / mm", fontsize=8)
+    if not is_wide(board):
+        for panel in left:
+            panel.set_ylabel("y / mm", fontsize=8)
+
+
 def _draw_map(
     panel: Axes, board: Board, values: FloatArray, colours: str, scale: Normalize
 ) -> None:
@@ -110,8 +123,7 @@ def _draw_map(
     )
     draw_board(panel, board, small=True)
     panel.set_xlabel("")
-    panel.set_xticks([])
-    panel.set_yticks([])
+    panel.tick_params(labelsize=6)
     panel.set_title(f"{np.median(values):.3g}", fontsize=8, color=INK)
 
 
