@@ -126,8 +126,10 @@ def board_show(
 @board_app.command("score")
 def board_score(
     board: BoardArgument,
-    pitch: Annotated[float, typer.Option(callback=PITCHES, help="Between places, mm.")] = PITCH
-    / MM,
+    pitch: Annotated[
+        float | None,
+        typer.Option(callback=PITCHES, help="Between places, mm; 6, or 3 on a small board."),
+    ] = None,
     objective: OwnObjectiveOption = None,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
@@ -152,7 +154,7 @@ def board_score(
     with progress_bar("boards") as progress:
         score = score_board(
             loaded,
-            pitch=pitch * MM,
+            pitch=None if pitch is None else pitch * MM,
             objective=rated,
             samples=samples if perturbed else 0,
             border=True,
@@ -176,7 +178,7 @@ def board_score(
         with progress_bar("steps") as progress:
             found = score_as_built(
                 loaded,
-                pitch=pitch * MM,
+                pitch=PITCH if pitch is None else pitch * MM,
                 objective=rated,
                 newtons=press,
                 samples=max(samples, 1),

@@ -208,8 +208,8 @@ class Image:
 class Regions:
     """The places a table tells apart: cells of about `pitch`, m.
 
-    A focus changes over millimetres: on a strip of five coils whose drives keep 22.7 dB from 20 mm
-    on at nine of ten places, tables of 3 mm keep 18.8 and tables of 5 mm 11.6.
+    A focus changes over millimetres: on a strip of five coils tables of 3 mm keep 18.8 dB from
+    20 mm on at nine of ten places, tables of 5 mm 11.6.
     """
 
     pitch: float = quantity("pitch_mm", MM, 0.5, 500.0, default=3e-3, is_written=True)
