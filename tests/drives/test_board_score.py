@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.survey import active_lattice, border_places
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
@@ -59,7 +59,8 @@ def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
     """
     board = shipped_board(name)
     assert board.focus is not None
-    score = score_board(replace(board, focus=replace(board.focus, foam_ratio=1.0)), samples=0)
+    own = replace(board, focus=replace(board.focus, foam_ratio=1.0))
+    score = score_board(own, samples=0, pitch=PITCH)
     *levels, focal_error, above = KNOWN[name]
     found = (score.second_finger_db, score.second_finger_16mm_db, score.second_finger_20mm_db)
     for own, (median, tail) in zip(found, levels, strict=True):
@@ -132,7 +133,7 @@ def test_boards_that_come_out_otherwise_focus_all_the_same() -> None:
 def test_a_score_is_what_solve_says_of_each_place() -> None:
     """Places by hand, solved one by one, against the numbers of the maps."""
     board = shipped_board("strip5")
-    score = score_board(board, samples=0)
+    score = score_board(board, samples=0, pitch=PITCH)
     maps = score.maps
     assert maps.x_mm == pytest.approx([0.0])
     assert len(maps.y_mm) == score.places == 9
@@ -151,7 +152,7 @@ def test_a_score_is_what_solve_says_of_each_place() -> None:
 def test_the_contrast_limit_is_that_of_the_pencil() -> None:
     """By eigenvalues of orthonormal fields, against the QR of `metrics.best_contrast`."""
     board = shipped_board("strip5")
-    score = score_board(board, samples=0)
+    score = score_board(board, samples=0, pitch=PITCH)
     limits = []
     for y in score.maps.y_mm:
         disc = metrics.disc_mask(board.x, board.y, (0.0, float(y) * 1e-3), 6e-3)
