@@ -49,7 +49,10 @@ FREE = re.compile(
 LONGEST_NAME = 60
 """Characters; a longer line of metadata is a sentence of a licence."""
 # Not installed beside the others, or for few Pythons, or silent in their metadata.
-ELSEWHERE = {"scikit-build-core": "Apache-2.0", "nanobind": "BSD-3-Clause", "atheris": "Apache-2.0"}
+ELSEWHERE = {
+    "scikit-build-core": "Apache-2.0", "nanobind": "BSD-3-Clause", "atheris": "Apache-2.0",
+    "sounddevice": "MIT",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

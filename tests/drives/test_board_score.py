@@ -59,8 +59,8 @@ def test_shipped_boards_focus_as_well_as_was_known(name: str) -> None:
     """
     board = shipped_board(name)
     assert board.focus is not None
-    own = replace(board, focus=replace(board.focus, foam_ratio=1.0))
-    score = score_board(own, samples=0, pitch=PITCH)
+    for_foam = replace(board, focus=replace(board.focus, foam_ratio=1.0))
+    score = score_board(for_foam, samples=0, pitch=PITCH)
     *levels, focal_error, above = KNOWN[name]
     found = (score.second_finger_db, score.second_finger_16mm_db, score.second_finger_20mm_db)
     for own, (median, tail) in zip(found, levels, strict=True):

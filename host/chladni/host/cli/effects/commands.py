@@ -15,7 +15,8 @@ from chladni.host.cli.common.command_group import CommandGroup
 from chladni.host.cli.common.options import FigureOption, JsonOption, check_figure
 from chladni.host.cli.common.output import answer, check_output, write_figure
 from chladni.host.cli.effects.bank import build, flash, show_bank
-from chladni.sim.errors import InputError
+from chladni.host.cli.effects.listening import listen
+from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
 effects_app = typer.Typer(
@@ -58,11 +59,18 @@ def effects_list(as_json: JsonOption = False) -> None:
 
 @effects_app.command("show")
 def effects_show(
-    effect: EffectArgument, figure: FigureOption = None, as_json: JsonOption = False
+    effect: EffectArgument,
+    figure: FigureOption = None,
+    aloud: Annotated[
+        bool, typer.Option("--listen", help="Play it through this computer's speaker, too.")
+    ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Show what an effect's or a bank's file says, and what of it a device cannot do."""
     check_figure(figure)
     if is_bank(effect):
+        if aloud:
+            raise ConflictError("--listen", "a bank", hint="listen to one of its effects")
         show_bank(effect, figure, as_json=as_json)
         return
     read = read_effect(effect, field="EFFECT")
@@ -82,6 +90,8 @@ def effects_show(
         as_json=as_json,
         title=read.effect.name,
     )
+    if aloud:
+        listen(read.effect)
 
 
 @effects_app.command("convert")
