@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from chladni.drives.scoring.fingers_score import FingersScore
@@ -34,11 +35,15 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
                 _line(axes, own.perturbed_rows[:, column], colour, "--", None)
         if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
             axes.set_xscale("log")
+            # 0.5, 1, 2, 5 and 10: as many numbers as have room beside each other.
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
         if column == 3 and threshold_um is not None:
             axes.axvline(threshold_um, color=INK, linewidth=0.8)
             axes.annotate(
-                "felt by a resting finger", (threshold_um, 0.02), rotation=90, fontsize=8,
-                xytext=(-3, 0), textcoords="offset points", ha="right", va="bottom", color=INK,
+                "felt by a resting finger", (threshold_um, 0.98), rotation=90, fontsize=8,
+                xytext=(-3, 0), textcoords="offset points", ha="right", va="top", color=INK,
             )  # fmt: skip
         axes.set_xlabel(label, fontsize=9)
         axes.grid(alpha=0.25)
