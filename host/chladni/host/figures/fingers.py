@@ -19,6 +19,8 @@ PANELS = (
     (3, "the others' largest share, µm peak", True),
 )
 """Column of a score's rows, what it is, and whether its axis is logarithmic."""
+WIDE = 200.0
+"""Largest over smallest value from which an axis has powers of ten alone."""
 
 
 def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -> Figure:
@@ -35,15 +37,17 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
                 _line(axes, own.perturbed_rows[:, column], colour, "--", None)
         if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
             axes.set_xscale("log")
-            # 0.5, 1, 2, 5 and 10: as many numbers as have room beside each other.
-            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            # As many numbers as have room beside each other.
+            low, high = axes.get_xlim()
+            subs = (1.0, 2.0, 5.0) if high < WIDE * low else (1.0,)
+            axes.xaxis.set_major_locator(LogLocator(subs=subs))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter(NullFormatter())
         if column == 3 and threshold_um is not None:
             axes.axvline(threshold_um, color=INK, linewidth=0.8)
             axes.annotate(
-                "felt by a resting finger", (threshold_um, 0.98), rotation=90, fontsize=8,
-                xytext=(-3, 0), textcoords="offset points", ha="right", va="top", color=INK,
+                "felt by a resting finger", (threshold_um, 0.02), rotation=90, fontsize=8,
+                xytext=(3, 0), textcoords="offset points", ha="left", va="bottom", color=INK,
             )  # fmt: skip
         axes.set_xlabel(label, fontsize=9)
         axes.grid(alpha=0.25)
