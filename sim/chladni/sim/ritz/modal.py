@@ -145,7 +145,9 @@ class ClassModes:
         particular, own = self._prepare(load, omega, loss_factor)
         ratio, vectors = self._whitened
         stiffness = (1.0 - self._shift * ratio) * (1.0 + 1j * loss_factor)
-        gain = 1.0 / (stiffness - omega**2 * ratio)
+        # Exactly on a mode without loss this is infinite, and whoever asked is told so.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gain = 1.0 / (stiffness - omega**2 * ratio)
         modal = gain[:, None] * _product(vectors.T, own)
         return self._spread(particular + _product(vectors, modal))
 
