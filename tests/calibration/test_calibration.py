@@ -261,3 +261,13 @@ def test_readings_that_no_board_makes_are_refused_by_name(board: Board) -> None:
     mute[:, :, 3] = 0.0
     with pytest.raises(InputError, match=r"coil coil-4.*does not play.*driver"):
         find_wiring(board, changed(readings, mute), expected)
+
+
+def test_a_coil_that_is_heard_is_not_dead_under_the_wrong_foam(board: Board) -> None:
+    """Of which a tenth of what is expected is read: plate 18 of `phone5` was refused for it."""
+    readings = read_hidden(hidden_plate(board, 1))
+    signs = find_wiring(board, readings, readings.volts).signs
+    expected = readings.volts.copy()
+    expected[:, 1, :] *= 11.0
+    expected[:, :, 1] *= 9.0
+    assert find_wiring(board, readings, expected).signs == pytest.approx(signs)

@@ -21,6 +21,9 @@ DEAD = 0.1
 40 % of each other by force and foam."""
 HEARD = 6.0
 """Standard deviations of noise from which something was read at all."""
+CLEAR = 12.0
+"""From which a coil lives, however little of it the expected foam would let through: of a dead one
+its neighbours read two, of healthy ones on stiff foam a hundred."""
 LOPSIDED = 0.25
 """Of a pair's readings, that both may differ: resistances, converter and noise make up to 6 %."""
 
@@ -75,7 +78,10 @@ def find_wiring(board: Board, readings: CoilReadings, expected: ComplexArray) ->
         for is_own in (False, True)
     )
     usual = float(np.median(np.concatenate((played, heard))))
-    silent, deaf = played < DEAD * usual, heard < DEAD * usual
+    silent, deaf = (
+        (own < DEAD * usual) & (_above_noise(readings, axis) < CLEAR)
+        for own, axis in ((played, 1), (heard, 2))
+    )
     for coil in np.flatnonzero(silent != deaf):
         what = "plays, and hears nothing" if deaf[coil] else "hears, and does not play"
         raise InputError(
@@ -118,6 +124,18 @@ def _usual(shares: FloatArray, expected: ComplexArray, coil: int, *, listening: 
     level[coil] = 0.0
     strongest = np.argsort(-level)[:NEIGHBOURS]
     return float(np.median(own[:, strongest]))
+
+
+def _above_noise(readings: CoilReadings, axis: int) -> FloatArray:
+    """What is read of each coil (over axis 1, of who listens) or by it (over 2), over its noise.
+
+    That of its `NEIGHBOURS`, at the frequency at which most is read.
+    """
+    level = np.abs(readings.volts) / readings.noise
+    off = ~np.eye(level.shape[1], dtype=bool)
+    strongest = np.sort(level * off, axis=axis)
+    kept = np.take(strongest, range(-min(NEIGHBOURS, len(off) - 1), 0), axis=axis)
+    return np.asarray(np.median(kept, axis=axis).max(axis=0))
 
 
 def _signs(volts: ComplexArray, expected: ComplexArray, lives: NDArray[np.bool_]) -> FloatArray:
