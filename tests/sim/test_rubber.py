@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from at_points import respond_at
+from chladni.drives.scoring.tolerances import drawn_boards
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.catalogue import FEET, GROMMETS
 from chladni.sim.board.file import board_from_document
@@ -162,6 +163,11 @@ def test_what_a_foot_loses_does_not_count_at_rest(prototype: Board) -> None:
     [
         ("springs", {"at_mm": [0.0, 0.0], "part": "rubber-foot"}, r"springs\[0\].part"),
         ("springs", {"at_mm": [0.0, 0.0], "part": 3}, r"springs\[0\].part"),
+        (
+            "springs",
+            {"at_mm": [0.0, 0.0], "part": "rubber-foot-6x6", "stiffness_n_per_mm": 20.0},
+            r"springs\[0\].stiffness_n_per_mm: expected within a quarter of 11.6",
+        ),
         ("springs", {"at_mm": [0.0, 0.0], "part": "rubber-grommet-m3"}, r"springs\[0\].part"),
         ("screws", {"at_mm": [0.0, 0.0], "loss_factor": 0.1}, r"screws\[0\].loss_factor"),
         ("screws", {"at_mm": [0.0, 0.0], "part": "silicone-foot-8x3"}, r"screws\[0\].part"),
@@ -172,3 +178,22 @@ def test_what_is_no_rubber_part_is_refused_by_its_key(
 ) -> None:
     with pytest.raises(InputError, match=message):
         board_from_document(document(prototype, **{key: [entry]}))
+
+
+def test_every_wrong_part_is_named(prototype: Board) -> None:
+    feet = [{"at_mm": [x, 0.0], "part": "rubber"} for x in (-10.0, 10.0)]
+    with pytest.raises(InputError, match=r"(?s)springs\[0\]\.part.*springs\[1\]\.part"):
+        board_from_document(document(prototype, springs=feet))
+
+
+def test_feet_are_off_within_tolerances(prototype: Board) -> None:
+    """Each by itself, by up to a quarter; boards without any are drawn as before."""
+    feet = [{"at_mm": [x, 0.0], "part": "rubber-foot-10x5"} for x in (-20.0, 20.0)]
+    board = board_from_document(document(prototype, springs=feet))
+    drawn = [own.board for own in drawn_boards(board, 20, 1)]
+    ratios = np.array([[foot.stiffness / 75.2e3 for foot in own.springs] for own in drawn])
+    assert np.abs(ratios - 1.0).max() <= 0.25
+    assert ratios.std() > 0.1
+    assert np.all(ratios[:, 0] != ratios[:, 1])
+    plain = [own.board.plate for own in drawn_boards(prototype, 2, 1)]
+    assert plain[0] == drawn[0].plate

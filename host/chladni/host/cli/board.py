@@ -169,7 +169,13 @@ def board_score(
     two = _two_fingers(loaded, seed)
     for_fingers = loaded.fingers is not None and loaded.focus is None
     frequency_hz = loaded.drive.frequency_hz
-    verdict = of_board(score, two, frequency_hz=frequency_hz, for_fingers=for_fingers)
+    verdict = of_board(
+        score,
+        two,
+        frequency_hz=frequency_hz,
+        for_fingers=for_fingers,
+        has_fingers=loaded.fingers is not None,
+    )
     result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
     keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")

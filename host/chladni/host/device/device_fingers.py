@@ -19,7 +19,7 @@ from chladni.effects.bank.areas import level_within
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.link import Link, LinkError
 from chladni.host.device.touch_keeper import TouchKeeper
-from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES
+from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES, Status
 from chladni.sim.errors import ArgumentError, ChladniError
 
 if TYPE_CHECKING:
@@ -85,6 +85,9 @@ class _Source:
         self._waiting = self._waiting[count:]
 
 
+SEVERAL = "several need a table with responses: `chladni table build BOARD --for both`"
+
+
 class DeviceFingers:
     """Of a `Device`: its attribute `fingers`."""
 
@@ -103,9 +106,15 @@ class DeviceFingers:
         """
         check_finger(finger)
         with self._keeper.beginning():
-            answer = self._link.request(
-                "finger_touch", finger=finger, x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)
-            )
+            try:
+                answer = self._link.request(
+                    "finger_touch", finger=finger, x_um=round(x_mm * 1e3), y_um=round(y_mm * 1e3)
+                )
+            except LinkError as error:
+                if finger == 0 or error.status is not Status.NOT_NOW:
+                    raise
+                text = "finger_touch: the device plays under one finger alone, or under none"
+                raise LinkError(text, error.status, hint=SEVERAL) from error
         return answer.fields["x_um"] / 1e3, answer.fields["y_um"] / 1e3
 
     def lift(self, finger: int) -> None:

@@ -122,12 +122,15 @@ def play_effect(
     Raises
     ------
     InputError
-        The panel does not reach there, or the board has no coil.
+        The panel does not reach there, the board has no coil, or another finger is asked of a
+        table without responses.
     ChladniError
         The device did not play.
     """
     if board.coil is None:
         raise MissingError("coil", "a block [coil]", hint="there is no force without one")
+    if other_mm is not None:
+        table.responses_section()  # without them the device knows of one finger alone
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)

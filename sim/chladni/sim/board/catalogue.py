@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.sim.board.parts import EDGE_KINDS, BoardParts
-from chladni.sim.errors import InputError
+from chladni.sim.errors import Faults, InputError
 
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
 
@@ -66,6 +66,8 @@ def check_plate(board: BoardParts) -> None:
         raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
 
 
+RUBBER = 0.25
+"""± share by which compounds of one hardness differ."""
 DYNAMIC = 1.3
 """Stiffness at 160 Hz over that of a slow press: 1.2 to 1.4 for mounts of natural rubber, as their
 makers say. Filled and hard compounds have more."""
@@ -164,9 +166,12 @@ def _with_parts(
     entries = document.get(kind)
     if not isinstance(entries, list):
         return document
-    return document | {
-        kind: [_completed(own, known, f"{kind}[{k}].part") for k, own in enumerate(entries)]
-    }
+    faults, completed = Faults(), []
+    for k, own in enumerate(entries):
+        with faults.kept():
+            completed.append(_completed(own, known, f"{kind}[{k}]"))
+    faults.tell()
+    return document | {kind: completed}
 
 
 def _completed(entry: Any, known: dict[str, RubberPart], where: str) -> Any:
@@ -175,7 +180,11 @@ def _completed(entry: Any, known: dict[str, RubberPart], where: str) -> Any:
     name = entry["part"]
     part = known.get(name) if isinstance(name, str) else None
     if part is None:
-        raise InputError(where, name, f"one of: {', '.join(map(repr, known))}")
+        raise InputError(f"{where}.part", name, f"one of: {', '.join(map(repr, known))}")
+    given = entry.get("stiffness_n_per_mm")
+    if isinstance(given, int | float) and abs(given / part.stiffness - 1.0) > RUBBER:
+        expected = f"within a quarter of {part.stiffness:.1f}, which {name} has"
+        raise InputError(f"{where}.stiffness_n_per_mm", given, expected, hint="or leave part out")
     made: dict[str, Any] = {
         "stiffness_n_per_mm": round(part.stiffness, 1),
         "loss_factor": part.loss_factor,

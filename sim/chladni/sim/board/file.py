@@ -325,6 +325,8 @@ def _finger(value: object) -> Finger:
     if not isinstance(value, dict):
         known = ", ".join(map(repr, FINGERS))
         raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
+    if not value:
+        raise InputError("finger", "an empty block", "a name or numbers; or is [fingers] meant?")
     if "name" in value:
         check_keys(value, ["name"], required=[], where="finger.")
         return _finger(value["name"])

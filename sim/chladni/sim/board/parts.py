@@ -55,7 +55,7 @@ class Plate:
     thickness: float = quantity("thickness_mm", MM, 0.01, 100.0)
     youngs_modulus: float = quantity("youngs_modulus_gpa", 1e9, 1e-4, 1500.0)
     poissons_ratio: float = quantity("poissons_ratio", 1.0, -0.9, 0.49)
-    density: float = quantity("density_kg_m3", 1.0, 1.0, 30000.0)
+    density: float = quantity("density_kg_m3", 1.0, 100.0, 30000.0)
     loss_factor: float = quantity("loss_factor", 1.0, 0.0, 2.0, default=0.02, is_written=True)
     edges: Edges = Edges()
     corner_radius: float = quantity("corner_radius_mm", MM, 0.0, 2500.0, default=0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import RUBBER
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -69,6 +70,8 @@ def _drawn(board: Board, rng: np.random.Generator) -> Drawn:
                 youngs_modulus=float(modulus) * board.plate.youngs_modulus,
             )
             own = with_foam(replace(board, plate=plate), float(foam))
+            if board.springs:
+                own = with_feet(own, 1.0 + RUBBER * rng.uniform(-1.0, 1.0, len(board.springs)))
             return Drawn(with_moved_coils(own, moves), forces)
     raise InputError("actuators", "coils that touch", f"room for ±{COIL_PLACE * 1e3:g} mm")
 
@@ -79,6 +82,13 @@ def with_foam(board: Board, factor: float) -> Board:
     if foundation is None or not foundation.sheet_stiffness:
         return board
     return replace(board, foundation=foundation.stiffer(factor))
+
+
+def with_feet(board: Board, factors: FloatArray) -> Board:
+    """The board on feet each so many times as stiff."""
+    feet = zip(board.springs, factors.tolist(), strict=True)
+    springs = tuple(replace(foot, stiffness=own * foot.stiffness) for foot, own in feet)
+    return replace(board, springs=springs)
 
 
 def with_soft_screws(board: Board, factor: float = 1.0) -> Board:

@@ -16,6 +16,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
+from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
 
 
@@ -65,8 +66,12 @@ NEAR_MODE = 0.1
 
 
 def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
-    """Remark on what seems left from another board: a panel of other size, a latch's resonance."""
+    """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
+    if not is_held(board):
+        say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+    if board.plate.material == "steel":
+        say("steel is magnetic, and forces are computed as if it were not: measure a coil on it")
     if panel is not None:
         differs = [
             abs(end - sign * side / 2.0) / MM > AS_LARGE

@@ -69,7 +69,12 @@ def _level(um: float, frequency_hz: float, words: str) -> str:
 
 
 def of_board(
-    score: BoardScore, two: CountScore | None, *, frequency_hz: float, for_fingers: bool = False
+    score: BoardScore,
+    two: CountScore | None,
+    *,
+    frequency_hz: float,
+    for_fingers: bool = False,
+    has_fingers: bool = True,
 ) -> str:
     """The same of a board's best drives; what keeps two fingers apart, and what would help.
 
@@ -79,13 +84,16 @@ def of_board(
         Of two fingers that press; None where there is no room for them.
     for_fingers
         Whether the board is for several: then that comes first, and no remedy for one focus.
+    has_fingers
+        Whether its tables have what several need.
     """
     focus, known = of_places(score, frequency_hz=frequency_hz), score.second_finger_20mm_db
     apart = ""
     if two is not None:
         kept = two.isolation_db
+        condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
-            f"It keeps two pressing fingers {kept.median:.0f} dB apart at the median, "
+            f"It keeps two pressing fingers{condition} {kept.median:.0f} dB apart at the median, "
             f"{kept.p10:.0f} at the worst tenth."
         )
     if for_fingers:

@@ -14,6 +14,7 @@ from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -36,10 +37,14 @@ from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, p
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
+from chladni.sim.fields.board_plate import plate_model
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
+
+MODES, STILL_HZ = 8, 1.0
+"""Of a plate that are looked at; below so much they are rigid motions."""
 
 
 def register(app: typer.Typer) -> None:
@@ -103,6 +108,7 @@ def play(
         answer(_on_device(connection, read, place, beside, level), as_json=as_json, title="Played")
         return
     table, board = _table(connection)
+    _say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
             table, board, read.effect, place,
@@ -155,6 +161,17 @@ def _tell(
     }
     rows.pop("other_um", None)
     answer(known | rows, as_json=as_json, title="Played (emulated)")
+
+
+def _say_waves(board: Board) -> None:
+    """Remark on a plate that resonates among what effects are made of: gains do not hold there."""
+    modes = plate_model(board).natural_frequencies(MODES)
+    first = min((own for own in modes.tolist() if own > STILL_HZ), default=EDGE_HZ)
+    if first < EDGE_HZ:
+        say(
+            f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
+            f"{EDGE_HZ:g} Hz is kept from other fingers only below it"
+        )
 
 
 def _table(connection: Connection) -> tuple[Table, Board]:
