@@ -7,6 +7,7 @@ import tomllib
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomlkit
 
@@ -18,6 +19,7 @@ from chladni.design.evaluate import (
     evaluate,
 )
 from chladni.design.front import GOALS, Entry, front_of
+from chladni.design.layouts import Layout
 from chladni.design.search import Design, design
 from chladni.design.spec import spec_of
 from chladni.design.variables import filled
@@ -47,6 +49,15 @@ def test_of_listed_boards_the_best_is_found() -> None:
         for k in (0.0, 1.0)
     ]
     assert found.board.actuators[0].at == ((0.0, -4e-3), (0.0, -9e-3))[alone[1] > alone[0]]
+
+
+def test_a_coil_at_the_very_limit_begins_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its share is 1 but for the last bit, and the library refused what is above its bound."""
+    monkeypatch.setattr(
+        Layout, "shares", lambda own, *_: [float(np.nextafter(1.0, 2.0))] * own.unknowns
+    )
+    found = design(spec_of(small(design={"evaluations": 6})), jobs=1, samples=1)
+    assert found.evaluations >= 6
 
 
 @pytest.fixture(scope="module")

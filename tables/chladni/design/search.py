@@ -263,7 +263,8 @@ class _Run:
             "seed": self._seed + 1 + turn, "maxfevals": evaluations,
             "verbose": -9, "verb_filenameprefix": "", "verb_log": 0,
         }  # fmt: skip
-        begin = [*start.numbers, *start.shares] + [0.5] * idle
+        # A coil at its limit has a share of 1, but for its last bit.
+        begin = np.clip([*start.numbers, *start.shares], 0.0, most).tolist() + [0.5] * idle
         own = cma.CMAEvolutionStrategy(begin, 1.0, options)
         last = self.looked_at + evaluations
         while self.looked_at < last and not own.stop():

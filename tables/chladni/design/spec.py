@@ -41,6 +41,8 @@ counts, of the focal error the 90th; it, coils, area and mass count against a bo
 20·log₁₀ of the micrometres under the finger. `built_…` are what is left as built: under a film,
 pressed with 1 N, warm, on stiffer foam. `fingers_…` are the isolation of so many fingers that all
 press, and 20·log₁₀ of the micrometres that each then gets, at the largest number with a weight."""
+OF_COILS = frozenset({"finger_db", "built_finger_db"})
+"""Without a coil's force they are of no micrometres at all."""
 BUILT_TERMS = frozenset({"built_20mm_db", "built_finger_db"})
 FINGER_TERMS = {f"fingers_{count}_db": count for count in (2, 3, 4, 5)}
 FINGER_LEVEL = "fingers_um_db"
@@ -194,6 +196,9 @@ def spec_of(document: Document) -> Spec:
         kept_out = parts_from(KeepOut, keep_out, "design.keep_out")
     with faults.kept():
         wanted = _weights(weights)
+        felt = sorted(OF_COILS & set(weights or ()))
+        if felt and "coil" not in document:
+            raise MissingError("coil", f"design.weights.{felt[0]} counts micrometres")
     with faults.kept():
         counts = _coil_counts(board, coils)
     with faults.kept():

@@ -150,6 +150,8 @@ export class View {
     parts.screwMark.hidden = !board.screws.length;
     parts.footMark.hidden = !board.feet_mm.length;
     this.touches.fit(board);
+    // Where a finger may be, to begin with: half-way up the board.
+    if (!this.touches.isDown) [parts.x.value, parts.y.value] = [0, (board.size_mm[1] / 4).toFixed(1)];
     parts.add.hidden = parts.severalHint.hidden = board.most_fingers < 2;
     parts.plate.setAttribute("aria-label", board.most_fingers < 2 ? KEYS : `${KEYS} ${SEVERAL_KEYS}`);
     this.movable.fit(board);
