@@ -84,7 +84,7 @@ def test_a_search_beats_its_starts(whole: tuple[Design, list[float]]) -> None:
     assert len(better) > 1
     assert better == sorted(better)
     # What it says of its board is what `board score` says, whose fields are a little finer.
-    score = score_board(found.board, samples=1)
+    score = score_board(found.board, samples=1, pitch=6e-3)
     assert score.perturbed is not None
     wanted = score.perturbed.second_finger_20mm_db
     assert wanted is not None
@@ -143,7 +143,7 @@ def test_limits_and_weights_count() -> None:
 
 def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
     """By the same boards, and the same press, as the last row of `board score --built`."""
-    spec = spec_of(small(design={"weights": {"built_20mm_db": 1.0, "built_finger_db": 0.5}}))
+    spec = spec_of(small(design={"weights": {"built_20mm_db": 2.0}}))
     document = spec.document | {
         "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 12.0]}],
         "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
@@ -161,7 +161,8 @@ def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
     assert found.terms["built_20mm_db"] == pytest.approx(level, abs=1e-9)
     # A board without a coil has no micrometres.
     assert kept.finger_um is None
-    assert found.robust_score == pytest.approx(level + 0.5 * NO_NUMBER_DB, abs=1e-9)
+    assert found.terms["built_finger_db"] == NO_NUMBER_DB
+    assert found.robust_score == pytest.approx(2.0 * level, abs=1e-9)
 
 
 def entry(second: float, um_db: float, coils: int) -> Entry:

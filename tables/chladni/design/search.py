@@ -248,8 +248,7 @@ class _Run:
         import cma  # noqa: PLC0415
 
         spec = self._spec
-        size = len(start.numbers) + len(start.shares)
-        if evaluations < 2 or size == 0:
+        if evaluations < 2 or not (size := len(start.numbers) + len(start.shares)):
             return
         whole = [k for k, one in enumerate(spec.variables) if one.is_whole]
         most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
@@ -263,8 +262,8 @@ class _Run:
             "seed": self._seed + 1 + turn, "maxfevals": evaluations,
             "verbose": -9, "verb_filenameprefix": "", "verb_log": 0,
         }  # fmt: skip
-        # A coil at its limit has a share of 1, but for its last bit.
-        begin = np.clip([*start.numbers, *start.shares], 0.0, most).tolist() + [0.5] * idle
+        at = np.clip([*start.numbers, *start.shares], 0.0, most)  # 1 but for the last bit is beyond
+        begin = [*at.tolist(), *[0.5] * idle]
         own = cma.CMAEvolutionStrategy(begin, 1.0, options)
         last = self.looked_at + evaluations
         while self.looked_at < last and not own.stop():

@@ -85,9 +85,6 @@ class _Source:
         self._waiting = self._waiting[count:]
 
 
-SEVERAL = "several need a table with responses: `chladni table build BOARD --for both`"
-
-
 class DeviceFingers:
     """Of a `Device`: its attribute `fingers`."""
 
@@ -113,8 +110,8 @@ class DeviceFingers:
             except LinkError as error:
                 if finger == 0 or error.status is not Status.NOT_NOW:
                     raise
-                text = "finger_touch: the device plays under one finger alone, or under none"
-                raise LinkError(text, error.status, hint=SEVERAL) from error
+                hint = "several need responses: `chladni table build BOARD --for both`"
+                raise LinkError("finger_touch: it follows one", error.status, hint=hint) from error
         return answer.fields["x_um"] / 1e3, answer.fields["y_um"] / 1e3
 
     def lift(self, finger: int) -> None:

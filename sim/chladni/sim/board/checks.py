@@ -211,12 +211,9 @@ def _check_supports(board: BoardParts) -> None:
             )
     for index, screw in enumerate(board.screws):
         if screw.loss_factor is not None and screw.support != "sprung":
-            raise InputError(
-                f"screws[{index}].loss_factor",
-                screw.loss_factor,
-                "nothing: what holds the plate rigidly loses nothing",
-                hint="set support to 'sprung'",
-            )
+            where, given = f"screws[{index}].loss_factor", screw.loss_factor
+            expected = "nothing: what holds the plate rigidly loses nothing"
+            raise InputError(where, given, expected, hint="set support to 'sprung'")
     for index, mass in enumerate(board.masses):
         if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
             raise InputError(
