@@ -73,7 +73,7 @@ PROCESSORS = (
 )  # fmt: skip
 
 
-SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news")
+SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news", "turn")
 SAMPLES_OF_VOICES = ("1", "2", "3", "4", "5", "signal", "ramping", "with_news")
 
 
@@ -95,6 +95,8 @@ class Counts:
     others_steady: int | None
     others_ramping: int | None
     with_news: int | None
+    turn: int | None
+    """Of the main loop, a millisecond: meter, heat and supply with it."""
     bridges: dict[str, int]
     """Those of `SAMPLES` with bridges; empty for a table of other channels."""
     voices: dict[str, int]
@@ -185,6 +187,7 @@ def count(
         others_steady=of_sample("others_steady"),
         others_ramping=of_sample("others_ramping"),
         with_news=of_sample("with_news"),
+        turn=of_sample("turn"),
         bridges={
             name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None
         },

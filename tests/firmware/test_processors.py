@@ -26,6 +26,8 @@ MOST_PER_SAMPLE = {
     "with_news": 1000,
 }  # fmt: skip
 """Of five channels, with switches or bridges. A sample has 12,288 cycles."""
+MOST_PER_TURN = 9_000
+"""Of the main loop, meter, heat and supply with it, where division is an instruction (RISC-V)."""
 MORE_PER_BRIDGE, MORE_OF_OTHERS = 4, 8
 """Instructions for each channel: of sines, and of other waves."""
 MOST_OF_VOICES = {
@@ -62,6 +64,9 @@ def test_a_built_table_is_read_and_looked_up_alike_and_in_time(
     found = count(processor, table_file, core=core, core_here=built_here)
     assert found.lookup_most <= MOST_PER_LOOKUP
     assert sum(found.ram.values()) <= MOST_RAM
+    if processor.prefix == "riscv":
+        assert found.turn is not None
+        assert 0 < found.turn <= MOST_PER_TURN
     for name, most in MOST_PER_SAMPLE.items():
         assert 0 < getattr(found, name) <= most, name
         assert 0 < found.bridges[name] <= most + 5 * MORE_PER_BRIDGE, name

@@ -129,6 +129,7 @@ class Scenario {
   uint32_t crc() const { return crc_ ^ 0xFFFFFFFFU; }
 
   Counts sine_steady, sine_ramping, others_steady, others_ramping, with_news;
+  Counts turn;  // of the main loop, of those without a command
 
  private:
   void play(Counts& steady, Counts& ramping) {
@@ -140,7 +141,9 @@ class Scenario {
         run_command(device_, is_last ? "lift" : kMoves[sample / kSamplesPerMove % 4]);
       if (sample % kSamplesPerTurn == 0) {
         now_us_ += 1024;
+        const uint32_t turned = counter();
         device_.poll();
+        if (since_move != 0) turn.add(counter() - turned - overhead_);
       }
       const uint32_t begin = counter();
       device_.sample(0);
@@ -181,6 +184,7 @@ void say_counts(const Scenario& scenario, const char* begins) {
   say("others_steady", scenario.others_steady.most, begins);
   say("others_ramping", scenario.others_ramping.most, begins);
   say("with_news", scenario.with_news.most, begins);
+  say("turn", scenario.turn.most, begins);
   say("duties_crc", scenario.crc(), begins);
 }
 
