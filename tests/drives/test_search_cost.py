@@ -61,7 +61,7 @@ def test_an_image_of_eight_million_points_is_refused(
 
 
 def test_usual_images_are_neither_refused_nor_announced(prototype: Board) -> None:
-    cost = search_cost(prototype, plate_model(prototype).bytes_needed(160.0, 1e-4, 65_693))
+    cost = search_cost(prototype, plate_model(prototype).cost(160.0, 1e-4, 65_693).bytes)
     assert cost.bytes < 0.5e9
     assert cost.seconds == 0.0
     large = search_cost(with_points(prototype, 401, 801), 0.0)
@@ -108,5 +108,5 @@ def test_the_estimate_is_within_a_factor_of_two_of_the_peak(
         check=True, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     taken = 1024.0 * float(done.stdout)
-    counted = search_cost(board, plate_model(board).bytes_needed(160.0, 1e-4, points)).bytes
+    counted = search_cost(board, plate_model(board).cost(160.0, 1e-4, points).bytes).bytes
     assert 0.5 * taken < counted < 2.0 * taken

@@ -11,8 +11,10 @@ from functools import cache
 from pathlib import Path
 
 from chladni.host.manufacture.wiring_parts import Part
+from chladni.sim.files import read_text
 
 PRICES = Path(__file__).with_name("prices.toml")
+MOST_BYTES = 65_536
 RESISTORS = ("gate resistor", "gate pull-down", "EN pull-down", "bus pull-up")
 """Parts that are resistors by another name."""
 
@@ -73,7 +75,7 @@ class PriceList:
 @cache
 def price_list() -> PriceList:
     """What `prices.toml` holds."""
-    document = tomllib.loads(PRICES.read_text("utf-8"))
+    document = tomllib.loads(read_text(PRICES, "prices", MOST_BYTES, "a price list"))
     prices = []
     for entry in document["price"]:
         is_each = "each_usd" in entry

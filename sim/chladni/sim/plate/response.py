@@ -150,9 +150,9 @@ class PlateModel(ABC):
         )
         return self._respond(Excitation(loads, frequency_hz, x, y, tolerance))
 
-    def bytes_needed(self, frequency_hz: float, tolerance: float, points: int) -> float:
-        """Memory that the plate itself takes for fields so exact on so many points, about."""
-        return 0.0
+    def cost(self, frequency_hz: float, tolerance: float, points: int) -> Cost:
+        """What the plate itself takes for fields so exact on so many points, about."""
+        return Cost("a plate", 0.0, 0.0, "image.points")
 
     @abstractmethod
     def _respond(self, excitation: Excitation) -> Response:

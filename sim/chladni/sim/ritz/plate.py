@@ -140,11 +140,11 @@ class RitzPlate(PlateModel):
         level = first_level(self.geometry, MODE_TOLERANCE)
         return self._solver(highest, (level, level))
 
-    def bytes_needed(self, frequency_hz: float, tolerance: float, points: int) -> float:
-        """Memory for its matrices, and its functions at the points; in the first basis."""
+    def cost(self, frequency_hz: float, tolerance: float, points: int) -> Cost:
+        """Of its matrices, and its functions at the points; in the first basis."""
         waves = wave_number(self.geometry, 2.0 * np.pi * frequency_hz)
         level = first_level(self.geometry, tolerance)
-        return self._cost(resolution_for(self.geometry, waves, level, level), points).bytes
+        return self._cost(resolution_for(self.geometry, waves, level, level), points)
 
     def _respond(self, excitation: Excitation) -> Response:
         """With a basis that grows until its error estimate is small enough, or is the largest."""

@@ -18,7 +18,7 @@ from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.cost import begin
+from chladni.sim.cost import begin, is_too_large
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_mirrors import BoardMirrors, board_mirrors
 from chladni.sim.fields.board_plate import plate_model
@@ -122,8 +122,10 @@ class SolvedBoard:
         with one_blas_thread():
             model = plate_model(board)
             points = math.prod(board.image.points)
-            plate_bytes = model.bytes_needed(board.drive.frequency_hz, tolerance, points)
-            begin(search_cost(board, plate_bytes))
+            plate = model.cost(board.drive.frequency_hz, tolerance, points)
+            # A plate that is too large by itself says what of it to lower, once it is solved.
+            if not is_too_large(plate):
+                begin(search_cost(board, plate.bytes))
             fields = driven_fields(board, model=model, tolerance=tolerance, allow_unmet=True)
             return cls(board, SolvedPlate(model, fields, board_mirrors(board)))
 
