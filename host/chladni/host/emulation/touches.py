@@ -71,7 +71,7 @@ class TouchScore:
         The stretch of the recording of which this is the score.
     settled
         How far the drive has become the table's for the place: 1 less the relative difference of
-        the two, scale and common phase aside. Above 0.999 it has; less while a ramp that is as long
+        the two, scale and common phase aside. Above 0.98 it has; less while a ramp that is as long
         as a report still goes over from the drive before.
     drive
         What the pins made, complex128, shape (actuators,), in units of gain.
