@@ -9,14 +9,16 @@ the emulated panel to the demodulated duties, and scoring of what came before.
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
+from studio_pages import studio_pages
 
 BOARDS = ("prototype", "phone15")
 DRAG_S = 10.0
@@ -70,29 +72,12 @@ def press(page: Page) -> tuple[int, ...]:
 
 def bench(board: str) -> None:
     """One board, in a server and a browser of its own."""
-    server = subprocess.Popen(
-        [sys.executable, "-m", "chladni.host.cli.app", "studio", board, "--port", "0", "--json"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert server.stdout is not None
-    try:
-        url = json.loads(server.stdout.readline())["url"]
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(
-                executable_path="/usr/bin/chromium", args=["--no-sandbox"]
-            )
-            for name, work in (("press", press), ("drag", drag)):
-                page = browser.new_page(viewport={"width": 1280, "height": 1000})
-                page.goto(url)
-                page.wait_for_selector("section[data-board]", timeout=300_000)
-                frames, median, most, count = work(page)
-                print(f"| {board} | {name} | {frames} | {median} | {most} | {count} |", flush=True)
-                page.close()
-            browser.close()
-    finally:
-        server.terminate()
-        server.wait()
+    with studio_pages(board, height=1000) as opened:
+        for name, work in (("press", press), ("drag", drag)):
+            page = opened()
+            frames, median, most, count = work(page)
+            print(f"| {board} | {name} | {frames} | {median} | {most} | {count} |", flush=True)
+            page.close()
 
 
 def main() -> None:

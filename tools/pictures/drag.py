@@ -8,15 +8,15 @@ Each picture is what the emulated pins play where the finger is, as the page sho
 from __future__ import annotations
 
 import io
-import json
 import math
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from studio_pages import studio_pages
 
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "images" / "drag.webp"
 BOARD = "quiet16"
@@ -25,31 +25,12 @@ STEPS, RADIUS = 48, 0.27
 SHOWN_MS = 80
 SIDE = 320
 """Pixels."""
-BUILT_MS = 1_200_000
 
 
 def main() -> None:
     """Start a studio, drag, write what was seen."""
-    server = subprocess.Popen(
-        [sys.executable, "-m", "chladni.host.cli.app", "studio", BOARD, "--port", "0", "--json"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert server.stdout is not None
-    try:
-        url = json.loads(server.stdout.readline())["url"]
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(
-                executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-            )
-            page = browser.new_page(viewport={"width": 1280, "height": 800})
-            page.goto(url)
-            page.wait_for_selector("section[data-board]", timeout=BUILT_MS)
-            frames = dragged(page)
-            browser.close()
-    finally:
-        server.terminate()
-        server.wait()
+    with studio_pages(BOARD) as opened:
+        frames = dragged(opened())
     first, *others = frames
     first.save(PICTURE, save_all=True, append_images=others, duration=SHOWN_MS, loop=0, quality=70)
 

@@ -46,6 +46,11 @@ class RimSupport:
         """Whether the plate inside is cut off from the rest."""
         return self.holds_deflection and self.holds_slope
 
+    @property
+    def is_sprung(self) -> bool:
+        """Whether springs of any kind act on it."""
+        return self.stiffness > 0.0 or self.rotational > 0.0
+
 
 @dataclass(frozen=True)
 class PointFeature:

@@ -98,9 +98,7 @@ def damped_forms(
 def sprung_loss_factors(geometry: PlateGeometry) -> set[float]:
     """Loss factors that springs have of their own."""
     factors = [own.loss_factor for own in geometry.points if own.stiffness > 0.0]
-    factors += [
-        own.loss_factor for own in geometry.rims if own.stiffness > 0.0 or own.rotational > 0.0
-    ]
+    factors += [own.loss_factor for own in geometry.rims if own.is_sprung]
     return {factor for factor in factors if factor is not None}
 
 

@@ -41,8 +41,7 @@ def add_springs(
 ) -> None:
     """Add the strain energy of sprung rims that lose so much; (functions, size)."""
     for k, support in enumerate(samples.basis.geometry.rims):
-        is_sprung = support.stiffness > 0.0 or support.rotational > 0.0
-        if k in samples.sets.rims and is_sprung and support.loss_factor == loss_factor:
+        if k in samples.sets.rims and support.is_sprung and support.loss_factor == loss_factor:
             rim = samples.sets.rims[k]
             orbit = samples.mirrors.orbit(support.x, support.y)
             value, slope = rim.values(tables.rims[k], parity)
