@@ -30,7 +30,7 @@ from chladni.drives.scoring.spread import Spread
 from chladni.host.figures.fields import COLOURS, draw_board, save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.finger import FINGERS
+from chladni.sim.board.fingers import FINGERS
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Actuator, Image, Magnet, Regions
 from chladni.sim.fields.transfer import transfer_fields

@@ -31,7 +31,7 @@ from chladni.drives.methods.focus import GAP_DB, Focused, focus_at
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.host.figures.fields import COLOURS, save
 from chladni.sim.board.file import load_board
-from chladni.sim.board.focus import Active, Focus
+from chladni.sim.board.fingers import Active, Focus
 from chladni.sim.image import metrics
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -17,7 +17,7 @@ from chladni.drives.solve import solve, solve_problem
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.sim.board.board import Board
-from chladni.sim.board.finger import FINGERS
+from chladni.sim.board.fingers import FINGERS
 from chladni.sim.board.parts import Image, Regions
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.fields.transfer import disc_fields, transfer_fields

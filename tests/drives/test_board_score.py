@@ -22,7 +22,7 @@ from chladni.drives.scoring.tolerances import (
 from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.focus import Active
+from chladni.sim.board.fingers import Active
 from chladni.sim.errors import InputError
 from chladni.sim.image import metrics
 from conftest import CommandLine, shipped_board

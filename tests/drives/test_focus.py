@@ -15,7 +15,7 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.drives.solve import solve, solve_problem
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.image import metrics
 from cone_program import cone_program

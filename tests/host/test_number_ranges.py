@@ -16,7 +16,7 @@ from chladni.drives.solve import solve
 from chladni.host.cli.command_line import app
 from chladni.host.cli.common.ending import run
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.cost import allow_large_cost
 from chladni.sim.errors import InputError
 from chladni.tables.build import build_table

@@ -15,7 +15,7 @@ from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.focus import SeveralFingers
+from chladni.sim.board.fingers import SeveralFingers
 from chladni.sim.board.writing import board_file
 from chladni.tables.format import pack, read_table
 from chladni.tables.mirror_symmetry import MirrorSymmetry

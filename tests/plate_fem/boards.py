@@ -10,7 +10,6 @@ import numpy.typing as npt
 from chladni.drives.methods.focus import focus_at
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.board.foundation_checks import cut_outs
 from chladni.sim.fields.driven import answered
 from chladni.sim.fields.magnetic_coupling import couple_fields, couple_loads, magnetic_coupling
 from chladni.sim.image import metrics
@@ -40,7 +39,7 @@ def element_fields(board: Board, size: float, segments: int) -> tuple[ComplexArr
     assert magnet is not None
     assert foundation is not None
     magnets = [Disc(*actuator.at, magnet.radius) for actuator in board.actuators]
-    cuts = [Disc(*cut.at, cut.radius) for cut in cut_outs(board)]
+    cuts = [Disc(*cut.at, cut.radius) for cut in board.all_cut_outs]
     # A cut-out of a magnet's own circle is one circle; others lie round or beside a magnet.
     rings = [disc for disc in cuts if disc not in magnets]
     discs = [*rings, *magnets]

@@ -10,7 +10,7 @@ import pytest
 
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.board.file import board_from_document, load_board, shipped_boards
-from chladni.sim.board.finger import FINGERS
+from chladni.sim.board.fingers import FINGERS
 from chladni.sim.errors import ConflictError, InputError
 from conftest import ROOT
 from prototype_document import document, set_key

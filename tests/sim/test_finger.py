@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Coil
 from chladni.sim.board.file import load_board
-from chladni.sim.board.finger import FINGERS, Finger
+from chladni.sim.board.fingers import FINGERS, Finger
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Actuator, Edges, Pin, Screw, Spring
 from chladni.sim.coil.full_drive import full_drive

@@ -13,7 +13,7 @@ from chladni.drives.objectives import default_objective
 from chladni.drives.problem.pressing import pressed_problem
 from chladni.drives.problem.problem import solved_board
 from chladni.sim.board.board import Board
-from chladni.sim.board.finger import FINGERS
+from chladni.sim.board.fingers import FINGERS
 from chladni.sim.image import metrics
 from chladni.tables.build import build_table
 from chladni.tables.firmware_reader import FirmwareReader

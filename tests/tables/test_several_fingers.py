@@ -12,7 +12,7 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board
-from chladni.sim.board.focus import Focus, SeveralFingers
+from chladni.sim.board.fingers import Focus, SeveralFingers
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, ConflictError, InputError
 from chladni.sim.image.finger import pressing_stiffness

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from chladni.design.layouts import Candidate, Place, makeups
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.board.parts import Image
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model

@@ -10,7 +10,7 @@ from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_foc
 from chladni.drives.scoring.scorecard import focuses
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
-from chladni.sim.board.finger import NO_FINGER
+from chladni.sim.board.fingers import NO_FINGER
 from chladni.tables.one_frequency import OneFrequency
 
 SURVEYED = 24

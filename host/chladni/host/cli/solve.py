@@ -46,7 +46,7 @@ from chladni.host.cli.common.ranges import STEPS
 from chladni.host.cli.common.verdicts import of_place
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.fields.transfer import TOLERANCE
 
 

@@ -8,7 +8,6 @@ from collections import Counter
 from chladni.host.manufacture.wiring_parts import Part, parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import MATERIALS
-from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.quantity import MM
 
 GRADES = {
@@ -79,9 +78,9 @@ def _foam(board: Board) -> list[Part]:
     density = MATERIALS[own.material].density if own.material else None
     what = own.material or f"{own.sheet_stiffness * MM**3:g} N/mm³"
     # Cut-outs of strips may lie beside them, and there the mass is not said.
-    holes = cut_outs(board)
-    is_whole = not strips(board)
-    pieces = strips(board) or ((0.0, board.plate.size[0], 0.0, board.plate.size[1]),)
+    holes = board.all_cut_outs
+    is_whole = not board.foundation_strips
+    pieces = board.foundation_strips or ((0.0, board.plate.size[0], 0.0, board.plate.size[1]),)
     parts = []
     for x0, x1, y0, y1 in pieces:
         thickness = (own.thickness,) if own.thickness else ()

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import CutOut
-from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.quantity import MM
 
 Point = tuple[float, float]
@@ -122,10 +121,10 @@ def hole_list(board: Board) -> tuple[HoleRow, ...]:
 
 def _foam_holes(board: Board) -> list[CutOut]:
     """Cut-outs that there is foam for: of strips those that reach one."""
-    pieces = strips(board)
+    pieces = board.foundation_strips
     return [
         cut
-        for cut in cut_outs(board)
+        for cut in board.all_cut_outs
         if not pieces or any(_apart(cut.at, piece) < cut.radius for piece in pieces)
     ]
 
@@ -145,7 +144,7 @@ def _outlines(board: Board) -> list[Shape]:
     if board.foundation and board.foundation.sheet_stiffness:
         shapes += [
             Rectangle("foam", (_mm(x0), _mm(y0)), (_mm(x1), _mm(y1)))
-            for x0, x1, y0, y1 in strips(board)
+            for x0, x1, y0, y1 in board.foundation_strips
         ] or [Rectangle("foam", low, high, corner)]
     return shapes
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
 from chladni.sim.board.electronics import Area
-from chladni.sim.board.finger import FINGERS, USUAL
-from chladni.sim.board.focus import Active, Focus
+from chladni.sim.board.fingers import FINGERS, USUAL, Active, Focus
 from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import MM, in_mm, quantities

@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.sim.board.parts import EDGE_KINDS, BoardParts
 from chladni.sim.errors import Faults, InputError
 
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
@@ -53,17 +52,6 @@ def with_material(plate: Any) -> Any:
         known = ", ".join(map(repr, SHEETS))
         raise InputError("plate.material", name, f"one of: {known}, or with {', '.join(lacking)}")
     return plate
-
-
-def check_plate(board: BoardParts) -> None:
-    """Refuse edges that are held in no way there is, and a material with no name for a list."""
-    for edge, kind in board.plate.edges.kinds().items():
-        if kind not in EDGE_KINDS:
-            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
-            raise InputError(f"plate.edges.{edge}", kind, expected)
-    material = board.plate.material
-    if not isinstance(material, str) or not LABEL_PATTERN.fullmatch(material):
-        raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
 
 
 RUBBER = 0.25

@@ -1,28 +1,20 @@
-"""What a board may be: ranges, places and supports, each fault named by its key."""
+"""What a board may be, each fault named by its key: values, sizes, and room on the plate."""
 
 from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.catalogue import check_plate
-from chladni.sim.board.coil_checks import check_actuators, check_coil
-from chladni.sim.board.electronics import (
-    CHIP_NAMES,
-    DRIVER_KINDS,
-    ONLY_OF,
-    Electronics,
-)
-from chladni.sim.board.foundation_checks import check_foundation
-from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
+from chladni.sim.board.catalogue import LABEL_PATTERN
+from chladni.sim.board.coil_checks import check_actuators, check_coil, check_driver, check_pins
 from chladni.sim.board.panel_layer import check_panel
-from chladni.sim.board.parts import FEATURES, SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.parts import EDGE_KINDS, FEATURES, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
-from chladni.sim.errors import ConflictError, Faults, InputError, MissingError
+from chladni.sim.board.support_checks import check_foundation, check_supports
+from chladni.sim.errors import Faults, InputError
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
@@ -46,6 +38,17 @@ def check_board(board: BoardParts) -> None:
 def _check_name(board: BoardParts) -> None:
     if not isinstance(board.name, str) or not NAME_PATTERN.fullmatch(board.name):
         raise InputError("name", board.name, "1 to 15 letters, digits, '-' or '_'")
+
+
+def _check_plate(board: BoardParts) -> None:
+    """Refuse edges that are held in no way there is, and a material with no name for a list."""
+    for edge, kind in board.plate.edges.kinds().items():
+        if kind not in EDGE_KINDS:
+            expected = "one of: " + ", ".join(map(repr, EDGE_KINDS))
+            raise InputError(f"plate.edges.{edge}", kind, expected)
+    material = board.plate.material
+    if not isinstance(material, str) or not LABEL_PATTERN.fullmatch(material):
+        raise InputError("plate.material", material, "up to 40 letters, digits, spaces or .,+-/()")
 
 
 def _check_ranges(board: BoardParts) -> None:
@@ -92,135 +95,6 @@ def _check_focus(board: BoardParts) -> None:
     if active is not None and 2.0 * active.margin >= short:
         expected = f"less than half the short side, {short / 2.0 / MM:g}"
         raise InputError("active.margin_mm", active.margin / MM, expected)
-
-
-def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
-    """Refuse what only the other kind of driver has, and more bridges than a chip has pins for.
-
-    Parameters
-    ----------
-    given
-        Keys that stand in the board file; with those a default is refused too.
-    """
-    if own.drive not in DRIVER_KINDS:
-        expected = "one of: " + ", ".join(map(repr, DRIVER_KINDS))
-        raise InputError("electronics.drive", own.drive, expected)
-    for key, (kind, why) in ONLY_OF.items():
-        value = getattr(own, key)
-        is_said = value != getattr(Electronics, key) or (key in given and value)
-        if kind != own.drive and is_said:
-            raise ConflictError(
-                f"electronics.{key}", f'electronics.drive = "{own.drive}"',
-                hint=f"{why}: leave it out, or set electronics.drive to '{kind}'",
-            )  # fmt: skip
-    if not own.is_bridge:
-        return
-    if len(own.pwm_pins) > MOST_BRIDGES:
-        raise InputError(
-            "electronics.drive",
-            f"{len(own.pwm_pins)} bridges",
-            f"at most {MOST_BRIDGES} bridges",
-            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge",
-        )
-    if own.pwm_pins and not own.sign_pins:
-        raise MissingError(
-            "electronics.sign_pins",
-            f"{len(own.pwm_pins)} GPIOs, one per bridge",
-            hint="a bridge's PWM pin has the magnitude, another pin the sign",
-        )
-    if len(own.sign_pins) != len(own.pwm_pins) or len(set(own.sign_pins)) != len(own.sign_pins):
-        expected = f"{len(own.pwm_pins)} different pins, one for each of pwm_pins"
-        raise InputError("electronics.sign_pins", list(own.sign_pins), expected)
-
-
-def _check_pins(board: BoardParts) -> None:
-    """Every pin can be on the chip what the board file makes it, and is one thing only."""
-    own = board.electronics
-    if not own.is_bridge and own.diode_v >= own.supply_v:
-        expected = f"less than supply_v, {own.supply_v:g}"
-        raise InputError("electronics.diode_v", own.diode_v, expected)
-    panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
-    if not isinstance(chip, str) or chip not in CHIPS:  # a list of TOML cannot be looked up
-        expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))
-        raise InputError("electronics.chip", chip, expected)
-    if gates and len(gates) > CHIPS[chip].channels:
-        expected = f"a chip with {len(gates)} PWM channels"
-        able = [name for name, own in CHIPS.items() if own.channels >= len(gates)]
-        others = f", {' and '.join(able)} has them" if able else ""
-        raise InputError(
-            "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
-        )
-    bus = {} if panel is None else {
-        "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
-        "reset": panel.reset_pin,
-    }  # fmt: skip
-    fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
-    if fault is not None:
-        raise InputError(_key_of(fault), fault.pin, fault.expected, hint=fault.hint)
-
-
-def _key_of(fault: PinFault) -> str:
-    """Of a board file: where the pin stands."""
-    if fault.role.startswith("sign"):
-        return "electronics.sign_pins"
-    keys = {
-        "panel's data line": "panel.sda_pin",
-        "panel's clock": "panel.scl_pin",
-        "panel's interrupt line": "panel.interrupt_pin",
-        "panel's reset line": "panel.reset_pin",
-    }
-    return keys.get(fault.role, "electronics.pwm_pins")
-
-
-def _check_supports(board: BoardParts) -> None:
-    """Refuse what has no answer on a thin plate: a slope held, or resisted, at a point."""
-    for index, screw in enumerate(board.screws):
-        where = f"screws[{index}]"
-        if screw.support not in SCREW_SUPPORTS:
-            expected = "one of: " + ", ".join(map(repr, SCREW_SUPPORTS))
-            raise InputError(f"{where}.support", screw.support, expected)
-        if screw.radius <= 0.0:
-            raise InputError(
-                f"{where}.radius_mm",
-                0.0,
-                "a radius above 0: a clamp at a point has no limit on a thin plate",
-                hint="use a pin",
-            )
-        is_sprung = screw.stiffness > 0.0 or screw.rotational_stiffness > 0.0
-        if is_sprung != (screw.support == "sprung"):
-            raise InputError(
-                f"{where}.support",
-                screw.support,
-                "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
-            )
-    radius = board.plate.corner_radius
-    fits = 2.0 * radius <= min(board.plate.size) and board.plate.edges.are_all("free")
-    if radius > 0.0 and not fits:
-        raise InputError(
-            "plate.corner_radius_mm",
-            float(f"{radius / MM:.9g}"),
-            "at most half the short side, and all edges free",
-        )
-    for index, spring in enumerate(board.springs):
-        if spring.rotational_stiffness > 0.0:
-            raise InputError(
-                f"springs[{index}].rotational_n_mm_per_rad",
-                spring.rotational_stiffness / MM,
-                "nothing: a rotational spring at a point has no limit on a thin plate",
-                hint="use a sprung screw, which has a rim",
-            )
-    for index, screw in enumerate(board.screws):
-        if screw.loss_factor is not None and screw.support != "sprung":
-            where, given = f"screws[{index}].loss_factor", screw.loss_factor
-            expected = "nothing: what holds the plate rigidly loses nothing"
-            raise InputError(where, given, expected, hint="set support to 'sprung'")
-    for index, mass in enumerate(board.masses):
-        if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
-            raise InputError(
-                f"masses[{index}].radius_mm",
-                0.0,
-                "a radius above 0 for a mass with a height or a stiffness: both need an area",
-            )
 
 
 def _check_places(board: BoardParts) -> None:
@@ -340,8 +214,8 @@ def _check_measured(board: BoardParts) -> None:
             raise InputError(f"{where}.ratio", value.ratio, f"{value.low:g} to {value.high:g}")
 
 
-_OF_VALUES = (_check_name, check_plate, _check_ranges)
+_OF_VALUES = (_check_name, _check_plate, _check_ranges)
 _OF_THE_WHOLE = (
-    check_coil, _check_supports, check_panel, _check_focus, check_actuators, _check_driver,
-    _check_pins, _check_places, _check_foundation, _check_sizes, _check_measured,
-)  # fmt: skip
+    check_coil, check_supports, check_panel, _check_focus, check_actuators, _check_driver,
+    check_pins, _check_places, _check_foundation, _check_sizes, _check_measured,
+)  # fmt: skip  # fmt: skip

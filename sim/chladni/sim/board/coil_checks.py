@@ -1,98 +1,26 @@
-"""What of a coil follows from its winding and its magnet, and whether what is given agrees."""
+"""Whether coils can be as a board file has them, with their drivers and pins."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
-from chladni.sim.board.electronics import Coil, Winding
-from chladni.sim.board.foundation_checks import SAME_PLACE
-from chladni.sim.board.parts import BoardParts, Magnet
-from chladni.sim.board.quantity import METRES, MM, are_metres, check_ranges, in_mm, quantities
-from chladni.sim.errors import InputError, MissingError
-from chladni.sim.magnetics.windings import force_per_ampere
+from chladni.sim.board.electronics import (
+    CHIP_NAMES,
+    DRIVER_KINDS,
+    ONLY_OF,
+    Coil,
+    Electronics,
+)
+from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
+from chladni.sim.board.parts import BoardParts
+from chladni.sim.board.quantity import METRES, MM, SAME_PLACE, are_metres, in_mm, quantities
+from chladni.sim.board.winding_values import SAME_WINDING, winding_makes
+from chladni.sim.errors import ConflictError, InputError, MissingError
 
-SAME_WINDING = 0.25
-"""Share by which a coil's values may differ, given twice: a warm coil has a quarter more Ω than a
-cold one, and a gap that is off by some tenths of a millimetre makes as much of the force."""
 ROUNDED = 1e-9
 """m that places in a file may be off by rounding."""
-MOST_FILL = 0.75
-"""Copper's share of a winding. Round wires side by side cover 0.91, and enamel takes a fifth."""
-DIGITS = 4
-"""Of what follows from a winding: more than the model knows, and written into a file without
-loss."""
-
-
-def winding_makes(
-    winding: Winding, magnet: Magnet | None, *, force: bool = True
-) -> dict[str, float]:
-    """A coil's values as they follow from its winding, by their keys of `[coil]`.
-
-    Parameters
-    ----------
-    force
-        Whether the force is asked for, which takes a magnet whose remanence is known.
-
-    Raises
-    ------
-    InputError
-        No such winding can be, or the magnet that it acts on is not known.
-    """
-    check_ranges(winding, "winding")
-    _check_shape(winding, magnet)
-    own = winding.round
-    made = {"resistance_ohm": own.resistance, "inductance_mh": own.inductance / 1e-3}
-    if magnet is None or not magnet.remanence:
-        if force:
-            what = "the force of a [winding] takes it, or coil.force_factor_n_per_a"
-            raise MissingError("magnet.remanence_t", what)
-    else:
-        check_ranges(magnet, "magnet")
-        made["force_factor_n_per_a"] = force_per_ampere(
-            own,
-            remanence=magnet.remanence,
-            radius=magnet.radius,
-            height=magnet.height,
-            gap=winding.gap,
-        )
-        if made["force_factor_n_per_a"] <= 0.0:
-            expected = "a gap with the magnet's middle above the winding's, where it is pushed"
-            raise InputError("winding.gap_mm", winding.gap / MM, expected)
-    return {key: float(f"{value:.{DIGITS}g}") for key, value in made.items()}
-
-
-def _check_shape(winding: Winding, magnet: Magnet | None) -> None:
-    if winding.inner >= winding.outer:
-        expected = f"less than winding.outer_mm, {winding.outer / MM:g}"
-        raise InputError("winding.inner_mm", winding.inner / MM, expected)
-    if winding.round.fill > MOST_FILL:
-        most = int(winding.turns * MOST_FILL / winding.round.fill)
-        raise InputError("winding.turns", winding.turns, f"at most {most}, which fill it with wire")
-    if magnet is not None and magnet.remanence and not magnet.height:
-        hint = "a remanence takes a magnet with a height"
-        raise InputError("magnet.height_mm", 0.0, "above 0", hint=hint)
-    if magnet is not None and winding.gap <= 0.0 and winding.inner <= 2.0 * magnet.radius:
-        raise InputError(
-            "winding.gap_mm",
-            winding.gap / MM,
-            "above 0",
-            hint=f"a magnet of {2.0 * magnet.radius / MM:g} mm does not dip into a bore of "
-            f"{winding.inner / MM:g} mm",
-        )
-
-
-def _check_latch(coil: Coil) -> None:
-    """A latch has all of its three values, or there is none."""
-    keys = ("moving_mass", "resonance_hz", "mechanical_q")
-    lacking = [key for key in keys if getattr(coil, key) is None]
-    if lacking and len(lacking) < len(keys):
-        own = quantities(coil)
-        names = ", ".join(own[key].key for key in keys)
-        raise MissingError(
-            f"coil.{own[lacking[0]].key}",
-            f"a latch takes all of {names}",
-            hint="leave them out on a board without a latch",
-        )
 
 
 def check_coil(board: BoardParts) -> None:
@@ -128,6 +56,20 @@ def check_coil(board: BoardParts) -> None:
                 f"about {follows:g}, as [winding] and [magnet] make it",
                 hint="leave it out, or mend one of them",
             )
+
+
+def _check_latch(coil: Coil) -> None:
+    """A latch has all of its three values, or there is none."""
+    keys = ("moving_mass", "resonance_hz", "mechanical_q")
+    lacking = [key for key in keys if getattr(coil, key) is None]
+    if lacking and len(lacking) < len(keys):
+        own = quantities(coil)
+        names = ", ".join(own[key].key for key in keys)
+        raise MissingError(
+            f"coil.{own[lacking[0]].key}",
+            f"a latch takes all of {names}",
+            hint="leave them out on a board without a latch",
+        )
 
 
 def check_actuators(board: BoardParts) -> None:
@@ -177,3 +119,81 @@ def _check_apart(board: BoardParts, index: int) -> None:
             f"a place {need / MM:.4g} mm or more from {other.name!r}",
             hint=f"windings of {need / MM:.4g} mm overlap at {apart / MM:.4g}",
         )
+
+
+def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
+    """Refuse what only the other kind of driver has, and more bridges than a chip has pins for.
+
+    Parameters
+    ----------
+    given
+        Keys that stand in the board file; with those a default is refused too.
+    """
+    if own.drive not in DRIVER_KINDS:
+        expected = "one of: " + ", ".join(map(repr, DRIVER_KINDS))
+        raise InputError("electronics.drive", own.drive, expected)
+    for key, (kind, why) in ONLY_OF.items():
+        value = getattr(own, key)
+        is_said = value != getattr(Electronics, key) or (key in given and value)
+        if kind != own.drive and is_said:
+            raise ConflictError(
+                f"electronics.{key}", f'electronics.drive = "{own.drive}"',
+                hint=f"{why}: leave it out, or set electronics.drive to '{kind}'",
+            )  # fmt: skip
+    if not own.is_bridge:
+        return
+    if len(own.pwm_pins) > MOST_BRIDGES:
+        raise InputError(
+            "electronics.drive",
+            f"{len(own.pwm_pins)} bridges",
+            f"at most {MOST_BRIDGES} bridges",
+            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge",
+        )
+    if own.pwm_pins and not own.sign_pins:
+        raise MissingError(
+            "electronics.sign_pins",
+            f"{len(own.pwm_pins)} GPIOs, one per bridge",
+            hint="a bridge's PWM pin has the magnitude, another pin the sign",
+        )
+    if len(own.sign_pins) != len(own.pwm_pins) or len(set(own.sign_pins)) != len(own.sign_pins):
+        expected = f"{len(own.pwm_pins)} different pins, one for each of pwm_pins"
+        raise InputError("electronics.sign_pins", list(own.sign_pins), expected)
+
+
+def check_pins(board: BoardParts) -> None:
+    """Every pin can be on the chip what the board file makes it, and is one thing only."""
+    own = board.electronics
+    if not own.is_bridge and own.diode_v >= own.supply_v:
+        expected = f"less than supply_v, {own.supply_v:g}"
+        raise InputError("electronics.diode_v", own.diode_v, expected)
+    panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
+    if not isinstance(chip, str) or chip not in CHIPS:  # a list of TOML cannot be looked up
+        expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))
+        raise InputError("electronics.chip", chip, expected)
+    if gates and len(gates) > CHIPS[chip].channels:
+        expected = f"a chip with {len(gates)} PWM channels"
+        able = [name for name, own in CHIPS.items() if own.channels >= len(gates)]
+        others = f", {' and '.join(able)} has them" if able else ""
+        raise InputError(
+            "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
+        )
+    bus = {} if panel is None else {
+        "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
+        "reset": panel.reset_pin,
+    }  # fmt: skip
+    fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
+    if fault is not None:
+        raise InputError(_key_of(fault), fault.pin, fault.expected, hint=fault.hint)
+
+
+def _key_of(fault: PinFault) -> str:
+    """Of a board file: where the pin stands."""
+    if fault.role.startswith("sign"):
+        return "electronics.sign_pins"
+    keys = {
+        "panel's data line": "panel.sda_pin",
+        "panel's clock": "panel.scl_pin",
+        "panel's interrupt line": "panel.interrupt_pin",
+        "panel's reset line": "panel.reset_pin",
+    }
+    return keys.get(fault.role, "electronics.pwm_pins")

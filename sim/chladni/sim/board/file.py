@@ -9,11 +9,9 @@ from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import with_feet, with_grommets, with_material
-from chladni.sim.board.checks import check_driver
-from chladni.sim.board.coil_checks import winding_makes
+from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
-from chladni.sim.board.finger import FINGERS, Finger
-from chladni.sim.board.focus import Active, Focus, SeveralFingers
+from chladni.sim.board.fingers import FINGERS, Active, Finger, Focus, SeveralFingers
 from chladni.sim.board.foundation import CutOut, Foundation, Patch, Strips
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import (
@@ -34,6 +32,7 @@ from chladni.sim.board.parts import (
     Spring,
 )
 from chladni.sim.board.quantity import check_keys, part_of
+from chladni.sim.board.winding_values import winding_makes
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
 

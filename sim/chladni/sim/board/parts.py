@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
-from chladni.sim.board.finger import Finger
-from chladni.sim.board.focus import Active, Focus, SeveralFingers
-from chladni.sim.board.foundation import Foundation
+from chladni.sim.board.fingers import Active, Finger, Focus, SeveralFingers
+from chladni.sim.board.foundation import CutOut, Foundation
 from chladni.sim.board.quantity import MM, quantity
 
 EdgeKind = Literal["free", "simply supported", "clamped"]
@@ -276,3 +275,28 @@ class BoardParts:
         # The slack lets a target typed as the very edge, 35.75 mm of 71.5, count as on the board.
         half_x, half_y = self.plate.size[0] / 2.0 + 1e-9, self.plate.size[1] / 2.0 + 1e-9
         return abs(x) <= half_x and abs(y) <= half_y
+
+    @property
+    def all_cut_outs(self) -> list[CutOut]:
+        """Holes in the foundation: those of the board file, and one round every actuator."""
+        if self.foundation is None:
+            return []
+        radius = self.foundation.coil_cut_out
+        round_coils = [CutOut(a.at, radius) for a in self.actuators] if radius else []
+        return [*self.foundation.cut_outs, *round_coils]
+
+    @property
+    def foundation_strips(self) -> tuple[tuple[float, float, float, float], ...]:
+        """Rectangles (x from, x to, y from, y to), m, of foundation; none where all is."""
+        if self.foundation is None or self.foundation.strips.is_none:
+            return ()
+        own = self.foundation.strips
+        half_x, half_y = (side / 2.0 for side in self.plate.size)
+        left, right = -half_x + own.left, half_x - own.right
+        every = (
+            (-half_x, left, -half_y, half_y),
+            (right, half_x, -half_y, half_y),
+            (left, right, -half_y, -half_y + own.bottom),
+            (left, right, half_y - own.top, half_y),
+        )
+        return tuple(one for one in every if one[1] > one[0] and one[3] > one[2])

@@ -15,6 +15,8 @@ Part = TypeVar("Part")
 
 MM = 1e-3
 """A millimetre, in metres: places are given in the one and computed in the other."""
+SAME_PLACE = 1e-6
+"""Closer than this, in metres, two circles or two coils are at one place."""
 METRES = "metres? these are millimetres"
 MOST_METRES = 0.5
 """Lengths of a board that are all below this are taken for metres."""

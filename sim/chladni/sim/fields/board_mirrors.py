@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.foundation_checks import SAME_PLACE
+from chladni.sim.board.quantity import SAME_PLACE
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.ritz.basis.parity import find_mirrors
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.foundation_checks import cut_outs, strips
 from chladni.sim.board.parts import Mass, Screw
 from chladni.sim.plate.geometry import (
     FoundationLayer,
@@ -43,8 +42,8 @@ def _foundation(board: Board) -> FoundationLayer | None:
     return FoundationLayer(
         foundation.total_stiffness,
         foundation.total_loss_factor,
-        tuple((*cut.at, cut.radius) for cut in cut_outs(board)),
-        strips(board),
+        tuple((*cut.at, cut.radius) for cut in board.all_cut_outs),
+        board.foundation_strips,
         tuple((*patch.at, patch.ratio) for patch in foundation.patches),
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.finger import FINGERTIP_RADIUS
+from chladni.sim.board.fingers import FINGERTIP_RADIUS
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.parts import FEATURES
 from chladni.sim.fields.board_plate import plate_geometry

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board.finger import Finger
+from chladni.sim.board.fingers import Finger
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -12,14 +12,14 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.sim.board import finger
+from chladni.sim.board import fingers
 from chladni.sim.image.energy import energy_image, normalised
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Place = tuple[float, float]
 
-FINGERTIP_RADIUS = finger.FINGERTIP_RADIUS
+FINGERTIP_RADIUS = fingers.FINGERTIP_RADIUS
 """Of the disc a fingertip covers, m."""
 SECOND_FINGER_DISTANCE = 12e-3
 """A disc this far from the target, m, is another finger's: twice the fingertip radius."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.coupling import fitted_coupling
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.sim.board.focus import Active
+from chladni.sim.board.fingers import Active
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
 

@@ -37,7 +37,7 @@ from chladni.drives.methods.minimax import SILENT, Minimum, minimax
 from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.coil.full_drive import full_drive
 
 FloatArray = NDArray[np.float64]

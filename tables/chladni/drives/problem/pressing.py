@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import Problem, SolvedBoard, SolvedPlate
-from chladni.sim.board.finger import FINGERS, NO_FINGER, USUAL, Finger
+from chladni.sim.board.fingers import FINGERS, NO_FINGER, USUAL, Finger
 from chladni.sim.image.finger import dynamic_stiffness, fields_under_finger
 
 ComplexArray = NDArray[np.complex128]

@@ -12,7 +12,7 @@ from chladni.drives.objectives import OBJECTIVES, objective_of
 from chladni.drives.problem.search_cost import for_focus
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
-from chladni.sim.board.focus import Focus
+from chladni.sim.board.fingers import Focus
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError
 

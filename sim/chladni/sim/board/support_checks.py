@@ -1,4 +1,4 @@
-"""Where a board's foundation is: its cut-outs and strips, and whether they can be so."""
+"""Whether what carries a plate can be so: its foundation, screws, springs and masses."""
 
 from __future__ import annotations
 
@@ -6,44 +6,66 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from chladni.sim.board.foundation import MATERIALS, CutOut
-from chladni.sim.board.parts import BoardParts
-from chladni.sim.board.quantity import MM, check_ranges, in_mm
+from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.parts import SCREW_SUPPORTS, BoardParts
+from chladni.sim.board.quantity import MM, SAME_PLACE, check_ranges, in_mm
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 MOST_STIFFNESS = 1e11
 """N/m³: a millimetre of what is a hundred times as stiff as rubber."""
-SAME_PLACE = 1e-6
-"""Closer than this, in metres, two circles or two coils are at one place."""
-
-
 Disc = tuple[str, tuple[float, float], float]
 """Key in the file, place and radius, m."""
 
 
-def cut_outs(board: BoardParts) -> list[CutOut]:
-    """Holes in the foundation: those of the board file, and one round every actuator."""
-    if board.foundation is None:
-        return []
-    radius = board.foundation.coil_cut_out
-    round_coils = [CutOut(a.at, radius) for a in board.actuators] if radius else []
-    return [*board.foundation.cut_outs, *round_coils]
-
-
-def strips(board: BoardParts) -> tuple[tuple[float, float, float, float], ...]:
-    """Rectangles (x from, x to, y from, y to) of the foundation, m; none where it is everywhere."""
-    if board.foundation is None or board.foundation.strips.is_none:
-        return ()
-    own = board.foundation.strips
-    half_x, half_y = (side / 2.0 for side in board.plate.size)
-    left, right = -half_x + own.left, half_x - own.right
-    every = (
-        (-half_x, left, -half_y, half_y),
-        (right, half_x, -half_y, half_y),
-        (left, right, -half_y, -half_y + own.bottom),
-        (left, right, half_y - own.top, half_y),
-    )
-    return tuple(one for one in every if one[1] > one[0] and one[3] > one[2])
+def check_supports(board: BoardParts) -> None:
+    """Refuse what has no answer on a thin plate: a slope held, or resisted, at a point."""
+    for index, screw in enumerate(board.screws):
+        where = f"screws[{index}]"
+        if screw.support not in SCREW_SUPPORTS:
+            expected = "one of: " + ", ".join(map(repr, SCREW_SUPPORTS))
+            raise InputError(f"{where}.support", screw.support, expected)
+        if screw.radius <= 0.0:
+            raise InputError(
+                f"{where}.radius_mm",
+                0.0,
+                "a radius above 0: a clamp at a point has no limit on a thin plate",
+                hint="use a pin",
+            )
+        is_sprung = screw.stiffness > 0.0 or screw.rotational_stiffness > 0.0
+        if is_sprung != (screw.support == "sprung"):
+            raise InputError(
+                f"{where}.support",
+                screw.support,
+                "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
+            )
+    radius = board.plate.corner_radius
+    fits = 2.0 * radius <= min(board.plate.size) and board.plate.edges.are_all("free")
+    if radius > 0.0 and not fits:
+        raise InputError(
+            "plate.corner_radius_mm",
+            float(f"{radius / MM:.9g}"),
+            "at most half the short side, and all edges free",
+        )
+    for index, spring in enumerate(board.springs):
+        if spring.rotational_stiffness > 0.0:
+            raise InputError(
+                f"springs[{index}].rotational_n_mm_per_rad",
+                spring.rotational_stiffness / MM,
+                "nothing: a rotational spring at a point has no limit on a thin plate",
+                hint="use a sprung screw, which has a rim",
+            )
+    for index, screw in enumerate(board.screws):
+        if screw.loss_factor is not None and screw.support != "sprung":
+            where, given = f"screws[{index}].loss_factor", screw.loss_factor
+            expected = "nothing: what holds the plate rigidly loses nothing"
+            raise InputError(where, given, expected, hint="set support to 'sprung'")
+    for index, mass in enumerate(board.masses):
+        if mass.radius == 0.0 and (mass.height > 0.0 or mass.stiffness_ratio != 1.0):
+            raise InputError(
+                f"masses[{index}].radius_mm",
+                0.0,
+                "a radius above 0 for a mass with a height or a stiffness: both need an area",
+            )
 
 
 def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:
@@ -100,7 +122,7 @@ def _check_holes(board: BoardParts) -> None:
     """No edge of a strip goes through a hole of the plate."""
     for index, hole in enumerate(board.holes):
         x, y = hole.at
-        for x0, x1, y0, y1 in strips(board):
+        for x0, x1, y0, y1 in board.foundation_strips:
             inside = x0 <= x - hole.radius and x + hole.radius <= x1
             inside = inside and y0 <= y - hole.radius and y + hole.radius <= y1
             outside = np.hypot(x - np.clip(x, x0, x1), y - np.clip(y, y0, y1)) >= hole.radius
@@ -148,7 +170,7 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
     """Cut-outs lie on the plate, clear of each other and of all that is not in their middle."""
     assert board.foundation is not None
     half = np.array(board.plate.size) / 2.0
-    own = cut_outs(board)
+    own = board.all_cut_outs
     explicit = len(board.foundation.cut_outs)
     names = [f"foundation.cut_outs[{k}]" for k in range(explicit)]
     names += [f"foundation.coil_cut_out_mm of actuators[{k}]" for k in range(len(own) - explicit)]
