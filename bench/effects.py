@@ -38,11 +38,15 @@ def main() -> None:
         for effect in EFFECTS:
             found = [
                 play_effect(
-                    table, board, shipped_effects()[effect], (float(own[0]), float(own[1])),
-                    other_mm=(float(other[0]), float(other[1])), solved=solved,
+                    table,
+                    board,
+                    shipped_effects()[effect],
+                    (float(own[0]), float(own[1])),
+                    other_mm=(float(other[0]), float(other[1])),
+                    solved=solved,
                 )
                 for own, other in sets
-            ]  # fmt: skip
+            ]
             isolation = [one.isolation_db for one in found]
             rows = {
                 "isolation": np.percentile(np.array(isolation, dtype=float), (50.0, 10.0)),

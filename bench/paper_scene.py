@@ -34,8 +34,7 @@ from chladni.sim.plate.modes import ModeShapes
 
 FloatArray = NDArray[np.float64]
 
-TARGETS = {(10.0, 25.0): 0.8636, (20.0, -25.0): 0.9541, (-25.0, -10.0): 0.8803,
-           (10.0, 0.0): 0.9450}  # fmt: skip
+TARGETS = {(10.0, 25.0): 0.8636, (20.0, -25.0): 0.9541, (-25.0, -10.0): 0.8803, (10.0, 0.0): 0.9450}
 """The paper's targets and the best SSIM in the authors' traces."""
 MODES = 120
 """Up to 126 times the drive's frequency; the next hundred change an SSIM by less than 2e-3."""

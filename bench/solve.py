@@ -41,16 +41,24 @@ sys.path.insert(0, str(ROOT / "tests"))
 from random_starts import best_of_random_starts  # noqa: E402
 
 PAPER_TARGETS = {
-    (10.0, 25.0): (0.8886, 0.8636), (20.0, -25.0): (0.9554, 0.9541),
-    (-25.0, -10.0): (0.9110, 0.8803), (10.0, 0.0): (0.9668, 0.9450),
-}  # fmt: skip
+    (10.0, 25.0): (0.8886, 0.8636),
+    (20.0, -25.0): (0.9554, 0.9541),
+    (-25.0, -10.0): (0.9110, 0.8803),
+    (10.0, 0.0): (0.9668, 0.9450),
+}
 """Best of an independent multi-start on a finite-element field, and the authors' best."""
 OTHERS, SEED = 40, 77
 DUAL_STEPS, CLIMB_STEPS = (100, 300, 1000, 3000, 10_000), (2, 4, 8, 16, 40)
 PAPER_SECONDS = 8.5 * 3600.0
 ANNEALED = ("anneal", "phasor-anneal", "dual-annealing")
-CLOSED = ("gerchberg-saxton", "least-squares", "time-reversal", "inverse-filter", "nearest",
-          "contrast")  # fmt: skip
+CLOSED = (
+    "gerchberg-saxton",
+    "least-squares",
+    "time-reversal",
+    "inverse-filter",
+    "nearest",
+    "contrast",
+)
 
 
 @dataclass(frozen=True)

@@ -80,10 +80,21 @@ def program(
     )
     out = folder / "program.elf"
     subprocess.run(
-        [*compiler, *FLAGS, *variant.defines(level), "-I", folder, "-I", FIRMWARE, "-o", out,
-         ROOT / "bench" / "common" / "synthesis_variant.cpp", *extra],
+        [
+            *compiler,
+            *FLAGS,
+            *variant.defines(level),
+            "-I",
+            folder,
+            "-I",
+            FIRMWARE,
+            "-o",
+            out,
+            ROOT / "bench" / "common" / "synthesis_variant.cpp",
+            *extra,
+        ],
         check=True,
-    )  # fmt: skip
+    )
     return out
 
 
@@ -102,18 +113,34 @@ def instructions(variant: Variant) -> list[float]:
     for processor in PROCESSORS:
         with tempfile.TemporaryDirectory() as folder:
             extra: list[str | Path] = [
-                "-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
-                "-Wl,--no-warn-rwx-segments", "-nostdlib", HERE / f"{processor.prefix}_start.S",
+                "-isystem",
+                HERE / "include",
+                "-T",
+                HERE / f"{processor.prefix}.ld",
+                "-Wl,--no-warn-rwx-segments",
+                "-nostdlib",
+                HERE / f"{processor.prefix}_start.S",
                 "-lgcc",
-            ]  # fmt: skip
+            ]
             compiler = [processor.compiler, *processor.flags, "-ffreestanding"]
             built = program(Path(folder), variant, 1.0, compiler, extra)
             answer = subprocess.run(
-                [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none",
-                 "-kernel", built],
-                check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                [
+                    *processor.machine,
+                    "-nographic",
+                    "-monitor",
+                    "none",
+                    "-serial",
+                    "none",
+                    "-kernel",
+                    built,
+                ],
+                check=True,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
                 timeout=60,
-            )  # fmt: skip
+            )
         found.append(int(answer.stdout.split()[1], 16) / processor.per_instruction)
     return found
 
@@ -180,11 +207,18 @@ def bench_variants() -> None:
         rows.append((variant, full, quiet, costs))
         mark = "**" if variant == Variant(256, True, 10, 2) else ""
         cells = [
-            f"{mark}{variant.points}{mark}", "yes" if variant.is_interpolated else "no",
-            variant.bits, variant.order, f"{full.sfdr:.1f}", f"{quiet.sfdr:.1f}",
-            f"{full.sndr:.1f}", f"{quiet.sndr:.1f}", f"{full.thd:.1f}", f"{costs[0]:.0f}",
+            f"{mark}{variant.points}{mark}",
+            "yes" if variant.is_interpolated else "no",
+            variant.bits,
+            variant.order,
+            f"{full.sfdr:.1f}",
+            f"{quiet.sfdr:.1f}",
+            f"{full.sndr:.1f}",
+            f"{quiet.sndr:.1f}",
+            f"{full.thd:.1f}",
+            f"{costs[0]:.0f}",
             f"{costs[1]:.0f}",
-        ]  # fmt: skip
+        ]
         print("| " + " | ".join(map(str, cells)) + " |")
     draw(rows)
     print("\n![Purity against cost](../images/synthesis.png)\n")
@@ -233,8 +267,13 @@ def bench_firmware() -> None:
         path = Path(folder) / "t.chl"
         path.write_bytes(pack(table))
         counts = [count(processor, path) for processor in PROCESSORS]
-    names = ["five sines", "while a drive changes", "other waves", "other waves, changing",
-             "with a command to take"]  # fmt: skip
+    names = [
+        "five sines",
+        "while a drive changes",
+        "other waves",
+        "other waves, changing",
+        "with a command to take",
+    ]
     print("| instructions per five-channel sample, most | Xtensa | RISC-V |")
     print("|---|---|---|")
     for name, key in zip(names, SAMPLES, strict=True):

@@ -34,7 +34,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Regions
 from chladni.tables.build import board_drives, losses_of, table_of
-from chladni.tables.felt import Fingers, survey_of
+from chladni.tables.felt_survey import Fingers, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
 from chladni.tables.layout import BITS

@@ -175,10 +175,19 @@ def table_file(table_bytes: bytes, tmp_path: Path) -> Path:
 def port(table_file: Path) -> Iterator[str]:
     """An emulated device on a pseudo-terminal, in a process of its own."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "chladni.host.cli.app", "emulate", str(table_file), "--serial",
-         "--ms", "600000"],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "chladni.host.cli.app",
+            "emulate",
+            str(table_file),
+            "--serial",
+            "--ms",
+            "600000",
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None
     yield process.stdout.readline().strip()
     process.terminate()

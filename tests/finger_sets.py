@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.fingers.responses import Responses, interpolated
-from chladni.drives.fingers.silence import Place, Plate, ring_offsets
+from chladni.drives.fingers.silence import KnownPlate, Place, ring_offsets
 from chladni.host.emulation import _emulator
 from chladni.sim.fields.transfer import transfer_fields
 from conftest import shipped_board
@@ -20,7 +20,7 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class MadeUpPlate:
-    """Responses that are known at the fingers' points alone; a `Plate`.
+    """Responses that are known at the fingers' points alone; a `KnownPlate`.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class CoreDrives:
     regularisation: FloatArray
 
 
-def known_at(plate: Plate, fingers: Sequence[Place]) -> MadeUpPlate:
+def known_at(plate: KnownPlate, fingers: Sequence[Place]) -> MadeUpPlate:
     """What a plate does at fingers."""
     centres = np.asarray(fingers, dtype=np.float64)
     places = (centres[:, None] + ring_offsets()).reshape(-1, 2)

@@ -29,8 +29,14 @@ from made_up import with_crc
 
 KEY = bytes(range(32))
 PARSERS = (
-    link, datagrams, device_config, symmetry, layout, table_format, table_responses,
-)  # fmt: skip
+    link,
+    datagrams,
+    device_config,
+    symmetry,
+    layout,
+    table_format,
+    table_responses,
+)
 
 
 def instrument(module: ModuleType) -> None:

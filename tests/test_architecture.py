@@ -22,14 +22,12 @@ ROOMS = (
     "limits", "device", "link",
 )  # fmt: skip
 IN_SINGLE_PRECISION = {
-    *(
-        path
-        for path in CORE_SOURCES
-        if path.relative_to(CORE).parts[0] in ("fingers", "effects")
-    ),
+    *(path for path in CORE_SOURCES if path.relative_to(CORE).parts[0] in ("fingers", "effects")),
     CORE / "generated/low_pass_sections.hpp",
-    CORE / "base/floats.hpp", CORE / "table/responses.hpp", CORE / "table/responses.cpp",
-}  # fmt: skip
+    CORE / "base/floats.hpp",
+    CORE / "table/responses.hpp",
+    CORE / "table/responses.cpp",
+}
 """Runs in the main loop alone; what reaches the sample interrupt is checked by its objects
 (firmware/test_iram.py) and may not include it (test_the_sample_path_is_below_single_precision)."""
 # What is there without an operating system.
@@ -195,8 +193,11 @@ def c_functions(text: str) -> Iterator[tuple[str, int]]:
 
 
 MEASURES = {
-    ".py": python_functions, ".js": script_functions, ".c": c_functions, ".h": c_functions,
-}  # fmt: skip
+    ".py": python_functions,
+    ".js": script_functions,
+    ".c": c_functions,
+    ".h": c_functions,
+}
 
 
 def too_long(files: Iterable[Path], root: Path) -> list[str]:
@@ -234,26 +235,35 @@ def test_what_is_too_long_is_found(tmp_path: Path) -> None:
     body = "    x = 1\n" * MOST_OF_A_FUNCTION
     signature = "def f(\n    a: int,\n) -> None:\n"
     texts = {
-        "a/lines.cpp": "\n" * 351, "a/enough.cpp": "\n" * 350,
-        "a/lines.h": "\n" * 351, "a/lines.c": "\n" * 351,
+        "a/lines.cpp": "\n" * 351,
+        "a/enough.cpp": "\n" * 350,
+        "a/lines.h": "\n" * 351,
+        "a/lines.c": "\n" * 351,
         "a/long.py": f'{signature}    """Long."""\n{body}    y = 2\n',
         "a/short.py": f'{signature}    """Short.\n\n    So long.\n    """\n{body}',
         "a/long.js": f"export function f() {{\n{body}  y();\n}}\n",
         "a/short.js": f"on(() => {{\n{body}}});\nf();\n",
         "a/long.c": f"static void f(int a,\n    int b) {{\n{body}  g();\n}}\nvoid h(void) {{}}\n",
         "a/short.c": f"int x;\nint f(void) {{\n{body}}}\n",
-        **{f"b/{k}.js": "" for k in range(16)}, "b/__init__.py": "",
-        **{f"c/{k}.js": "" for k in range(15)}, "c/__init__.py": "",
-        **{f"tests/{k}.py": "" for k in range(16)}, **{f"{k}.py": "" for k in range(16)},
-    }  # fmt: skip
+        **{f"b/{k}.js": "" for k in range(16)},
+        "b/__init__.py": "",
+        **{f"c/{k}.js": "" for k in range(15)},
+        "c/__init__.py": "",
+        **{f"tests/{k}.py": "" for k in range(16)},
+        **{f"{k}.py": "" for k in range(16)},
+    }
     for name, text in texts.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, "utf-8")
     assert too_long([tmp_path / name for name in texts], tmp_path) == [
-        "a/lines.cpp: 351 lines", "a/lines.h: 351 lines", "a/lines.c: 351 lines",
-        "a/long.py, f: 51 lines", "a/long.js, export function f() {: 51 lines",
-        "a/long.c, static void f(int a,\n    int b): 51 lines", "b: 16 files",
-    ]  # fmt: skip
+        "a/lines.cpp: 351 lines",
+        "a/lines.h: 351 lines",
+        "a/lines.c: 351 lines",
+        "a/long.py, f: 51 lines",
+        "a/long.js, export function f() {: 51 lines",
+        "a/long.c, static void f(int a,\n    int b): 51 lines",
+        "b: 16 files",
+    ]
 
 
 def test_names_of_test_files_are_used_once() -> None:

@@ -55,9 +55,15 @@ def test_the_citation_names_the_paper(citation: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     "page",
-    ["README.md", "docs/physics.md", "docs/five-actuators.md", "docs/paper.md",
-     "boards/paper.toml", "boards/prototype.toml"],
-)  # fmt: skip
+    [
+        "README.md",
+        "docs/physics.md",
+        "docs/five-actuators.md",
+        "docs/paper.md",
+        "boards/paper.toml",
+        "boards/prototype.toml",
+    ],
+)
 def test_a_page_that_speaks_of_the_paper_names_it(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     words = " ".join(text.replace("\n#", "\n").split())

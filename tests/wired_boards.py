@@ -35,9 +35,12 @@ def board_with(
 def with_bridges(board: Board, **electronics: Any) -> Board:
     """Of a board with switches, without pins; all that only switches have is as by default."""
     values: dict[str, Any] = {
-        "drive": "bridge", "diode_v": Electronics.diode_v, "least_duty": 0.0,
-        "min_on_ns": Electronics.min_on_ns, "pwm_pins": (),
-    }  # fmt: skip
+        "drive": "bridge",
+        "diode_v": Electronics.diode_v,
+        "least_duty": 0.0,
+        "min_on_ns": Electronics.min_on_ns,
+        "pwm_pins": (),
+    }
     return replace(board, electronics=replace(board.electronics, **(values | electronics)))
 
 

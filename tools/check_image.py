@@ -38,17 +38,31 @@ class Memory:
 
 # ESP-IDF 5.5.3's linker scripts (components/esp_system/ld); the budgets leave Wi-Fi what it takes.
 MEMORIES = {
-    "esp32": Memory(range(0x40080000, 0x400A0000), range(0x3FFAE000, 0x40000000),
-                    (range(0x3F400000, 0x3F800000), range(0x400C2000, 0x40C00000)), 128 * 1024,
-                    180_736, "xtensa-esp32-elf-"),
-    "esp32s3": Memory(range(0x40370000, 0x403E0000), range(0x3FC88000, 0x3FD00000),
-                      (range(0x3C000000, 0x3E000000), range(0x42000000, 0x44000000)), 352 * 1024,
-                      341_760, "xtensa-esp32s3-elf-"),
-}  # fmt: skip
+    "esp32": Memory(
+        range(0x40080000, 0x400A0000),
+        range(0x3FFAE000, 0x40000000),
+        (range(0x3F400000, 0x3F800000), range(0x400C2000, 0x40C00000)),
+        128 * 1024,
+        180_736,
+        "xtensa-esp32-elf-",
+    ),
+    "esp32s3": Memory(
+        range(0x40370000, 0x403E0000),
+        range(0x3FC88000, 0x3FD00000),
+        (range(0x3C000000, 0x3E000000), range(0x42000000, 0x44000000)),
+        352 * 1024,
+        341_760,
+        "xtensa-esp32s3-elf-",
+    ),
+}
 ROOTS = (
-    "on_alarm", "set_duties", "chladni::chip::pwm_set_duties", "chladni::chip::cut_outputs",
-    "start_together", "__wrap_esp_panic_handler",
-)  # fmt: skip
+    "on_alarm",
+    "set_duties",
+    "chladni::chip::pwm_set_duties",
+    "chladni::chip::cut_outputs",
+    "start_together",
+    "__wrap_esp_panic_handler",
+)
 """Where the interrupt, the last resort and the start of both timers begin."""
 BEYOND = ("esp_panic_handler", "__real_esp_panic_handler")
 """ESP-IDF's own, after outputs were cut."""
@@ -88,8 +102,7 @@ def functions(disassembly: str, again: Again | None = None) -> dict[str, Functio
         beginning of an instruction, and what follows is lost. So it starts again from where a jump
         of the function itself goes to.
     """
-    heads = [(m.start(), int(m.group(1), 16), bare(m.group(2)))
-             for m in HEAD.finditer(disassembly)]  # fmt: skip
+    heads = [(m.start(), int(m.group(1), 16), bare(m.group(2))) for m in HEAD.finditer(disassembly)]
     found: dict[str, Function] = {}
     ends = [(at, address) for at, address, _ in heads[1:]] + [(len(disassembly), 1 << 32)]
     for (at, address, name), (to, end) in zip(heads, ends, strict=True):
@@ -148,8 +161,10 @@ def words(contents: str) -> dict[int, int]:
     for row in WORDS.finditer(contents):
         at, data = int(row.group(1), 16), bytes.fromhex(row.group(2).replace(" ", ""))
         skipped = -at % 4
-        found |= {at + k: int.from_bytes(data[k : k + 4], "little")
-                  for k in range(skipped, len(data) - 3, 4)}  # fmt: skip
+        found |= {
+            at + k: int.from_bytes(data[k : k + 4], "little")
+            for k in range(skipped, len(data) - 3, 4)
+        }
     return found
 
 
@@ -169,22 +184,34 @@ def complaints(
         Words by their address, for the values of literals.
     """
     path = reached(found, contents)
-    wrong = [f"{root}: not in the image" for root in ROOTS
-             if not any(is_root(name, root) for name in path)]  # fmt: skip
+    wrong = [
+        f"{root}: not in the image"
+        for root in ROOTS
+        if not any(is_root(name, root) for name in path)
+    ]
     for name in path:
         own = found[name]
         if own.address not in memory.iram:
             wrong.append(f"{name}: at {own.address:#x}, which is not IRAM")
-        wrong += [f"{name}: a literal at {at:#x}, which is not IRAM"
-                  for at in own.literals if at not in memory.iram]  # fmt: skip
+        wrong += [
+            f"{name}: a literal at {at:#x}, which is not IRAM"
+            for at in own.literals
+            if at not in memory.iram
+        ]
         values = [contents.get(at, 0) for at in own.literals]
-        wrong += [f"{name}: the address {value:#x}, which is flash" for value in values
-                  if any(value in part for part in memory.flash)]  # fmt: skip
+        wrong += [
+            f"{name}: the address {value:#x}, which is flash"
+            for value in values
+            if any(value in part for part in memory.flash)
+        ]
         wrong += [f"{name}: {what}, of the floating-point unit" for what in own.floating]
     read = {contents.get(at, 0) for name in path for at in found[name].literals}
     used = [own for own in tables if any(at in own for at in read)]
-    wrong += [f"a table at {own.start:#x}, which is not DRAM" for own in used
-              if own.start not in memory.dram]  # fmt: skip
+    wrong += [
+        f"a table at {own.start:#x}, which is not DRAM"
+        for own in used
+        if own.start not in memory.dram
+    ]
     if not used:
         wrong.append(f"{', '.join(TABLES)}: the interrupt has no address of it")
     return wrong
@@ -212,8 +239,11 @@ def check(image: Path, memory: Memory, prefix: str) -> list[str]:
     iram, dram = sizes(said("size", "-A"), memory)
     print(f"IRAM {iram:,} of {memory.iram_bytes:,} bytes, DRAM {dram:,} of {memory.dram_bytes:,}")
     rows = [line.split(maxsplit=3) for line in said("nm", "-SC").splitlines()]
-    tables = [range(int(row[0], 16), int(row[0], 16) + int(row[1], 16)) for row in rows
-              if len(row) == 4 and any(own in row[3] for own in TABLES)]  # fmt: skip
+    tables = [
+        range(int(row[0], 16), int(row[0], 16) + int(row[1], 16))
+        for row in rows
+        if len(row) == 4 and any(own in row[3] for own in TABLES)
+    ]
 
     def again(start: int, end: int) -> str:
         return said("objdump", "-dC", f"--start-address={start:#x}", f"--stop-address={end:#x}")
@@ -224,8 +254,9 @@ def check(image: Path, memory: Memory, prefix: str) -> list[str]:
     print(f"{len(path)} functions on the interrupt's path and the last resort's")
     wrong = complaints(found, tables, memory, contents)
     budgets = (("IRAM", iram, memory.iram_bytes), ("DRAM", dram, memory.dram_bytes))
-    return wrong + [f"{name}: {own:,} bytes of {most:,}" for name, own, most in budgets
-                    if own > most]  # fmt: skip
+    return wrong + [
+        f"{name}: {own:,} bytes of {most:,}" for name, own, most in budgets if own > most
+    ]
 
 
 def main() -> int:

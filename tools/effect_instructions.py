@@ -17,9 +17,11 @@ from chladni.sim.errors import ChladniError
 
 CORE = FIRMWARE / "core"
 SOURCES = (
-    HERE / "effects.cpp", CORE / "effects/effect_player.cpp", CORE / "effects/bank.cpp",
+    HERE / "effects.cpp",
+    CORE / "effects/effect_player.cpp",
+    CORE / "effects/bank.cpp",
     CORE / "base/crc32.cpp",
-)  # fmt: skip
+)
 MOST_DIFFERENCE = 2
 """Of samples in 1/32768, where one fuses what another rounds twice."""
 

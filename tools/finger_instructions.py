@@ -24,13 +24,21 @@ from chladni.sim.errors import ChladniError
 RISCV = next(each for each in PROCESSORS if each.prefix == "riscv")
 # Of architectures for which the compiler's library is there.
 WITHOUT_UNIT = Processor(
-    "RISC-V rv32imac", RISCV.compiler, ("-march=rv32imac_zicsr", "-mabi=ilp32"), RISCV.machine,
-    RISCV.per_instruction, RISCV.prefix,
-)  # fmt: skip
+    "RISC-V rv32imac",
+    RISCV.compiler,
+    ("-march=rv32imac_zicsr", "-mabi=ilp32"),
+    RISCV.machine,
+    RISCV.per_instruction,
+    RISCV.prefix,
+)
 WITH_UNIT = Processor(
-    "RISC-V rv32imafc", RISCV.compiler, ("-march=rv32imafc_zicsr", "-mabi=ilp32f"), RISCV.machine,
-    RISCV.per_instruction, RISCV.prefix,
-)  # fmt: skip
+    "RISC-V rv32imafc",
+    RISCV.compiler,
+    ("-march=rv32imafc_zicsr", "-mabi=ilp32f"),
+    RISCV.machine,
+    RISCV.per_instruction,
+    RISCV.prefix,
+)
 SOURCES = (HERE / "fingers.cpp", FIRMWARE / "core" / "fingers" / "drive_solver.cpp")
 SETS = ((2, 5), (2, 16), (5, 16))
 MOST_DIFFERENCE = 8
@@ -78,18 +86,34 @@ def said_there(
     bare = ["-ffreestanding", "-nostdlib", "-isystem", str(HERE / "include")]
     script = ["-T", str(HERE / f"{processor.prefix}.ld"), "-Wl,--no-warn-rwx-segments"]
     return _run(
-        [processor.compiler, *processor.flags, *FLAGS, *options, *bare, *script,
-         str(HERE / f"{processor.prefix}_start.S"), *map(str, sources), library(processor)],
+        [
+            processor.compiler,
+            *processor.flags,
+            *FLAGS,
+            *options,
+            *bare,
+            *script,
+            str(HERE / f"{processor.prefix}_start.S"),
+            *map(str, sources),
+            library(processor),
+        ],
         [*processor.machine, "-nographic", "-monitor", "none", "-serial", "none", "-kernel"],
-    )  # fmt: skip
+    )
 
 
 def said_here(sources: Sequence[Path], options: Sequence[str] = ()) -> list[tuple[str, int]]:
     """The same on this machine."""
     return _run(
-        ["g++", "-DON_THIS_MACHINE", *FLAGS, *options, str(HERE / "this_machine.cpp"),
-         *map(str, sources)], [],
-    )  # fmt: skip
+        [
+            "g++",
+            "-DON_THIS_MACHINE",
+            *FLAGS,
+            *options,
+            str(HERE / "this_machine.cpp"),
+            *map(str, sources),
+        ],
+        [],
+    )
 
 
 def _run(compiler: list[str], machine: list[str]) -> list[tuple[str, int]]:

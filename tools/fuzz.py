@@ -21,9 +21,12 @@ FIRMWARE = ROOT / "firmware" / "esp32"
 OUT = ROOT / "build" / "fuzz"
 TARGETS = ("link", "datagrams", "table", "bank", "touch")
 FLAGS = (
-    "-std=c++17", "-O1", "-g", "-fsanitize=fuzzer,address,undefined",
+    "-std=c++17",
+    "-O1",
+    "-g",
+    "-fsanitize=fuzzer,address,undefined",
     "-fno-sanitize-recover=undefined",
-)  # fmt: skip
+)
 
 
 def build(target: str) -> Path:
@@ -32,10 +35,18 @@ def build(target: str) -> Path:
     core = sorted((FIRMWARE / "core").rglob("*.cpp"))
     program = OUT / target
     subprocess.run(
-        ["clang++", *FLAGS, "-I", FIRMWARE, FIRMWARE / "fuzz" / f"{target}.cpp", *core, "-o",
-         program],
+        [
+            "clang++",
+            *FLAGS,
+            "-I",
+            FIRMWARE,
+            FIRMWARE / "fuzz" / f"{target}.cpp",
+            *core,
+            "-o",
+            program,
+        ],
         check=True,
-    )  # fmt: skip
+    )
     return program
 
 
@@ -46,11 +57,20 @@ def run(name: str, command: list[str | Path], seconds: int) -> tuple[str, int, s
     kept = ROOT / "tests" / "corpus" / name
     known = [kept] if kept.is_dir() else []
     done = subprocess.run(
-        [*command, f"-max_total_time={seconds}", "-max_len=4096", "-timeout=20",
-         f"-artifact_prefix={OUT}/{name}-", corpus, *known],
-        capture_output=True, text=True, check=False,
+        [
+            *command,
+            f"-max_total_time={seconds}",
+            "-max_len=4096",
+            "-timeout=20",
+            f"-artifact_prefix={OUT}/{name}-",
+            corpus,
+            *known,
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
         env=os.environ | {"PYTHONPATH": str(ROOT / "tests"), "ASAN_OPTIONS": "detect_leaks=0"},
-    )  # fmt: skip
+    )
     return name, done.returncode, done.stderr
 
 

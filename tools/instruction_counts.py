@@ -121,6 +121,20 @@ def compile_core_here(folder: Path) -> list[Path]:
     return _objects(["g++", *plain], folder)
 
 
+def _linked(processor: Processor, core: Sequence[Path]) -> list[str | Path]:
+    """What the core is linked with to run on a processor that is emulated."""
+    return [
+        *core,
+        f"-isystem{HERE / 'include'}",
+        f"-T{HERE / processor.prefix}.ld",
+        "-Wl,--no-warn-rwx-segments",
+        # Nothing here finds drives of fingers, and the lx106's library has no floats.
+        "-Wl,--gc-sections",
+        HERE / f"{processor.prefix}_start.S",
+        library(processor),
+    ]
+
+
 def _objects(command: list[str], folder: Path) -> list[Path]:
     arguments = ["-I", str(FIRMWARE), "-c", *map(str, CORE)]
     subprocess.run([*command, *arguments], check=True, cwd=folder)
@@ -155,12 +169,9 @@ def count(
     said = run(
         path,
         [*command, *FLAGS, *plays],
-        [*core, "-isystem", HERE / "include", "-T", HERE / f"{processor.prefix}.ld",
-         # Nothing here finds drives of fingers, and the lx106's library has no floats.
-         "-Wl,--no-warn-rwx-segments", "-Wl,--gc-sections",
-         HERE / f"{processor.prefix}_start.S", library(processor)],
+        _linked(processor, core),
         processor.emulator,
-    )  # fmt: skip
+    )
     if said["status"] != 0:
         raise ChladniError(f"{processor.name}: table status {said['status']}")
     expected = reference_crc(table)
@@ -215,13 +226,27 @@ def count_writes(processor: Processor) -> dict[str, int]:
         for place in (Path(folder), FIRMWARE, chip, chip / "esp32"):
             include += ["-I", place]
         subprocess.run(
-            [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib", *FLAGS,
-             "-ffunction-sections", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments", *include,
-             "-T", HERE / f"{processor.prefix}.ld", "-o", program,
-             HERE / f"{processor.prefix}_start.S", HERE / "duty_writes.cpp",
-             chip / "outputs" / "pwm.cpp", library(processor)],
+            [
+                processor.compiler,
+                *processor.flags,
+                "-ffreestanding",
+                "-nostdlib",
+                *FLAGS,
+                "-ffunction-sections",
+                "-Wl,--gc-sections",
+                "-Wl,--no-warn-rwx-segments",
+                *include,
+                "-T",
+                HERE / f"{processor.prefix}.ld",
+                "-o",
+                program,
+                HERE / f"{processor.prefix}_start.S",
+                HERE / "duty_writes.cpp",
+                chip / "outputs" / "pwm.cpp",
+                library(processor),
+            ],
             check=True,
-        )  # fmt: skip
+        )
         said = emulate(processor.emulator, program)
     for name in ("writes", "bridge_writes"):
         said[name] = round(said[name] / processor.per_instruction)
@@ -243,10 +268,20 @@ def run(
         shutil.copy(path, Path(folder) / "table.chl")
         program = Path(folder) / "program.elf"
         subprocess.run(
-            [*compiler, f"-DCHANNELS={read_table(path).actuators}U", "-I", FIRMWARE,
-             f"-Wa,-I{folder}", "-o", program, HERE / "main.cpp", HERE / "table_data.S", *extra],
+            [
+                *compiler,
+                f"-DCHANNELS={read_table(path).actuators}U",
+                "-I",
+                FIRMWARE,
+                f"-Wa,-I{folder}",
+                "-o",
+                program,
+                HERE / "main.cpp",
+                HERE / "table_data.S",
+                *extra,
+            ],
             check=True,
-        )  # fmt: skip
+        )
         return emulate(machine, program)
 
 

@@ -50,9 +50,11 @@ LONGEST_NAME = 60
 """Characters; a longer line of metadata is a sentence of a licence."""
 # Not installed beside the others, or for few Pythons, or silent in their metadata.
 ELSEWHERE = {
-    "scikit-build-core": "Apache-2.0", "nanobind": "BSD-3-Clause", "atheris": "Apache-2.0",
+    "scikit-build-core": "Apache-2.0",
+    "nanobind": "BSD-3-Clause",
+    "atheris": "Apache-2.0",
     "sounddevice": "MIT",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -142,8 +144,12 @@ def rows(document: dict[str, Any]) -> list[Row]:
             if name != project["name"]:
                 own = Row(name, str(requirement.specifier) or "any", use, licence_of(name))
                 found.setdefault(name, own)
-    order = [RUNTIME, *(f"extra {extra}" for extra in sorted(project["optional-dependencies"])),
-             BUILD, DEVELOPMENT]  # fmt: skip
+    order = [
+        RUNTIME,
+        *(f"extra {extra}" for extra in sorted(project["optional-dependencies"])),
+        BUILD,
+        DEVELOPMENT,
+    ]
     return sorted(found.values(), key=lambda row: (order.index(row.use), row.name))
 
 

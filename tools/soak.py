@@ -44,9 +44,20 @@ def sweep(seed: int, marks: str, seconds: float) -> bool | None:
     """One round of the tests so marked; None if the time was up before it ended."""
     print(f"round {seed}: CHLADNI_SOAK_SEED={seed}", flush=True)
     command = [
-        sys.executable, "-m", "pytest", "-q", "-n", str(os.cpu_count() or 1), "--dist", "worksteal",
-        "-m", marks, f"--hypothesis-seed={seed}", "-x", *TESTS,
-    ]  # fmt: skip
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        str(os.cpu_count() or 1),
+        "--dist",
+        "worksteal",
+        "-m",
+        marks,
+        f"--hypothesis-seed={seed}",
+        "-x",
+        *TESTS,
+    ]
     environment = os.environ | {"CHLADNI_SOAK_SEED": str(seed)}
     process = subprocess.Popen(command, cwd=ROOT, env=environment, start_new_session=True)
     try:

@@ -82,8 +82,12 @@ class Draw:
         }  # fmt: skip
         if magnets:
             ratio = float(rng.choice([1.0, 30.0, 1000.0]))
-            document["magnet"] = {"radius_mm": 5.0, "height_mm": 3.0, "density_kg_m3": 7500.0,
-                                  "stiffness_ratio": ratio}  # fmt: skip
+            document["magnet"] = {
+                "radius_mm": 5.0,
+                "height_mm": 3.0,
+                "density_kg_m3": 7500.0,
+                "stiffness_ratio": ratio,
+            }
         if not few:
             supports = ("clamped", "pinned")
             document["screws"] = [

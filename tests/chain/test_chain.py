@@ -159,8 +159,11 @@ def test_plate_commands_answer_and_draw(chladni: CommandLine, tmp_path: Path) ->
     swept = chladni("sweep", "paper", "--figure", tmp_path / "s.png", "--json")
     assert swept.code == 0
     assert {wave["waveform"] for wave in swept.json["waves"]} == {
-        "sine", "triangle", "square", "ramp",
-    }  # fmt: skip
+        "sine",
+        "triangle",
+        "square",
+        "ramp",
+    }
     drawn = chladni(
         "field",
         "paper",

@@ -71,8 +71,11 @@ def of_design(said: str, folder: Path) -> None:
 
 
 CHECKS: dict[str, Callable[[str, Path], None]] = {
-    "field": of_field, "table": of_table, "swipe": of_swipe, "design": of_design,
-}  # fmt: skip
+    "field": of_field,
+    "table": of_table,
+    "swipe": of_swipe,
+    "design": of_design,
+}
 
 
 def check_figure(path: Path) -> None:

@@ -61,8 +61,19 @@ def test_every_command_takes_the_objective_of_the_file(
     assert methods[:2] == [("nearest", "ssim"), ("phasor", objective)]
     built = chladni("table", "build", board, "-o", table, "--for", "finger", "--json")
     assert built.json["objective"] == objective
-    played = chladni("emulate", table, "--board", board, "--touch", "0,5@5", "--ms", "200",
-                     "-o", tmp_path / "r.npz", "--json")  # fmt: skip
+    played = chladni(
+        "emulate",
+        table,
+        "--board",
+        board,
+        "--touch",
+        "0,5@5",
+        "--ms",
+        "200",
+        "-o",
+        tmp_path / "r.npz",
+        "--json",
+    )
     assert played.json["objective"] == objective
     loaded = load_board(board)
     catalogue = Catalogue(BoardChoice(loaded, default_objective(loaded)))

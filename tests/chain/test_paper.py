@@ -39,8 +39,13 @@ def test_the_page_has_the_numbers_of_today(text: str, quick: Numbers) -> None:
     others = names() - quick.keys()
     assert len(quick.keys() & names()) > 90
     assert {name.partition("_")[0] for name in others} == {
-        "rest", "steady", "long", "other", "seeds", "measured",
-    }  # fmt: skip
+        "rest",
+        "steady",
+        "long",
+        "other",
+        "seeds",
+        "measured",
+    }
 
 
 @pytest.mark.slow

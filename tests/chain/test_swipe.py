@@ -109,9 +109,11 @@ def test_places_that_the_panel_never_saw_are_left_out(
 
 def test_the_first_finger_plays_until_it_lifts(coarse_board: Board, coarse_table: Built) -> None:
     events = [
-        TouchEvent(20.0, (0.0, 40.0), 0), TouchEvent(50.0, (5.0, -40.0), 1),
-        TouchEvent(80.0, (2.0, 40.0), 0), TouchEvent(110.0, None, 0),
-    ]  # fmt: skip
+        TouchEvent(20.0, (0.0, 40.0), 0),
+        TouchEvent(50.0, (5.0, -40.0), 1),
+        TouchEvent(80.0, (2.0, 40.0), 0),
+        TouchEvent(110.0, None, 0),
+    ]
     _, report = run_loop(coarse_table[0], coarse_board, events, 180.0)
     assert [touch.target_mm for touch in report.touches] == [(0.0, 40.0), (2.0, 40.0), (5.0, -40.0)]
     assert min(touch.settled for touch in report.touches) > 0.999

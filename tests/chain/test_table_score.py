@@ -130,10 +130,12 @@ def test_table_score_answers_and_draws(chladni: CommandLine, tmp_path: Path, mad
     assert set(done.json["second_finger_20mm_db"]) == {"median", "p10", "p90"}
     assert {"objective", "bits", "finger_um", "focal_error_mm", "seconds"} <= set(done.json)
     for arguments, named in (
-        (("--pitch", "0"), "pitch"), (("--samples", "-1"), "--samples"),
-        (("--figure", "s.gif"), "--figure"), (("--frequency", "100"), "frequency"),
+        (("--pitch", "0"), "pitch"),
+        (("--samples", "-1"), "--samples"),
+        (("--figure", "s.gif"), "--figure"),
+        (("--frequency", "100"), "frequency"),
         (("--board", "prototype"), "prototype"),
-    ):  # fmt: skip
+    ):
         refused = chladni("table", "score", path, *arguments)
         assert refused.code == 2
         assert named in refused.err

@@ -45,8 +45,9 @@ def test_the_template_can_be_built_and_scored(
     if not table.exists():
         built = chladni("table", "build", board, "-o", table, "--json")
         assert built.code == 0, built.err
-    scored = chladni("table", "score", table, "--board", board, "--pitch", "40",
-                     "--no-perturbed", "--json")  # fmt: skip
+    scored = chladni(
+        "table", "score", table, "--board", board, "--pitch", "40", "--no-perturbed", "--json"
+    )
     assert scored.code == 0, scored.err
     # 80 x 160 mm less 3 mm all round: 2 x 4 cells and those half-way; of a small panel 1 x 2.
     assert scored.json["places"] == (21 if panel == "as it is" else 3)
@@ -70,8 +71,10 @@ def test_what_is_left_from_another_board_is_remarked_on(
     chladni: CommandLine, tmp_path: Path
 ) -> None:
     assert "panel.size_mm" not in chladni("board", "show", TEMPLATE).err
-    latch = ("rms_voltage = 1.8 ", "moving_mass_g = 12.0\nresonance_hz = 160.0\nmechanical_q = "
-             "12.0\nrms_voltage = 1.8 ")  # fmt: skip
+    latch = (
+        "rms_voltage = 1.8 ",
+        "moving_mass_g = 12.0\nresonance_hz = 160.0\nmechanical_q = 12.0\nrms_voltage = 1.8 ",
+    )
     small = (PANEL, "size_mm = [54.0, 94.0]  # its")
     told = chladni("board", "show", changed(tmp_path, small, latch))
     assert told.code == 0

@@ -167,9 +167,12 @@ def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
 
 def entry(second: float, um_db: float, coils: int) -> Entry:
     terms = dict.fromkeys(GOALS, 0.0) | {
-        "second_finger_20mm_db": second, "finger_db": um_db, "coils": -float(coils),
-        "area_cm2": -8.0, "mass_g": -3.0,
-    }  # fmt: skip
+        "second_finger_20mm_db": second,
+        "finger_db": um_db,
+        "coils": -float(coils),
+        "area_cm2": -8.0,
+        "mass_g": -3.0,
+    }
     return Entry({"second": second}, Evaluation(second, second, None, terms))
 
 

@@ -31,9 +31,11 @@ def test_ranges_lists_and_free_are_found_where_they_stand() -> None:
     )
     kinds = {variable.where: type(variable) for variable in spec.variables}
     assert kinds == {
-        ("plate", "size_mm", 1): Range, ("plate", "thickness_mm"): Choice,
-        ("foundation", "stiffness_n_per_mm3"): Range, ("drive", "frequency_hz"): Choice,
-    }  # fmt: skip
+        ("plate", "size_mm", 1): Range,
+        ("plate", "thickness_mm"): Choice,
+        ("foundation", "stiffness_n_per_mm3"): Range,
+        ("drive", "frequency_hz"): Choice,
+    }
     # In the document's order: half-way of 30 to 60, of the standard sheets the sixth, between 0.01
     # and 0.09 by ratios 0.03, of the frequencies the last.
     document = document_of(spec, [0.5, 5.0, 0.5, 2.0], [(0.0, -9.0), (0.0, 9.0)])
@@ -57,8 +59,14 @@ def test_a_material_stands_for_its_numbers_and_is_replaced_by_those_given() -> N
 
 def test_coils_stand_as_close_as_they_can_be_wound() -> None:
     magnet = {"radius_mm": 3.0, "height_mm": 4.0, "density_kg_m3": 7500.0, "stiffness_ratio": 1e3}
-    winding = {"turns": 100, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 9.0, "height_mm": 1.0,
-               "gap_mm": 1.0}  # fmt: skip
+    winding = {
+        "turns": 100,
+        "wire_mm": 0.1,
+        "inner_mm": 3.0,
+        "outer_mm": 9.0,
+        "height_mm": 1.0,
+        "gap_mm": 1.0,
+    }
     assert spec_of(small()).settings.coil_spacing == pytest.approx(8e-3)
     assert spec_of(small(magnet=magnet)).settings.coil_spacing == pytest.approx(6.5e-3)
     both = small(magnet=magnet, winding=winding)
@@ -133,9 +141,11 @@ def test_an_error_names_what_was_wanted_there() -> None:
 @pytest.mark.parametrize(("number", "drive"), [(0.0, "switch"), (1.0, "bridge")])
 def test_a_driver_may_be_left_open_and_takes_its_own_keys(number: float, drive: str) -> None:
     electronics = {
-        "drive": {"any": ["switch", "bridge"]}, "least_duty": 0.085, "diode_v": 0.3,
+        "drive": {"any": ["switch", "bridge"]},
+        "least_duty": 0.085,
+        "diode_v": 0.3,
         "lost_ns": 60.0,
-    }  # fmt: skip
+    }
     spec = spec_of(small(electronics=electronics))
     assert [own.where for own in spec.variables] == [("electronics", "drive")]
     found = completed_board(document_of(spec, [number], [(0.0, -9.0), (0.0, 9.0)])).electronics
@@ -212,9 +222,13 @@ def test_all_that_is_wrong_with_a_spec_is_named_at_once() -> None:
     with pytest.raises(FaultsError) as caught:
         spec_of(wrong)
     assert [one.field for one in caught.value.errors] == [
-        "design.coil", "design.finger_um", "design.symmetric", "design.weights.loudness",
-        "plate.colour", "drive.frequency_hz",
-    ]  # fmt: skip
+        "design.coil",
+        "design.finger_um",
+        "design.symmetric",
+        "design.weights.loudness",
+        "plate.colour",
+        "drive.frequency_hz",
+    ]
     assert "'coils', perhaps" in str(caught.value)
 
 

@@ -65,10 +65,23 @@ def chip_in_qemu(build: Path, folder: Path, program: str, extra: str) -> Iterato
     flash = folder / "flash.bin"
     flash.write_bytes(image)
     process = subprocess.Popen(
-        [found, "-nographic", "-monitor", "none", "-machine", "esp32", "-serial", "pty",
-         "-drive", f"file={flash},if=mtd,format=raw", *shlex.split(extra)],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+        [
+            found,
+            "-nographic",
+            "-monitor",
+            "none",
+            "-machine",
+            "esp32",
+            "-serial",
+            "pty",
+            "-drive",
+            f"file={flash},if=mtd,format=raw",
+            *shlex.split(extra),
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     assert process.stdout is not None
     said = []
     try:

@@ -44,8 +44,10 @@ def _problem(page: Page, link: Link, root: Path) -> str:
 
 def pages(root: Path) -> list[Path]:
     """Pages that people read."""
-    return [*(root / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING",
-            "CHANGELOG")), *sorted((root / "docs").glob("*.md"))]  # fmt: skip
+    return [
+        *(root / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG")),
+        *sorted((root / "docs").glob("*.md")),
+    ]
 
 
 def unused_pictures(root: Path) -> list[str]:

@@ -158,8 +158,13 @@ def test_anchors_are_github_s() -> None:
     names = ["Parts of `prototype`", "What was, and was not, run", "µm – and Δ!", "A", "A", "A b_c"]
     plain = [name.replace("`", "") for name in names]
     assert [slug(name, taken) for name in plain] == [
-        "parts-of-prototype", "what-was-and-was-not-run", "µm--and-δ", "a", "a-1", "a-b_c",
-    ]  # fmt: skip
+        "parts-of-prototype",
+        "what-was-and-was-not-run",
+        "µm--and-δ",
+        "a",
+        "a-1",
+        "a-b_c",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.drives.scoring.as_built import AsBuilt, Kept, score_as_built, score_together
-from chladni.drives.scoring.warm import board_rise_k, warm
+from chladni.drives.scoring.as_built import AsBuilt, KeptFocus, score_as_built, score_together
+from chladni.drives.scoring.warm_coils import board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
@@ -32,13 +32,13 @@ def built(board: Board) -> AsBuilt:
     return score_as_built(board, pitch=PITCH, samples=SAMPLES, seed=SEED)
 
 
-def um(kept: Kept | None) -> float:
+def um(kept: KeptFocus | None) -> float:
     assert kept is not None
     assert kept.finger_um is not None
     return kept.finger_um.median
 
 
-def level(kept: Kept | None) -> float:
+def level(kept: KeptFocus | None) -> float:
     assert kept is not None
     assert kept.second_finger_20mm_db is not None
     return kept.second_finger_20mm_db.p10

@@ -42,8 +42,10 @@ def test_the_nearest_coil_alone_stands_beside_the_drives() -> None:
     score = score_board(board, samples=0, pitch=12e-3)
     fields, found = solved_board(board).fields.values, []
     for x, y in active_lattice(board, 12e-3).places:
-        nearest = min(range(5), key=lambda k: np.hypot(board.actuators[k].at[0] - x,
-                                                       board.actuators[k].at[1] - y))  # fmt: skip
+        nearest = min(
+            range(5),
+            key=lambda k: np.hypot(board.actuators[k].at[0] - x, board.actuators[k].at[1] - y),
+        )
         discs = metrics.FingertipDiscs(board.x, board.y)
         found.append(discs.second_finger_db(fields[nearest], (x, y), [20e-3])[0])
     assert score.nearest_coil_20mm_db is not None
@@ -236,8 +238,12 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
     assert answer["foam_length_mm"] == pytest.approx(6.69, abs=0.01)
     assert answer["coil_spacing_mm"] == pytest.approx(12.0)
     assert answer["two_fingers"].keys() == {
-        "isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing",
-    }  # fmt: skip
+        "isolation_db",
+        "level_db",
+        "finger_um",
+        "unfelt",
+        "unfelt_pressing",
+    }
     assert answer["two_fingers"]["isolation_db"]["median"] > 34.0
     plain = chladni(
         "board",
@@ -258,10 +264,12 @@ def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        (("--pitch", "0"), "pitch"), (("--samples", "-1"), "--samples"),
-        (("--objective", "peak"), "objective"), (("--figure", "s.gif"), "--figure"),
+        (("--pitch", "0"), "pitch"),
+        (("--samples", "-1"), "--samples"),
+        (("--objective", "peak"), "objective"),
+        (("--figure", "s.gif"), "--figure"),
     ],
-)  # fmt: skip
+)
 def test_wrong_options_are_named(
     chladni: CommandLine, arguments: tuple[str, str], named: str
 ) -> None:

@@ -52,9 +52,13 @@ def entry(name: object, result: object) -> str:
 
 
 FOREIGN = {
-    "text": b"dear diary\n", "no end of line": b"dear diary", "an older one": b'{"seed": 1}\n',
-    "zeros": bytes(100), "binary": b"\xff\xfe\x00", "half a mark": MAGIC[:-1] + b"x\n",
-}  # fmt: skip
+    "text": b"dear diary\n",
+    "no end of line": b"dear diary",
+    "an older one": b'{"seed": 1}\n',
+    "zeros": bytes(100),
+    "binary": b"\xff\xfe\x00",
+    "half a mark": MAGIC[:-1] + b"x\n",
+}
 
 
 @pytest.mark.parametrize("case", FOREIGN)
@@ -124,11 +128,21 @@ def test_a_checkpoint_that_was_changed_is_refused_by_its_checksum(
 
 
 MALFORMED = [
-    entry("a", {"value": float("nan")}), entry("a", {"value": [[float("-inf")]]}),
-    '{"name": "a", "result": {"value": 1e999}}', entry("a", [1]), entry(["a"], {}), entry(1, {}),
-    '{"name": "a"}', "[]", "1", "no json", '"' + "\\ud800" + '"', "[" * 100_000,
-    '{"name": "a", "result": {"value": ' + "9" * 5000 + "}}", b"\xff",
-]  # fmt: skip
+    entry("a", {"value": float("nan")}),
+    entry("a", {"value": [[float("-inf")]]}),
+    '{"name": "a", "result": {"value": 1e999}}',
+    entry("a", [1]),
+    entry(["a"], {}),
+    entry(1, {}),
+    '{"name": "a"}',
+    "[]",
+    "1",
+    "no json",
+    '"' + "\\ud800" + '"',
+    "[" * 100_000,
+    '{"name": "a", "result": {"value": ' + "9" * 5000 + "}}",
+    b"\xff",
+]
 
 
 @pytest.mark.parametrize("line", MALFORMED, ids=range(len(MALFORMED)))
@@ -150,10 +164,17 @@ OF_A_TABLE = [
     {"drive": [[0.1, 0.2]] * 5, "more": 1}, {},
 ]  # fmt: skip
 OF_A_COMPARISON: list[dict[str, Any]] = [
-    {}, {"rows": 1}, {"rows": []}, {"rows": [1, 2, 3]},
-    {"rows": [{"method": m, "objective": o, "numbers": {}}
-              for m, o in (("nearest", "ssim"), ("silent", "–"), ("misplaced", "–"))]},
-]  # fmt: skip
+    {},
+    {"rows": 1},
+    {"rows": []},
+    {"rows": [1, 2, 3]},
+    {
+        "rows": [
+            {"method": m, "objective": o, "numbers": {}}
+            for m, o in (("nearest", "ssim"), ("silent", "–"), ("misplaced", "–"))
+        ]
+    },
+]
 
 
 @pytest.mark.parametrize(

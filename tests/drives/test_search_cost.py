@@ -105,8 +105,10 @@ def test_the_estimate_is_within_a_factor_of_two_of_the_peak(
     )
     done = subprocess.run(
         [sys.executable, "-c", script, *map(str, command)],
-        check=True, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     taken = 1024.0 * float(done.stdout)
     counted = search_cost(board, plate_model(board).cost(160.0, 1e-4, points).bytes).bytes
     assert 0.5 * taken < counted < 2.0 * taken

@@ -203,9 +203,13 @@ def test_commands_build_and_show_a_bank(folder: Path, chladni: CommandLine) -> N
     assert figure.stat().st_size > 5000
     assert [one["name"] for one in shown["effects"]] == said["effects"]
     assert shown["areas"][1] == {
-        "name": "strip", "shape": "polygon", "level_db": -6.0, "every_mm": 3.0, "along": "x",
+        "name": "strip",
+        "shape": "polygon",
+        "level_db": -6.0,
+        "every_mm": 3.0,
+        "along": "x",
         "hold": "tick",
-    }  # fmt: skip
+    }
     assert "every 3 mm along x" in chladni("effects", "show", str(output)).out
     output.write_bytes(output.read_bytes()[:-1])
     refused = chladni("effects", "show", str(output))

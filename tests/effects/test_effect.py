@@ -178,5 +178,9 @@ def test_points_of_a_curve_with_steps_are_its_own() -> None:
     tone = Tone(0.0, 0.1, steps, Curve.constant(100.0))
     assert tone.points_of(steps) == [(0.0, 1.0), (0.05, 1.0), (0.05, 0.2), (0.1, 0.2)]
     assert tone.points_of(steps, [0.02, 0.05]) == [
-        (0.0, 1.0), (0.02, 1.0), (0.05, 1.0), (0.05, 0.2), (0.1, 0.2),
-    ]  # fmt: skip
+        (0.0, 1.0),
+        (0.02, 1.0),
+        (0.05, 1.0),
+        (0.05, 0.2),
+        (0.1, 0.2),
+    ]

@@ -37,9 +37,11 @@ def band(kind: str, *effects: dict[str, Any], **more: Any) -> dict[str, Any]:
 def document(*bands: dict[str, Any], gain: float = 1.0, library: Any = ()) -> dict[str, Any]:
     channel = {"id": 0, "gain": gain, "bands": list(bands)}
     perception = {
-        "id": 0, "perception_modality": "Vibrotactile", "effect_library": list(library),
+        "id": 0,
+        "perception_modality": "Vibrotactile",
+        "effect_library": list(library),
         "channels": [channel],
-    }  # fmt: skip
+    }
     return {"version": "2023", "timescale": 1000, "perceptions": [perception]}
 
 

@@ -86,9 +86,15 @@ def test_crashes_count_as_starts_that_did_not_last(emulator: Emulator, cause: st
 
 @pytest.mark.parametrize(
     ("cause", "is_on"),
-    [("power on", True), ("software", True), ("other", True),
-     ("panic", False), ("watchdog", False), ("brown-out", False)],
-)  # fmt: skip
+    [
+        ("power on", True),
+        ("software", True),
+        ("other", True),
+        ("panic", False),
+        ("watchdog", False),
+        ("brown-out", False),
+    ],
+)
 def test_after_a_crash_the_network_stays_off_and_the_wire_says_so(cause: str, is_on: bool) -> None:
     table = make_table(np.array([[10.0, 1.0, 2.0, 3.0, 4.0]]))
     settings = NetworkSettings("net", "12345678", bytes(range(32)), 5555)

@@ -161,9 +161,10 @@ def test_pins_are_strict_about_signs() -> None:
 def test_sign_pins_that_cannot_be_are_refused(signs: tuple[int, ...], channels: int) -> None:
     """By the host, and by a device that gets them all the same."""
     config = bridged(
-        channels=channels, sign_pins=(*signs, *(NOT_WIRED,) * (16 - len(signs))),
+        channels=channels,
+        sign_pins=(*signs, *(NOT_WIRED,) * (16 - len(signs))),
         pwm_pins=(*PINS, 5, 32, 21, 22, *(NOT_WIRED,) * 7),
-    )  # fmt: skip
+    )
     with pytest.raises(InputError):
         config.check_pins()
     bench = JudgedDevice()

@@ -50,8 +50,15 @@ extern "C" FLASH void start() {{
   sink = bulk[sink] + another::kSineQuarter[sink & 1U];
 }}
 """
-GOOD = {"used": "1", "table": "DRAM", "helper": "IRAM", "bulk": "16", "read": "0",
-        "set_duties": "set_duties", "panic": "esp_panic_handler();"}  # fmt: skip
+GOOD = {
+    "used": "1",
+    "table": "DRAM",
+    "helper": "IRAM",
+    "bulk": "16",
+    "read": "0",
+    "set_duties": "set_duties",
+    "panic": "esp_panic_handler();",
+}
 LAYOUTS = {
     "esp32": {".iram0.text": 0x40080400, ".flash.text": 0x400D0020, ".dram0.data": 0x3FFB0000,
               ".flash.rodata": 0x3F400020, ".dram0.bulk": 0x3FFB4000},
@@ -69,19 +76,32 @@ def image(folder: Path, layout: str = "esp32", **changes: str) -> Path:
     source.write_text(SOURCE.format(**(GOOD | changes)), "utf-8")
     starts = LAYOUTS[layout]
     subprocess.run(
-        [f"{PREFIX}g++", "-std=c++17", "-O1", "-nostdlib", "-mlongcalls", "-mtext-section-literals",
-         "-Wl,--entry=start", *(f"-Wl,--section-start={name}={at:#x}"
-                                for name, at in starts.items()), source, "-o", made],
-        check=True, capture_output=True,
-    )  # fmt: skip
+        [
+            f"{PREFIX}g++",
+            "-std=c++17",
+            "-O1",
+            "-nostdlib",
+            "-mlongcalls",
+            "-mtext-section-literals",
+            "-Wl,--entry=start",
+            *(f"-Wl,--section-start={name}={at:#x}" for name, at in starts.items()),
+            source,
+            "-o",
+            made,
+        ],
+        check=True,
+        capture_output=True,
+    )
     return made
 
 
 def checked(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, str(ROOT / "tools" / "check_image.py"), str(path), *arguments],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 @pytest.mark.usefixtures("cross_compilers")
@@ -110,8 +130,9 @@ def test_an_image_is_told_what_lies_where_it_must_not(
 @pytest.mark.usefixtures("cross_compilers")
 def test_an_image_of_something_else_lacks_the_interrupt(tmp_path: Path) -> None:
     made = image(tmp_path)
-    subprocess.run([f"{PREFIX}objcopy", "--redefine-sym", "_Z8on_alarmv=_Z5alarmv", made],
-                   check=True)  # fmt: skip
+    subprocess.run(
+        [f"{PREFIX}objcopy", "--redefine-sym", "_Z8on_alarmv=_Z5alarmv", made], check=True
+    )
     assert "on_alarm: not in the image" in checked(made, "--tools", PREFIX).stdout
 
 
@@ -133,9 +154,20 @@ def test_calls_behind_padding_are_seen(tmp_path: Path) -> None:
     source, made = tmp_path / "a.S", tmp_path / "a.elf"
     source.write_text(LOST, "utf-8")
     subprocess.run(
-        [f"{PREFIX}gcc", "-nostdlib", "-mtext-section-literals", "-Wl,--entry=on_alarm",
-         "-Wl,--section-start=.iram0.text=0x40080400", "-Wl,--section-start=.flash.text=0x400d0020",
-         source, "-o", made], check=True, capture_output=True)  # fmt: skip
+        [
+            f"{PREFIX}gcc",
+            "-nostdlib",
+            "-mtext-section-literals",
+            "-Wl,--entry=on_alarm",
+            "-Wl,--section-start=.iram0.text=0x40080400",
+            "-Wl,--section-start=.flash.text=0x400d0020",
+            source,
+            "-o",
+            made,
+        ],
+        check=True,
+        capture_output=True,
+    )
     subprocess.run([f"{PREFIX}objcopy", "--remove-section=.xt.*", made], check=True)
     assert "helper: at 0x400d0020, which is not IRAM" in checked(made, "--tools", PREFIX).stdout
 
@@ -154,8 +186,9 @@ def test_floating_point_on_the_path_is_seen() -> None:
 def test_what_cannot_be_looked_into_is_named(tmp_path: Path) -> None:
     missing = checked(tmp_path / "no.elf", "--tools", "no-such-")
     assert (missing.returncode, missing.stderr) == (
-        2, "check_image: no-such-objdump: not on the PATH\n"
-    )  # fmt: skip
+        2,
+        "check_image: no-such-objdump: not on the PATH\n",
+    )
     path = tmp_path / "a.elf"
     path.write_bytes(b"text")
     broken = checked(path, "--tools", "")

@@ -45,10 +45,14 @@ def test_bridges_turn_by_their_signs(chip_program: Path) -> None:
     if chip_program.name == "esp32":
         gates, signs = (2, 4, 5, 26, 14), (15, 18, 19, 23, 25)
     bridges = DeviceConfig(
-        channels=5, pwm_pins=(*gates, *(255,) * 11), driver=1, lost_ns=40,
-        sign_pins=(*signs, *(255,) * 11), full_current_ma=(50,) * 5 + (0,) * 11,
+        channels=5,
+        pwm_pins=(*gates, *(255,) * 11),
+        driver=1,
+        lost_ns=40,
+        sign_pins=(*signs, *(255,) * 11),
+        full_current_ma=(50,) * 5 + (0,) * 11,
         full_rise_dk=(100,) * 5 + (0,) * 11,
-    )  # fmt: skip
+    )
     table = pack(make_table(np.array([[10.0, -9.0, 8.0, -7.0, 0.0]])))
     with started(chip_program, config=bridges, tables=table) as chip:
         device = Device(chip)

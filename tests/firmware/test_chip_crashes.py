@@ -19,8 +19,12 @@ DID_NOT_LAST = b"\x0f"
 OF_OUTPUTS = ("ledc_timer_config", "gptimer_new_timer", "xTaskCreatePinnedToCore")
 OF_PANEL, OF_NETWORK = "i2c_new_master_bus", "esp_wifi_init"
 OF_SAFETY = ("esp_task_wdt_add", "esp_register_shutdown_handler", "esp_brownout_register_callback")
-OF_FLASH = ("esp_partition_find_first", "esp_partition_mmap", "esp_partition_read",
-            "esp_partition_write")  # fmt: skip
+OF_FLASH = (
+    "esp_partition_find_first",
+    "esp_partition_mmap",
+    "esp_partition_read",
+    "esp_partition_write",
+)
 OF_PINS = ("gpio_config", "uart_set_baudrate")
 
 

@@ -96,8 +96,14 @@ WIRES = {
     "esp32s3": ("usb_serial_jtag_driver_install",),
 }
 OF_NETWORK = (
-    "esp_netif", "esp_event", "esp_wifi", "socket", "bind", "mbedtls_md_info", "mbedtls_md_setup",
-)  # fmt: skip
+    "esp_netif",
+    "esp_event",
+    "esp_wifi",
+    "socket",
+    "bind",
+    "mbedtls_md_info",
+    "mbedtls_md_setup",
+)
 
 
 # The first two are of the start.
@@ -157,9 +163,17 @@ def test_missing_partitions_are_said(chip_program: Path) -> None:
 
 @pytest.mark.parametrize(
     ("reason", "told"),
-    [(1, None), (3, "software"), (4, "panic"), (5, "watchdog"), (6, "watchdog"), (7, "watchdog"),
-     (9, "brown-out"), (99, "other")],
-)  # fmt: skip
+    [
+        (1, None),
+        (3, "software"),
+        (4, "panic"),
+        (5, "watchdog"),
+        (6, "watchdog"),
+        (7, "watchdog"),
+        (9, "brown-out"),
+        (99, "other"),
+    ],
+)
 def test_why_it_started_is_kept(chip_program: Path, reason: int, told: str | None) -> None:
     with started(chip_program, options=(f"reset={reason}",)) as chip, Device(chip) as device:
         resets = [fault for fault in device.faults() if fault["cause"] == "reset"]

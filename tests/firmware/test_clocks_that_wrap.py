@@ -26,10 +26,12 @@ WRAP = 2**32
 SAMPLES_A_SECOND = 80e6 / 2**10 / 4.0
 LIMITS = Limits(4000, 60_000, 400_000)
 BANK = pack_bank(
-    Bank("b", {name: shipped_effects()[name] for name in ("click", "texture")}, (
-        Area("all", press="click", hold="texture", release="click"),
-    ))
-)  # fmt: skip
+    Bank(
+        "b",
+        {name: shipped_effects()[name] for name in ("click", "texture")},
+        (Area("all", press="click", hold="texture", release="click"),),
+    )
+)
 BANKS = [pack_bank(Bank(name, {"click": shipped_effects()["click"]}, ())) for name in "xyz"]
 LASTS_S = 9.0
 
@@ -61,11 +63,9 @@ def written(device: Device, bank: bytes) -> str:
 
 def course(table: Table, **first: Any) -> Course:
     """Nine seconds of all that counts time: each second begins with something else."""
-    emulator = Emulator(
-        device_of(table, full_rise_dk=(900,) * 5 + (0,) * 11, attack_ms=30, decay_ms=50,
-                  link_baud=921_600),
-        table, level=0.9, hardware=Hardware(**first), bank=BANK,
-    )  # fmt: skip
+    rises = (900,) * 5 + (0,) * 11
+    own = device_of(table, full_rise_dk=rises, attack_ms=30, decay_ms=50, link_baud=921_600)
+    emulator = Emulator(own, table, level=0.9, hardware=Hardware(**first), bank=BANK)
     device = Device(EmulatorWire(emulator))
     begun_ms = device.link.request("info").fields["uptime_ms"]
     emulator.core.take_duties()
@@ -104,9 +104,13 @@ def course(table: Table, **first: Any) -> Course:
     events += device.effects.events()
     told = [(one.what, one.area, round(1e3 * one.at_s - begun_ms) % WRAP) for one in events]
     return Course(
-        emulator.core.take_duties(), faults, list(emulator.core.coil_rise_k),
-        device.info()["erases"], updates, told,
-    )  # fmt: skip
+        emulator.core.take_duties(),
+        faults,
+        list(emulator.core.coil_rise_k),
+        device.info()["erases"],
+        updates,
+        told,
+    )
 
 
 @pytest.fixture(scope="module")

@@ -32,10 +32,17 @@ def cmake() -> str:
 
 def in_script_mode(component_file: Path, target: str = "esp32") -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [cmake(), f"-DCOMPONENT_FILE={component_file}", f"-DIDF_TARGET={target}",
-         "-P", str(HERE / "component_model.cmake")],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [
+            cmake(),
+            f"-DCOMPONENT_FILE={component_file}",
+            f"-DIDF_TARGET={target}",
+            "-P",
+            str(HERE / "component_model.cmake"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 @pytest.mark.parametrize("target", CHIPS)
@@ -63,10 +70,19 @@ def test_what_stands_after_the_registration_is_right_too(
     component: Path, target: str, tmp_path: Path
 ) -> None:
     run = subprocess.run(
-        [cmake(), "-S", str(HERE / "component_project"), "-B", str(tmp_path),
-         f"-DCOMPONENT_FILE={component / 'CMakeLists.txt'}", f"-DIDF_TARGET={target}"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [
+            cmake(),
+            "-S",
+            str(HERE / "component_project"),
+            "-B",
+            str(tmp_path),
+            f"-DCOMPONENT_FILE={component / 'CMakeLists.txt'}",
+            f"-DIDF_TARGET={target}",
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert run.returncode == 0, run.stderr
 
 

@@ -109,8 +109,17 @@ def test_a_device_that_was_never_configured_has_the_defaults_and_no_pins() -> No
         with pytest.raises(LinkError, match="pins"):
             device.set_config(default)
     board = config_of(load_board("prototype"))
-    for name in ("channels", "pwm_bits", "sda_pin", "scl_pin", "full_current_ma",
-                 "full_rise_dk", "limit_rise_dk", "supply_ma", "min_on_ns"):  # fmt: skip
+    for name in (
+        "channels",
+        "pwm_bits",
+        "sda_pin",
+        "scl_pin",
+        "full_current_ma",
+        "full_rise_dk",
+        "limit_rise_dk",
+        "supply_ma",
+        "min_on_ns",
+    ):
         assert board[name] == default[name], name
 
 

@@ -197,9 +197,14 @@ def test_a_table_larger_than_a_slot_is_refused_by_both_sides(table: Table) -> No
 def test_the_device_refuses_limits_that_are_none(table: Table) -> None:
     """A ramp of 20 s would leave the outputs on 20 s after lift-up."""
     for field, value in (
-        ("ramp_us", 20_000_000), ("touch_timeout_us", 5_000), ("max_on_us", 1_000_000_000),
-        ("mirrors", 4), ("mirror_x", 1), ("labels", 0), ("bits", 10),
-    ):  # fmt: skip
+        ("ramp_us", 20_000_000),
+        ("touch_timeout_us", 5_000),
+        ("max_on_us", 1_000_000_000),
+        ("mirrors", 4),
+        ("mirror_x", 1),
+        ("labels", 0),
+        ("bits", 10),
+    ):
         with pytest.raises(EmulatorError, match="out of range"):
             powered(forge(table, **{field: value}), channels=5)
 

@@ -41,11 +41,27 @@ device.wait()
 def suite(*arguments: object) -> str:
     """What pytest says of the device suite."""
     run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "pytest_embedded", "-p", "no:cacheprovider",
-         "-rs", "tests/device", "--embedded-services", "idf,qemu", *map(str, arguments)],
-        cwd=ROOT, capture_output=True, text=True, check=False,
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "pytest_embedded",
+            "-p",
+            "no:cacheprovider",
+            "-rs",
+            "tests/device",
+            "--embedded-services",
+            "idf,qemu",
+            *map(str, arguments),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
         env={key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")},
-    )  # fmt: skip
+    )
     return run.stdout + run.stderr
 
 

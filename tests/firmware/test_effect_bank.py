@@ -158,8 +158,10 @@ def test_a_finger_that_goes_elsewhere_hears_what_is_there(table: Table) -> None:
     emulator.run(300.0)  # what played once goes on to its end
     assert loudest(emulator.run(80.0)) <= 0.0  # a key has nothing for who comes from elsewhere
     assert told(emulator) == [
-        ("pressed", 0, "key"), ("entered", 0, "rest"), ("entered", 0, "key"),
-    ]  # fmt: skip
+        ("pressed", 0, "key"),
+        ("entered", 0, "rest"),
+        ("entered", 0, "key"),
+    ]
 
 
 def test_each_finger_has_its_own(table: Table) -> None:
@@ -181,9 +183,12 @@ def test_each_finger_has_its_own(table: Table) -> None:
     emulator.run(150.0)
     assert emulator.core.state == "playing"
     assert told(emulator) == [
-        ("pressed", 0, "key"), ("pressed", 1, "slide"), ("released", 1, "slide"),
-        ("pressed", 1, "rest"), ("released", 0, "key"),
-    ]  # fmt: skip
+        ("pressed", 0, "key"),
+        ("pressed", 1, "slide"),
+        ("released", 1, "slide"),
+        ("pressed", 1, "rest"),
+        ("released", 0, "key"),
+    ]
 
 
 def _touches(emulator: Emulator) -> list[dict[str, Any]]:

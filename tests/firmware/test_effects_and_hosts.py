@@ -25,11 +25,15 @@ from plate_of_bumps import responses_table
 KEY, REST, SLIDE = (-15.0, 30.0), (-15.0, -20.0), (12.0, -20.0)
 LONG = Effect("long", (Tone(0.0, 1.5, Curve.constant(1.0), Curve.constant(150.0)),))
 LONG_RELEASE = pack_bank(
-    Bank("l", {"long": LONG, "click": shipped()["click"]}, (
-        Area("left", Polygon.rectangle(-30.0, -50.0, 0.0, 50.0), release="long"),
-        Area("right", press="long"),
-    ))
-)  # fmt: skip
+    Bank(
+        "l",
+        {"long": LONG, "click": shipped()["click"]},
+        (
+            Area("left", Polygon.rectangle(-30.0, -50.0, 0.0, 50.0), release="long"),
+            Area("right", press="long"),
+        ),
+    )
+)
 
 
 @pytest.fixture(scope="module")

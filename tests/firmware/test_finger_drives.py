@@ -142,9 +142,12 @@ def test_the_regularisation_chosen_is_the_references(
             continue
         limits = np.full(fingers, threshold)
         expected = chosen_drives(
-            known, known.fingers, thresholds=limits.tolist(), levels=levels.tolist(),
+            known,
+            known.fingers,
+            thresholds=limits.tolist(),
+            levels=levels.tolist(),
             stiffness=stiffness,
-        )  # fmt: skip
+        )
         found = core_drives(core_set(known, stiffness=stiffness, levels=levels, thresholds=limits))
         plays = levels > 0.0
         np.testing.assert_allclose(

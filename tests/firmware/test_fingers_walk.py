@@ -107,10 +107,18 @@ class FingersWalk(JudgedDevice):
 
 
 ACTIONS = [
-    *[FingersWalk.arrive] * 6, *[FingersWalk.leave] * 3, FingersWalk.leave_as_another_comes,
-    *[FingersWalk.move] * 3, *[FingersWalk.swap] * 2, FingersWalk.jump, FingersWalk.freeze,
-    FingersWalk.palm, FingersWalk.lose, FingersWalk.late, FingersWalk.voice,
-]  # fmt: skip
+    *[FingersWalk.arrive] * 6,
+    *[FingersWalk.leave] * 3,
+    FingersWalk.leave_as_another_comes,
+    *[FingersWalk.move] * 3,
+    *[FingersWalk.swap] * 2,
+    FingersWalk.jump,
+    FingersWalk.freeze,
+    FingersWalk.palm,
+    FingersWalk.lose,
+    FingersWalk.late,
+    FingersWalk.voice,
+]
 
 
 @pytest.mark.parametrize(

@@ -175,10 +175,22 @@ class Walk(JudgedDevice):
 
 
 ACTIONS = [
-    *[Walk.finger] * 8, Walk.voice, *[Walk.signal] * 4, Walk.panel, *[Walk.host_touch] * 3,
-    Walk.host_lift, *[Walk.wave] * 8, *[Walk.stream] * 8, Walk.stop, Walk.hang, Walk.late,
-    Walk.late, Walk.drop, Walk.twice, Walk.command,
-]  # fmt: skip
+    *[Walk.finger] * 8,
+    Walk.voice,
+    *[Walk.signal] * 4,
+    Walk.panel,
+    *[Walk.host_touch] * 3,
+    Walk.host_lift,
+    *[Walk.wave] * 8,
+    *[Walk.stream] * 8,
+    Walk.stop,
+    Walk.hang,
+    Walk.late,
+    Walk.late,
+    Walk.drop,
+    Walk.twice,
+    Walk.command,
+]
 REQUESTS = [Walk.wave, Walk.stream, Walk.stop, Walk.command]
 RARE = [Walk.reset, Walk.settings, Walk.dead, Walk.rest, Walk.rest, Walk.rest]
 

@@ -22,9 +22,12 @@ MOST_PER_LOOKUP, MOST_PER_CHANNEL = 600, 85
 """Of five channels, and of each further one."""
 MOST_RAM = 48 * 1024
 MOST_PER_SAMPLE = {
-    "sine_steady": 240, "sine_ramping": 305, "others_steady": 420, "others_ramping": 420,
+    "sine_steady": 240,
+    "sine_ramping": 305,
+    "others_steady": 420,
+    "others_ramping": 420,
     "with_news": 1000,
-}  # fmt: skip
+}
 """Of five channels, with switches or bridges. A sample has 12,288 cycles."""
 MOST_PER_TURN = 9_000
 """Of the main loop, meter, heat and supply with it, where division is an instruction (RISC-V)."""

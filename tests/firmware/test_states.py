@@ -79,8 +79,14 @@ def test_nothing_leads_out_of_a_restart(table: Table) -> None:
         if state == "restarting":
             assert after == "restarting", event
     assert {state for state, event in TRANSITIONS if event == "restart asked"} == {
-        "idle", "playing", "streaming", "updating", "fault", "lifted", "restarting",
-    }  # fmt: skip
+        "idle",
+        "playing",
+        "streaming",
+        "updating",
+        "fault",
+        "lifted",
+        "restarting",
+    }
     assert emulator.core.state == "idle"
 
 

@@ -72,11 +72,16 @@ def interesting_cuts(total: int) -> list[int]:
     """Every byte of every programme, and erases torn at their ends and in between."""
     erased = SECTOR_BYTES
     cuts = [*range(0, erased, 97), erased - 1]
-    return sorted({*cuts, *range(erased, total + 1)} if total <= 2 * erased else {
-        *cuts, *range(erased, erased + len(NEW) + 1),
-        *(total - k for k in range(ENTRY_BYTES + 2)),
-        *range(erased + len(NEW), total - ENTRY_BYTES, 293),
-    })  # fmt: skip
+    return sorted(
+        {*cuts, *range(erased, total + 1)}
+        if total <= 2 * erased
+        else {
+            *cuts,
+            *range(erased, erased + len(NEW) + 1),
+            *(total - k for k in range(ENTRY_BYTES + 2)),
+            *range(erased + len(NEW), total - ENTRY_BYTES, 293),
+        }
+    )
 
 
 @pytest.mark.slow

@@ -55,9 +55,12 @@ def test_each_voice_has_its_gains_frequency_and_level(has_bridges: bool) -> None
     """Gain, level and wave are each rounded down to 15 bits: a tenth of a step at most."""
     own = synthesis(has_bridges=has_bridges)
     wanted: list[tuple[list[complex], float, float]] = [
-        ([0.3, 0.1j], 160.0, 1.0), ([-0.2, 0.15], 201.0, 0.5), ([0.1j, -0.2j], 77.0, 0.8),
-        ([0.0, 0.1], 310.0, 1.0), ([0.05, -0.05j], 45.0, 0.9),
-    ]  # fmt: skip
+        ([0.3, 0.1j], 160.0, 1.0),
+        ([-0.2, 0.15], 201.0, 0.5),
+        ([0.1j, -0.2j], 77.0, 0.8),
+        ([0.0, 0.1], 310.0, 1.0),
+        ([0.05, -0.05j], 45.0, 0.9),
+    ]
     own.play_voices([voice(*one) for one in wanted], 4_000, True)
     own.run(100)
     duties = own.run(40_000).astype(float)

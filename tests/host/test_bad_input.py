@@ -238,12 +238,17 @@ def test_bad_scenarios(
 
 @pytest.mark.parametrize(
     "text",
-    ["[]", "{}", "not json", '{"drive": [1, 2, 3, 4, 5]}',
-     '{"drive": [{"actuator": "x", "gain": 1, "phase_deg": 0}]}',
-     json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 1.0, "phase_deg": 0.0}]}),
-     json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 10**400, "phase_deg": 0.0}]}),
-     "[" * 100_000],
-)  # fmt: skip
+    [
+        "[]",
+        "{}",
+        "not json",
+        '{"drive": [1, 2, 3, 4, 5]}',
+        '{"drive": [{"actuator": "x", "gain": 1, "phase_deg": 0}]}',
+        json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 1.0, "phase_deg": 0.0}]}),
+        json.dumps({"drive": 5 * [{"actuator": "centre", "gain": 10**400, "phase_deg": 0.0}]}),
+        "[" * 100_000,
+    ],
+)
 def test_bad_drive_files(chladni: CommandLine, tmp_path: Path, text: str) -> None:
     path, out = tmp_path / "d.json", tmp_path / "f.npz"
     path.write_text(text, encoding="utf-8")

@@ -28,9 +28,20 @@ def test_a_board_is_calibrated_and_its_file_is_one(
 ) -> None:
     output, figure = tmp_path / "measured.toml", tmp_path / "c.png"
     done = chladni(
-        "calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output,
-        "--sets", "20", "--figure", figure, "--json",
-    )  # fmt: skip
+        "calibrate",
+        "--board",
+        drawn,
+        "--emulator",
+        "--hidden",
+        str(SEED),
+        "-o",
+        output,
+        "--sets",
+        "20",
+        "--figure",
+        figure,
+        "--json",
+    )
     assert done.code == 0, done.err
     found = done.json
     hidden = hidden_plate(small_board(), SEED)
@@ -71,8 +82,9 @@ def test_bad_input_is_named_and_nothing_is_written(
     here = ("-o", output, "--emulator", "--hidden", "1")
     no_coil = tmp_path / "plain.toml"
     text = drawn.read_text(encoding="utf-8")
-    no_coil.write_text(text[: text.index("[coil]")] + text[text.index("[foundation]") :],
-                       encoding="utf-8")  # fmt: skip
+    no_coil.write_text(
+        text[: text.index("[coil]")] + text[text.index("[foundation]") :], encoding="utf-8"
+    )
     for arguments, said in (
         (("--board", drawn, "-o", output), "--emulator and --recording is required"),
         (("--board", drawn, "-o", output, "--emulator"), "--hidden is required"),
@@ -103,8 +115,9 @@ def test_bad_input_is_named_and_nothing_is_written(
 def test_what_was_measured_is_checked(
     chladni: CommandLine, drawn: Path, block: str, said: str
 ) -> None:
-    drawn.write_text(drawn.read_text(encoding="utf-8") + f"\n[measured]\n{block}\n",
-                     encoding="utf-8")  # fmt: skip
+    drawn.write_text(
+        drawn.read_text(encoding="utf-8") + f"\n[measured]\n{block}\n", encoding="utf-8"
+    )
     refused = chladni("board", "show", drawn)
     assert refused.code == 2
     assert said in refused.err

@@ -60,7 +60,10 @@ def test_a_command_loads_no_more_than_it_needs(
     """All of it takes two seconds of a core, at every command."""
     done = subprocess.run(
         [sys.executable, "-c", LOADED, *words],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.stdout.splitlines()[-1].split() == ["loaded", *loaded], done.stderr
     assert "no.chl" in done.stderr

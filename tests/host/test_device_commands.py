@@ -24,10 +24,14 @@ def test_flash_into_the_emulator(chladni: CommandLine, table_file: Path) -> None
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("info",), ("touch", "10,25", "--seconds", "0.2"), ("self-test",), ("config",),
-        ("stream", "1@0,0.5@90,0,0,0", "--seconds", "0.3"), ("config", "set", "level_q15=1000"),
+        ("info",),
+        ("touch", "10,25", "--seconds", "0.2"),
+        ("self-test",),
+        ("config",),
+        ("stream", "1@0,0.5@90,0,0,0", "--seconds", "0.3"),
+        ("config", "set", "level_q15=1000"),
     ],
-)  # fmt: skip
+)
 def test_every_device_command_answers(
     chladni: CommandLine, table_file: Path, arguments: tuple[str, ...]
 ) -> None:

@@ -109,8 +109,10 @@ as_process(["json"], lambda: run("chladni", work))
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (
-        143, "in order\n", "chladni: interrupted\n"
-    )  # fmt: skip
+        143,
+        "in order\n",
+        "chladni: interrupted\n",
+    )
 
 
 def test_ctrl_c_while_a_class_is_made_is_ctrl_c() -> None:
@@ -175,13 +177,19 @@ def test_nothing_large_is_loaded_before_ctrl_c_is_answered() -> None:
     # Without site, whose .pth files of an editable installation load what they like.
     paths = [ROOT / "host" / "chladni", *sys.path]
     done = subprocess.run(
-        [sys.executable, "-S", "-c",
-         "import sys, types\n"
-         f"sys.path[:0] = {[str(path) for path in paths]!r}\n"
-         "own = sys.modules['chladni'] = types.ModuleType('chladni')\n"
-         f"own.__path__ = [{str(ROOT / 'host' / 'chladni')!r}]\n" + code],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-S",
+            "-c",
+            "import sys, types\n"
+            f"sys.path[:0] = {[str(path) for path in paths]!r}\n"
+            "own = sys.modules['chladni'] = types.ModuleType('chladni')\n"
+            f"own.__path__ = [{str(ROOT / 'host' / 'chladni')!r}]\n" + code,
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout == "[]\n"
 
 

@@ -161,9 +161,23 @@ def test_integers_out_of_range_are_refused_where_they_stand(
 
 
 @pytest.mark.parametrize(
-    "text", ["", " \n", "# nothing\n", "0.1," * 400 + "0.1", "a,b", "0.1\n0.1,0.2", "nan", "1e400",
-             "0x1", "2.0", "\x00", "1+0j", "0.1;0.2"]
-)  # fmt: skip
+    "text",
+    [
+        "",
+        " \n",
+        "# nothing\n",
+        "0.1," * 400 + "0.1",
+        "a,b",
+        "0.1\n0.1,0.2",
+        "nan",
+        "1e400",
+        "0x1",
+        "2.0",
+        "\x00",
+        "1+0j",
+        "0.1;0.2",
+    ],
+)
 def test_rows_that_are_no_duties_are_refused(
     chladni: CommandLine, tmp_path: Path, text: str
 ) -> None:

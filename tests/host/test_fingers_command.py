@@ -47,12 +47,20 @@ def test_more_silence_is_less_level(chladni: CommandLine) -> None:
     found = [
         json.loads(
             chladni(
-                "fingers", STRIP, "--sets", "12", "--fingers", "2", "--no-perturbed",
-                "--lambda", own, "--json",
+                "fingers",
+                STRIP,
+                "--sets",
+                "12",
+                "--fingers",
+                "2",
+                "--no-perturbed",
+                "--lambda",
+                own,
+                "--json",
             ).out
         )["counts"][0]
         for own in ("1e-1", "1e-5")
-    ]  # fmt: skip
+    ]
     assert found[0]["level_db"]["median"] > found[1]["level_db"]["median"]
     assert found[0]["isolation_db"]["median"] < found[1]["isolation_db"]["median"]
 
@@ -67,12 +75,19 @@ def test_an_emulated_device_plays_nearly_what_the_board_would(
     exact, played = (
         json.loads(
             chladni(
-                "fingers", board, "--sets", "30", "--fingers", "2", "--no-perturbed", *words,
+                "fingers",
+                board,
+                "--sets",
+                "30",
+                "--fingers",
+                "2",
+                "--no-perturbed",
+                *words,
                 "--json",
             ).out
         )["counts"][0]
         for words in ((), ("--table", table))
-    )  # fmt: skip
+    )
     # The build lets 2 dB go at the median of a hundred pairs; these are thirty others.
     lost = exact["isolation_db"]["median"] - played["isolation_db"]["median"]
     assert 0.0 < lost < 4.0

@@ -64,9 +64,17 @@ def test_rows_stay_until_their_figure_is_written(
     chladni: CommandLine, tmp_path: Path, coarse: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words = (
-        "compare", coarse, "--methods", "nearest", "--pitch", "60", "-o", tmp_path / "c.csv",
-        "--figure", tmp_path / "c.png",
-    )  # fmt: skip
+        "compare",
+        coarse,
+        "--methods",
+        "nearest",
+        "--pitch",
+        "60",
+        "-o",
+        tmp_path / "c.csv",
+        "--figure",
+        tmp_path / "c.png",
+    )
     with monkeypatch.context() as patched:
         patched.setattr(compare, "write_figure", failing)
         assert chladni(*words).code == 1

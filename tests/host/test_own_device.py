@@ -37,10 +37,22 @@ class Desk:
     def on(self) -> None:
         """Plug it in."""
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "chladni.host.cli.app", "emulate", "--serial", "--flash",
-             str(self.flash), "--board", str(self._board), "--port-link", str(self.port)],
-            stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            [
+                sys.executable,
+                "-m",
+                "chladni.host.cli.app",
+                "emulate",
+                "--serial",
+                "--flash",
+                str(self.flash),
+                "--board",
+                str(self._board),
+                "--port-link",
+                str(self.port),
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         assert self._process.stdout is not None
         assert self._process.stdout.readline().strip() == str(self.port)
 

@@ -107,9 +107,16 @@ def test_what_needs_drives_refuses_a_table_without_by_name(
     assert answer.code == 2
     assert "--for: expected one of: finger, fingers, both" in answer.err
     answer = chladni(
-        "table", "build", "prototype", "--for", "fingers", "--objective", "ssim", "-o",
+        "table",
+        "build",
+        "prototype",
+        "--for",
+        "fingers",
+        "--objective",
+        "ssim",
+        "-o",
         tmp_path / "t.chl",
-    )  # fmt: skip
+    )
     assert answer.code == 2
     assert "--objective does not go with --for fingers" in answer.err
 

@@ -90,18 +90,26 @@ def test_a_dumb_terminal_gets_no_frames(
     assert not any("\u2500" <= letter <= "\u257f" for letter in compared)
 
 
-@pytest.mark.parametrize(("place", "is_asked"), [("0.02,0.03", True), ("0,0", False),
-                                                 ("0.3,12", False), ("5,5", False)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("place", "is_asked"), [("0.02,0.03", True), ("0,0", False), ("0.3,12", False), ("5,5", False)]
+)
 def test_a_place_in_metres_is_asked_about(chladni: CommandLine, place: str, is_asked: bool) -> None:
     told = chladni("solve", "paper", "--target", place, "--method", "nearest")
     assert told.code == 0
     assert ("metres? these are millimetres" in told.err) == is_asked
 
 
-@pytest.mark.parametrize(("db", "words"), [(8.94, "at least 8.9 dB below the finger"),
-                                           (-4.54, "up to 4.5 dB above the finger")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("db", "words"),
+    [(8.94, "at least 8.9 dB below the finger"), (-4.54, "up to 4.5 dB above the finger")],
+)
 def test_a_design_says_which_finger_gets_more(db: float, words: str) -> None:
-    terms = {"coils": -5.0, "area_cm2": -8.4, "mass_g": -3.0, "finger_db": 20.0,
-             "second_finger_20mm_db": db}  # fmt: skip
+    terms = {
+        "coils": -5.0,
+        "area_cm2": -8.4,
+        "mass_g": -3.0,
+        "finger_db": 20.0,
+        "second_finger_20mm_db": db,
+    }
     about = _about_entry(Entry({}, Evaluation(1.0, 1.0, None, terms)))
     assert words in " ".join(about)

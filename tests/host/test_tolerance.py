@@ -114,10 +114,14 @@ def crowded(path: Path, screws: int) -> Path:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("field", "--target", "0,0", "-o", "x.npz"), ("modes",), ("solve", "--target", "0,0"),
-        ("compare", "-o", "x.csv"), ("table", "build", "-o", "x.chl"), ("board", "show"),
+        ("field", "--target", "0,0", "-o", "x.npz"),
+        ("modes",),
+        ("solve", "--target", "0,0"),
+        ("compare", "-o", "x.csv"),
+        ("table", "build", "-o", "x.chl"),
+        ("board", "show"),
     ],
-)  # fmt: skip
+)
 def test_a_board_that_takes_too_much_memory_is_refused_before_the_work(
     chladni: CommandLine,
     tmp_path: Path,

@@ -73,9 +73,11 @@ def test_what_would_help_follows_from_coils_and_foam(
 ) -> None:
     def told(level: float, *, for_fingers: bool = False) -> str:
         score: Any = SimpleNamespace(
-            **vars(statistics(level, level)), coil_spacing_mm=spacing, foam_length_mm=foam,
+            **vars(statistics(level, level)),
+            coil_spacing_mm=spacing,
+            foam_length_mm=foam,
             half_wavelength_mm=wave,
-        )  # fmt: skip
+        )
         two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers)
 
@@ -95,8 +97,10 @@ def test_a_place_is_judged_by_its_maximum_too() -> None:
         )
         return of_place(card, frequency_hz=160.0)
 
-    assert told(1.5, 3.8).startswith("It focuses: the maximum lies 1.5 mm from the finger, and a "
-                                     "finger 12 mm away gets 3.8 dB less")  # fmt: skip
+    assert told(1.5, 3.8).startswith(
+        "It focuses: the maximum lies 1.5 mm from the finger, and a "
+        "finger 12 mm away gets 3.8 dB less"
+    )
     assert told(5.2, 0.2).startswith("It hardly focuses")
     assert told(35.0, 0.3).startswith("It does not focus: the maximum lies 35.0 mm")
     assert told(35.0, 3.0).startswith("It does not focus")

@@ -92,8 +92,10 @@ def test_what_does_not_fit_is_named_at_once_too() -> None:
     with pytest.raises(FaultsError) as caught:
         board_from_document(wrong)
     assert [one.field for one in caught.value.errors] == [
-        "electronics.pwm_pins", "actuators[1].at_mm", "regions.pitch_mm",
-    ]  # fmt: skip
+        "electronics.pwm_pins",
+        "actuators[1].at_mm",
+        "regions.pitch_mm",
+    ]
     assert caught.value.field == "electronics.pwm_pins"
 
 
@@ -108,9 +110,12 @@ def test_a_message_lists_so_many_faults_and_no_more() -> None:
 
 @pytest.mark.parametrize(
     ("path", "value"),
-    [("plate.size_mm", [0.0715, 0.1467]), ("plate.thickness_mm", 0.001),
-     ("magnet.radius_mm", 0.004)],
-)  # fmt: skip
+    [
+        ("plate.size_mm", [0.0715, 0.1467]),
+        ("plate.thickness_mm", 0.001),
+        ("magnet.radius_mm", 0.004),
+    ],
+)
 def test_lengths_in_metres_are_asked_about(path: str, value: Any) -> None:
     with pytest.raises(InputError, match=r"metres\? these are millimetres"):
         board_from_document(set_key(path, value))
@@ -134,8 +139,14 @@ def test_coils_that_overlap_are_told_the_distance_they_need() -> None:
     near = set_key("actuators.1.at_mm", [6.0, 0.0])
     with pytest.raises(InputError, match="middles are 6 mm apart and need more than 10"):
         board_from_document(near)
-    wound = {"turns": 100, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 12.0, "height_mm": 2.0,
-             "gap_mm": 1.0}  # fmt: skip
+    wound = {
+        "turns": 100,
+        "wire_mm": 0.1,
+        "inner_mm": 3.0,
+        "outer_mm": 12.0,
+        "height_mm": 2.0,
+        "gap_mm": 1.0,
+    }
     least = tomllib.loads(SMALLEST) | {"winding": wound}
     assert board_from_document(least).winding is not None
     for distance, fits in ((11.9, False), (12.0, True)):

@@ -29,8 +29,12 @@ def test_shipped_boards_carry_the_published_numbers(paper: Board, prototype: Boa
     for board in (paper, prototype):
         places = {tuple(round(v * 1e3, 6) for v in a.at) for a in board.actuators}
         assert places == {
-            (0.0, 0.0), (24.25, 43.35), (-24.25, 43.35), (24.25, -43.35), (-24.25, -43.35),
-        }  # fmt: skip
+            (0.0, 0.0),
+            (24.25, 43.35),
+            (-24.25, 43.35),
+            (24.25, -43.35),
+            (-24.25, -43.35),
+        }
 
 
 def test_paper_wavelength_is_141_mm_not_187(paper: Board) -> None:
@@ -169,10 +173,16 @@ def test_a_foundation_is_what_its_sheet_and_its_air_make() -> None:
 
 
 def test_a_board_with_foam_and_finger_survives_the_way_through_its_document() -> None:
-    changed = set_key("foundation", {
-        **FOAM, "loss_factor": 0.0, "coil_cut_out_mm": 6.0, "strips": {"top_mm": 4.0},
-        "cut_outs": [{"at_mm": [0.0, 20.0], "radius_mm": 3.0}],
-    })  # fmt: skip
+    changed = set_key(
+        "foundation",
+        {
+            **FOAM,
+            "loss_factor": 0.0,
+            "coil_cut_out_mm": 6.0,
+            "strips": {"top_mm": 4.0},
+            "cut_outs": [{"at_mm": [0.0, 20.0], "radius_mm": 3.0}],
+        },
+    )
     for finger in ("firm", {"name": "firm"}):
         board = board_from_document({**changed, "finger": finger})
         assert board.finger == FINGERS["firm"]

@@ -115,7 +115,7 @@ def test_drives_depend_on_what_a_winding_makes_and_not_on_how() -> None:
     """The same numbers, given; and names for parts lists."""
     board = load_board("strip5")
     given = dataclasses.replace(board, winding=None)
-    # Without it nobody knows what coils do to the magnets beside theirs.
+    # Without it no one knows what coils do to the magnets beside theirs.
     assert given.fingerprint() != board.fingerprint()
     assert board.magnet is not None
     weaker = dataclasses.replace(board.magnet, remanence=1.0)

@@ -10,7 +10,7 @@ import pytest
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.felt import felt
-from chladni.drives.scoring.warm import warm
+from chladni.drives.scoring.warm_coils import warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.writing import board_file
@@ -115,8 +115,9 @@ def test_a_bridge_moves_so_much_more(
     switch = dataclasses.replace(
         prototype, electronics=dataclasses.replace(prototype.electronics, min_on_ns=0.0, **cool)
     )
-    one, other = (full_drive(own, DRIVE, 160.0)
-                  for own in (switch, with_bridges(prototype, **cool)))  # fmt: skip
+    one, other = (
+        full_drive(own, DRIVE, 160.0) for own in (switch, with_bridges(prototype, **cool))
+    )
     assert one is not None
     assert other is not None
     assert other.limited_by == one.limited_by
@@ -180,8 +181,11 @@ def test_board_show_tells_of_a_bridge_and_of_no_diode(chladni: CommandLine, tmp_
     answer = chladni("board", "show", path, "--json")
     told = answer.json["coil_current"]
     assert told.keys() == {
-        "lost_duty", "given_back_duty", "level_db_at_tenth", "third_harmonic_at_tenth"
-    }  # fmt: skip
+        "lost_duty",
+        "given_back_duty",
+        "level_db_at_tenth",
+        "third_harmonic_at_tenth",
+    }
     assert told["lost_duty"] == pytest.approx(0.003125)
     # Three of the 3.2 steps come back. The rest takes 4δ/πa of a sine and leaves a third of that.
     assert told["given_back_duty"] == 3 / 1024

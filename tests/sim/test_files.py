@@ -103,9 +103,12 @@ def npy(array: object) -> bytes:
 def test_arrays_come_back_as_they_were_written(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     arrays: dict[str, Any] = {
-        "numbers": np.arange(6.0).reshape(2, 3), "turned": np.asfortranarray(np.eye(2, 3)),
-        "one": np.array(2.5), "text": np.array("µ"), "none": np.zeros((0, 3)),
-    }  # fmt: skip
+        "numbers": np.arange(6.0).reshape(2, 3),
+        "turned": np.asfortranarray(np.eye(2, 3)),
+        "one": np.array(2.5),
+        "text": np.array("µ"),
+        "none": np.zeros((0, 3)),
+    }
     write_arrays(path, **arrays)
     found = read_arrays(path, "--trace", 100_000)
     assert found.keys() == arrays.keys()

@@ -124,8 +124,10 @@ def test_a_diode_that_drops_more_than_the_supply_is_named(
 ) -> None:
     text = (ROOT / "boards" / "prototype.toml").read_text("utf-8")
     path = tmp_path / "b.toml"
-    path.write_text(text.replace("diode_v = 0.0", "diode_v = 4.9")
-                    .replace("supply_v = 5.0", "supply_v = 3.0"), "utf-8")  # fmt: skip
+    path.write_text(
+        text.replace("diode_v = 0.0", "diode_v = 4.9").replace("supply_v = 5.0", "supply_v = 3.0"),
+        "utf-8",
+    )
     answer = chladni("board", "show", path)
     assert answer.code == 2
     assert "electronics.diode_v: expected less than supply_v" in answer.err

@@ -196,14 +196,19 @@ def test_patches_of_a_supported_plate_match_a_sum_of_sines() -> None:
     area = np.outer(weight, weight) * FREE.width * FREE.length / 4.0
     stiffness = layer.stiffness * layer.ratio(*np.meshgrid(*axes, indexing="ij")) * area
     foam = np.einsum("xy,xm,xp,yn,yq->mnpq", stiffness, sx, sx, sy, sy, optimize=True)
-    kappa = np.hypot(*np.meshgrid(*(orders * np.pi / s for s in (FREE.width, FREE.length)),
-                                  indexing="ij"))  # fmt: skip
+    kappa = np.hypot(
+        *np.meshgrid(*(orders * np.pi / s for s in (FREE.width, FREE.length)), indexing="ij")
+    )
     own = FREE.bending_stiffness * (1.0 + 0.02j) * kappa**4
     own = own - FREE.areal_mass * (2.0 * np.pi * hz) ** 2
     matrix = (1.0 + 0.1j) * foam.reshape(count**2, -1)
     matrix = matrix + np.diag(own.ravel()) * FREE.width * FREE.length / 4.0
-    push = np.outer(*(sines(np.array([at]), side)[0] for at, side in
-                      zip((load.x, load.y), (FREE.width, FREE.length), strict=True)))  # fmt: skip
+    push = np.outer(
+        *(
+            sines(np.array([at]), side)[0]
+            for at, side in zip((load.x, load.y), (FREE.width, FREE.length), strict=True)
+        )
+    )
     modal = np.linalg.solve(matrix, push.ravel()).reshape(count, count)
     expected = sines(x, FREE.width) @ modal @ sines(y, FREE.length).T
     # The sum of sines lacks 1/N² of the load's own deflection.

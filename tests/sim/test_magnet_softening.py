@@ -35,9 +35,13 @@ def energy_of_charges(apart: float, up: float, height: float) -> float:
 
 @pytest.mark.parametrize(
     ("apart", "height", "force_over", "stiffness_over"),
-    [(7e-3, 4e-3, 0.10, 0.15), (11e-3, 4e-3, 0.02, 0.035), (24e-3, 4e-3, 2e-3, 3e-3),
-     (11e-3, 8e-3, 0.45, 0.90)],
-)  # fmt: skip
+    [
+        (7e-3, 4e-3, 0.10, 0.15),
+        (11e-3, 4e-3, 0.02, 0.035),
+        (24e-3, 4e-3, 2e-3, 3e-3),
+        (11e-3, 8e-3, 0.45, 0.90),
+    ],
+)
 def test_neighbours_are_bounded_by_what_their_charges_do(
     apart: float, height: float, force_over: float, stiffness_over: float
 ) -> None:

@@ -144,9 +144,13 @@ def test_force_turns_round_in_the_middle_and_grows_with_every_part() -> None:
 
 @pytest.mark.parametrize(
     "winding",
-    [FLAT, ROUND, RoundWinding(300, 1e-4, 3e-3, 10e-3, 1.5e-3),
-     RoundWinding(150, 1e-4, 13e-3, 17e-3, 2e-3)],
-)  # fmt: skip
+    [
+        FLAT,
+        ROUND,
+        RoundWinding(300, 1e-4, 3e-3, 10e-3, 1.5e-3),
+        RoundWinding(150, 1e-4, 13e-3, 17e-3, 2e-3),
+    ],
+)
 def test_wheeler_s_inductance_is_that_of_all_pairs_of_turns(winding: RoundWinding) -> None:
     """L = N² ⟨M⟩ over pairs of places of the cross-section, on two grids that never meet.
 

@@ -112,8 +112,13 @@ def test_the_plate_bends_as_its_layers_do(prototype: Board) -> None:
         prototype, screws=(), magnet=None, image=replace(prototype.image, points=(11, 21))
     )
     half = replace(bare, plate=replace(bare.plate, thickness=0.5e-3))
-    material = {"youngs_modulus": 22e9, "poissons_ratio": 0.15, "density": 1900.0,
-                "loss_factor": 0.02, "material": "FR4"}  # fmt: skip
+    material = {
+        "youngs_modulus": 22e9,
+        "poissons_ratio": 0.15,
+        "density": 1900.0,
+        "loss_factor": 0.02,
+        "material": "FR4",
+    }
     both = with_panel(half, film=0.5e-3, **material)
     wanted, found = (plate_model(one).natural_frequencies(5) for one in (bare, both))
     # The first three are the free plate's rigid motions.

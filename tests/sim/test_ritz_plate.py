@@ -134,11 +134,19 @@ def test_fields_at_160_hz_match_finite_elements(prototype: Board, elements: Argy
 def test_mirrors_change_nothing() -> None:
     """A plate with both mirrors, split into four problems and not split: the same to rounding."""
     geometry = PlateGeometry(
-        0.07, 0.12, 2.0, 0.2, 2.0,
-        (RimSupport(0.02, 0.04, 2e-3), RimSupport(-0.02, 0.04, 2e-3), RimSupport(0.02, -0.04, 2e-3),
-         RimSupport(-0.02, -0.04, 2e-3)),
+        0.07,
+        0.12,
+        2.0,
+        0.2,
+        2.0,
+        (
+            RimSupport(0.02, 0.04, 2e-3),
+            RimSupport(-0.02, 0.04, 2e-3),
+            RimSupport(0.02, -0.04, 2e-3),
+            RimSupport(-0.02, -0.04, 2e-3),
+        ),
         (Inclusion(0.0, 0.0, 5e-3, 20.0, 100.0),),
-    )  # fmt: skip
+    )
     resolution = Resolution(8, 10, 2, 3, 2)
     split = RitzPlate(geometry, 0.01, resolution)
     whole = RitzPlate(geometry, 0.01, resolution, mirrors=Mirrors(False, False))

@@ -45,8 +45,9 @@ def test_solutions_are_those_of_the_whole_matrix(
 
 
 def test_a_matrix_of_zero_diagonal_takes_rows_two_by_two() -> None:
-    matrix = np.array([[0.0, 2.0, 0.0, 0.0], [2.0, 0.0, 0.0, 1.0],
-                       [0.0, 0.0, 0.0, 5.0], [0.0, 1.0, 5.0, 0.0]])  # fmt: skip
+    matrix = np.array(
+        [[0.0, 2.0, 0.0, 0.0], [2.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 5.0], [0.0, 1.0, 5.0, 0.0]]
+    )
     found = SymmetricFactors(np.triu(matrix)).solve(np.eye(4))
     assert found == pytest.approx(np.linalg.inv(matrix), abs=1e-15)
 

@@ -24,8 +24,9 @@ def simulate(netlist: str, folder: Path, **parameters: float) -> dict[str, float
     """
     text = (FOLDER / f"{netlist}.cir").read_text("utf-8")
     for name, value in parameters.items():
-        text, count = re.subn(rf"^\.param {name}=.*$", f".param {name}={value:.9g}", text,
-                              flags=re.MULTILINE)  # fmt: skip
+        text, count = re.subn(
+            rf"^\.param {name}=.*$", f".param {name}={value:.9g}", text, flags=re.MULTILINE
+        )
         assert count == 1, f"{netlist}.cir has no .param {name}"
     path = folder / f"{netlist}.cir"
     path.write_text(text, "utf-8")

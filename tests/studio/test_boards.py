@@ -35,8 +35,13 @@ from studio.wire import PRESS, TIMEOUT_S, opened, read_fields, told_of
 
 MOVE = {"type": "move", "number": 2, "part": "actuators", "index": 1, "x_mm": 20.0, "y_mm": 38.0}
 
-CHOOSE = {"type": "choose", "board": None, "objective": "ssim", "method": "phasor",
-          "frequency_hz": None}  # fmt: skip
+CHOOSE = {
+    "type": "choose",
+    "board": None,
+    "objective": "ssim",
+    "method": "phasor",
+    "frequency_hz": None,
+}
 
 
 def ask(own: ClientConnection, **message: object) -> None:
@@ -113,9 +118,9 @@ def test_two_pages_have_a_device_each(
             assert played["place_mm"] == list(place)
             found = np.array([complex(*pair) for pair in played["drive"]])
             _, report = run_loop(small_table[0], small_board, [TouchEvent(20.0, place)], 300.0)
-            likeness = abs(np.vdot(found, report.played))
+            overlap = abs(np.vdot(found, report.played))
             most = np.linalg.norm(found) * np.linalg.norm(report.played)
-            assert likeness == pytest.approx(most, rel=1e-5)
+            assert overlap == pytest.approx(most, rel=1e-5)
 
 
 def test_a_table_is_built_for_what_is_chosen(studio: Studio, small_board: Board) -> None:
@@ -166,11 +171,13 @@ def test_a_method_that_fills_no_tables_is_solved_for_at_each_press(
 def test_a_choice_that_cannot_be_made_leaves_what_was_there(studio: Studio) -> None:
     with opened(studio) as own:
         for wrong, said in (
-            ({"board": "../../etc/passwd"}, "board"), ({"objective": "best"}, "objective"),
+            ({"board": "../../etc/passwd"}, "board"),
+            ({"objective": "best"}, "objective"),
             ({"method": "luck"}, "method"),
             ({"method": "nearest", "objective": "focus"}, "objective"),
-            ({"frequency_hz": 0}, "drive.frequency_hz"), ({"frequency_hz": 1e5}, "frequency_hz"),
-        ):  # fmt: skip
+            ({"frequency_hz": 0}, "drive.frequency_hz"),
+            ({"frequency_hz": 1e5}, "frequency_hz"),
+        ):
             ask(own, **CHOOSE | wrong)
             assert said in told_of(own, "refused")["text"]
         ask(own, **PRESS)

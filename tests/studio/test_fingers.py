@@ -209,9 +209,10 @@ def test_fingers_that_cannot_be_are_refused_and_the_others_stay(strip_studio: St
         press(own, 1, 0, PLACES[0])
         press(own, 2, 1, PLACES[1])
         for number, finger, place, named in (
-            (3, 2, (0.0, 90.0), "touch"), (4, 5, (0.0, 0.0), "finger"),
+            (3, 2, (0.0, 90.0), "touch"),
+            (4, 5, (0.0, 0.0), "finger"),
             (5, 7, (0.0, 0.0), "finger"),
-        ):  # fmt: skip
+        ):
             ask(own, number, "press", finger, x_mm=place[0], y_mm=place[1])
             assert told_of(own, "refused")["field"] == named
         assert [one["finger"] for one in press(own, 6, 1, (1.0, -13.0))["fingers"]] == [0, 1]

@@ -134,8 +134,10 @@ def test_tone_and_level_are_set_and_what_cannot_be_is_refused(
 ) -> None:
     shift_click(page, strip, FIRST)
     shift_click(page, strip, SECOND)
-    tone, level = (page.get_by_label(f"{what} of finger 2, {unit}")
-                   for what, unit in (("Tone", "Hz"), ("Level", "%")))  # fmt: skip
+    tone, level = (
+        page.get_by_label(f"{what} of finger 2, {unit}")
+        for what, unit in (("Tone", "Hz"), ("Level", "%"))
+    )
     assert (tone.input_value(), level.input_value()) == ("160", "100")
     before, full = matrix(page), micrometres(page, 1)
     level.fill("50")

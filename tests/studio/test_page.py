@@ -176,8 +176,8 @@ def test_of_two_fingers_the_first_plays(
         drive(page),
         played_by_python(small_board, small_table[0], place_shown(page))[0],
     )
-    likeness = abs(np.vdot(found, report.played))
-    assert likeness > 0.9999 * np.linalg.norm(found) * np.linalg.norm(report.played)
+    overlap = abs(np.vdot(found, report.played))
+    assert overlap > 0.9999 * np.linalg.norm(found) * np.linalg.norm(report.played)
 
 
 def test_the_keyboard_does_all_of_it(
@@ -234,7 +234,7 @@ def test_a_browser_without_a_canvas_shows_numbers_and_says_so(
 def test_colours_are_even_to_the_eye_and_safe_for_eyes_that_confuse_red_with_green(
     page: Page, small_board: Board
 ) -> None:
-    """Lightness rises in equal steps, in full sight and without either kind of cone."""
+    """Lightness rises in equal steps, for normal eyes and for those that lack a kind of cone."""
     page.get_by_label("energy").check()
     scale = pixels(page, "bar")[0, :, :3] / 255.0
     linear = np.where(scale <= 0.04045, scale / 12.92, ((scale + 0.055) / 1.055) ** 2.4)

@@ -218,11 +218,13 @@ def test_what_cannot_be_served_is_said_at_once(
     assert taken.code == 2
     assert f"--port: expected a port that no one listens at, got {studio.port}" in taken.err
     for arguments, named in (
-        (("--port", 70000), "--port"), (("nowhere.toml",), "BOARD"),
+        (("--port", 70000), "--port"),
+        (("nowhere.toml",), "BOARD"),
         (("--seconds", 0), "--seconds"),
-        (("--objective", "best"), "objective"), (("--jobs", 0), "--jobs"),
+        (("--objective", "best"), "objective"),
+        (("--jobs", 0), "--jobs"),
         (("--key", tmp_path), "--key"),
-    ):  # fmt: skip
+    ):
         answer = chladni("studio", *arguments)
         assert (answer.code, named in answer.err) == (2, True), answer.err
         assert "Traceback" not in answer.err

@@ -41,14 +41,23 @@ COMMON: Changes = {
 """Other values, each of which every table depends on."""
 OF_FOCUS: Changes = {
     "focus": {
-        "quieter_from_mm": 12.0, "quieter_db": 3.0, "silent_from_mm": 19.0, "reserve_db": 1.5,
-        "foam_ratio": 1.5, "floor_um": 50.0,
+        "quieter_from_mm": 12.0,
+        "quieter_db": 3.0,
+        "silent_from_mm": 19.0,
+        "reserve_db": 1.5,
+        "foam_ratio": 1.5,
+        "floor_um": 50.0,
     },
     "electronics": {
-        "pwm_bits": 11, "supply_v": 4.0, "supply_limit_ma": 500.0, "max_duty": 0.9,
-        "least_duty": 0.05, "coil_k_per_w": 90.0, "coil_limit_k": 50.0,
+        "pwm_bits": 11,
+        "supply_v": 4.0,
+        "supply_limit_ma": 500.0,
+        "max_duty": 0.9,
+        "least_duty": 0.05,
+        "coil_k_per_w": 90.0,
+        "coil_limit_k": 50.0,
     },
-}  # fmt: skip
+}
 """Those that only tables of `focus` depend on."""
 OF_NEITHER: Changes = {
     "plate": {"material": "Aluminium"}, "active": {"margin_mm": 3.0},

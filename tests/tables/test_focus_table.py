@@ -85,8 +85,12 @@ def test_what_a_focus_table_plays_focuses_between_regions_too(
 def test_boards_made_to_focus_are_the_ones_whose_file_says_so() -> None:
     names = ("paper", "prototype", "strip5", "pad16", "phone15")
     assert [default_objective(shipped_board(name)) for name in names] == [
-        "ssim", "ssim", "focus", "focus", "focus",
-    ]  # fmt: skip
+        "ssim",
+        "ssim",
+        "focus",
+        "focus",
+        "focus",
+    ]
 
 
 def test_every_region_moves_its_own_finger_in_phase_0(

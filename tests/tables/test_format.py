@@ -253,9 +253,15 @@ def test_a_right_crc_does_not_excuse_wrong_fields(fields: dict[str, Any], named:
 
 @pytest.mark.parametrize(
     ("at", "value", "named"),
-    [(92, 0x10, "crossings"), (92, 0x05, "crossings"), (93, 1, "label"), (93, 255, "label"),
-     (95, 0xFF, "gains"), (95, 0x00, "gains")],
-)  # fmt: skip
+    [
+        (92, 0x10, "crossings"),
+        (92, 0x05, "crossings"),
+        (93, 1, "label"),
+        (93, 255, "label"),
+        (95, 0xFF, "gains"),
+        (95, 0x00, "gains"),
+    ],
+)
 def test_a_right_crc_does_not_excuse_wrong_records(at: int, value: int, named: str) -> None:
     """The first crossing, the first label, the upper byte of the first gain at full scale."""
     iq = np.full_like(SMALL.section().iq, 23000)

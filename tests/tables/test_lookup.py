@@ -135,8 +135,11 @@ def test_three_of_a_branch_leave_out_the_fourth(stranger: int) -> None:
         weights = np.zeros(4)
         near = 3 - stranger
         weights[[near, near ^ 1, near ^ 2, stranger]] = (
-            (1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v,
-        )  # fmt: skip
+            (1 - u) * (1 - v),
+            u * (1 - v),
+            (1 - u) * v,
+            u * v,
+        )
         weights[stranger ^ 1] += weights[stranger]
         weights[stranger] = 0.0
         assert at(table, *place)[0] == pytest.approx(weights @ values, abs=0.06)

@@ -59,16 +59,30 @@ def firmware_floats(section: ResponsesSection, integers: np.ndarray) -> np.ndarr
     bits=st.sampled_from(layout.BITS),
 )
 def test_firmware_and_reference_read_the_same_responses_everywhere(
-    columns: int, rows: int, actuators: int, seed: int, x: bool, y: bool, alone: bool, width: int,
-    length: int, bits: int,
-) -> None:  # fmt: skip
+    columns: int,
+    rows: int,
+    actuators: int,
+    seed: int,
+    x: bool,
+    y: bool,
+    alone: bool,
+    width: int,
+    length: int,
+    bits: int,
+) -> None:
     """Places on the board, off it, and at the ends of 32 bits; drives beside them as before."""
     order = reversal(actuators)
     symmetry = MirrorSymmetry(order if x else None, order if y else None)
     drives = random_table(
-        columns, rows, actuators, seed, labels=2, symmetry=symmetry, bits=bits,
+        columns,
+        rows,
+        actuators,
+        seed,
+        labels=2,
+        symmetry=symmetry,
+        bits=bits,
         span_um=(width, length),
-    )  # fmt: skip
+    )
     table = with_responses(drives, seed, alone=alone)
     data = pack(table)
     firmware = FirmwareTable(data, actuators)

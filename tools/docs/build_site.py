@@ -22,8 +22,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = Path(__file__).with_name("zensical.toml")
 AT_ROOT = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")
-PACKAGES = {"sim": "sim", "drives": "tables", "tables": "tables", "design": "tables",
-            "effects": "tables", "host": "host"}  # fmt: skip
+PACKAGES = {
+    "sim": "sim",
+    "drives": "tables",
+    "tables": "tables",
+    "design": "tables",
+    "effects": "tables",
+    "host": "host",
+}
 """Packages, and the folders in which they lie."""
 
 

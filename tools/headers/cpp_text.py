@@ -28,9 +28,13 @@ def constants(values: Mapping[str, int | str], notes: Mapping[str, str] | None =
 
 
 CPP_TYPES = {
-    "u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "u64": "uint64_t",
-    "i16": "int16_t", "i32": "int32_t",
-}  # fmt: skip
+    "u8": "uint8_t",
+    "u16": "uint16_t",
+    "u32": "uint32_t",
+    "u64": "uint64_t",
+    "i16": "int16_t",
+    "i32": "int32_t",
+}
 
 
 def cpp_type(field: Field) -> str:

@@ -194,8 +194,15 @@ def link_page() -> str:
         return ", ".join(f"`{field.name}` {field.kind}" for field in fields)
 
     for m in link_protocol.MESSAGES:
-        row = (m.code, f"`{m.name}`", cells(m.request), m.request_tail, cells(m.answer),
-               m.answer_tail, m.doc)  # fmt: skip
+        row = (
+            m.code,
+            f"`{m.name}`",
+            cells(m.request),
+            m.request_tail,
+            cells(m.answer),
+            m.answer_tail,
+            m.doc,
+        )
         lines.append("| " + " | ".join(map(str, row)) + " |")
     lines += ["", "| status | | |", "|---|---|---|"]
     lines += [

@@ -37,8 +37,15 @@ def measured() -> Numbers:
 
     To be asked for first: a child's largest memory counts what its parent had when it began.
     """
-    command = [sys.executable, "-m", "chladni.host.cli.app", "solve", "prototype",
-               "--target=10,25", "--json"]  # fmt: skip
+    command = [
+        sys.executable,
+        "-m",
+        "chladni.host.cli.app",
+        "solve",
+        "prototype",
+        "--target=10,25",
+        "--json",
+    ]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     board = boards.computed()

@@ -43,11 +43,23 @@ def call_graph() -> tuple[dict[str, int], dict[str, set[str]], dict[str, str]]:
         for source in CORE:
             out = Path(folder) / f"{source.stem}.o"
             subprocess.run(
-                [processor.compiler, *processor.flags, *FLAGS, "-ffreestanding",
-                 "-fcallgraph-info=su", "-isystem", HERE / "include", "-I", FIRMWARE, "-c", source,
-                 "-o", out],
+                [
+                    processor.compiler,
+                    *processor.flags,
+                    *FLAGS,
+                    "-ffreestanding",
+                    "-fcallgraph-info=su",
+                    "-isystem",
+                    HERE / "include",
+                    "-I",
+                    FIRMWARE,
+                    "-c",
+                    source,
+                    "-o",
+                    out,
+                ],
                 check=True,
-            )  # fmt: skip
+            )
             text = out.with_suffix(".ci").read_text(encoding="utf-8")
             for title, label in re.findall(r'node: \{ title: "([^"]*)" label: "([^"]*)"', text):
                 parts = label.split("\\n")

@@ -21,9 +21,13 @@ from numpy.typing import NDArray
 from chladni.sim.errors import ArgumentError, InputError
 
 _KINDS = (
-    (stat.S_ISDIR, "a folder"), (stat.S_ISLNK, "a link"), (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
-)  # fmt: skip
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISLNK, "a link"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
 CHUNK_BYTES = 65_536
 MOST_DOTS = 256
 """In a line of TOML. A key has three parts at most; what reading a key takes grows with their
@@ -187,8 +191,16 @@ def read_arrays(
                 member.filename.removesuffix(".npy"): _array_of(archive.read(member))
                 for member in members
             }
-    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError,
-            SyntaxError, MemoryError) as error:  # fmt: skip
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        struct.error,
+        EOFError,
+        OSError,
+        RuntimeError,
+        SyntaxError,
+        MemoryError,
+    ) as error:
         raise ValueError(f"no .npz: {error}") from None
 
 

@@ -1,6 +1,6 @@
 """A board as it is: found from what its own coils read of each other, or from its sound."""
 
-from chladni.calibration.fit import Found, Parameter, fit_board
+from chladni.calibration.fit import BoardFit, Parameter, fit_board
 from chladni.calibration.hearing import Heard, fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.calibration.restored import Restored, Truth
@@ -8,8 +8,8 @@ from chladni.calibration.sensing import CoilReadings, read_hidden
 from chladni.calibration.sweep import heard_levels, sweep_duties
 
 __all__ = [
+    "BoardFit",
     "CoilReadings",
-    "Found",
     "Heard",
     "HiddenPlate",
     "Parameter",

@@ -69,7 +69,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Found:
+class BoardFit:
     """What a board's readings tell.
 
     Attributes
@@ -94,7 +94,7 @@ class Found:
     steps: int
 
 
-def fit_board(board: Board, readings: CoilReadings, progress: Report | None = None) -> Found:
+def fit_board(board: Board, readings: CoilReadings, progress: Report | None = None) -> BoardFit:
     """Find the board that reads like this.
 
     Parameters
@@ -125,7 +125,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     _check_this_board(unknowns, solved, left)
     with one_blas_thread():
         covariance = search.covariance(solved)
-    return Found(
+    return BoardFit(
         with_coils_known(
             unknowns.board_at(solved),
             search.wiring.signs * unknowns.strengths(solved) * drawn_strengths(board),
@@ -234,10 +234,10 @@ class _Search:
         # Forces change nothing of the plate.
         key = values[: self._unknowns.forces.start].tobytes()
         if self._last is None or self._last[0] != key:
-            self._last = (key, *self._solve_anew(values))
+            self._last = (key, *self._solve_again(values))
         return self._last[1], self._last[2]
 
-    def _solve_anew(self, values: FloatArray) -> tuple[Board, list[OpenCoils]]:
+    def _solve_again(self, values: FloatArray) -> tuple[Board, list[OpenCoils]]:
         board = self._unknowns.board_at(values)
         model = plate_model(board)
         coils = [
@@ -256,7 +256,7 @@ class _Search:
             return [np.zeros_like(own.compliance) for own in coils]
         stiffer = values.copy()
         stiffer[scales.index("screws")] += DIFFERENCE
-        _, more = self._solve_anew(stiffer)
+        _, more = self._solve_again(stiffer)
         return [
             (new.compliance - old.compliance) / DIFFERENCE
             for new, old in zip(more, coils, strict=True)

@@ -85,9 +85,11 @@ def find_wiring(board: Board, readings: CoilReadings, expected: ComplexArray) ->
     for coil in np.flatnonzero(silent != deaf):
         what = "plays, and hears nothing" if deaf[coil] else "hears, and does not play"
         raise InputError(
-            f"coil {names[coil]}", what, "one that does both, or neither",
+            f"coil {names[coil]}",
+            what,
+            "one that does both, or neither",
             hint="look at its line to the multiplexer" if deaf[coil] else "look at its driver",
-        )  # fmt: skip
+        )
     _check_alike(names, readings, silent)
     return Wiring(np.where(silent, 0.0, _signs(readings.volts, expected, ~silent)))
 

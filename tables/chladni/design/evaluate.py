@@ -107,6 +107,15 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
     return weighed(spec, board, score, more)
 
 
+def evaluate_in_full(
+    spec: Spec, seed: int, samples: int, document: Document
+) -> tuple[Evaluation, BoardScore]:
+    """A board scored as `board score` would at the same pitch, on its own image."""
+    board, pitch = completed_board(document), spec.settings.pitch
+    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
+    return weighed(spec, board, score, costly_terms(spec, board, samples, seed)), score
+
+
 def costly_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
     """What is left of a board as built and with several fingers, where a SPEC weighs that."""
     return _built_terms(spec, board, samples, seed) | _finger_terms(spec, board, samples, seed)

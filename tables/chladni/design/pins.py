@@ -59,8 +59,9 @@ def of_its_driver(electronics: Document, coils: int, *, is_open: bool) -> Docume
     if not is_open:
         return own
     drive = own.get("drive", "switch")
-    return {key: value for key, value in own.items()
-            if key not in ONLY_OF or ONLY_OF[key][0] == drive}  # fmt: skip
+    return {
+        key: value for key, value in own.items() if key not in ONLY_OF or ONLY_OF[key][0] == drive
+    }
 
 
 def _may_be_bridges(electronics: Mapping[str, Any]) -> bool:

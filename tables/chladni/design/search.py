@@ -13,7 +13,7 @@ import hashlib
 import json
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product, zip_longest
@@ -26,9 +26,8 @@ from chladni.design.evaluate import (
     Evaluation,
     beyond,
     completed_board,
-    costly_terms,
     evaluate,
-    weighed,
+    evaluate_in_full,
 )
 from chladni.design.front import Entry, front_of
 from chladni.design.spec import Spec
@@ -44,9 +43,8 @@ from chladni.design.starts import (
 from chladni.design.variables import Choice, Document
 from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Progress
-from chladni.drives.scoring.board_score import BoardScore, score_board
+from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.drives.workers import Workers
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -133,7 +131,11 @@ def design(
         run = _Run(spec, seed, workers, kept, progress, on_board)
         run.search()
         found = run.front()
-        finished = _finished(spec, found, seed, samples, workers)
+        in_full = partial(evaluate_in_full, spec, seed, samples)
+        scored = workers.map(in_full, [one.document for one in found])
+        finished = [
+            (Entry(one.document, own), full) for one, (own, full) in zip(found, scored, strict=True)
+        ]
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     return Design(
         best,
@@ -258,10 +260,14 @@ class _Run:
         idle = max(0, 2 - size)
         options: dict[str, Any] = {
             "bounds": [[0.0] * (size + idle), most + [1.0] * idle],
-            "CMA_stds": spread + [1.0] * idle, "integer_variables": whole,
-            "seed": self._seed + 1 + turn, "maxfevals": evaluations,
-            "verbose": -9, "verb_filenameprefix": "", "verb_log": 0,
-        }  # fmt: skip
+            "CMA_stds": spread + [1.0] * idle,
+            "integer_variables": whole,
+            "seed": self._seed + 1 + turn,
+            "maxfevals": evaluations,
+            "verbose": -9,
+            "verb_filenameprefix": "",
+            "verb_log": 0,
+        }
         at = np.clip([*start.numbers, *start.shares], 0.0, most)  # 1 but for the last bit is beyond
         begin = [*at.tolist(), *[0.5] * idle]
         own = cma.CMAEvolutionStrategy(begin, 1.0, options)
@@ -323,26 +329,6 @@ class _Run:
 
 def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
     return asdict(evaluate(spec, task[1], seed))
-
-
-def _finished(
-    spec: Spec, entries: Iterable[Entry], seed: int, samples: int, workers: Workers
-) -> list[tuple[Entry, BoardScore]]:
-    """Boards scored as `board score` would at the same pitch, on their own image."""
-    own = list(entries)
-    found = workers.map(partial(_score, spec, seed, samples), [one.document for one in own])
-    return [
-        (Entry(one.document, weighed(spec, completed_board(one.document), score, more)), score)
-        for one, (score, more) in zip(own, found, strict=True)
-    ]
-
-
-def _score(
-    spec: Spec, seed: int, samples: int, document: Document
-) -> tuple[BoardScore, dict[str, float]]:
-    board, pitch = completed_board(document), spec.settings.pitch
-    score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
-    return score, costly_terms(spec, board, samples, seed)
 
 
 def _digest(value: Any) -> str:

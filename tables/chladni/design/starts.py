@@ -118,12 +118,16 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     ]:
         layout = Layout(mirrors, tuple(one.orbit for one in chosen))
         at = [(one.at[0] / MM, one.at[1] / MM) for one in chosen]
-        rows.append({
-            "figure": figure, "is_even": is_even,
-            "mirrors": list(mirrors), "numbers": list(numbers),
-            "leaves": [list(one.leaves) for one in layout.orbits],
-            "shares": layout.shares(at, reach),
-        })  # fmt: skip
+        rows.append(
+            {
+                "figure": figure,
+                "is_even": is_even,
+                "mirrors": list(mirrors),
+                "numbers": list(numbers),
+                "leaves": [list(one.leaves) for one in layout.orbits],
+                "shares": layout.shares(at, reach),
+            }
+        )
     return {"layouts": rows}
 
 

@@ -19,7 +19,7 @@ from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
-from chladni.tables.felt import Fingers, needs_compensation, survey_of
+from chladni.tables.felt_survey import Fingers, needs_compensation, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
@@ -86,9 +86,11 @@ def build_table(
     regions = stored_regions(board)
     widths = _widths_that_fit(board, regions, frequencies, objective, [bits] if bits else BITS)
     key = {
-        "board": to_document(board), "objective": objective, "seed": seed,
+        "board": to_document(board),
+        "objective": objective,
+        "seed": seed,
         "frequencies_hz": frequencies,
-    }  # fmt: skip
+    }
     is_own = partial_function(is_drive, actuators=len(board.actuators))
     with Checkpoint(partial, key, is_own) as kept, one_blas_thread():
         options = Options(objective, seed, progress=progress)

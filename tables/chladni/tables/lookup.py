@@ -91,8 +91,10 @@ def mixing(
         )
     )
     # Corners in the order 00, 10, 01, 11: bit 0 is x, bit 1 is y.
-    corners = [regions.cells(*at) for at in (
-        (x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))]  # fmt: skip
+    corners = [
+        regions.cells(*at)
+        for at in ((x.low, y.low), (x.high, y.low), (x.low, y.high), (x.high, y.high))
+    ]
     labels = np.stack([_labels_of(labelled, at) for at in corners])
     nearest = (x.fraction >= ONE // 2) + 2 * (y.fraction >= ONE // 2)
     label = labels[nearest, np.arange(labels.shape[1])]

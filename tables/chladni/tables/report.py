@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.tables.felt import Fingers
+from chladni.tables.felt_survey import Fingers
 from chladni.tables.halfway_points import OWN_TOLERANCE
 from chladni.tables.one_frequency import LossesOfTable, OneFrequency
 from chladni.tables.phase_synchronisation import Steps

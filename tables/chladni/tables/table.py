@@ -157,6 +157,25 @@ class Table:
         """The responses of a frequency, or the first; raises as `section` does."""
         return _of_frequency(self.responses, frequency_hz, RESPONSES, "drives")
 
+    def sections_at(
+        self, frequency_hz: float | None = None
+    ) -> tuple[Section | None, ResponsesSection | None]:
+        """Drives and responses of a frequency, or of the first; one of them may be missing.
+
+        Raises
+        ------
+        ArgumentError
+            Both are missing; names the frequencies there are.
+        """
+        known = [one.frequency_hz for one in self.sections]
+        known += [one.frequency_hz for one in self.responses]
+        wanted = known[0] if frequency_hz is None else frequency_hz
+        drives = _with_frequency(self.sections, wanted)
+        responses = _with_frequency(self.responses, wanted)
+        if drives is None and responses is None:
+            raise _no_such(wanted, known)
+        return drives, responses
+
     def region_iq(self, section: Section) -> NDArray[np.int16]:
         """Drives of all regions, int16 of shape (regions, actuators, 2), mirrors applied."""
         return images(self.symmetry, section, self.regions.everywhere, section.iq)
@@ -184,12 +203,20 @@ def _of_frequency(
         raise InputError("table", f"only {others}", f"a section of {kind}", hint=hint)
     if frequency_hz is None:
         return sections[0]
-    for section in sections:
-        # A whole number of mHz; NaN and infinity are none.
-        if abs(section.frequency_hz - frequency_hz) < 0.5e-3:
-            return section
-    known = ", ".join(f"{section.frequency_hz:g}" for section in sections)
-    raise ArgumentError("frequency_hz", f"{frequency_hz:g} Hz", f"one of the table's: {known} Hz")
+    found = _with_frequency(sections, frequency_hz)
+    if found is None:
+        raise _no_such(frequency_hz, [one.frequency_hz for one in sections])
+    return found
+
+
+def _with_frequency(sections: Sequence[SomeSection], frequency_hz: float) -> SomeSection | None:
+    """Frequencies are whole numbers of mHz; NaN and infinity are none."""
+    return next((one for one in sections if abs(one.frequency_hz - frequency_hz) < 0.5e-3), None)
+
+
+def _no_such(frequency_hz: float, known: Sequence[float]) -> ArgumentError:
+    texts = ", ".join(dict.fromkeys(f"{one:g}" for one in known))
+    return ArgumentError("frequency_hz", f"{frequency_hz:g} Hz", f"one of the table's: {texts} Hz")
 
 
 def quantise(drives: ComplexArray, full_scale_gain: float, bits: int = 16) -> NDArray[np.int16]:

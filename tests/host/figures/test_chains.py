@@ -55,8 +55,9 @@ def test_images_of_a_wide_board_stand_one_above_the_other() -> None:
     figure = chains_figure([Chain(board, (0.0, 0.0), field, field, "all alike")])
     figure.draw_without_rendering()
     images = [axes for axes in figure.axes if axes.get_aspect() == 1.0]
-    boxes = [axes.get_window_extent().transformed(figure.transSubfigure.inverted())
-             for axes in images]  # fmt: skip
+    boxes = [
+        axes.get_window_extent().transformed(figure.transSubfigure.inverted()) for axes in images
+    ]
     assert len(boxes) == 2
     assert min(box.width for box in boxes) > 0.3
     assert boxes[0].y0 > boxes[1].y1
@@ -68,9 +69,12 @@ def test_the_best_board_of_a_front_fills_its_room(is_wide: bool) -> None:
     board = shipped_board("prototype")
     board = turned(board) if is_wide else board
     summary = {
-        "finger_um": 5.0, "coils": 5, "second_finger_20mm_db": 3.0, "robust_score": 1.0,
+        "finger_um": 5.0,
+        "coils": 5,
+        "second_finger_20mm_db": 3.0,
+        "robust_score": 1.0,
         "mass_g": 20.0,
-    }  # fmt: skip
+    }
     one: Any = SimpleNamespace(summary=summary)
     found: Any = SimpleNamespace(front=[one], board=board)
     figure = front_figure(found)

@@ -85,8 +85,14 @@ def test_the_command_lists_parts_for_programs_and_people(chladni: CommandLine) -
     assert done.code == 0
     assert done.json["moving_mass_g"] == pytest.approx(0.3192 + 5.0 * 0.8482, rel=1e-3)
     assert set(done.json["parts"][0]) == {
-        "part", "count", "value", "why", "mass_g", "price_usd", "sold_by",
-    }  # fmt: skip
+        "part",
+        "count",
+        "value",
+        "why",
+        "mass_g",
+        "price_usd",
+        "sold_by",
+    }
     assert {"plate", "magnet", "foam", "coil", "full bridge, PH/EN"} <= {
         part["part"] for part in done.json["parts"]
     }

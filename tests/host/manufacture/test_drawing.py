@@ -166,10 +166,17 @@ def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) ->
         for own in svg(board_to_draw("everything"), tmp_path).iter(f"{SVG}text")
     ]
     for expected in (
-        "everything", "plate: FR4 (1/1), 0.2 thick, corners R4", "40", "60", "24", "-24",
-        "magnets: 5 of ⌀6 × 4", "coils: 5 of ⌀3 to ⌀10 × 1.5, 1 from the magnet",
-        "3  plate, hole:  x -15  y 10.25  ⌀4", "4  foam:  x -13  y 22  ⌀4",
-    ):  # fmt: skip
+        "everything",
+        "plate: FR4 (1/1), 0.2 thick, corners R4",
+        "40",
+        "60",
+        "24",
+        "-24",
+        "magnets: 5 of ⌀6 × 4",
+        "coils: 5 of ⌀3 to ⌀10 × 1.5, 1 from the magnet",
+        "3  plate, hole:  x -15  y 10.25  ⌀4",
+        "4  foam:  x -13  y 22  ⌀4",
+    ):
         assert expected in texts
     assert [text for text in texts if text.startswith(("5", "6  "))] == ["5  foam:  x 0  y 24  ⌀7"]
     assert len([text for text in texts if "⌀3.2" in text]) == 1
@@ -196,9 +203,13 @@ def test_the_command_draws_what_the_name_says(
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("b.pdf", "a name that ends in"), ("b", "a name that ends in"),
-     ("missing/b.svg", "a file in a folder that exists"), ("folder.svg", "a file name")],
-)  # fmt: skip
+    [
+        ("b.pdf", "a name that ends in"),
+        ("b", "a name that ends in"),
+        ("missing/b.svg", "a file in a folder that exists"),
+        ("folder.svg", "a file name"),
+    ],
+)
 def test_a_drawing_that_cannot_be_is_refused(
     chladni: CommandLine, tmp_path: Path, name: str, expected: str
 ) -> None:

@@ -159,8 +159,11 @@ def test_the_command_draws_and_lists(chladni: CommandLine, tmp_path: Path) -> No
     assert list(answer) == ["path", "channels", "parts"]
     assert answer["path"] == str(drawing)
     assert answer["channels"][2] == {
-        "channel": 2, "actuator": "top-left", "gpio": 15, "at_mm": [-24.25, 43.35],
-    }  # fmt: skip
+        "channel": 2,
+        "actuator": "top-left",
+        "gpio": 15,
+        "at_mm": [-24.25, 43.35],
+    }
     assert {"part": "gate resistor", "count": 5, "value": "100 Ω"}.items() <= (
         answer["parts"][9].items()
     )
@@ -170,9 +173,13 @@ def test_the_command_draws_and_lists(chladni: CommandLine, tmp_path: Path) -> No
 
 @pytest.mark.parametrize(
     ("board", "name", "said"),
-    [("nope", "w.svg", "BOARD"), ("prototype", "w.txt", "-o"), ("prototype", "no/w.svg", "-o"),
-     ("prototype", "", "-o")],
-)  # fmt: skip
+    [
+        ("nope", "w.svg", "BOARD"),
+        ("prototype", "w.txt", "-o"),
+        ("prototype", "no/w.svg", "-o"),
+        ("prototype", "", "-o"),
+    ],
+)
 def test_bad_input_leaves_nothing_behind(
     chladni: CommandLine, tmp_path: Path, board: str, name: str, said: str
 ) -> None:

@@ -151,8 +151,13 @@ def test_values_are_written_as_engineers_write_them(value: float, unit: str, tex
 
 def test_parts_are_counted_by_channel(prototype: Board) -> None:
     counts = {part.part: part.count for part in parts_list(board_with(prototype, 7))}
-    for part in ("coil", "N-MOSFET, logic level", "flyback diode, Schottky", "gate resistor",
-                 "gate pull-down"):  # fmt: skip
+    for part in (
+        "coil",
+        "N-MOSFET, logic level",
+        "flyback diode, Schottky",
+        "gate resistor",
+        "gate pull-down",
+    ):
         assert counts[part] == 7
     assert counts["supply"] == counts["ESP32 module"] == 1
     assert counts["bus pull-up"] == 2

@@ -17,7 +17,7 @@ from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, scor
 from chladni.drives.scoring.board_score import PITCH, score_board
 from chladni.drives.scoring.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
-from chladni.drives.scoring.soft_wave import soft_wave
+from chladni.drives.scoring.small_amplitude import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
 from chladni.host.cli.common.board_reports import (

@@ -118,10 +118,14 @@ def compare_methods(
         sys.stderr.write(f"chladni: {NO_COIL}\n")
     if as_json:
         result = {
-            "board": loaded.name, "objective": own, "targets": grid.count, "grid": asdict(grid),
-            "error_estimate": fields.error_estimate, "tolerance_met": fields.tolerance_met,
+            "board": loaded.name,
+            "objective": own,
+            "targets": grid.count,
+            "grid": asdict(grid),
+            "error_estimate": fields.error_estimate,
+            "tolerance_met": fields.tolerance_met,
             "methods": table,
-        }  # fmt: skip
+        }
         answer(result, as_json=True)
     else:
         title = f"{loaded.name}: medians over {grid.count} targets; its own objective is {own}"

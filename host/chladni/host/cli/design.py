@@ -135,12 +135,15 @@ def _about_entry(entry: Entry) -> list[str]:
 
 def _result(found: Design, entries: list[dict[str, Any]], output: Path) -> dict[str, Any]:
     return {
-        "path": str(output), "score": found.best.evaluation.score,
+        "path": str(output),
+        "score": found.best.evaluation.score,
         "robust_score": found.best.evaluation.robust_score,
-        "evaluations": found.evaluations, "seconds": found.seconds, "seed": found.seed,
+        "evaluations": found.evaluations,
+        "seconds": found.seconds,
+        "seed": found.seed,
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
             for one in found.board.actuators
         ],
         "front": entries,
-    }  # fmt: skip
+    }

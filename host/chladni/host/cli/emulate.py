@@ -154,9 +154,14 @@ def _touch(touch: TouchScore) -> dict[str, Any]:
     card = asdict(touch.card)
     felt, baselines = card.pop("felt"), card.pop("nulls")
     return {
-        "at_ms": touch.at_ms, "target_mm": list(touch.target_mm), "region": touch.region,
-        "settled": touch.settled, **card, **felt, "baselines": baselines,
-    }  # fmt: skip
+        "at_ms": touch.at_ms,
+        "target_mm": list(touch.target_mm),
+        "region": touch.region,
+        "settled": touch.settled,
+        **card,
+        **felt,
+        "baselines": baselines,
+    }
 
 
 def _device(

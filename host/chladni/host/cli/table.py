@@ -83,7 +83,7 @@ def show(
     """Show a table's header, or what the device plays and knows at a place."""
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
-    section, known = _sections(loaded, frequency)
+    section, known = loaded.sections_at(frequency)
     grid = loaded.grid
     result: dict[str, Any] = {
         "version": f"{VERSION_MAJOR}.{VERSION_MINOR if loaded.responses else DRIVES_MINOR}",
@@ -117,25 +117,6 @@ def show(
         if known is not None:
             result |= _responses_at(TableResponses(loaded.regions, known), place)
     answer(result, as_json=as_json, title=str(table))
-
-
-def _sections(
-    table: Table, frequency_hz: float | None
-) -> tuple[Section | None, ResponsesSection | None]:
-    """Drives and responses of a frequency, or the table's first; one of them may be missing."""
-    known = [one.frequency_hz for one in table.sections]
-    known += [one.frequency_hz for one in table.responses]
-    wanted = known[0] if frequency_hz is None else frequency_hz
-
-    def has_it(one: Section | ResponsesSection) -> bool:
-        return abs(one.frequency_hz - wanted) < 0.5e-3
-
-    drives = next(filter(has_it, table.sections), None)
-    responses = next(filter(has_it, table.responses), None)
-    if drives is None and responses is None:
-        frequencies = ", ".join(dict.fromkeys(f"{one:g}" for one in known))
-        raise InputError("--frequency", f"{wanted:g} Hz", f"one of the table's: {frequencies} Hz")
-    return drives, responses
 
 
 def _header(section: Section | None, known: ResponsesSection | None) -> dict[str, Any]:

@@ -17,7 +17,7 @@ STEP_MS = 0.25
 
 USB_VENDORS = {0x10C4, 0x1A86, 0x0403, 0x303A}
 """Of bridges that boards have: Silicon Labs, WCH, FTDI, Espressif. Nothing is said to other
-instruments."""
+measuring devices."""
 
 
 class WireError(ChladniError):

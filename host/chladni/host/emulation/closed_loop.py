@@ -127,7 +127,7 @@ def run_loop(
         expected = f"a last touch that the panel reports and that then plays {needed:.1f} ms"
         raise ArgumentError("touches, milliseconds", f"{last_ms:g}, {milliseconds:g} ms", expected)
     last = scores[-1]
-    # A panel says which of its pixels was touched; the device knows no better.
+    # A panel says which of its pixels was touched, and that is all a device knows.
     promised = table.drive_at(section, *reported_um(emulated_config(board), last.target_mm))
     wanted = target_field(board, last.target_mm, model=solved.model, allow_unmet=True).values[0]
     play = last.play

@@ -41,9 +41,11 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
         x, y = np.meshgrid(board.x, board.y, indexing="ij")
         ratio = layer.stiffness * layer.ratio(x, y) / drawn.foundation.total_stiffness
         shown = axes.imshow(
-            ratio.T, origin="lower", cmap="viridis",
+            ratio.T,
+            origin="lower",
+            cmap="viridis",
             extent=(-half[0], half[0], -half[1], half[1]),
-        )  # fmt: skip
+        )
         figure.colorbar(shown, ax=axes, label="foam, times as stiff as drawn", shrink=0.85)
     for own in board.actuators:
         place = (own.at[0] / MM, own.at[1] / MM)
@@ -51,9 +53,14 @@ def _draw_plate(figure: Figure, axes: Axes, drawn: Board, board: Board) -> None:
         text = f"reversed\n{text}" if own.polarity < 0 else text
         colour = COLOURS[1] if own.is_dead or own.polarity < 0 else INK
         axes.annotate(
-            text, place, ha="center", va="center", fontsize=8, color=colour,
+            text,
+            place,
+            ha="center",
+            va="center",
+            fontsize=8,
+            color=colour,
             bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour},
-        )  # fmt: skip
+        )
     axes.set_xlim(-half[0], half[0])
     axes.set_ylim(-half[1], half[1])
     axes.set_aspect("equal")

@@ -46,9 +46,16 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
         if column == 3 and threshold_um is not None:
             axes.axvline(threshold_um, color=INK, linewidth=0.8)
             axes.annotate(
-                "felt by a resting finger", (threshold_um, 0.02), rotation=90, fontsize=8,
-                xytext=(3, 0), textcoords="offset points", ha="left", va="bottom", color=INK,
-            )  # fmt: skip
+                "felt by a resting finger",
+                (threshold_um, 0.02),
+                rotation=90,
+                fontsize=8,
+                xytext=(3, 0),
+                textcoords="offset points",
+                ha="left",
+                va="bottom",
+                color=INK,
+            )
         axes.set_xlabel(label, fontsize=9)
         axes.grid(alpha=0.25)
         axes.set_ylim(0.0, 1.0)

@@ -39,17 +39,29 @@ def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
     half = [side / 2.0 / MM for side in board.plate.size]
     level = 20.0 * np.log10(np.maximum(play.fields_um[own], 1e-9) / play.finger_um[own])
     image = axes.imshow(
-        level.T, origin="lower", extent=(-half[0], half[0], -half[1], half[1]), cmap="cividis",
-        vmin=QUIETEST_DB, vmax=0.0, interpolation="bilinear",
-    )  # fmt: skip
+        level.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        cmap="cividis",
+        vmin=QUIETEST_DB,
+        vmax=0.0,
+        interpolation="bilinear",
+    )
     radius = FINGERTIP_RADIUS / MM
     for finger, (x, y) in enumerate(play.places_mm):
         colour = "#d55e00" if finger == own else "white"
         axes.add_patch(Circle((x, y), radius, fill=False, edgecolor=colour, linewidth=2.2))
         axes.annotate(
-            NAMES[finger], (x, y), xytext=(0, -1.9 * radius), textcoords="offset points",
-            ha="center", va="top", color=colour, fontsize=11, fontweight="bold",
-        )  # fmt: skip
+            NAMES[finger],
+            (x, y),
+            xytext=(0, -1.9 * radius),
+            textcoords="offset points",
+            ha="center",
+            va="top",
+            color=colour,
+            fontsize=11,
+            fontweight="bold",
+        )
     axes.set_title(
         f"{board.name}: {NAMES[own]} plays, {NAMES[other]} is still\n"
         f"{NAMES[own]} {play.finger_um[own]:.2g} µm, {NAMES[other]} "

@@ -206,8 +206,11 @@ def _dimensions(board: Board) -> list[Shape]:
 def _title(board: Board) -> list[str]:
     """What the sheet shows, line by line."""
     plate, magnet, winding, foundation = (
-        board.plate, board.magnet, board.winding, board.foundation,
-    )  # fmt: skip
+        board.plate,
+        board.magnet,
+        board.winding,
+        board.foundation,
+    )
     rows = [
         board.name,
         f"plate: {plate.material or f'E = {plate.youngs_modulus / 1e9:g} GPa'}, "

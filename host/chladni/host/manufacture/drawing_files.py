@@ -32,11 +32,15 @@ def svg_text(drawing: Drawing) -> str:
     """As SVG: a group a layer, and a unit of the view box is a millimetre."""
     (x0, y0), (x1, y1) = drawing.low, drawing.high
     size = (x1 - x0, y1 - y0)
-    root = ElementTree.Element("svg", {
-        "xmlns": "http://www.w3.org/2000/svg",
-        "width": f"{size[0]:g}mm", "height": f"{size[1]:g}mm",
-        "viewBox": f"{x0:g} {-y1:g} {size[0]:g} {size[1]:g}",
-    })  # fmt: skip
+    root = ElementTree.Element(
+        "svg",
+        {
+            "xmlns": "http://www.w3.org/2000/svg",
+            "width": f"{size[0]:g}mm",
+            "height": f"{size[1]:g}mm",
+            "viewBox": f"{x0:g} {-y1:g} {size[0]:g} {size[1]:g}",
+        },
+    )
     ElementTree.SubElement(root, "title").text = f"{drawing.name}, 1:1 in mm"
     for layer, colour in LAYERS.items():
         own = [shape for shape in drawing.shapes if shape.layer == layer]
@@ -135,9 +139,15 @@ def _rounded(shape: Rectangle) -> list[tuple[float, float, float]]:
         return [(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)]
     b = QUARTER_BULGE
     return [
-        (x0 + r, y0, 0.0), (x1 - r, y0, b), (x1, y0 + r, 0.0), (x1, y1 - r, b),
-        (x1 - r, y1, 0.0), (x0 + r, y1, b), (x0, y1 - r, 0.0), (x0, y0 + r, b),
-    ]  # fmt: skip
+        (x0 + r, y0, 0.0),
+        (x1 - r, y0, b),
+        (x1, y0 + r, 0.0),
+        (x1, y1 - r, b),
+        (x1 - r, y1, 0.0),
+        (x0 + r, y1, b),
+        (x0, y1 - r, 0.0),
+        (x0, y0 + r, b),
+    ]
 
 
 FORMATS: dict[str, Callable[[Drawing], str]] = {".dxf": dxf_text, ".svg": svg_text}

@@ -97,9 +97,11 @@ def _draw_supply(sheet: Sheet, board: Board, values: Values, parts: dict[str, Pa
     sheet.wire((0.0, 0.0), (2.0, 0.0), width=THICK, colour=POSITIVE)
     last = COIL_Y if len(board.actuators) == 1 else ROWS_Y - ROW * (len(board.actuators) - 2)
     # A bridge takes the supply itself; with switches it goes down to the coils.
-    ends = ((3.2, 0.0), (BUS_X, 0.0)) if board.electronics.is_bridge else (
-        (3.2, 0.0), (BUS_X, 0.0), (BUS_X, last)
-    )  # fmt: skip
+    ends = (
+        ((3.2, 0.0), (BUS_X, 0.0))
+        if board.electronics.is_bridge
+        else ((3.2, 0.0), (BUS_X, 0.0), (BUS_X, last))
+    )
     sheet.wire(*ends, width=THICK, colour=POSITIVE)
     sheet.text(-0.4, 1.2, f"supply {parts['supply'].value}", size=PLAIN)
     sheet.text(-0.2, 0.0, "+", left=False, size=PLAIN)

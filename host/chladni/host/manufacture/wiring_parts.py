@@ -114,21 +114,28 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
 def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings, count = board.electronics, len(board.actuators)
     coil = Part(
-        "coil", count, f"{settings.coil_ohm:g} Ω{_wound(board)}",
+        "coil",
+        count,
+        f"{settings.coil_ohm:g} Ω{_wound(board)}",
         f"the board file's; {engineering(own.coil_a, 'A')} at full duty",
         mass_g=board.winding.round.mass / 1e-3 if board.winding else None,
-    )  # fmt: skip
+    )
     driver = _bridge_parts if settings.is_bridge else _switch_parts
     return (coil, *driver(board, own))
 
 
 def _bridge_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings, count, gate = board.electronics, len(board.actuators), own.gate
-    able = [part for part in BRIDGE_PARTS
-            if part.ampere >= own.switch_a and part.volts >= settings.supply_v]  # fmt: skip
+    able = [
+        part
+        for part in BRIDGE_PARTS
+        if part.ampere >= own.switch_a and part.volts >= settings.supply_v
+    ]
     named = " or ".join(part.name for part in able) or "none is known here that bears it"
-    sheets = "; ".join(f"{part.sheet}: {part.ampere:g} A, up to {part.volts:g} V, "
-                       f"{engineering(part.ohm, 'Ω')}" for part in able)  # fmt: skip
+    sheets = "; ".join(
+        f"{part.sheet}: {part.ampere:g} A, up to {part.volts:g} V, {engineering(part.ohm, 'Ω')}"
+        for part in able
+    )
     open_v = LOGIC_V * BRIDGE_INPUT_OHM / (BRIDGE_INPUT_OHM + PULL_UP_OHM)
     down = (
         f"the bridge's own {engineering(BRIDGE_INPUT_OHM, 'Ω')} would leave {open_v:.1f} V of a "

@@ -192,8 +192,12 @@ class DeviceConfig:
         """The first pin that a chip cannot use so: a device would not start with it."""
         bus = {}
         if self["panel"] != PANELS.index("none"):
-            bus = {"sda": self["sda_pin"], "scl": self["scl_pin"],
-                   "interrupt": self["interrupt_pin"], "reset": self["reset_pin"]}  # fmt: skip
+            bus = {
+                "sda": self["sda_pin"],
+                "scl": self["scl_pin"],
+                "interrupt": self["interrupt_pin"],
+                "reset": self["reset_pin"],
+            }
         signs = self["sign_pins"][: self["channels"]] if self.has_bridges else ()
         return pin_fault(self["pwm_pins"][: self["channels"]], signs=signs, chip=chip, **bus)
 

@@ -19,9 +19,12 @@ UNITS = {"q15": ("", 32767.0), "um": ("mm", 1e3), "dk": ("k", 10.0), "ds": ("s",
 WHOLE_DUTY = 32768.0
 """`max_duty_q15` counts up to a duty of 1, the other shares up to 32767."""
 WORDS = {
-    "panel": PANELS, "waveform": WAVEFORMS, "on_move": MOVES, "panel_mirrored": ("no", "yes"),
+    "panel": PANELS,
+    "waveform": WAVEFORMS,
+    "on_move": MOVES,
+    "panel_mirrored": ("no", "yes"),
     "driver": DRIVER_KINDS,
-}  # fmt: skip
+}
 WORDS_IN_JSON = ("driver",)
 """Earlier settings are numbers there, which scripts know."""
 BOTH_RAMPS = "ramp_ms"
@@ -183,11 +186,15 @@ def described() -> list[dict[str, Any]]:
     """Every setting that can be written: name, what it may be, default and meaning."""
     return [
         {
-            "name": shown.name, "record": shown.raw_name, "expected": shown.expected,
-            "default": shown.text(shown.setting.default), "meaning": shown.setting.field.doc,
+            "name": shown.name,
+            "record": shown.raw_name,
+            "expected": shown.expected,
+            "default": shown.text(shown.setting.default),
+            "meaning": shown.setting.field.doc,
         }
-        for shown in SHOWN.values() if shown.raw_name not in OWN
-    ]  # fmt: skip
+        for shown in SHOWN.values()
+        if shown.raw_name not in OWN
+    ]
 
 
 def changes(before: DeviceConfig, after: DeviceConfig) -> list[dict[str, Any]]:

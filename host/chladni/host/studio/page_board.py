@@ -122,8 +122,14 @@ class PageBoard:
             while not result.done():
                 if told != (build.done, build.all):
                     told = build.done, build.all
-                    await self._sender.send({"type": "progress", "board": choice.board.name,
-                                             "done": told[0], "all": told[1]})  # fmt: skip
+                    await self._sender.send(
+                        {
+                            "type": "progress",
+                            "board": choice.board.name,
+                            "done": told[0],
+                            "all": told[1],
+                        }
+                    )
                 await asyncio.wait([result], timeout=PROGRESS_S)
             return result.result()
         finally:

@@ -1,1 +1,1 @@
-"""What a board is: its parts, its file, its checks. Knows no plate."""
+"""What a board is: its parts, its file, its checks. Imports no plate model."""

@@ -120,8 +120,10 @@ class Board(BoardParts):
         physical = {key: own for key, own in to_document(self).items() if key not in left_out}
         physical |= _of_layer_and_coils(self)
         for part, key in (
-            ("plate", "material"), ("magnet", "remanence_t"), ("foundation", "patches"),
-        ):  # fmt: skip
+            ("plate", "material"),
+            ("magnet", "remanence_t"),
+            ("foundation", "patches"),
+        ):
             physical.get(part, {}).pop(key, None)
         physical["actuators"] = [
             {key: value for key, value in actuator.items() if key not in ("polarity", "trim_db")}
@@ -147,9 +149,7 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
     numbers["actuators"] = [
         (*actuator.at, True) if actuator.is_dead else actuator.at for actuator in board.actuators
     ]
-    numbers["limits"] = [
-        electronics.ramp_ms, electronics.touch_timeout_ms, electronics.max_on_s
-    ]  # fmt: skip
+    numbers["limits"] = [electronics.ramp_ms, electronics.touch_timeout_ms, electronics.max_on_s]
     # Without a finger of its own a board is pressed by the usual one.
     numbers["finger"] = dataclasses.astuple(board.finger or FINGERS[USUAL])
     if board.magnet is not None:
@@ -158,9 +158,12 @@ def _read_by_every_objective(board: Board) -> dict[str, Any]:
     if board.foundation is not None:
         own = board.foundation
         numbers["foundation"] = [
-            own.total_stiffness, own.total_loss_factor, own.coil_cut_out,
-            dataclasses.astuple(own.strips), [dataclasses.astuple(cut) for cut in own.cut_outs],
-        ]  # fmt: skip
+            own.total_stiffness,
+            own.total_loss_factor,
+            own.coil_cut_out,
+            dataclasses.astuple(own.strips),
+            [dataclasses.astuple(cut) for cut in own.cut_outs],
+        ]
         # Boards without patches have the fingerprint that they had before there were any.
         numbers["foundation"] += [dataclasses.astuple(patch) for patch in own.patches]
     return numbers | _of_layer_and_coils(board)
@@ -245,9 +248,16 @@ def to_document(board: Board) -> dict[str, Any]:
     if board.magnet:
         document["magnet"] = table(board.magnet)
     for section in (
-        "coil", "winding", "panel", "foundation", "finger", "focus", "active", "fingers",
+        "coil",
+        "winding",
+        "panel",
+        "foundation",
+        "finger",
+        "focus",
+        "active",
+        "fingers",
         "measured",
-    ):  # fmt: skip
+    ):
         if getattr(board, section):
             document[section] = table(getattr(board, section))
     document["actuators"] = [table(actuator) for actuator in board.actuators]

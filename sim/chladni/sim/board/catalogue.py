@@ -126,7 +126,7 @@ GROMMETS = {
 """For `[[screws]]`: a sleeve round the screw, with a collar of ⌀8 × 1.5 mm on either side."""
 
 
-def with_feet(document: dict[str, Any]) -> dict[str, Any]:
+def with_rubber_parts(document: dict[str, Any]) -> dict[str, Any]:
     """A board's document with the numbers of `[[springs]]` that name a `part`, where it has none.
 
     Raises

@@ -54,9 +54,21 @@ def _check_plate(board: BoardParts) -> None:
 def _check_ranges(board: BoardParts) -> None:
     faults = Faults()
     for section in (
-        "plate", "magnet", "coil", "winding", "panel", "foundation", "finger", "drive", "image",
-        "regions", "electronics", "focus", "active", "fingers",
-    ):  # fmt: skip
+        "plate",
+        "magnet",
+        "coil",
+        "winding",
+        "panel",
+        "foundation",
+        "finger",
+        "drive",
+        "image",
+        "regions",
+        "electronics",
+        "focus",
+        "active",
+        "fingers",
+    ):
         part = getattr(board, section)
         if part is not None:
             with faults.kept():

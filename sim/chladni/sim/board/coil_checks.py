@@ -137,9 +137,10 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
         is_said = value != getattr(Electronics, key) or (key in given and value)
         if kind != own.drive and is_said:
             raise ConflictError(
-                f"electronics.{key}", f'electronics.drive = "{own.drive}"',
+                f"electronics.{key}",
+                f'electronics.drive = "{own.drive}"',
                 hint=f"{why}: leave it out, or set electronics.drive to '{kind}'",
-            )  # fmt: skip
+            )
     if not own.is_bridge:
         return
     if len(own.pwm_pins) > MOST_BRIDGES:
@@ -177,10 +178,16 @@ def check_pins(board: BoardParts) -> None:
         raise InputError(
             "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
         )
-    bus = {} if panel is None else {
-        "sda": panel.sda_pin, "scl": panel.scl_pin, "interrupt": panel.interrupt_pin,
-        "reset": panel.reset_pin,
-    }  # fmt: skip
+    bus = (
+        {}
+        if panel is None
+        else {
+            "sda": panel.sda_pin,
+            "scl": panel.scl_pin,
+            "interrupt": panel.interrupt_pin,
+            "reset": panel.reset_pin,
+        }
+    )
     fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
     if fault is not None:
         raise InputError(_key_of(fault), fault.pin, fault.expected, hint=fault.hint)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import with_feet, with_grommets, with_material
+from chladni.sim.board.catalogue import with_grommets, with_material, with_rubber_parts
 from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
 from chladni.sim.board.fingers import FINGERS, Active, Finger, Focus, SeveralFingers
@@ -215,7 +215,7 @@ def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
         (_with_points, "image"),
         (_with_winding, "coil"),
         (_with_panel, "panel"),
-        (with_feet, "springs"),
+        (with_rubber_parts, "springs"),
         (with_grommets, "screws"),
     ):
         with faults.kept():
@@ -325,7 +325,9 @@ def _finger(value: object) -> Finger:
         known = ", ".join(map(repr, FINGERS))
         raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
     if not value:
-        raise InputError("finger", "an empty block", "a name or numbers; or is [fingers] meant?")
+        raise InputError(
+            "finger", "an empty block", "a name or numbers", hint="is [fingers] meant?"
+        )
     if "name" in value:
         check_keys(value, ["name"], required=[], where="finger.")
         return _finger(value["name"])

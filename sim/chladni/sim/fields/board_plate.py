@@ -24,9 +24,14 @@ def plate_model(board: Board) -> PlateModel:
 
     plate, section = board.plate, board.section
     features = (
-        board.screws, board.pins, board.springs, board.masses, board.holes, board.magnet,
+        board.screws,
+        board.pins,
+        board.springs,
+        board.masses,
+        board.holes,
+        board.magnet,
         board.foundation,
-    )  # fmt: skip
+    )
     if plate.edges.are_all("simply supported") and not any(features):
         return SimplySupportedPlate(
             *plate.size, section.bending_stiffness, section.areal_mass, section.loss_factor

@@ -1,1 +1,1 @@
-"""Magnets and round windings as such: fluxes, forces, inductance; knows no board."""
+"""Magnets and round windings as such: fluxes, forces, inductance. Imports no board."""

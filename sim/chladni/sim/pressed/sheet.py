@@ -121,8 +121,10 @@ class SplineSheet:
         self.value = self.at(*points)
         self.slope = (self.at(*points, (1, 0)), self.at(*points, (0, 1)))
         self.curvature = (
-            self.at(*points, (2, 0)), self.at(*points, (0, 2)), 2.0 * self.at(*points, (1, 1)),
-        )  # fmt: skip
+            self.at(*points, (2, 0)),
+            self.at(*points, (0, 2)),
+            2.0 * self.at(*points, (1, 1)),
+        )
         self.size = self.value.shape[1]
         rigid = np.ones(self.weights.size)
         mass = np.full(self.weights.size, geometry.areal_mass)

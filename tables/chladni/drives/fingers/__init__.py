@@ -2,11 +2,11 @@
 
 from chladni.drives.fingers.coupling import fitted_coupling
 from chladni.drives.fingers.responses import Responses, responses_at
-from chladni.drives.fingers.silence import FingerDrives, Plate, drives_for
+from chladni.drives.fingers.silence import FingerDrives, KnownPlate, drives_for
 
 __all__ = [
     "FingerDrives",
-    "Plate",
+    "KnownPlate",
     "Responses",
     "drives_for",
     "fitted_coupling",

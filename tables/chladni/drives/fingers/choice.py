@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.silence import (
     REGULARISATION,
     FingerDrives,
+    KnownPlate,
     Place,
-    Plate,
     PressedPoints,
 )
 from chladni.sim.errors import ArgumentError
@@ -57,7 +57,7 @@ class ChosenDrives:
 
 
 def chosen_drives(
-    plate: Plate,
+    plate: KnownPlate,
     fingers: Sequence[Place],
     *,
     thresholds: Sequence[float],

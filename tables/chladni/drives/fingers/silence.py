@@ -53,7 +53,7 @@ REGULARISATION = 1e-3
 (bench/fingers.py)."""
 
 
-class Plate(Protocol):
+class KnownPlate(Protocol):
     """What is known of a plate: from its model, or as a table has it."""
 
     @property
@@ -103,7 +103,7 @@ class FingerDrives:
 
 
 def drives_for(
-    plate: Plate,
+    plate: KnownPlate,
     fingers: Sequence[Place],
     *,
     levels: Sequence[float] | FloatArray | None = None,
@@ -168,7 +168,7 @@ class PressedPoints:
     @classmethod
     def of(
         cls,
-        plate: Plate,
+        plate: KnownPlate,
         fingers: Sequence[Place],
         stiffness: complex,
         real: bool | Sequence[bool] = False,
@@ -213,7 +213,7 @@ class PressedPoints:
         )
 
 
-def loaded_points(plate: Plate, centres: FloatArray, stiffness: complex) -> ComplexArray:
+def loaded_points(plate: KnownPlate, centres: FloatArray, stiffness: complex) -> ComplexArray:
     """h′ at each finger's points, with all fingers on the plate; (fingers, points, actuators)."""
     count = len(centres)
     offsets = ring_offsets()

@@ -223,8 +223,11 @@ def read_trace(path: Path) -> tuple[Chain, dict[str, Any]]:
 def _is_chain(data: dict[str, NDArray[Any]]) -> bool:
     """Whether arrays are what `save_trace` writes: their kinds, their shapes, numbers in range."""
     kinds = {
-        "ssim": ("f8", 1), "state": ("f8", 2), "best_ssim": ("f8", 0), "best_drive": ("c16", 1),
-    }  # fmt: skip
+        "ssim": ("f8", 1),
+        "state": ("f8", 2),
+        "best_ssim": ("f8", 0),
+        "best_drive": ("c16", 1),
+    }
     return (
         all(data[n].dtype == kind and data[n].ndim == rank for n, (kind, rank) in kinds.items())
         and all(bool(np.isfinite(data[name]).all()) for name in kinds)

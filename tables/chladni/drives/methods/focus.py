@@ -114,9 +114,12 @@ class Focused:
     def details(self) -> dict[str, float]:
         """The certificate, and what was had of what was asked for."""
         return {
-            "ratio_db": self.ratio_db, "bound_db": self.bound_db, "gap_db": self.gap_db,
-            "margin_db": self.margin_db, "floor_um": self.floor_um,
-        }  # fmt: skip
+            "ratio_db": self.ratio_db,
+            "bound_db": self.bound_db,
+            "gap_db": self.gap_db,
+            "margin_db": self.margin_db,
+            "floor_um": self.floor_um,
+        }
 
 
 def shortfall(asked: Focus, details: dict[str, float]) -> str | None:

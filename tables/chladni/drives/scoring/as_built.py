@@ -18,8 +18,8 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.best_drives import best_drives, mirrored
 from chladni.drives.scoring.board_score import PITCH
+from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.spread import Spread
-from chladni.drives.scoring.step_counter import StepCounter
 from chladni.drives.scoring.survey import (
     SAMPLES,
     Place,
@@ -30,7 +30,7 @@ from chladni.drives.scoring.survey import (
     statistics,
 )
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
-from chladni.drives.scoring.warm import ROOM_C, Warm, board_rise_k, warm
+from chladni.drives.scoring.warm_coils import ROOM_C, Warm, board_rise_k, warm
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
@@ -58,7 +58,7 @@ PLACES_A_BOARD = 3
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptFocus:
     """What is left over all places, the border of the active area among them.
 
     Attributes
@@ -98,14 +98,14 @@ class AsBuilt:
     samples: int
     seed: int
     newtons: float
-    nominal: Kept
-    nearest_coil: Kept
-    film: Kept | None
-    pressed: dict[str, Kept]
+    nominal: KeptFocus
+    nearest_coil: KeptFocus
+    film: KeptFocus | None
+    pressed: dict[str, KeptFocus]
     pressed_mm: Spread | None
-    warm: Kept
-    foam_twice: Kept
-    together: Kept
+    warm: KeptFocus
+    foam_twice: KeptFocus
+    together: KeptFocus
     board_w: Spread | None
     board_k: Spread | None
     magnet_k: Spread | None
@@ -217,7 +217,7 @@ def score_together(
     pitch: float = PITCH,
     samples: int = SAMPLES,
     seed: int = SEED,
-) -> Kept:
+) -> KeptFocus:
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
     own = _DrivenBoard(board if _has_layer(board) else _filmed(board), places, "focus", seed)
@@ -236,9 +236,9 @@ def check_press(newtons: float) -> None:
         raise ArgumentError("press", newtons, f"{LEAST_PRESS:g} to {MOST_PRESS:g} N")
 
 
-def _kept(measured: FloatArray) -> Kept:
+def _kept(measured: FloatArray) -> KeptFocus:
     found = statistics(measured)
-    return Kept(found.second_finger_20mm_db, found.finger_um)
+    return KeptFocus(found.second_finger_20mm_db, found.finger_um)
 
 
 def _heat(board: Board, heat: Sequence[Warm | None]) -> dict[str, Spread | None]:

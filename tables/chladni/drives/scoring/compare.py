@@ -99,9 +99,12 @@ def compare(
     targets = [grid.centre_mm(region) for region in range(grid.count)]
     chosen = contenders(methods, default_objective(board))
     key = {
-        "board": to_document(board), "methods": chosen,
-        "pitch": pitch, "seed": seed, "steps": steps,
-    }  # fmt: skip
+        "board": to_document(board),
+        "methods": chosen,
+        "pitch": pitch,
+        "seed": seed,
+        "steps": steps,
+    }
     rows: list[Row] = []
     with Checkpoint(kept, key, partial(_is_result, chosen=chosen)) as checkpoint:
         work = partial(_score_all, chosen=chosen, seed=seed, steps=steps)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.fingers import Plate, responses_at
+from chladni.drives.fingers import KnownPlate, responses_at
 from chladni.drives.fingers.choice import chosen_drives
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.silence import (
@@ -28,8 +28,8 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.progress_steps import StepCounter
 from chladni.drives.scoring.spread import Spread
-from chladni.drives.scoring.step_counter import StepCounter
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
@@ -54,7 +54,7 @@ PRESSING_THRESHOLD_DB = 15.0
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptApart:
     """What fingers of drawn sets get; each finger of each set counts once, p10 is the bad tail.
 
     Attributes
@@ -81,7 +81,7 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class PerturbedFingers(Kept):
+class PerturbedFingers(KeptApart):
     """The same drives on boards that are all off at once (tolerances.py)."""
 
     samples: int
@@ -89,7 +89,7 @@ class PerturbedFingers(Kept):
 
 
 @dataclass(frozen=True)
-class CountScore(Kept):
+class CountScore(KeptApart):
     """Of one number of fingers.
 
     Attributes
@@ -127,7 +127,7 @@ def score_fingers(
     beside: float = 0.0,
     samples: int = SAMPLES,
     seed: int = SEED,
-    plate: Plate | None = None,
+    plate: KnownPlate | None = None,
     solve: Solve | None = None,
     progress: Progress | None = None,
 ) -> FingersScore:
@@ -209,7 +209,7 @@ def most_newtons(board: Board, drives: ComplexArray) -> float | None:
     return None if full is None else full.newtons / float(sums.real.max())
 
 
-def _solver(board: Board, plate: Plate, regularisation: float | None) -> Solve:
+def _solver(board: Board, plate: KnownPlate, regularisation: float | None) -> Solve:
     stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     threshold = threshold_um(board.drive.frequency_hz)
     fixed = REGULARISATION if regularisation is None else regularisation
@@ -333,13 +333,13 @@ def _loudest(board: Board, fingers: FingerSet) -> FloatArray:
     return np.maximum(most, 1e-300)
 
 
-def _kept(board: Board, rows: FloatArray) -> Kept:
+def _kept(board: Board, rows: FloatArray) -> KeptApart:
     threshold = threshold_um(board.drive.frequency_hz)
     has_coil = bool(np.all(np.isfinite(rows[:, 2])))
     can_tell = has_coil and threshold is not None
     limit = threshold or 0.0
     pressing = limit * 10.0 ** (-PRESSING_THRESHOLD_DB / 20.0)
-    return Kept(
+    return KeptApart(
         isolation_db=Spread.of(rows[:, 0].tolist()),
         level_db=Spread.of(rows[:, 1].tolist()),
         finger_um=Spread.of(rows[:, 2].tolist()) if has_coil else None,

@@ -30,7 +30,14 @@ def drives_as_csv(table: Table) -> bytes:
             for channel, c in enumerate(drive):
                 gain, phase = abs(c), float(np.degrees(np.angle(c)))
                 writer.writerow(
-                    [f"{section.frequency_hz:g}", region, f"{x:.4f}", f"{y:.4f}", channel,
-                     f"{gain:.6g}", f"{phase:.4f}"]
-                )  # fmt: skip
+                    [
+                        f"{section.frequency_hz:g}",
+                        region,
+                        f"{x:.4f}",
+                        f"{y:.4f}",
+                        channel,
+                        f"{gain:.6g}",
+                        f"{phase:.4f}",
+                    ]
+                )
     return buffer.getvalue().encode()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import Responses, responses_at
-from chladni.drives.fingers.silence import Plate, drives_for
+from chladni.drives.fingers.silence import KnownPlate, drives_for
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
@@ -71,12 +71,12 @@ class DrawnPairs:
         known = responses_at(solved)
         return cls(known, sets, stiffness, _isolation_db(sets, known, stiffness))
 
-    def isolation_db(self, plate: Plate) -> FloatArray:
+    def isolation_db(self, plate: KnownPlate) -> FloatArray:
         """Isolation with drives of what a plate says of itself, dB, a number per finger."""
         return _isolation_db(self.sets, plate, self.stiffness)
 
 
-def _isolation_db(sets: list[FingerSet], plate: Plate, stiffness: complex) -> FloatArray:
+def _isolation_db(sets: list[FingerSet], plate: KnownPlate, stiffness: complex) -> FloatArray:
     found = []
     for one in sets:
         at = [(float(x), float(y)) for x, y in one.places]

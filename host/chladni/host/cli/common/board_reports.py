@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from chladni.drives.scoring.as_built import AsBuilt
-from chladni.drives.scoring.soft_wave import BridgeWave, SoftWave
-from chladni.drives.scoring.warm import MAGNET_C
+from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
+from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.panel_layer import LayeredPlate

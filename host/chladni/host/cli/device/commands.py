@@ -143,7 +143,11 @@ def who_answers(port: str) -> dict[str, str | None]:
     return {"board": found["board"] or "no table", "why": None}
 
 
-for name, command in (("network", network), ("config", config), ("stream", stream),
-                      ("self-test", self_test)):  # fmt: skip
+for name, command in (
+    ("network", network),
+    ("config", config),
+    ("stream", stream),
+    ("self-test", self_test),
+):
     device_app.command(name)(command)
 device_app.add_typer(key_app, name="key")

@@ -111,9 +111,15 @@ def play(
     _say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
-            table, board, read.effect, place,
-            other_mm=beside, level=level, newtons=press, progress=progress,
-        )  # fmt: skip
+            table,
+            board,
+            read.effect,
+            place,
+            other_mm=beside,
+            level=level,
+            newtons=press,
+            progress=progress,
+        )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
     _tell(known, found, place, figure, as_json=as_json)
 
@@ -136,9 +142,16 @@ def _from_bank(
     table, board = _table(connection)
     with progress_bar("plate") as progress:
         found = play_effect(
-            table, board, effect, place,
-            other_mm=beside, level=level, newtons=press, bank=bank, progress=progress,
-        )  # fmt: skip
+            table,
+            board,
+            effect,
+            place,
+            other_mm=beside,
+            level=level,
+            newtons=press,
+            bank=bank,
+            progress=progress,
+        )
     known = {"effect": effect.name, "area": area, "board": board.name}
     _tell(known, found, place, figure, as_json=as_json)
 

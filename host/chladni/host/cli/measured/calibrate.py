@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.calibration.fit import Found, Parameter, fit_board
+from chladni.calibration.fit import BoardFit, Parameter, fit_board
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.calibration.recorder import record_hidden
@@ -54,7 +54,7 @@ class _Calibrated:
     parameters: tuple[Parameter, ...]
     by: str
     device_seconds: float | None
-    coils: Found | None = None
+    coils: BoardFit | None = None
 
 
 def calibrate(
@@ -217,8 +217,9 @@ def verdict(drawn: Board, found: _Calibrated, before: Restored, after: Restored)
     own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
     if drawn.focus is not None and own is not None and then is not None:
         gains = [
-            f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after", *gains
-        ]  # fmt: skip
+            f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after",
+            *gains,
+        ]
     told = [
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]

@@ -36,8 +36,13 @@ def try_channel(
         is_ok = abs(drawn - expected) <= max(SELF_TEST_SHARE * expected, SELF_TEST_MA)
         if is_ok:
             break
-    return {"channel": channel, "ok": is_ok, "supply_ma": drawn, "expected_ma": expected,
-            "full_current_ma": full_ma}  # fmt: skip
+    return {
+        "channel": channel,
+        "ok": is_ok,
+        "supply_ma": drawn,
+        "expected_ma": expected,
+        "full_current_ma": full_ma,
+    }
 
 
 def _draw(device: Device, channel: int, channels: int, seconds: float) -> int:

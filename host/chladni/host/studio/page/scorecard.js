@@ -11,7 +11,7 @@ const ROWS = [
   ["finger_load", "Pressing changes", (n) => decibels(n.finger_load.level_db), (n) => `SSIM by ${signed(n.finger_load.ssim, 3)}`],
 ];
 
-// On a board made to focus: what the finger gets, what the others get, and likeness last.
+// On a board made to focus: what the finger gets, what the others get, and SSIM last.
 const FOCUS = ["second_finger_db", "finger_um", "sensation_db", "louder_fraction", "contrast_db", "focal_error_mm", "finger_load", "ssim"];
 
 export function showNumbers(table, numbers, objective) {

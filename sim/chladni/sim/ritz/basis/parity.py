@@ -6,7 +6,7 @@ of definite parity. A plate without a mirror is one problem; nothing is assumed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,24 +59,10 @@ class Member:
 
 def find_mirrors(geometry: PlateGeometry) -> Mirrors:
     """The mirrors that map a plate's supports and features onto equal ones."""
-    items: list[tuple[float, float, tuple[object, ...]]] = [
-        (
-            r.x,
-            r.y,
-            (
-                "rim", r.radius, r.holds_deflection, r.holds_slope, r.stiffness, r.rotational,
-                r.loss_factor,
-            ),
-        )
-        for r in geometry.rims
-    ]  # fmt: skip
-    items += [
-        (i.x, i.y, ("disc", i.radius, i.areal_mass, i.stiffness_ratio, i.rotary))
-        for i in geometry.inclusions
-    ]
-    items += [
-        (p.x, p.y, ("point", p.is_pinned, p.stiffness, p.mass, p.loss_factor))
-        for p in geometry.points
+    # Two are alike that differ in nothing but where they are.
+    features: list[Any] = [*geometry.rims, *geometry.inclusions, *geometry.points]
+    items: list[tuple[float, float, object]] = [
+        (own.x, own.y, replace(own, x=0.0, y=0.0)) for own in features
     ]
     if geometry.foundation:
         items += [(x, y, ("cut-out", radius)) for x, y, radius in geometry.foundation.cut_outs]
