@@ -13,6 +13,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -29,25 +30,26 @@ FLAGS = (
 )
 
 
-def build(target: str) -> Path:
+def compile_core() -> list[Path]:
+    """The core's objects, which all fuzzers are linked with."""
+    folder = OUT / "core"
+    shutil.rmtree(folder, ignore_errors=True)  # of files that are gone
+    folder.mkdir(parents=True)
+    halves = [sorted((FIRMWARE / "core").rglob("*.cpp"))[k::2] for k in range(2)]
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(lambda files: _clang(["-c", *files], folder), halves))
+    return sorted(folder.glob("*.o"))
+
+
+def build(target: str, core: Sequence[Path]) -> Path:
     """Compile one of the device's fuzzers."""
-    OUT.mkdir(parents=True, exist_ok=True)
-    core = sorted((FIRMWARE / "core").rglob("*.cpp"))
     program = OUT / target
-    subprocess.run(
-        [
-            "clang++",
-            *FLAGS,
-            "-I",
-            FIRMWARE,
-            FIRMWARE / "fuzz" / f"{target}.cpp",
-            *core,
-            "-o",
-            program,
-        ],
-        check=True,
-    )
+    _clang([FIRMWARE / "fuzz" / f"{target}.cpp", *core, "-o", program], OUT)
     return program
+
+
+def _clang(arguments: Sequence[str | Path], folder: Path) -> None:
+    subprocess.run(["clang++", *FLAGS, "-I", FIRMWARE, *arguments], check=True, cwd=folder)
 
 
 def run(name: str, command: list[str | Path], seconds: int) -> tuple[str, int, str]:
@@ -82,8 +84,9 @@ def main() -> int:
     if shutil.which("clang++") is None:
         print("not installed: clang++", file=sys.stderr)
         return 1
+    core = compile_core()
     with ThreadPoolExecutor(2) as pool:
-        programs = list(pool.map(build, TARGETS))
+        programs = list(pool.map(lambda target: build(target, core), TARGETS))
         jobs: list[tuple[str, list[str | Path]]] = [
             (target, [program]) for target, program in zip(TARGETS, programs, strict=True)
         ]
