@@ -107,7 +107,8 @@ UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build
 	test_heat.py::test_play_until_hot_restart_and_again \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[3] \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[4] \
-	test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new)
+	test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new \
+	test_bank_store.py::test_a_cut_at_any_byte_leaves_the_old_bank_or_the_new)
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \
