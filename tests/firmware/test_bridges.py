@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from chladni.host.protocol.config import (
     pack_config,
     unpack_config,
 )
+from chladni.host.protocol.link import BY_NAME
 from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.waveforms import WAVEFORMS
@@ -121,6 +123,55 @@ def test_a_stream_for_the_other_driver_is_refused_by_name(has_bridges: bool) -> 
     assert bench.core.state == "idle"
 
 
+def test_a_host_from_before_there_were_bridges_is_told_to_be_renewed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It leaves out whether duties are signed, and knows no status but those of its time."""
+    now = BY_NAME["stream_begin"]
+    monkeypatch.setitem(BY_NAME, "stream_begin", replace(now, request=now.request[:1]))
+    link = Device(EmulatorWire(JudgedDevice(bridged()).emulator)).link
+    with pytest.raises(LinkError, match="same version"):
+        link.request("stream_begin", target=96)
+
+
+@pytest.mark.parametrize(
+    ("has_bridges", "duty"), [(False, -0.1), (False, 1.1), (True, -1.1), (True, np.nan)]
+)
+def test_duties_that_a_driver_cannot_give_are_named_and_not_sent(
+    has_bridges: bool, duty: float
+) -> None:
+    bench = JudgedDevice(bridged() if has_bridges else hot_board())
+    kind = "bridges" if has_bridges else "switches"
+    duties = np.zeros((40, 5))
+    duties[20, 3] = duty
+    with pytest.raises(InputError, match=rf"duties: expected .* {kind}, got '{duty:g}'"):
+        bench.host(True).stream(duties)
+    with pytest.raises(LinkError, match="switches do not suit bridges"):
+        bench.host(True).stream(np.full((40, 5), 0.3), is_signed=not has_bridges)
+    assert not bench.core.take_duties().any()
+
+
+@pytest.mark.parametrize("has_bridges", [False, True])
+def test_drivers_change_by_wire_and_a_word_of_their_own(has_bridges: bool) -> None:
+    bench = JudgedDevice(bridged() if has_bridges else hot_board())
+    before, other = (bridged(), hot_board())[:: 1 if has_bridges else -1]
+    device = bench.host(True)
+    with pytest.raises(LinkError, match="drivers of another kind"):
+        device.set_config(other)
+    with pytest.raises(LinkError):
+        bench.host(False).set_config(other, change_driver=True)
+    if has_bridges:  # as hosts from before there were any write it
+        with pytest.raises(LinkError, match="drivers of another kind"):
+            device.link.request("config_set", of_version_2_0(other))
+    bench.core.restart("software")
+    assert bench.host(True).config()["driver"] == before["driver"]
+    bench.host(True).set_config(other, change_driver=True)
+    with pytest.raises(LinkError, match="drivers of another kind"):  # the word is for one
+        bench.host(True).set_config(other)
+    bench.core.restart("software")
+    assert bench.host(True).config()["driver"] == other["driver"]
+
+
 @pytest.mark.parametrize("stop", ["lift", "dead", "late"])
 def test_outputs_end_at_zero(stop: str) -> None:
     bench = JudgedDevice(bridged())
@@ -173,12 +224,16 @@ def test_sign_pins_that_cannot_be_are_refused(signs: tuple[int, ...], channels: 
     assert "pin" in bench.core.config_status
 
 
-def test_a_record_of_version_2_0_is_a_switch() -> None:
-    record = pack_config(hot_board(), 7)
-    old = bytearray(record[: LEAST_RECORD_BYTES - 4])
+def of_version_2_0(config: DeviceConfig) -> bytes:
+    """A record that ends before what a bridge added."""
+    old = bytearray(pack_config(config, 7)[: LEAST_RECORD_BYTES - 4])
     old[5] = 0
     old[6:8] = LEAST_RECORD_BYTES.to_bytes(2, "little")
-    whole = bytes(old) + zlib.crc32(old).to_bytes(4, "little")
+    return bytes(old) + zlib.crc32(old).to_bytes(4, "little")
+
+
+def test_a_record_of_version_2_0_is_a_switch() -> None:
+    whole = of_version_2_0(hot_board())
     config, sequence = unpack_config(whole)
     assert (config["driver"], sequence) == (0, 7)
     assert all(config[k.field.name] == hot_board()[k.field.name] for k in SETTINGS[:-3])

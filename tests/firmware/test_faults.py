@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -9,14 +10,34 @@ import numpy as np
 import pytest
 
 from chladni.host.emulation.emulator import Emulator, Hardware, TouchEvent
-from chladni.host.protocol.config import pack_config
+from chladni.host.protocol.config import DeviceConfig, pack_config
 from chladni.tables.format import pack
 from chladni.tables.table import Limits, Table
+from firmware.judged_device import BRIDGES
 from made_up import device_of, make_table
 from thermal import Coils
 
 RAMP_MS, TIMEOUT_MS, REPORT_MS = 4.0, 60.0, 10.0
 LIMITS = Limits(4_000, 60_000, 20_000_000)
+
+
+DRIVERS: dict[str, Any] = {}
+"""Settings of the device under test: each fault ends both kinds of drive."""
+
+
+@pytest.fixture(autouse=True, params=[{}, BRIDGES], ids=["switches", "bridges"])
+def _drivers(request: pytest.FixtureRequest) -> Iterator[None]:
+    DRIVERS.update(request.param)
+    yield
+    DRIVERS.clear()
+
+
+OF_SWITCHES = pytest.mark.parametrize("_drivers", [{}], indirect=True)
+"""Reckoned with a bias; what bridges draw and heat is judged in test_limits_walk.py."""
+
+
+def device_with(table: Table) -> DeviceConfig:
+    return device_of(table, **DRIVERS)
 
 
 @pytest.fixture
@@ -26,7 +47,7 @@ def table() -> Table:
 
 def playing(table: Table, **options: Any) -> Emulator:
     """A device with a finger on it since 20 ms, 60 ms after power-on."""
-    emulator = Emulator(device_of(table), table, **options)
+    emulator = Emulator(device_with(table), table, **options)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     recording = emulator.run(60.0)
     assert recording.duty_steps[-1].any()
@@ -56,7 +77,7 @@ def check_next_touch(emulator: Emulator) -> None:
 
 
 def test_the_panel_is_absent_and_then_fitted(table: Table) -> None:
-    emulator = Emulator(device_of(table), table)
+    emulator = Emulator(device_with(table), table)
     emulator.core.panel_faults.is_absent = True
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     assert silent_after_ms(emulator, 500.0) == 0.0
@@ -87,7 +108,7 @@ def test_the_panel_reports_places_off_its_pixels(table: Table) -> None:
 
 
 def test_there_is_no_table_and_then_one(table: Table) -> None:
-    emulator = Emulator(device_of(table), None, must_play=False)
+    emulator = Emulator(device_with(table), None, must_play=False)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     assert silent_after_ms(emulator, 100.0) == 0.0
     assert (emulator.core.state, causes(emulator)) == ("fault", ["no table"])
@@ -127,6 +148,7 @@ def test_an_interrupt_comes_two_milliseconds_late(table: Table) -> None:
     check_next_touch(emulator)
 
 
+@OF_SWITCHES
 def test_missed_samples_do_not_slow_the_wave(table: Table) -> None:
     late, exact = playing(table), playing(table)
     late.core.delay_next_sample(400.0)
@@ -150,7 +172,7 @@ def test_an_erase_takes_its_time_and_outputs_go_off_by_their_deadline(table: Tab
     """A configuration saved while a finger plays stalls the main loop, not the interrupt."""
     emulator = playing(table, hardware=Hardware(erase_us=300_000.0))
     before = emulator.core.now_us
-    assert emulator.core.save_config(pack_config(device_of(table))) == "ok"
+    assert emulator.core.save_config(pack_config(device_with(table))) == "ok"
     assert emulator.core.now_us - before >= 300_000
     recording = emulator.core.take_duties()
     on_ms = np.flatnonzero(recording.any(axis=1))[-1] / 78_125.0 * 1e3
@@ -163,7 +185,7 @@ def test_an_erase_takes_its_time_and_outputs_go_off_by_their_deadline(table: Tab
 @pytest.mark.parametrize("cause", ["watchdog", "panic"])
 def test_a_reset_in_mid_play(table: Table, cause: str) -> None:
     """Pins are low from the reset on; the next start knows why, and how warm the coils were."""
-    device = device_of(table).with_values(full_rise_dk=(1000,) * 5 + (0,) * 11)
+    device = device_with(table).with_values(full_rise_dk=(1000,) * 5 + (0,) * 11)
     emulator = Emulator(device, table)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     emulator.run(300.0)
@@ -186,10 +208,11 @@ def test_the_watchdog_ends_a_main_loop_that_hangs(table: Table) -> None:
     check_next_touch(emulator)
 
 
+@OF_SWITCHES
 def test_a_coil_that_gets_too_hot_ends_the_touch_until_it_has_cooled(table: Table) -> None:
     """Against the exact exponential: mean square 0.375 of a duty of 1, near full amplitude."""
     heating_s, full_k, limit_k = 2.0, 100.0, 20.0
-    device = device_of(table).with_values(
+    device = device_with(table).with_values(
         full_rise_dk=(round(full_k * 10),) * 5 + (0,) * 11,
         limit_rise_dk=round(limit_k * 10),
         heating_ds=round(heating_s * 10),
@@ -214,7 +237,7 @@ def test_a_coil_that_gets_too_hot_ends_the_touch_until_it_has_cooled(table: Tabl
 
 def test_a_long_decay_is_counted_as_heat(table: Table) -> None:
     """Ten seconds, the longest there is: while it goes down a coil gets less and less."""
-    device = device_of(table).with_values(
+    device = device_with(table).with_values(
         full_rise_dk=(1000,) * 5 + (0,) * 11,
         limit_rise_dk=3000,
         heating_ds=20,
@@ -231,9 +254,10 @@ def test_a_long_decay_is_counted_as_heat(table: Table) -> None:
     assert not emulator.run(8_000.0).duty_steps[-800:, 0].max() > 4
 
 
+@OF_SWITCHES
 def test_a_ceiling_that_leaves_no_room_is_silence(table: Table) -> None:
     """5 % of duty are 51 steps, and the shortest pulse takes 50 of them."""
-    device = device_of(table).with_values(max_duty_q15=1638, min_on_ns=625)
+    device = device_with(table).with_values(max_duty_q15=1638, min_on_ns=625)
     emulator = Emulator(device, table, level=1.0)
     emulator.touch(TouchEvent(20.0, (0.0, 0.0)))
     assert not emulator.run(200.0).duty_steps.any()

@@ -87,6 +87,20 @@ def test_raw_duties_come_from_a_file(chladni: CommandLine, tmp_path: Path) -> No
     assert "need a wire of" in slow.err
 
 
+@pytest.mark.parametrize(("board", "code"), [("prototype", 2), ("strip5", 0)])
+def test_duties_below_zero_are_for_bridges(
+    chladni: CommandLine, tmp_path: Path, board: str, code: int
+) -> None:
+    path = tmp_path / "d.csv"
+    path.write_text("0.2,-0.2,0,0.1,-0.1\n" * 400)
+    there = ("--emulator", "--board", board, "--baud", "921600")
+    done = chladni("device", "stream", "--csv", path, *there)
+    assert done.code == code
+    if code:
+        assert f"{path}, --csv: expected duties from 0 to 1, as the device has" in done.err
+        assert "got '-0.2'" in done.err
+
+
 def test_a_script_is_streamed_for_as_long_as_asked(chladni: CommandLine, tmp_path: Path) -> None:
     path = tmp_path / "wave.py"
     path.write_text(SCRIPT.format(channels=5, more=""))

@@ -100,7 +100,8 @@ class Device {
   uint32_t bank_next() const { return bank_.store().next_offset(); }
   uint32_t slot() const { return table_.store().slot(); }
   // Kept for the next start. Only while `is_quiet` and `may_write`.
-  ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire);
+  ConfigStatus set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire,
+                          uint32_t allowed_driver);
   // The same for a record that `parse_network` takes, or none.
   bool set_network(const uint8_t* record, uint32_t size);
   bool is_quiet() const { return synthesis_.is_quiet(); }

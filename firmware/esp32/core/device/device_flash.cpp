@@ -146,8 +146,9 @@ Status Device::bank_commit() {
 }
 
 // What was spent is kept at once: a restart in the next moment must not give it back.
-ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire) {
-  const ConfigStatus status = config_.set(hal_, wear_, record, bytes, is_by_wire);
+ConfigStatus Device::set_config(const uint8_t* record, uint32_t bytes, bool is_by_wire,
+                                uint32_t allowed_driver) {
+  const ConfigStatus status = config_.set(hal_, wear_, record, bytes, is_by_wire, allowed_driver);
   keep_retained(false);
   return status;
 }

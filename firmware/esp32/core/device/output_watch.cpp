@@ -4,8 +4,9 @@ namespace chladni {
 
 namespace {
 
-// A hundred samples at the fastest carrier: nothing that masks an interrupt takes so long.
-constexpr uint32_t kStoppedUs = 5000;
+// Eighty samples at the fastest carrier: nothing that masks an interrupt takes so long. The last
+// sample is seen within a turn of a millisecond, and the time is found to be over within another.
+constexpr uint32_t kStoppedUs = 4000;
 
 }  // namespace
 

@@ -122,6 +122,7 @@ enum class ConfigStatus : uint8_t {
   kBadVersion,  // outputs stay off
   kOlder,  // outputs stay off
   kByWireOnly,  // what a network asked for was refused
+  kOtherDriver,  // refused: its coils would have to be rewired first
 };
 
 constexpr const char* to_text(ConfigStatus value) {
@@ -135,6 +136,7 @@ constexpr const char* to_text(ConfigStatus value) {
     case ConfigStatus::kBadVersion: return "configuration of another version: set it again";
     case ConfigStatus::kOlder: return "an older configuration, as the newest is damaged: set it again";
     case ConfigStatus::kByWireOnly: return "limits, pins and carrier are set by wire only";
+    case ConfigStatus::kOtherDriver: return "drivers of another kind than the device's";
   }
   return "unknown";
 }

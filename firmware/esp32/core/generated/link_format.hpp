@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 6U;
+constexpr uint32_t kVersionMinor = 7U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;

@@ -672,4 +672,17 @@ template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
 }
 }  // namespace area_events
 
+namespace driver_change {
+constexpr uint32_t kCode = 36U;
+struct Request {
+  static constexpr uint32_t kBytes = 1U;
+  uint8_t driver;  // 0 switch, 1 bridge.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.driver);
+  return found;
+}
+}  // namespace driver_change
+
 }  // namespace chladni::link_format

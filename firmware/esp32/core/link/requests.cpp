@@ -141,6 +141,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::finger_lift::kCode: return lift_finger(request);
     case f::frequency::kCode: return select_frequency(request);
     case f::waveform::kCode: return select_waveform(request);
+    case f::driver_change::kCode: return allow_driver(request);
     case f::config_set::kCode: return set_config(request);
     case f::restart::kCode: device_.restart_soon(); return Status::kOk;
     case f::stream_begin::kCode: return begin_stream(request);
@@ -169,11 +170,22 @@ Status Requests::select_waveform(const Request& request) {
   return device_.set_waveform(static_cast<Waveform>(waveform)) ? Status::kOk : Status::kRefused;
 }
 
+// A word of its own before a configuration that the board must have been rewired for.
+Status Requests::allow_driver(const Request& request) {
+  namespace m = f::driver_change;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  if (via_ != Via::kWire) return Status::kRefused;
+  with_->allowed_driver = m::read_request(request.fields, Take{}).driver;
+  return Status::kOk;
+}
+
 Status Requests::set_config(const Request& request) {
   using A = f::config_set::Answer;
   if (!device_.is_quiet()) return Status::kNotNow;
   if (!device_.may_write()) return Status::kTooOften;
-  const ConfigStatus status = device_.set_config(request.fields, request.size, via_ == Via::kWire);
+  const ConfigStatus status =
+      device_.set_config(request.fields, request.size, via_ == Via::kWire, with_->allowed_driver);
+  with_->allowed_driver = Conversation::kNoDriver;
   put(A{A::ConfigStatus{number_of(status)}});
   return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
 }
@@ -273,6 +285,8 @@ Status Requests::begin_stream(const Request& request) {
   const auto asked = f::stream_begin::read_request(fields.data(), Take{});
   if (asked.target < f::kLeastTarget || asked.target > f::kMostTarget) return Status::kMalformed;
   const bool has_bridges = device_.config().driver == kBridge;
+  // Hosts from before there were bridges leave it out, and do not know the status below.
+  if (request.size != R::kBytes && has_bridges) return Status::kMalformed;
   if ((asked.is_signed != 0) != has_bridges) return Status::kOtherDriver;
   return device_.stream_begin(asked.target) ? Status::kOk : Status::kNotNow;
 }

@@ -15,6 +15,7 @@ namespace chladni {
 struct Conversation {
   // An answer: kind, sequence, status, then fields and tail.
   static constexpr uint32_t kMostAnswer = 320;
+  static constexpr uint32_t kNoDriver = 0xFF;
 
   std::array<uint8_t, kMostAnswer> answer{};
   uint32_t answer_size = 0;
@@ -23,6 +24,8 @@ struct Conversation {
   uint32_t last_kind = 0;
   uint32_t last_sequence = 0;
   uint32_t last_crc = 0;
+  // Of `driver_change`, for the next configuration.
+  uint32_t allowed_driver = kNoDriver;
 };
 
 class Requests {
@@ -75,6 +78,7 @@ class Requests {
 
   link_format::Status select_frequency(const Request& request);
   link_format::Status select_waveform(const Request& request);
+  link_format::Status allow_driver(const Request& request);
   link_format::Status set_config(const Request& request);
   link_format::Status put_info();
   link_format::Status put_faults();

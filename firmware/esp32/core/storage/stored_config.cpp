@@ -18,7 +18,7 @@ bool StoredConfig::check(const Hal& hal) {
 }
 
 ConfigStatus StoredConfig::set(const Hal& hal, FlashWear& wear, const uint8_t* record,
-                               uint32_t bytes, bool is_by_wire) const {
+                               uint32_t bytes, bool is_by_wire, uint32_t allowed_driver) const {
   Config wanted{};
   const ConfigStatus status = parse_record(record, bytes, hal.chip, wanted);
   if (status != ConfigStatus::kOk) return status;
@@ -27,6 +27,8 @@ ConfigStatus StoredConfig::set(const Hal& hal, FlashWear& wear, const uint8_t* r
   } else if (!is_whole() || !may_ask_over_network(config_, wanted)) {
     return ConfigStatus::kByWireOnly;
   }
+  const bool is_other = is_whole() && wanted.driver != config_.driver;
+  if (is_other && wanted.driver != allowed_driver) return ConfigStatus::kOtherDriver;
   if (holds_config(hal, wanted)) return ConfigStatus::kOk;
   wear.spend(hal);
   wear.count(1);

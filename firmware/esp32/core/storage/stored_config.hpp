@@ -14,9 +14,10 @@ class StoredConfig {
   void load(const Hal& hal);
   // Whether the record in force is still whole in flash; if not, the status says why.
   bool check(const Hal& hal);
-  // Keep a record for the next start.
+  // Keep a record for the next start. Of drivers of another kind than those in force only where
+  // `allowed_driver` is theirs: wired for the others, coils would play something else.
   ConfigStatus set(const Hal& hal, FlashWear& wear, const uint8_t* record, uint32_t bytes,
-                   bool is_by_wire) const;
+                   bool is_by_wire, uint32_t allowed_driver) const;
 
   const Config& in_force() const { return config_; }
   ConfigStatus status() const { return status_; }

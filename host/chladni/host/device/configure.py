@@ -14,7 +14,7 @@ START_S = 1.0
 """After a restart, until the device answers."""
 
 
-def restart_with(device: Device, config: DeviceConfig) -> None:
+def restart_with(device: Device, config: DeviceConfig, *, change_driver: bool = False) -> None:
     """Keep a configuration and restart into it.
 
     Raises
@@ -22,7 +22,7 @@ def restart_with(device: Device, config: DeviceConfig) -> None:
     LinkError
         The device refused, or started with another one.
     """
-    device.set_config(config)
+    device.set_config(config, change_driver=change_driver)
     device.restart()
     device.link.wait(START_S)
     if device.config() != config:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.host.device.checks.tables import check_table
 from chladni.host.device.device_effects import DeviceEffects
 from chladni.host.device.device_fingers import DeviceFingers, PlayedSignal
 from chladni.host.device.link import (
@@ -40,10 +41,9 @@ from chladni.host.protocol.link import (
 )
 from chladni.host.protocol.network import NetworkSettings, pack_network
 from chladni.host.protocol.slot_store import SECTOR_ERASES
-from chladni.sim.board.board import is_of
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
-from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.errors import ChladniError
 from chladni.tables.format import pack, unpack
 from chladni.tables.table import Table
 
@@ -183,8 +183,14 @@ class Device:
         """The configuration in force."""
         return unpack_config(self.link.request("config_get").tail)[0]
 
-    def set_config(self, config: DeviceConfig) -> None:
-        """Keep a configuration; it is in force from the next start."""
+    def set_config(self, config: DeviceConfig, *, change_driver: bool = False) -> None:
+        """Keep a configuration; it is in force from the next start.
+
+        From switches to bridges, or back, the device takes it only with `change_driver`: its coils
+        must have been rewired.
+        """
+        if change_driver:
+            self.link.request("driver_change", driver=config["driver"])
         self.link.request("config_set", pack_config(config))
 
     def network(self) -> dict[str, Any]:
@@ -229,17 +235,26 @@ class Device:
             "live", tail, millihertz=round(frequency_hz * 1e3), waveform=WAVEFORMS.index(waveform)
         )
 
-    def stream(self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S) -> int:
+    def stream(
+        self,
+        duties: NDArray[np.float64],
+        *,
+        buffer_s: float = BUFFER_S,
+        is_signed: bool | None = None,
+    ) -> int:
         """Play raw duties at carrier/8 frames a second of this machine's clock.
 
         Parameters
         ----------
         duties
-            Shares of a carrier period, 0 to 1, shape (frames, channels). The device rounds to 10
-            bits and follows this clock within 1000 ppm.
+            Shares of a carrier period, 0 to 1, of bridges -1 to 1, shape (frames, channels). The
+            device rounds to 10 bits and follows this clock within 1000 ppm.
         buffer_s
             Of frames that the device holds: what comes late by less is not heard, and all is heard
             that much later.
+        is_signed
+            Whether the duties are for bridges; a device with other drivers refuses them. By
+            default they are taken for the device's own.
 
         Returns
         -------
@@ -248,13 +263,21 @@ class Device:
 
         Raises
         ------
+        InputError
+            Duties that its drivers cannot give.
         LinkError
-            The wire is too slow for so many channels, or the device ended the stream.
+            The wire is too slow for so many channels, its drivers are others, or it ended the
+            stream.
         """
-        return sum(step.taken for step in self.stream_steps(duties, buffer_s=buffer_s))
+        steps = self.stream_steps(duties, buffer_s=buffer_s, is_signed=is_signed)
+        return sum(step.taken for step in steps)
 
     def stream_steps(
-        self, duties: NDArray[np.float64], *, buffer_s: float = BUFFER_S
+        self,
+        duties: NDArray[np.float64],
+        *,
+        buffer_s: float = BUFFER_S,
+        is_signed: bool | None = None,
     ) -> Iterator[StreamStep]:
         """The same, piece by piece: what a request came to."""
         self._keeper.end()  # its answers would come in between
@@ -264,7 +287,7 @@ class Device:
             duties,
             rate_hz=config.frame_rate_hz,
             buffer_s=buffer_s,
-            has_bridges=config.has_bridges,
+            has_bridges=config.has_bridges if is_signed is None else is_signed,
         )
 
     def stop(self) -> None:
@@ -277,32 +300,9 @@ class Device:
         return self.link.splitter.text.decode("utf-8", "replace")
 
     def check_table(self, table: Table, *, force: bool = False) -> None:
-        """Raise `InputError` if a table is not for this device; `force` lets another board's pass.
-
-        The device's board is that of the file which it was configured from, or else that of the
-        table which it plays.
-        """
-        config, info = self.config(), self.info()
-        if table.actuators != config["channels"]:
-            raise InputError(
-                "actuators",
-                table.actuators,
-                f"{config['channels']}, the channels of the device",
-                hint="configure it for the board by `device config set --from BOARD`, or name an "
-                "emulated one's by --board",
-            )
-        known = config.board
-        if known is None and info["board"]:
-            known = int(info["fingerprint"], 16), info["board"]
-        if force or known is None or is_of(table.board_fingerprint, known[0]):
-            return
-        version = "" if known[1] != table.board_name else ", in another version of its file"
-        raise InputError(
-            "board",
-            f"{table.board_name} ({table.board_fingerprint:#018x})",
-            f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}",
-            hint="set the device's board by `device config set --from`, or give --force",
-        )
+        """Raise `InputError` if a table is not for this device (checks/tables.py)."""
+        minor = self.version.fields["minor"]
+        check_table(table, self.config(), self.info(), minor, force=force)
 
     def flash(
         self, table: Table | bytes, progress: Progress | None = None, *, force: bool = False

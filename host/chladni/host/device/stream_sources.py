@@ -48,7 +48,7 @@ def parse_drive(text: str) -> list[complex]:
 
 
 def read_duties(path: Path) -> FloatArray:
-    """Duties from 0 to 1, a row per frame and a column per channel.
+    """Duties, a row per frame and a column per channel; `check_duties` knows their range.
 
     Raises
     ------
@@ -64,8 +64,6 @@ def read_duties(path: Path) -> FloatArray:
         raise ArgumentError("csv", str(error), "rows of numbers", file=str(path)) from None
     if duties.size == 0:
         raise ArgumentError("csv", "nothing", "rows of numbers", file=str(path))
-    if not _are_duties(duties):
-        raise ArgumentError("csv", "numbers outside", "duties from 0 to 1", file=str(path))
     return np.asarray(duties, dtype=np.float64)
 
 
@@ -103,19 +101,13 @@ def scripted_duties(function: Duties, rate_hz: float, seconds: float) -> FloatAr
     Raises
     ------
     InputError
-        It fails, or does not give a row of duties from 0 to 1 per time.
+        It fails, or does not give a row per time.
     """
     t = np.arange(max(round(seconds * rate_hz), 1)) / rate_hz
     duties = function(t)
     if duties.ndim != 2 or len(duties) != len(t):
         raise InputError("duties(t)", f"shape {duties.shape}", f"({len(t)}, channels)")
-    if not _are_duties(duties):
-        raise InputError("duties(t)", "numbers outside", "duties from 0 to 1")
     return np.asarray(duties)
-
-
-def _are_duties(values: FloatArray) -> bool:
-    return bool(np.all((values >= 0.0) & (values <= 1.0)))
 
 
 class _ScriptFunction:

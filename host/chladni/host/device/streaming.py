@@ -18,6 +18,7 @@ from chladni.host.protocol.link import (
     VERSION_MAJOR,
     VERSION_MINOR,
 )
+from chladni.sim.errors import ArgumentError
 
 WAIT_S = 0.03
 """For the answer to a piece: its frames are wanted in 10 ms."""
@@ -58,13 +59,14 @@ def stream_steps(
 ) -> Iterator[StreamStep]:
     """Send duties, shares of a carrier period of shape (frames, channels), piece by piece.
 
-    A bridge's are from -1 to 1.
-
     Raises
     ------
+    InputError
+        Duties that such drivers cannot give (`check_duties`); nothing was sent.
     LinkError
         The wire is too slow for so many channels, or the device ended the stream.
     """
+    check_duties(np.asarray(duties), has_bridges)
     now_s = link.wire.now_s
     words = stream_words(np.asarray(duties), has_bridges)
     piece = _piece_of(link, len(words), words.shape[1], rate_hz)
@@ -97,6 +99,17 @@ def stream_steps(
         if answer["taken"] < len(part):
             # The ring was full: this machine was late, and caught up too fast.
             link.wait(piece / rate_hz)
+
+
+def check_duties(
+    duties: NDArray[np.float64], has_bridges: bool, name: str = "duties", file: str | None = None
+) -> None:
+    """Raise `InputError` unless all are from 0 to 1, or of bridges from -1 to 1."""
+    least, kind = (-1.0, "bridges") if has_bridges else (0.0, "switches")
+    wrong = duties[~((duties >= least) & (duties <= 1.0))]
+    if wrong.size:
+        expected = f"duties from {least:g} to 1, as the device has {kind}"
+        raise ArgumentError(name, f"{wrong.flat[0]:g}", expected, file=file)
 
 
 def stream_words(duties: NDArray[np.float64], has_bridges: bool) -> NDArray[np.uint16]:

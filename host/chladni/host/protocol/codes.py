@@ -91,6 +91,8 @@ CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
          "outputs stay off"),
     Code("kByWireOnly", "limits, pins and carrier are set by wire only",
          "what a network asked for was refused"),
+    Code("kOtherDriver", "drivers of another kind than the device's",
+         "refused: its coils would have to be rewired first"),
 ))  # fmt: skip
 PANEL_HEALTH = Codes("PanelHealth", "How the touch panel is.", (
     Code("kNone", "no panel configured"),

@@ -16,11 +16,12 @@ from struct import Struct
 
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.protocol.codes import AREA_EVENT, numbered
+from chladni.sim.board.electronics import DRIVER_KINDS
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 6
+VERSION_MAJOR, VERSION_MINOR = 2, 7
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -168,7 +169,8 @@ MESSAGES = (
             "", (), "", "Of touches from now on."),
     Message(12, "config_get", (), "", (), "a configuration record", "What is in force."),
     Message(13, "config_set", (), "a configuration record",
-            (Field("config_status", "u8", "0 is ok."),), "", "In force from the next start."),
+            (Field("config_status", "u8", "0 is ok."),), "",
+            "In force from the next start. Refuses drivers of another kind, unless asked for."),
     Message(14, "restart", (), "", (), "", "Answered first."),
     Message(15, "stream_begin",
             (Field("target", "u16", f"Frames kept in the ring, {LEAST_TARGET} to {MOST_TARGET}."),
@@ -181,7 +183,7 @@ MESSAGES = (
     Message(18, "live", (Field("millihertz", "u32", "Millihertz."),
                          Field("waveform", "u8", "As above.")),
             "per channel: in-phase i16, quadrature i16, 32767 for full amplitude", (), "",
-            "The host repeats it within the touch timeout.",
+            "The host repeats it within the touch timeout. Gains mean the same to both drivers.",
             each=(Field("in_phase_q15", "i16", "32767 for full amplitude."),
                   Field("quadrature_q15", "i16", "The same."))),
     Message(19, "network_set", (), "a network record, or nothing for none", (), "",
@@ -252,5 +254,7 @@ MESSAGES = (
             each=(Field("at_ms", "u32", "Since start."),
                   Field("what", "u8", f"{numbered(c.text for c in AREA_EVENT.members)}."),
                   Field("finger", "u8", "0 to 4."), Field("area", "u8", "255 none."), *_PLACE)),
+    Message(36, "driver_change", (Field("driver", "u8", f"{numbered(DRIVER_KINDS)}."),), "", (), "",
+            "The next `config_set` may be for these drivers, as coils were rewired. By wire only."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

@@ -144,7 +144,8 @@ def _set(
             return
         if source is not None and not yes:
             _ask_back(changed)
-        restart_with(device, after)
+        is_rewired = change_driver and before["driver"] != after["driver"]
+        restart_with(device, after, change_driver=is_rewired)
         standing = device.info()["standing"]
     result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
     if after.board is not None:

@@ -20,6 +20,7 @@ from chladni.host.device.stream_sources import (
     read_duties,
     scripted_duties,
 )
+from chladni.host.device.streaming import check_duties
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 
@@ -31,7 +32,10 @@ def stream(
         str | None, typer.Argument(help="Gain@degrees per channel: 1@0,0.5@90,…")
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option("--csv", help="Duties instead, 0 to 1: a row per frame.")
+        Path | None,
+        typer.Option(
+            "--csv", help="Duties instead: a row per frame, 0 to 1, or -1 to 1 for bridges."
+        ),
     ] = None,
     script: Annotated[
         Path | None,
@@ -58,14 +62,17 @@ def stream(
     function = None if script is None else load_script(script)
     with connection.device() as device:
         info = device.info()
-        channels, before = info["channels"], info["faults"]
+        channels, before, config = info["channels"], info["faults"], device.config()
         if function is not None:
-            duties = scripted_duties(function, device.config().frame_rate_hz, seconds)
+            duties = scripted_duties(function, config.frame_rate_hz, seconds)
         if gains is not None and len(gains) != channels:
             raise InputError("DRIVE", len(gains), f"{channels} channels")
         if duties is not None and duties.shape[1] != channels:
             name = "--csv" if script is None else "--script"
             raise InputError(name, duties.shape[1], f"{channels} channels")
+        if duties is not None:
+            name = "csv" if script is None else "script"
+            check_duties(duties, config.has_bridges, name, str(csv or script))
         check_ready(info, by_host=True)
         result: dict[str, Any] = {}
         if duties is not None:
