@@ -12,6 +12,8 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation._emulator import Pwm, full_span_steps
+from chladni.host.emulation.emulator import Emulator
+from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import (
     LEAST_RECORD_BYTES,
     SETTINGS,
@@ -20,12 +22,18 @@ from chladni.host.protocol.config import (
     unpack_config,
 )
 from chladni.host.protocol.link import BY_NAME
+from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.file import load_board
 from chladni.sim.coil.bridge import BridgeCircuit
+from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.table import Limits
+from conftest import shipped_board
 from firmware.judged_device import BRIDGES, PINS, JudgedDevice, hot_board, loud_table
+from made_up import make_table
+from wired_boards import SWITCHED
 
 LOST_STEPS = 3
 """40 ns in steps of 12.5."""
@@ -79,6 +87,45 @@ def test_what_a_pulse_loses_bends_no_soft_wave(lost_ns: float) -> None:
     )
     assert 20.0 * np.log10(made[2:4] / made[1]).max() < -50.0
     assert 20.0 * np.log10(bent[3] / bent[1]) > -40.0
+
+
+def played_full(board: Board) -> tuple[float, float]:
+    """Amplitude of the loudest coil's current, A, and its rise in a second by the meter, K."""
+    emulator = Emulator(config_of(board), make_table(np.ones((1, 5))))
+    before = emulator.core.coil_rise_k[3]
+    duties = []
+    for _ in range(40):
+        gains = [(3277, 0), (-9830, 0), (0, 16384), (32767, 0), (-13107, 0)]
+        emulator.core.play_live(gains, 160_000, WAVEFORMS.index("sine"))
+        duties.append(emulator.run(25.0).duty_steps[:, 3])
+    assert emulator.core.state == "streaming"
+    circuit = circuit_of(board)
+    assert circuit is not None
+    current = circuit.mean_current(np.concatenate(duties)[-39_062:] / 1024.0)  # 80 waves
+    return float(harmonics(current, 78_125.0)[1]), emulator.core.coil_rise_k[3] - before
+
+
+@pytest.mark.parametrize("name", ["strip5", "quiet5"])
+def test_by_the_same_heat_of_the_meter_a_bridge_gives_half_as_much_again(name: str) -> None:
+    """Force goes with the current: at least 4.5 dB more µm, as a device plays all that it may."""
+    switched, bridged_ = load_board(SWITCHED / f"{name}.toml"), shipped_board(name)
+    (least, cool), (most, warm) = played_full(switched), played_full(bridged_)
+    assert 20.0 * np.log10(most / least) - 10.0 * np.log10(warm / cool) > 4.5
+
+
+@pytest.mark.parametrize("lost_ns", [40.0, 70.0, 126.0])
+def test_what_a_pulse_loses_is_measured_as_the_page_says(lost_ns: float) -> None:
+    """docs/hardware.md: steady duties that 10 bits can say, while the device gives nothing back."""
+    circuit = BridgeCircuit(ohm=10.36, supply_v=5.0, lost_s=lost_ns * 1e-9, carrier_hz=78_125.0)
+    currents = []
+    for duty in (0.125, 0.25):
+        bench = JudgedDevice(bridged(lost_ns=0, link_baud=921_600))
+        bench.core.take_duties()
+        bench.host(True).stream(np.full((1500, 5), duty))
+        currents.append(circuit.mean_current(bench.core.take_duties()[-4000:, 0] / 1024.0).mean())
+    first, second = currents
+    lost = 0.125 - 0.125 * first / (second - first)
+    assert 12_800.0 * lost == pytest.approx(lost_ns, abs=0.5)
 
 
 @pytest.mark.parametrize("waveform", WAVEFORMS)

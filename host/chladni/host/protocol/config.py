@@ -208,7 +208,7 @@ class DeviceConfig:
             raise InputError("channels", self["channels"], f"at most {most} on an {chip}")
         fault = self.pin_fault(chip)
         if fault is not None:
-            raise InputError("pins", fault.pin, fault.expected, hint=fault.hint)
+            raise InputError(fault.key, fault.pin, fault.expected, hint=fault.hint)
 
     @property
     def board(self) -> tuple[int, str] | None:

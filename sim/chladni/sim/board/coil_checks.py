@@ -13,7 +13,7 @@ from chladni.sim.board.electronics import (
     Coil,
     Electronics,
 )
-from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, PinFault, pin_fault
+from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, pin_fault
 from chladni.sim.board.parts import BoardParts
 from chladni.sim.board.quantity import METRES, MM, SAME_PLACE, are_metres, in_mm, quantities
 from chladni.sim.board.winding_values import SAME_WINDING, winding_makes
@@ -190,17 +190,5 @@ def check_pins(board: BoardParts) -> None:
     )
     fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
     if fault is not None:
-        raise InputError(_key_of(fault), fault.pin, fault.expected, hint=fault.hint)
-
-
-def _key_of(fault: PinFault) -> str:
-    """Of a board file: where the pin stands."""
-    if fault.role.startswith("sign"):
-        return "electronics.sign_pins"
-    keys = {
-        "panel's data line": "panel.sda_pin",
-        "panel's clock": "panel.scl_pin",
-        "panel's interrupt line": "panel.interrupt_pin",
-        "panel's reset line": "panel.reset_pin",
-    }
-    return keys.get(fault.role, "electronics.pwm_pins")
+        section = "electronics" if fault.key.endswith("s") else "panel"
+        raise InputError(f"{section}.{fault.key}", fault.pin, fault.expected, hint=fault.hint)

@@ -158,6 +158,19 @@ class PinFault:
     others: tuple[int, ...]
 
     @property
+    def key(self) -> str:
+        """What board files and devices call it."""
+        if self.role.startswith("sign"):
+            return "sign_pins"
+        keys = {
+            "panel's data line": "sda_pin",
+            "panel's clock": "scl_pin",
+            "panel's interrupt line": "interrupt_pin",
+            "panel's reset line": "reset_pin",
+        }
+        return keys.get(self.role, "pwm_pins")
+
+    @property
     def expected(self) -> str:
         """For an error: what the pin must be."""
         return f"a GPIO that can be the {self.role}"
