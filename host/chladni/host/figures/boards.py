@@ -101,7 +101,8 @@ def score_figure(board: Board, score: Score) -> Figure:
             _label(axes, score, known)
     explain_marks(figure, board)
     above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
-    figure.suptitle(f"{board.name}: {above} above every second finger", fontsize=11, color=INK)
+    title = f"{board.name}: {above} above every second finger\n"
+    figure.suptitle(title, fontsize=11, color=INK, linespacing=0.5)
     return figure
 
 
