@@ -219,3 +219,27 @@ def test_an_effect_is_played_by_its_name(table: Table) -> None:
         device.stream_signal(np.zeros(9), (0.0, 0.0), rate_hz=400.0)
     with pytest.raises(ArgumentError, match="signal: expected a row of numbers"):
         device.stream_signal(np.zeros((2, 2)), (0.0, 0.0), rate_hz=4000.0)
+
+
+@pytest.mark.parametrize("places", [("0,0", "0,90"), ("50,0",), ("-36,0", "0,0"), ("0,-73.36",)])
+def test_a_finger_off_the_board_plays_nothing(
+    chladni: CommandLine, table_file: Path, places: tuple[str, ...]
+) -> None:
+    there = ("--emulator", "--table", table_file)
+    refused = chladni("device", "touch", *places, *there, "--json")
+    assert (refused.code, refused.out) == (2, "")
+    assert "X,Y: expected a place on the board, -35.75 to 35.749 and" in refused.err
+    assert chladni("device", "touch", "35.75,73.35", "--seconds", "0.1", *there).code == 0
+
+
+def test_an_older_device_is_not_asked_where_its_board_is(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    device = Device(EmulatorWire(Emulator(device_of(table), table)))
+    assert device.reach_mm() == (-30.0, -50.0, 29.999, 49.999)
+    monkeypatch.setitem(device.version.fields, "minor", 6)
+    assert device.reach_mm() is None
+    # Nor given responses, which its firmware cannot read.
+    monkeypatch.setitem(device.version.fields, "minor", 3)
+    with pytest.raises(InputError, match=r"responses: .* firmware of link 2.4 or newer, .* 2.3"):
+        device.flash(table)

@@ -103,7 +103,11 @@ def test_a_device_needs_a_table_of_the_board_with_responses(
     known = read_table(table)
     section = make_section(np.tile([10.0, 0.0, 0.0, 0.0, 0.0], (known.regions.count, 1)))
     drives.write_bytes(pack(replace(known, responses=(), sections=(section,), bits=16)))
+    two = tmp_path / "strip5.toml"
+    panel = '\n[panel]\ncontroller = "ft6x36"\npixels = [320, 1370]\nsize_mm = [14.0, 60.0]\n'
+    two.write_text(STRIP.read_text("utf-8") + panel, "utf-8")
     for words, named in (
+        ((two, "--table", table, "--fingers", "3"), "--fingers: expected at most 2, which the"),
         (("prototype", "--table", table), "board_fingerprint"),
         ((STRIP, "--table", drives), "expected a section of responses"),
         ((STRIP, "--table", table, "--lambda", "1e-3"), "--lambda does not go with --table"),
@@ -111,6 +115,10 @@ def test_a_device_needs_a_table_of_the_board_with_responses(
         refused = chladni("fingers", *words, "--json")
         assert (refused.code, refused.out) == (2, "")
         assert named in refused.err
+    few = ("--sets", "2", "--no-perturbed", "--json")
+    scored = chladni("fingers", two, "--table", table, *few)
+    assert scored.code == 0, scored.err
+    assert [one["fingers"] for one in scored.json["counts"]] == [2]
 
 
 @pytest.mark.parametrize(

@@ -685,4 +685,21 @@ template <typename Take> Request read_request(const uint8_t* from, Take take) {
 }
 }  // namespace driver_change
 
+namespace reach {
+constexpr uint32_t kCode = 37U;
+struct Answer {
+  static constexpr uint32_t kBytes = 16U;
+  struct LeftUm { int32_t value; } left_um;  // All 0 without a table.
+  struct BottomUm { int32_t value; } bottom_um;
+  struct RightUm { int32_t value; } right_um;
+  struct TopUm { int32_t value; } top_um;
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.left_um.value);
+  put(to + 4, from.bottom_um.value);
+  put(to + 8, from.right_um.value);
+  put(to + 12, from.top_um.value);
+}
+}  // namespace reach
+
 }  // namespace chladni::link_format

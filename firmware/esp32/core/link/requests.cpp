@@ -22,6 +22,7 @@ bool is_done_once(uint32_t kind) {
   switch (kind) {
     case f::hello::kCode:
     case f::info::kCode:
+    case f::reach::kCode:
     case f::faults::kCode:
     case f::config_get::kCode:
     case f::network_get::kCode:
@@ -71,6 +72,7 @@ Status Requests::handle(uint32_t kind, const Request& request) {
   switch (kind) {
     case f::hello::kCode: return greet(request);
     case f::info::kCode: return put_info();
+    case f::reach::kCode: return put_reach();
     case f::faults::kCode: return put_faults();
     case f::config_get::kCode: return put_config();
     case f::network_get::kCode: return put_network();
@@ -229,6 +231,17 @@ Status Requests::put_info() {
       A::Chip{static_cast<uint8_t>(device_.hal().chip)},
       A::Updates{device_.updates()},
   });
+  return Status::kOk;
+}
+
+Status Requests::put_reach() {
+  using A = f::reach::Answer;
+  constexpr int32_t kFarAway = 1 << 30;
+  const Table& table = device_.table();
+  const Place least = table.is_loaded() ? table.on_board({-kFarAway, -kFarAway}) : Place{};
+  const Place most = table.is_loaded() ? table.on_board({kFarAway, kFarAway}) : Place{};
+  put(A{A::LeftUm{least.x_um}, A::BottomUm{least.y_um}, A::RightUm{most.x_um},
+        A::TopUm{most.y_um}});
   return Status::kOk;
 }
 

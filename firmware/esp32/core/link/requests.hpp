@@ -81,6 +81,7 @@ class Requests {
   link_format::Status allow_driver(const Request& request);
   link_format::Status set_config(const Request& request);
   link_format::Status put_info();
+  link_format::Status put_reach();
   link_format::Status put_faults();
   link_format::Status put_config();
   link_format::Status put_network();

@@ -105,11 +105,12 @@ def fingers(
     loaded = load_board(board)
     if table is not None and regularisation is not None:
         raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
+    numbers = _numbers(count, loaded, is_played=table is not None)
     solve = None if table is None else _device_of(table, loaded, board)
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
-            COUNTS if count is None else (count,),
+            numbers,
             apart=apart * MM,
             sets=sets,
             regularisation=regularisation,
@@ -146,6 +147,23 @@ def fingers(
         {"counts": counts} if as_json else {f"{own['fingers']} fingers": own for own in counts}
     )
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
+
+
+def _numbers(count: int | None, board: Board, *, is_played: bool) -> tuple[int, ...]:
+    """Of fingers that are scored: where a device plays them, no more than its panel hears of."""
+    most = COUNTS[-1]
+    if is_played and board.panel is not None:
+        most = board.panel.most_fingers
+    if count is None:
+        return tuple(own for own in COUNTS if own <= most)
+    if count > most:
+        raise InputError(
+            "--fingers",
+            count,
+            f"at most {most}, which the board's panel hears of",
+            hint="leave --table out, which scores the board without its panel",
+        )
+    return (count,)
 
 
 def _device_of(table: Path, board: Board, named: str) -> Callable[[FloatArray], ComplexArray]:

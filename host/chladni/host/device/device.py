@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 NETWORK_STATES = ("off", "not on the network", "on")
+REACH_MINOR = 7
+"""Of the link: older devices are not asked where their board is."""
 RESTART_TRIES, RESTART_S = 3, 1.0
 
 
@@ -136,6 +138,14 @@ class Device:
             {"cause": FAULT_CAUSE.text(cause), "detail": detail, "at_ms": at_ms}
             for cause, detail, at_ms in BY_NAME["faults"].entry.iter_unpack(tail)
         ]
+
+    def reach_mm(self) -> tuple[float, float, float, float] | None:
+        """Left, bottom, right and top of the table's board; None of a device that does not say."""
+        if self.version.fields["minor"] < REACH_MINOR:
+            return None
+        found = self.link.request("reach").fields
+        left, bottom, right, top = (own / 1e3 for own in found.values())
+        return None if left == right else (left, bottom, right, top)
 
     def touch(self, x_mm: float, y_mm: float) -> tuple[float, float]:
         """Hold a finger there until `lift`; the place that plays, mm: the nearest on the board.

@@ -256,5 +256,9 @@ MESSAGES = (
                   Field("finger", "u8", "0 to 4."), Field("area", "u8", "255 none."), *_PLACE)),
     Message(36, "driver_change", (Field("driver", "u8", f"{numbered(DRIVER_KINDS)}."),), "", (), "",
             "The next `config_set` may be for these drivers, as coils were rewired. By wire only."),
+    Message(37, "reach", (), "", (Field("left_um", "i32", "All 0 without a table."),
+                                  Field("bottom_um", "i32", ""), Field("right_um", "i32", ""),
+                                  Field("top_um", "i32", "")), "",
+            "Where the table's board is. A place off it plays as the nearest on it."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

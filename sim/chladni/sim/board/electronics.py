@@ -161,6 +161,11 @@ class Panel:
         """Of what is glued to the plate, glue aside, m; 0 for nothing."""
         return self.film or self.glass
 
+    @property
+    def most_fingers(self) -> int:
+        """How many it hears of at once."""
+        return 2 if self.controller == "ft6x36" else 5
+
 
 @dataclass(frozen=True)
 class Latch:

@@ -22,7 +22,7 @@ from chladni.host.device.link import LinkError
 from chladni.sim.errors import InputError
 
 FARTHEST_MM = 1000.0
-"""More than any board; a touch off the board plays its nearest place."""
+"""More than any board."""
 AREAS_SINCE_MINOR = 6
 """Of the link: older devices are not asked."""
 MOVED_MM = 0.0015
@@ -54,6 +54,7 @@ def touch(
             raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
+        _check_on_board(device, asked)
         held = _hold(device, asked)
         device.link.wait(seconds)
         state = device.info()["state"]
@@ -126,6 +127,18 @@ def _parsed(place: str) -> Place:
     if max(abs(x), abs(y)) > FARTHEST_MM:
         raise InputError("X,Y", place, f"within {FARTHEST_MM:g} mm of the board's centre")
     return x, y
+
+
+def _check_on_board(device: Device, asked: list[Place]) -> None:
+    """Refuse places that play as others, before anything plays."""
+    reach = device.reach_mm()
+    if reach is None:
+        return
+    left, bottom, right, top = reach
+    for x, y in asked:
+        if min(x - left, right - x, y - bottom, top - y) < -MOVED_MM:
+            expected = f"a place on the board, {left:g} to {right:g} and {bottom:g} to {top:g} mm"
+            raise InputError("X,Y", f"{x:g},{y:g}", expected)
 
 
 def _hold(device: Device, asked: list[Place]) -> list[Place]:

@@ -83,7 +83,7 @@ def _most_fingers(ready: Prepared) -> int:
     if not isinstance(ready, ReadyBoard) or not ready.follows_several:
         return 1
     panel = ready.board.panel
-    return 2 if panel is not None and panel.controller == "ft6x36" else MOST_FINGERS
+    return MOST_FINGERS if panel is None else panel.most_fingers
 
 
 def _mm(place: tuple[float, float]) -> list[float]:
