@@ -203,6 +203,19 @@ def test_six_fingers_play_five(table: Table) -> None:
     assert (20.0, 0.0) not in [tuple(map(round, own)) for own in reported(emulator).values()]
 
 
+def test_the_oldest_five_play_wherever_a_panel_lists_the_sixth(table: Table) -> None:
+    """Some panels list more than five, and a newcomer before those that were there."""
+    emulator = board(table)
+    for number, place in enumerate(PLACES):
+        lay(emulator, 20.0 + 20.0 * number, {number + 1: place})
+    emulator.run(200.0)
+    before = reported(emulator)
+    emulator.core.panel_faults.most_listed = 10
+    lay(emulator, 210.0, {0: (20.0, 0.0)})
+    assert heard(emulator.run(300.0)) == [0, 1, 2, 3, 4]
+    assert reported(emulator) == before
+
+
 def test_a_palm_silences_all_until_it_has_gone(table: Table) -> None:
     emulator = board(table)
     lay(emulator, 20.0, {0: PLACES[0], 1: PLACES[1]})

@@ -51,6 +51,7 @@ void bind_board(nb::module_& m) {
       .def_rw("is_palm", &PanelFaults::is_palm)
       .def_rw("is_off_range", &PanelFaults::is_off_range)
       .def_rw("loses_next_lift", &PanelFaults::loses_next_lift)
+      .def_rw("most_listed", &PanelFaults::most_listed)
       .def_rw("loses_calls", &PanelFaults::loses_calls)
       .def_rw("pulses_until_free", &PanelFaults::pulses_until_free);
 }

@@ -1,5 +1,6 @@
 #include "emulator/panels.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace chladni::emulator {
@@ -7,7 +8,7 @@ namespace chladni::emulator {
 namespace {
 
 constexpr uint8_t kFtAddress = 0x38;
-constexpr uint32_t kFtPoints = 2, kGtPoints = 5;
+constexpr uint32_t kFtPoints = 2;
 constexpr uint32_t kFtMonitor = 0x86, kFtChip = 0xA3;
 constexpr uint32_t kGtBase = 0x8000, kGtProduct = 0x140, kGtState = 0x14E;
 constexpr uint32_t kFtMonitorUs = 40000;
@@ -102,8 +103,11 @@ void Panel::show_ft6x36(const std::vector<PanelFinger>& fingers) {
   }
 }
 
-void Panel::show_gt911(const std::vector<PanelFinger>& fingers) {
-  const size_t count = fingers.size() < kGtPoints ? fingers.size() : kGtPoints;
+void Panel::show_gt911(std::vector<PanelFinger> fingers) {
+  // By their numbers, however long they have been there.
+  std::sort(fingers.begin(), fingers.end(),
+            [](const PanelFinger& one, const PanelFinger& other) { return one.id < other.id; });
+  const size_t count = fingers.size() < faults_.most_listed ? fingers.size() : faults_.most_listed;
   registers_[kGtState] = static_cast<uint8_t>(0x80 | (faults_.is_palm ? 0x40 : 0) | count);
   for (size_t k = 0; k < count; ++k) {
     const Pixel at = pixel(fingers[k].x_mm, fingers[k].y_mm);

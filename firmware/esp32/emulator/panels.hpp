@@ -29,6 +29,7 @@ struct PanelFaults {
   bool is_palm = false;       // reports a large area (GT911)
   bool is_off_range = false;  // reports places beyond its pixels
   bool loses_next_lift = false;
+  uint32_t most_listed = 5;        // of fingers, as a GT911 is set: up to 10
   bool loses_calls = false;        // its interrupt line never falls
   uint32_t pulses_until_free = 0;  // holds the data line until clocked so often
 };
@@ -64,7 +65,7 @@ class Panel {
   Pixel pixel(double x_mm, double y_mm) const;
   void to_panel(double x_mm, double y_mm, double& u_mm, double& v_mm) const;
   void show_ft6x36(const std::vector<PanelFinger>& fingers);
-  void show_gt911(const std::vector<PanelFinger>& fingers);
+  void show_gt911(std::vector<PanelFinger> fingers);
 
   PanelModel model_ = PanelModel::kNone;
   Config mounting_{};

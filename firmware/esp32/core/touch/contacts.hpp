@@ -2,7 +2,7 @@
 //
 // Panels number fingers, and swap or change numbers while fingers stay. So a finger is first looked
 // for by its number, then by its place; two that would both have jumped, each to where the other
-// was, have swapped numbers.
+// was, have swapped numbers. Of more fingers than there are slots the oldest have them.
 #pragma once
 
 #include <array>
@@ -70,7 +70,7 @@ class Contacts {
   static constexpr uint32_t kNoSlot = kMaxFingers;
 
   struct Listed {
-    std::array<Found, kMaxFingers> fingers;
+    std::array<Found, kMostListed> fingers;
     uint32_t count;
 
     bool has(uint32_t slot) const {

@@ -9,7 +9,6 @@ constexpr uint16_t kProduct = 0x8140;  // "911"
 constexpr uint16_t kState = 0x814E;    // bit 7: ready, bit 6: a large area, bits 3 to 0: fingers
 constexpr uint8_t kReady = 0x80, kLarge = 0x40;
 constexpr uint32_t kPointBytes = 8;
-constexpr uint32_t kMostListed = 10;  // that one of its family can be set to
 
 struct Register {
   std::array<uint8_t, 2> bytes;
@@ -33,13 +32,12 @@ BusStatus start(const Hal& hal, uint8_t address) {
 }
 
 PanelStatus read(const Hal& hal, uint8_t address, PanelReport& report) {
-  std::array<uint8_t, 1 + kMaxFingers * kPointBytes> bytes{};
+  std::array<uint8_t, 1 + kMostListed * kPointBytes> bytes{};
   BusStatus status = get(hal, address, kState, bytes.data(), 1 + kPointBytes);
   if (status != BusStatus::kOk) return to_panel(status);
   if ((bytes[0] & kReady) == 0) return PanelStatus::kNothingNew;
   uint32_t count = bytes[0] & 0x0FU;
   if (count > kMostListed) count = 0;  // 0x0F is read while it starts
-  if (count > kMaxFingers) count = kMaxFingers;
   if (count > 1) {
     status = get(hal, address, kState, bytes.data(), 1 + count * kPointBytes);
     if (status != BusStatus::kOk) return to_panel(status);

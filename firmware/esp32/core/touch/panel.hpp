@@ -12,6 +12,8 @@
 namespace chladni {
 
 constexpr uint32_t kMaxFingers = 5;
+// That a GT911 can be set to list.
+constexpr uint32_t kMostListed = 10;
 
 struct Finger {
   uint8_t id;
@@ -21,7 +23,7 @@ struct Finger {
 
 struct PanelReport {
   uint32_t count = 0;
-  std::array<Finger, kMaxFingers> fingers{};
+  std::array<Finger, kMostListed> fingers{};
   bool is_palm = false;  // more than fingers lies on it
 };
 

@@ -104,6 +104,7 @@ class PanelFaults:
     is_palm: bool
     is_off_range: bool
     loses_next_lift: bool
+    most_listed: int
     loses_calls: bool
     pulses_until_free: int
 
