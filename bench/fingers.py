@@ -35,6 +35,7 @@ GLASS = "quiet16-glass"
 """`quiet16` with 0.55 mm of glass in place of its sheet, where silence everywhere ends."""
 BOARDS = ("prototype", "strip5", "phone5", "phone8", "phone15", "quiet16", GLASS)
 SETS, SEED = 100, 1
+NEAR_MM = (12.0, 14.0, 16.0, 20.0)
 
 
 @contextmanager
@@ -98,6 +99,19 @@ def under_glass(board: Board) -> Board:
     return replace(board, panel=None, plate=plate)
 
 
+def pairs_at(board: Board, apart: float, rng: np.random.Generator) -> FloatArray:
+    """Pairs of fingers so far apart, m, in any direction that the active area leaves."""
+    low, high = np.transpose(board.active_area)
+    found = []
+    while len(found) < SETS:
+        middle, angle = rng.uniform(low, high), rng.uniform(0.0, 2.0 * np.pi)
+        half = 0.5 * apart * np.array([np.cos(angle), np.sin(angle)])
+        pair = np.array([middle - half, middle + half])
+        if np.all((low <= pair) & (pair <= high)):
+            found.append(pair)
+    return np.array(found)
+
+
 def main() -> None:
     """All boards, or those that are named."""
     print("| board | drives | isolation, dB: median, worst tenth | ms a set |")
@@ -131,6 +145,9 @@ def main() -> None:
         row("no coupling: a free plate", of(known, spring=0.0))
         row("M = C⁻¹ (Nyström)", of(nystrom(solved, known)))
         row("exact coupling", Exact(solved, known, stiffness))
+        for apart in NEAR_MM:
+            pairs = pairs_at(board, apart * MM, np.random.default_rng(SEED))
+            row(f"{apart:g} mm apart", of(known), list(FingerSet.of_all(solved, pairs, stiffness)))
         for radius, points in ((4e-3, 4), (5e-3, 8)):
             with ring(radius, points):
                 row(f"ring of {points} at {radius * 1e3:g} mm", of(known))

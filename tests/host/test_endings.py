@@ -270,7 +270,11 @@ def test_a_full_disk_is_said_and_leaves_what_was_there(
     assert after == before
 
 
-def test_an_answer_that_no_one_can_take_is_an_error(tmp_path: Path) -> None:
+def test_an_answer_that_no_one_can_take_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Some set it for all their programs: then nothing is left to be written at the end.
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     for words in (("--version",), ("board", "show", "paper", "--json")):
         with Path("/dev/full").open("w", encoding="utf-8") as full:
             done = subprocess.run(

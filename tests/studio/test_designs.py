@@ -61,8 +61,12 @@ def test_a_search_tells_its_boards_and_finds_what_python_finds(studio: Studio) -
         assert told_of(own, "played")["state"] == "playing"
 
 
+LONG = 100_000
+"""Evaluations, more than a test waits for."""
+
+
 def test_one_search_runs_at_a_time_and_is_stopped_by_its_page(studio: Studio) -> None:
-    long = SPEC | {"design": SPEC["design"] | {"evaluations": 400}}
+    long = SPEC | {"design": SPEC["design"] | {"evaluations": LONG}}
     with opened(studio) as own, opened(studio) as other:
         begin(own, long)
         assert told_of(own, "search")["state"] == "running"
@@ -72,7 +76,7 @@ def test_one_search_runs_at_a_time_and_is_stopped_by_its_page(studio: Studio) ->
         own.send(json.dumps({"type": "stop"}))
         last = list(news(own))[-1]
         assert last["state"] == "stopped"
-        assert last["done"] < 400
+        assert last["done"] < LONG
     with opened(studio) as own:
         begin(own, long)
         assert told_of(own, "search")["state"] == "running"

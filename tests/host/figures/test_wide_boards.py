@@ -95,6 +95,8 @@ def test_pictures_fill_their_room_and_are_explained(
     legends += [one for part in figure.subfigs for own in part.subfigs for one in own.legends]
     assert {text.get_text() for one in legends for text in one.get_texts()} == words
     boxes = [axes.get_position().transformed(axes.figure.transSubfigure) for axes in pictures]
+    for one in legends:
+        assert not any(one.get_window_extent().overlaps(box) for box in boxes)
     width, height = board.plate.size
     for box in boxes:
         assert box.width / box.height == pytest.approx(width / height, rel=0.02)
