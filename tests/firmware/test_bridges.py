@@ -12,7 +12,7 @@ from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation._emulator import Pwm, full_span_steps
-from chladni.host.emulation.emulator import Emulator
+from chladni.host.emulation.emulator import Emulator, EmulatorError, TouchEvent
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import (
     LEAST_RECORD_BYTES,
@@ -23,7 +23,7 @@ from chladni.host.protocol.config import (
 )
 from chladni.host.protocol.link import BY_NAME
 from chladni.sim.board.board import Board
-from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.electronics import NOT_WIRED, ChipName
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.bridge import BridgeCircuit
 from chladni.sim.coil.circuit import circuit_of
@@ -289,3 +289,17 @@ def test_a_record_of_version_2_0_is_a_switch() -> None:
     assert bench.core.save_config(whole) == "ok"
     bench.core.restart("software")
     assert bench.core.config_status == "ok"
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_a_study_without_pins_is_played_on_any_that_do(chip: ChipName) -> None:
+    board = shipped_board("strip5")
+    own = replace(board.electronics, pwm_pins=(), sign_pins=(), chip=chip)
+    emulator = Emulator(replace(board, electronics=own), make_table(np.ones((1, 5))))
+    emulator.touch(TouchEvent(5.0, (0.0, 0.0)))
+    assert emulator.run(60.0).duty_steps.any()
+
+
+def test_a_configuration_that_is_refused_is_said() -> None:
+    with pytest.raises(EmulatorError, match="plays nothing: pins that the chip cannot use so"):
+        Emulator(shipped_board("strip5"), make_table(np.ones((1, 5))), sign_pins=(34,) * 16)

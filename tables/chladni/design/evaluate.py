@@ -100,6 +100,7 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
             samples=spec.settings.samples,
             seed=seed,
             tolerance=DRAWN_TOLERANCE,
+            as_tables=False,
         )
         more = costly_terms(spec, board, spec.settings.samples, seed)
     except ChladniError as error:

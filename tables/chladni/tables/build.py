@@ -15,11 +15,12 @@ from chladni.drives.methods import SEED, Options, Progress
 from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.best_drives import needs_compensation
 from chladni.drives.solve import check_request
 from chladni.sim.board.board import Board, to_document
 from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
-from chladni.tables.felt_survey import Fingers, needs_compensation, survey_of
+from chladni.tables.felt_survey import Fingers, survey_of
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import check_fits, pack, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, one_of_bits
@@ -108,7 +109,7 @@ def build_table(
         )
         drives = make()
         seen = survey_of(drives[0])
-        compensates = needs_compensation(board, seen)
+        compensates = needs_compensation(board, seen.finger_load)
         if compensates:
             drives = make(with_finger=True)
             seen = survey_of(drives[0])

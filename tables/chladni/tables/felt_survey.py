@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from chladni.drives.scoring.best_drives import load_spreads, surveyed
 from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_focal_error
 from chladni.drives.scoring.scorecard import focuses
 from chladni.drives.scoring.spread import Spread
-from chladni.sim.board.board import Board
-from chladni.sim.board.fingers import NO_FINGER
 from chladni.tables.one_frequency import OneFrequency
-
-SURVEYED = 24
-"""Places surveyed, drawn from the regions: the 10th percentile is the third worst."""
-SEED = 1
-COSTS_SSIM, COSTS_SECOND_FINGER_DB = 0.01, 0.5
-"""What a finger may take at the 10th percentile of places until drives make up for it."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +58,7 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
     """Survey the drives of some regions."""
     regions = drives.regions
     count = len(regions.numbers)
-    chosen = np.random.default_rng(SEED).permutation(count)[:SURVEYED]
+    chosen = surveyed(count)
     targets = [regions.grid.centre_mm(int(regions.numbers[k])) for k in chosen]
     problems = list(drives.solved.problems(targets, with_finger=True))
     found = [
@@ -77,10 +68,6 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
     levels = [one.finger_um for one, _ in found if one.finger_um is not None]
     sensed = [one.sensation_db for one, _ in found if one.sensation_db is not None]
     volts = [one.full_volts for one, _ in found if one.full_volts is not None]
-    loads = {
-        name: Spread.of([getattr(one.finger_load, name) for one, _ in found])
-        for name in ("level_db", "ssim", "second_finger_db")
-    }
     misled = [
         problem
         for problem, (_, score) in zip(problems, found, strict=True)
@@ -94,16 +81,8 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         finger_um=Spread.of(levels) if levels else None,
         sensation_db=Spread.of(sensed) if sensed else None,
         full_volts=min(volts) if volts else None,
-        finger_load=loads,
+        finger_load=load_spreads([one.finger_load for one, _ in found]),
         ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),
         looks_better_than_it_is=len(misled),
         remark=remark(len(misled), len(found), focused),
-    )
-
-
-def needs_compensation(board: Board, seen: FeltSurvey) -> bool:
-    """Whether pressing takes so much that drives are to make up for it."""
-    return board.finger != NO_FINGER and (
-        seen.finger_load["ssim"].p10 < -COSTS_SSIM
-        or seen.finger_load["second_finger_db"].p10 < -COSTS_SECOND_FINGER_DB
     )

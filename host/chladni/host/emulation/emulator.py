@@ -34,6 +34,7 @@ PIXELS_PER_MM = 16
 """Of a panel made up for a board that has none: a finger is 0.03 mm off at most."""
 
 
+CONFIGURE = "`chladni board show` says which pins a board has"
 VERIFY = "`chladni table verify` checks the table"
 SHOW = "`chladni table show` lists its frequencies"
 
@@ -147,14 +148,23 @@ def fitting_hardware(board: Board | None, **others: Any) -> Hardware:
 def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
     """A board's configuration, with a panel that covers it if the board has none."""
     if not board.electronics.pwm_pins:
-        # Of a study without electronics: any gates will do.
-        gates = CHIPS[board.electronics.chip].gates
-        settings = {"pwm_pins": (*gates, *(NOT_WIRED,) * MAX_ACTUATORS)[:MAX_ACTUATORS]} | settings
+        settings = _any_pins(board) | settings
     if board.panel is None:
         width, length = board.plate.size
         made_up = covering_panel(1e3 * width, 1e3 * length, board.electronics.chip)
         settings = made_up | settings
     return config_of(board, **settings)
+
+
+def _any_pins(board: Board) -> dict[str, tuple[int, ...]]:
+    """Of a study without electronics: any gates will do, and any signs beside them."""
+    own, none = CHIPS[board.electronics.chip], (NOT_WIRED,) * MAX_ACTUATORS
+    signs = own.signs[-len(board.actuators) :] if board.electronics.is_bridge else ()
+    gates = [pin for pin in own.gates if pin not in signs]
+    return {
+        "pwm_pins": (*gates, *none)[:MAX_ACTUATORS],
+        "sign_pins": (*signs, *none)[:MAX_ACTUATORS],
+    }
 
 
 def covering_panel(width_mm: float, length_mm: float, chip: ChipName = "esp32") -> dict[str, int]:
@@ -246,6 +256,10 @@ class Emulator:
         status = self.core.table_status
         if status != "ok" and must_play:
             raise EmulatorError(f"the device refused the table: {status}", hint=VERIFY)
+        if isinstance(board, Board) and self.core.config_status != "ok" and must_play:
+            raise EmulatorError(
+                f"the device plays nothing: {self.core.config_status}", hint=CONFIGURE
+            )
         if frequency_hz is not None:
             self.core.command(f"frequency {round(frequency_hz * 1000.0)}")
             if self.core.printed[-1] != "ok":

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.best_drives import best_drives
+from chladni.drives.scoring.best_drives import best_drives, table_drives
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import (
     SAMPLES,
@@ -46,6 +46,8 @@ class BoardScore(Score):
 
     Attributes
     ----------
+    compensated
+        Whether drives make up for a finger's load, as those of tables do where it takes much.
     contrast_limit_db
         The most contrast that any drive can have, over the places.
     foam_length_mm
@@ -59,6 +61,7 @@ class BoardScore(Score):
     """
 
     objective: str
+    compensated: bool
     contrast_limit_db: Spread
     foam_length_mm: float | None
     half_wavelength_mm: float | None
@@ -82,6 +85,7 @@ def score_board(
     border: bool = False,
     seed: int = SEED,
     tolerance: float = TOLERANCE,
+    as_tables: bool = True,
     progress: Progress | None = None,
 ) -> BoardScore:
     """Score a board.
@@ -98,6 +102,8 @@ def score_board(
         Whether places on the border of the active area are scored too.
     tolerance
         Relative L² error of the drawn boards' fields.
+    as_tables
+        Whether drives make up for a finger's load where those of a table do.
     progress
         Called with (done, all) of the boards.
     """
@@ -105,21 +111,26 @@ def score_board(
     pitch = usual_pitch(board) if pitch is None else pitch
     lattice = active_lattice(board, pitch, samples=samples)
     solved = solved_board(board)
-    drives = best_drives(solved, lattice.places, objective, seed)
     rim = border_places(board, pitch) if border else []
+    if as_tables:
+        every, compensated = table_drives(solved, [*lattice.places, *rim], objective, seed)
+    else:
+        every, compensated = best_drives(solved, [*lattice.places, *rim], objective, seed), False
+    drives = every[: len(lattice.places)]
     score = score_drives(
         solved,
         lattice,
         drives,
         samples=samples,
         seed=seed,
-        border=(rim, best_drives(solved, rim, objective, seed)) if border else None,
+        border=(rim, every[len(drives) :]) if border else None,
         tolerance=tolerance,
         progress=progress,
     )
     return BoardScore(
         **vars(score),
         objective=objective,
+        compensated=compensated,
         contrast_limit_db=_contrast_limit(solved, lattice.places),
         foam_length_mm=foam_length_mm(board),
         half_wavelength_mm=_half_wavelength_mm(board),
