@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from chladni.host.device.device import Device
-from chladni.host.device.link import LinkError
+from chladni.host.device.link import Answer, LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation._emulator import Pwm, full_span_steps
 from chladni.host.emulation.emulator import Emulator, EmulatorError, TouchEvent
@@ -217,6 +218,36 @@ def test_drivers_change_by_wire_and_a_word_of_their_own(has_bridges: bool) -> No
         bench.host(True).set_config(other)
     bench.core.restart("software")
     assert bench.host(True).config()["driver"] == other["driver"]
+
+
+def test_the_word_for_other_drivers_is_for_one_request_of_one_program() -> None:
+    bench = JudgedDevice(hot_board())
+    device = bench.host(True)
+    device.link.request("driver_change", driver=1)
+    with pytest.raises(LinkError, match="drivers of another kind"):  # another program begins
+        bench.host(True).set_config(bridged())
+    device.link.request("driver_change", driver=1)
+    with pytest.raises(LinkError, match="pins"):  # refused for what is wrong with it
+        device.set_config(bridged(sign_pins=(34,) * 16))
+    with pytest.raises(LinkError, match="drivers of another kind"):
+        device.set_config(bridged())
+
+
+def test_a_device_of_an_older_link_is_not_told_that_drivers_change(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    device = JudgedDevice(hot_board()).host(True)
+    asked, request = [], device.link.request
+
+    def noted(name: str, *tail: bytes, **fields: Any) -> Answer:
+        asked.append(name)
+        return request(name, *tail, **fields)
+
+    monkeypatch.setitem(device.version.fields, "minor", 6)
+    monkeypatch.setattr(device.link, "request", noted)
+    with pytest.raises(LinkError):
+        device.set_config(bridged(), change_driver=True)
+    assert asked == ["config_set"]
 
 
 @pytest.mark.parametrize("stop", ["lift", "dead", "late"])

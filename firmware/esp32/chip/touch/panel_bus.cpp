@@ -13,8 +13,10 @@ namespace chladni::chip {
 
 namespace {
 
-// The longest transfer is 480 bits of the bus's clock, 1.2 ms at 400 kHz; the rest is for tasks.
-constexpr uint32_t kLongestBits = 480, kSpareMs = 4;
+// The longest transfer reads all ten fingers that a GT911 may list, 85 bytes with addresses and
+// register: 765 bits of the bus's clock, and some more. The rest is for tasks.
+constexpr uint32_t kLongestBits = 850;
+constexpr uint32_t kSpareMs = 4;
 constexpr uint32_t kResetMs = 10, kStartMs = 60;
 constexpr std::array<uint8_t, 3> kAddresses = {0x38, gt911::kAddresses[0], gt911::kAddresses[1]};
 

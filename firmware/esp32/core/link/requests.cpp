@@ -93,6 +93,7 @@ Status Requests::greet(const Request& request) {
   namespace m = f::hello;
   using A = m::Answer;
   if (request.size < m::Request::kBytes) return Status::kMalformed;
+  with_->allowed_driver = Conversation::kNoDriver;  // another program may begin here
   put(A{A::Major{f::kVersionMajor}, A::Minor{f::kVersionMinor}, A::Window{f::kWindow},
         A::MaxPayload{f::kMaxPayload}});
   const uint32_t major = m::read_request(request.fields, Take{}).major;
@@ -183,11 +184,12 @@ Status Requests::allow_driver(const Request& request) {
 
 Status Requests::set_config(const Request& request) {
   using A = f::config_set::Answer;
+  const uint32_t allowed = with_->allowed_driver;
+  with_->allowed_driver = Conversation::kNoDriver;  // whatever becomes of this one
   if (!device_.is_quiet()) return Status::kNotNow;
   if (!device_.may_write()) return Status::kTooOften;
   const ConfigStatus status =
-      device_.set_config(request.fields, request.size, via_ == Via::kWire, with_->allowed_driver);
-  with_->allowed_driver = Conversation::kNoDriver;
+      device_.set_config(request.fields, request.size, via_ == Via::kWire, allowed);
   put(A{A::ConfigStatus{number_of(status)}});
   return status == ConfigStatus::kOk ? Status::kOk : Status::kRefused;
 }

@@ -27,7 +27,8 @@ ConfigStatus StoredConfig::set(const Hal& hal, FlashWear& wear, const uint8_t* r
   } else if (!is_whole() || !may_ask_over_network(config_, wanted)) {
     return ConfigStatus::kByWireOnly;
   }
-  const bool is_other = is_whole() && wanted.driver != config_.driver;
+  const bool is_known = is_whole() || status_ == ConfigStatus::kOlder;
+  const bool is_other = is_known && wanted.driver != config_.driver;
   if (is_other && wanted.driver != allowed_driver) return ConfigStatus::kOtherDriver;
   if (holds_config(hal, wanted)) return ConfigStatus::kOk;
   wear.spend(hal);

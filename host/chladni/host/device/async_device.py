@@ -137,9 +137,9 @@ class AsyncDevice:
         """Play a drive until it is no longer repeated."""
         await self.do(lambda device: device.live(gains, frequency_hz, waveform))
 
-    async def stream(self, duties: NDArray[np.float64]) -> int:
+    async def stream(self, duties: NDArray[np.float64], *, is_signed: bool | None = None) -> int:
         """Play raw duties; returns when the last has been taken."""
-        return await self.do(lambda device: device.stream(duties))
+        return await self.do(lambda device: device.stream(duties, is_signed=is_signed))
 
     async def stop(self) -> None:
         """End a live drive or a stream."""
@@ -166,9 +166,9 @@ class AsyncDevice:
         """The configuration in force."""
         return await self.do(Device.config)
 
-    async def set_config(self, config: DeviceConfig) -> None:
+    async def set_config(self, config: DeviceConfig, *, change_driver: bool = False) -> None:
         """Keep a configuration for the next start."""
-        await self.do(lambda device: device.set_config(config))
+        await self.do(lambda device: device.set_config(config, change_driver=change_driver))
 
     async def restart(self) -> None:
         """Restart the device."""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.host.device.checks.tables import check_table
 from chladni.host.device.device_effects import DeviceEffects
 from chladni.host.device.device_fingers import DeviceFingers, PlayedSignal
 from chladni.host.device.link import (
@@ -23,6 +22,7 @@ from chladni.host.device.link import (
     LinkError,
 )
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
+from chladni.host.device.table_check import check_table
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.device.upload import TABLES, Flashed, Progress, upload
 from chladni.host.device.wire import Wire
@@ -54,7 +54,7 @@ FloatArray = NDArray[np.float64]
 
 NETWORK_STATES = ("off", "not on the network", "on")
 REACH_MINOR = 7
-"""Of the link: older devices are not asked where their board is."""
+"""Of the link: older devices are not asked where their board is, nor told that drivers change."""
 RESTART_TRIES, RESTART_S = 3, 1.0
 
 
@@ -199,7 +199,9 @@ class Device:
         From switches to bridges, or back, the device takes it only with `change_driver`: its coils
         must have been rewired.
         """
-        if change_driver:
+        # Older devices know no such request, and take any driver.
+        knows = self.version.fields["minor"] >= REACH_MINOR
+        if change_driver and knows and config["driver"] != self.config()["driver"]:
             self.link.request("driver_change", driver=config["driver"])
         self.link.request("config_set", pack_config(config))
 
@@ -310,7 +312,7 @@ class Device:
         return self.link.splitter.text.decode("utf-8", "replace")
 
     def check_table(self, table: Table, *, force: bool = False) -> None:
-        """Raise `InputError` if a table is not for this device (checks/tables.py)."""
+        """Raise `InputError` if a table is not for this device (table_check.py)."""
         minor = self.version.fields["minor"]
         check_table(table, self.config(), self.info(), minor, force=force)
 

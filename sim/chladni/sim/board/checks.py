@@ -230,4 +230,4 @@ _OF_VALUES = (_check_name, _check_plate, _check_ranges)
 _OF_THE_WHOLE = (
     check_coil, check_supports, check_panel, _check_focus, check_actuators, _check_driver,
     check_pins, _check_places, _check_foundation, _check_sizes, _check_measured,
-)  # fmt: skip  # fmt: skip
+)  # fmt: skip

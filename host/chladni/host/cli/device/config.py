@@ -13,6 +13,7 @@ from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip, check_driver
+from chladni.host.protocol.codes import CONFIG_STATUS
 from chladni.host.protocol.settings import (
     SHOWN,
     changes,
@@ -26,6 +27,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 ACTIONS = ("get", "describe", "set")
+OLDER = next(one.text for one in CONFIG_STATUS.members if one.name == "kOlder")
 
 
 @connecting
@@ -136,8 +138,10 @@ def _set(
         if connection.udp is None:
             after = after.by_wire()
         changed = changes(before, after)
-        never = device.info()["config_status"] != "ok"
-        if not (never or change_driver):
+        status = device.info()["config_status"]
+        never = status != "ok"
+        # Of an older one that is in force the drivers are known as well.
+        if (not never or status == OLDER) and not change_driver:
             check_driver(before, after)
         if not never and before == after:
             answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
