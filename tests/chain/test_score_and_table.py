@@ -36,10 +36,13 @@ ON_FEET: dict[str, Any] = {
 
 @pytest.mark.parametrize(
     ("board", "compensated"),
-    [(load_board("strip5"), False), (load_board("quiet5"), False),
-     (board_from_document(ON_FEET), True)],
+    [
+        (load_board("strip5"), False),
+        (load_board("quiet5"), False),
+        (board_from_document(ON_FEET), True),
+    ],
     ids=lambda own: getattr(own, "name", None),
-)  # fmt: skip
+)
 def test_a_table_keeps_what_the_score_said_within_1_db(board: Board, compensated: bool) -> None:
     """From 20 mm on, at the median and at the worst tenth of places.
 

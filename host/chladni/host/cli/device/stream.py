@@ -65,14 +65,14 @@ def stream(
         channels, before, config = info["channels"], info["faults"], device.config()
         if function is not None:
             duties = scripted_duties(function, config.frame_rate_hz, seconds)
+        if duties is not None:
+            name = "csv" if script is None else "script"
+            check_duties(duties, config.has_bridges, name, str(csv or script))
         if gains is not None and len(gains) != channels:
             raise InputError("DRIVE", len(gains), f"{channels} channels")
         if duties is not None and duties.shape[1] != channels:
             name = "--csv" if script is None else "--script"
             raise InputError(name, duties.shape[1], f"{channels} channels")
-        if duties is not None:
-            name = "csv" if script is None else "script"
-            check_duties(duties, config.has_bridges, name, str(csv or script))
         check_ready(info, by_host=True)
         result: dict[str, Any] = {}
         if duties is not None:
