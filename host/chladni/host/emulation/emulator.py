@@ -159,8 +159,7 @@ def emulated_config(board: Board, **settings: Any) -> DeviceConfig:
 def _any_pins(board: Board) -> dict[str, tuple[int, ...]]:
     """Of a study without electronics: any gates will do, and any signs beside them."""
     own, none = CHIPS[board.electronics.chip], (NOT_WIRED,) * MAX_ACTUATORS
-    panel = board.panel
-    taken = (panel.sda_pin, panel.scl_pin, panel.interrupt_pin, panel.reset_pin) if panel else ()
+    taken = () if board.panel is None else tuple(board.panel.pins.values())
     free = [pin for pin in own.signs if pin not in taken]
     signs = free[-len(board.actuators) :] if board.electronics.is_bridge else []
     gates = [pin for pin in own.gates if pin not in (*signs, *taken)]

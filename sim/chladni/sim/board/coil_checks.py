@@ -178,16 +178,7 @@ def check_pins(board: BoardParts) -> None:
         raise InputError(
             "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
         )
-    bus = (
-        {}
-        if panel is None
-        else {
-            "sda": panel.sda_pin,
-            "scl": panel.scl_pin,
-            "interrupt": panel.interrupt_pin,
-            "reset": panel.reset_pin,
-        }
-    )
+    bus = {} if panel is None else panel.pins
     fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
     if fault is not None:
         section = "electronics" if fault.key.endswith("s") else "panel"

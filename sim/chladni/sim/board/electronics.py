@@ -162,6 +162,16 @@ class Panel:
         return self.film or self.glass
 
     @property
+    def pins(self) -> dict[str, int]:
+        """GPIO numbers by line, as `gpio.pin_fault` takes them."""
+        return {
+            "sda": self.sda_pin,
+            "scl": self.scl_pin,
+            "interrupt": self.interrupt_pin,
+            "reset": self.reset_pin,
+        }
+
+    @property
     def most_fingers(self) -> int:
         """How many it hears of at once."""
         return 2 if self.controller == "ft6x36" else 5
