@@ -18,7 +18,7 @@ from matplotlib.transforms import Affine2D
 from chladni.host.emulation.closed_loop import run_loop
 from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.figures.chains import profile
-from chladni.host.figures.fields import COLOURS, INK, save
+from chladni.host.figures.fields import COLOURS, INK, draw_level, save
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -52,18 +52,10 @@ def draw_finger(axes: Axes, at: tuple[float, float]) -> None:
     axes.add_patch(shape)
 
 
-def draw_level(axes: Axes, board: Board, level: np.ndarray) -> None:
+def draw_board_level(axes: Axes, board: Board, level: np.ndarray) -> None:
     """The board from above, in dB of what is under the finger."""
     half = [side / 2.0 / MM for side in board.plate.size]
-    image = axes.imshow(
-        level.T,
-        origin="lower",
-        extent=(-half[0], half[0], -half[1], half[1]),
-        cmap="cividis",
-        vmin=QUIETEST_DB,
-        vmax=0.0,
-        interpolation="bilinear",
-    )
+    image = draw_level(axes, board, level, QUIETEST_DB)
     assert board.magnet is not None
     for actuator in board.actuators:
         x, y = np.divide(actuator.at, MM)
@@ -99,7 +91,7 @@ def main() -> None:
     figure = Figure(figsize=(10.0, 4.2))
     figure.set_layout_engine("constrained", wspace=0.06)
     left, right = figure.subplots(1, 2, width_ratios=[1.05, 1.0])
-    draw_level(left, board, level)
+    draw_board_level(left, board, level)
     found = profile(board, loop.field, TOUCHED_MM)
     right.axvspan(0.0, metrics.SECOND_FINGER_DISTANCE / MM, color="#eeeeee", zorder=0)
     right.text(6.0, QUIETEST_DB + 1.0, "the finger", ha="center", fontsize=9, color=INK)

@@ -138,6 +138,19 @@ def draw_board(
         axes.plot(*maximum_mm, "s", color=ink, markersize=10, markerfacecolor="none", clip_on=False)
 
 
+def draw_level(axes: Axes, board: Board, level_db: FloatArray, least_db: float) -> AxesImage:
+    """Levels re what moves most, from `least_db` to 0 dB."""
+    return axes.imshow(
+        level_db.T,
+        origin="lower",
+        extent=_extent(board),
+        cmap="cividis",
+        vmin=least_db,
+        vmax=0.0,
+        interpolation="bilinear",
+    )
+
+
 def draw_image(axes: Axes, board: Board, field: ComplexArray) -> AxesImage:
     """The normalised energy image of a displacement field, from 0 to 1."""
     return axes.imshow(

@@ -11,7 +11,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 
 from chladni.host.emulation.played_fingers import FingersPlay
-from chladni.host.figures.fields import INK
+from chladni.host.figures.fields import INK, draw_level
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import FINGERTIP_RADIUS
 
@@ -36,17 +36,8 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
 
 def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
     board, other = play.board, 1 - own
-    half = [side / 2.0 / MM for side in board.plate.size]
     level = 20.0 * np.log10(np.maximum(play.fields_um[own], 1e-9) / play.finger_um[own])
-    image = axes.imshow(
-        level.T,
-        origin="lower",
-        extent=(-half[0], half[0], -half[1], half[1]),
-        cmap="cividis",
-        vmin=QUIETEST_DB,
-        vmax=0.0,
-        interpolation="bilinear",
-    )
+    image = draw_level(axes, board, level, QUIETEST_DB)
     radius = FINGERTIP_RADIUS / MM
     for finger, (x, y) in enumerate(play.places_mm):
         colour = "#d55e00" if finger == own else "white"
