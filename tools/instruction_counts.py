@@ -121,10 +121,10 @@ def compile_core_here(folder: Path) -> list[Path]:
     return _objects(["g++", *plain], folder)
 
 
-def _linked(processor: Processor, core: Sequence[Path]) -> list[str | Path]:
-    """What the core is linked with to run on a processor that is emulated."""
+def _linked(processor: Processor, own: Sequence[Path]) -> list[str | Path]:
+    """Sources or objects, and what they are linked with to run on an emulated processor."""
     return [
-        *core,
+        *own,
         f"-isystem{HERE / 'include'}",
         f"-T{HERE / processor.prefix}.ld",
         "-Wl,--no-warn-rwx-segments",
@@ -233,17 +233,10 @@ def count_writes(processor: Processor) -> dict[str, int]:
                 "-nostdlib",
                 *FLAGS,
                 "-ffunction-sections",
-                "-Wl,--gc-sections",
-                "-Wl,--no-warn-rwx-segments",
                 *include,
-                "-T",
-                HERE / f"{processor.prefix}.ld",
                 "-o",
                 program,
-                HERE / f"{processor.prefix}_start.S",
-                HERE / "duty_writes.cpp",
-                chip / "outputs" / "pwm.cpp",
-                library(processor),
+                *_linked(processor, [HERE / "duty_writes.cpp", chip / "outputs" / "pwm.cpp"]),
             ],
             check=True,
         )

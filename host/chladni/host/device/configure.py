@@ -7,11 +7,24 @@ from typing import Any
 from chladni.host.device.device import Device
 from chladni.host.device.link import TRY_AGAIN, LinkError
 from chladni.host.protocol.board_config import check_driver
+from chladni.host.protocol.codes import CONFIG_STATUS
 from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import changes
 
+OLDER = next(one.text for one in CONFIG_STATUS.members if one.name == "kOlder")
 START_S = 1.0
 """After a restart, until the device answers."""
+
+
+def has_driver(config_status: str) -> bool:
+    """Whether the kind of a device's drivers is known: of a damaged newest record the older has it.
+
+    Parameters
+    ----------
+    config_status
+        As of `Device.info`.
+    """
+    return config_status in ("ok", OLDER)
 
 
 def restart_with(device: Device, config: DeviceConfig, *, change_driver: bool = False) -> None:
@@ -50,7 +63,7 @@ def change_settings(device: Device, wanted: dict[str, Any]) -> list[dict[str, An
     after.check_pins(info["chip"])
     after = after.by_wire()
     is_configured = info["config_status"] == "ok"
-    if is_configured:
+    if has_driver(info["config_status"]):
         check_driver(before, after)
     if before != after or not is_configured:
         restart_with(device, after)

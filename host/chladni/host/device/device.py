@@ -53,8 +53,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 NETWORK_STATES = ("off", "not on the network", "on")
-REACH_MINOR = 7
-"""Of the link: older devices are not asked where their board is, nor told that drivers change."""
+REACH_MINOR = DRIVER_CHANGE_MINOR = 7
+"""Of the link: older devices know no such requests."""
 RESTART_TRIES, RESTART_S = 3, 1.0
 
 
@@ -199,8 +199,8 @@ class Device:
         From switches to bridges, or back, the device takes it only with `change_driver`: its coils
         must have been rewired.
         """
-        # Older devices know no such request, and take any driver.
-        knows = self.version.fields["minor"] >= REACH_MINOR
+        # Older devices take any driver.
+        knows = self.version.fields["minor"] >= DRIVER_CHANGE_MINOR
         if change_driver and knows and config["driver"] != self.config()["driver"]:
             self.link.request("driver_change", driver=config["driver"])
         self.link.request("config_set", pack_config(config))

@@ -10,10 +10,9 @@ import typer
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer, say
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.device.configure import restart_with
+from chladni.host.device.configure import has_driver, restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip, check_driver
-from chladni.host.protocol.codes import CONFIG_STATUS
 from chladni.host.protocol.settings import (
     SHOWN,
     changes,
@@ -27,7 +26,6 @@ from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
 ACTIONS = ("get", "describe", "set")
-OLDER = next(one.text for one in CONFIG_STATUS.members if one.name == "kOlder")
 
 
 @connecting
@@ -140,16 +138,14 @@ def _set(
         changed = changes(before, after)
         status = device.info()["config_status"]
         never = status != "ok"
-        # Of an older one that is in force the drivers are known as well.
-        if (not never or status == OLDER) and not change_driver:
+        if has_driver(status) and not change_driver:
             check_driver(before, after)
         if not never and before == after:
             answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
             return
         if source is not None and not yes:
             _ask_back(changed)
-        is_rewired = change_driver and before["driver"] != after["driver"]
-        restart_with(device, after, change_driver=is_rewired)
+        restart_with(device, after, change_driver=change_driver)
         standing = device.info()["standing"]
     result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
     if after.board is not None:
