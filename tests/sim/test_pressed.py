@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
+from chladni.drives.problem.problem import solved_board
+from chladni.drives.scoring.finger_sets import pressed_fields
 from chladni.sim.board.file import load_board
-from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
 from chladni.sim.fields.transfer import transfer_fields
 from chladni.sim.image.finger import pressing_stiffness
 from chladni.sim.plate.geometry import FoundationLayer, PlateGeometry
@@ -136,13 +140,42 @@ def test_free_sheets_in_splines_are_those_of_the_plate(name: str) -> None:
     """So that the difference a press makes is right to as much of itself."""
     board = load_board(name)
     own = PressedSheet(board)
-    still = PressingFinger((0.0, 0.0), 1e-6, 0.0)
+    still = PressingFingers(((0.0, 0.0),), 1e-6, 0.0)
     changed = own.change(still)
     free = own._free[1.0]
     bare = transfer_fields(board).values
     assert np.linalg.norm(free - bare) < 0.06 * np.linalg.norm(bare)
     # Who hardly presses, and neither moves nor holds, changes nothing.
     assert np.linalg.norm(changed) < 1e-4 * np.linalg.norm(free)
+
+
+def test_two_fingers_on_a_flat_sheet_change_what_they_change_on_the_plate() -> None:
+    """Where hardly any press stretches it: fields by the plate with the fingers built in.
+
+    The plate's and the splines' own fields differ by up to 6 %, and so may what fingers change.
+    Neither coils nor magnets answer to each other here, which the splines leave out.
+    """
+    board = load_board("quiet16")
+    assert board.magnet is not None
+    still = replace(board.magnet, remanence=None)
+    board = replace(board, magnet=still, coil=None, winding=None)
+    places = ((-9e-3, 3e-3), (8e-3, -5e-3))
+    stiffness = pressing_stiffness(1.0, 160.0)
+    changed = PressedSheet(board).change(PressingFingers(places, 1e-6, stiffness))
+    solved = solved_board(board)
+    expected = pressed_fields(solved, np.array(places), stiffness) - solved.fields.values
+    assert np.linalg.norm(changed - expected) < 0.06 * np.linalg.norm(expected)
+
+
+def test_fingers_far_apart_press_as_each_alone() -> None:
+    """Eight foam lengths between them; both together are their mean."""
+    own = PressedSheet(load_board("quiet16"))
+    first, second = (-17e-3, 17e-3), (16e-3, -17e-3)
+    alone = [own.deflection(PressingFingers((place,), 1.0, 0.0)) for place in (first, second)]
+    both = own.deflection(PressingFingers((first, second), 1.0, 0.0))
+    assert both == pytest.approx(np.mean(alone), rel=0.01)
+    near = own.deflection(PressingFingers((first, (-11e-3, 17e-3)), 1.0, 0.0))
+    assert near > 1.1 * both
 
 
 def test_thick_sheets_are_not_stretched() -> None:

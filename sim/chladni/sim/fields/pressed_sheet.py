@@ -1,4 +1,4 @@
-"""What a finger that presses changes in a board's fields, where it bends a thin sheet on foam.
+"""What fingers that press change in a board's fields, where they bend a thin sheet on foam.
 
 The sheet is solved in splines (`sim/pressed`), free and pressed, and the difference is what counts:
 3 to 5 % of the difference is wrong where as much of the field itself would hide a focus.
@@ -51,16 +51,16 @@ def is_thin(board: Board, newtons: float) -> bool:
 
 
 @dataclass(frozen=True)
-class PressingFinger:
-    """A place (m), how hard it is pressed (N), and the finger's force over displacement (N/m)."""
+class PressingFingers:
+    """Their places (m), how hard each presses (N), and its force over displacement (N/m)."""
 
-    place: Place
+    places: tuple[Place, ...]
     newtons: float
     stiffness: complex
 
 
 class PressedSheet:
-    """A board's sheet in splines, which remembers how it lies under each finger."""
+    """A board's sheet in splines, which remembers how it lies under fingers."""
 
     def __init__(self, board: Board) -> None:
         assert board.magnet is not None
@@ -75,31 +75,35 @@ class PressedSheet:
         self._loads = np.stack(
             [self._sheet.mean(*own.at, board.magnet.radius) for own in board.actuators], axis=1
         )
-        self._rest: dict[tuple[Place, float], Equilibrium] = {}
+        self._rest: dict[tuple[tuple[Place, ...], float], Equilibrium] = {}
         self._free: dict[float, ComplexArray] = {}
 
     @cached_property
     def _flat(self) -> Equilibrium:
         return flat(self._sheet)
 
-    def at_rest(self, finger: PressingFinger) -> Equilibrium:
-        """The sheet under a finger; foam gives way as slowly as its data sheet says."""
-        key = (finger.place, finger.newtons)
+    def at_rest(self, fingers: PressingFingers) -> Equilibrium:
+        """The sheet under fingers; foam gives way as slowly as its data sheet says."""
+        key = (fingers.places, fingers.newtons)
         if key not in self._rest:
-            load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
-            softer = [newtons for place, newtons in self._rest if place == finger.place]
+            softer = [newtons for places, newtons in self._rest if places == fingers.places]
             # From the next softer press on it is fewer steps.
-            nearest = max((own for own in softer if own < finger.newtons), default=None)
-            start = self._flat if nearest is None else self._rest[finger.place, nearest]
-            self._rest[key] = press(self._sheet, load, finger.newtons, start)
+            nearest = max((own for own in softer if own < fingers.newtons), default=None)
+            start = self._flat if nearest is None else self._rest[fingers.places, nearest]
+            load = self._touches(fingers).sum(axis=1)
+            self._rest[key] = press(self._sheet, load, fingers.newtons, start)
         return self._rest[key]
 
-    def deflection(self, finger: PressingFinger) -> float:
-        """Mean under the finger, m."""
-        load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
-        return float(load @ self.at_rest(finger).deflection)
+    def deflection(self, fingers: PressingFingers) -> float:
+        """Mean under all of them, m."""
+        return float((self.at_rest(fingers).deflection @ self._touches(fingers)).mean())
 
-    def change(self, finger: PressingFinger, *, foam_factor: float = 1.0) -> ComplexArray:
+    def _touches(self, fingers: PressingFingers) -> FloatArray:
+        """A newton of each, shape (splines, fingers)."""
+        own = [self._sheet.mean(*place, FINGERTIP_RADIUS) for place in fingers.places]
+        return np.stack(own, axis=1)
+
+    def change(self, fingers: PressingFingers, *, foam_factor: float = 1.0) -> ComplexArray:
         """By what the field of each unit force changes, shape (actuators, nx, ny), m/N.
 
         Parameters
@@ -109,12 +113,12 @@ class PressedSheet:
         """
         if foam_factor not in self._free:
             self._free[foam_factor] = self._fields(self._flat, foam_factor, None)
-        load = self._sheet.mean(*finger.place, FINGERTIP_RADIUS)
-        under = self._fields(self.at_rest(finger), foam_factor, (load, finger.stiffness))
+        touches = (self._touches(fingers), fingers.stiffness)
+        under = self._fields(self.at_rest(fingers), foam_factor, touches)
         return np.asarray(under - self._free[foam_factor])
 
     def _fields(
-        self, at: Equilibrium, foam_factor: float, finger: tuple[FloatArray, complex] | None
+        self, at: Equilibrium, foam_factor: float, fingers: tuple[FloatArray, complex] | None
     ) -> ComplexArray:
         board = self.board
         found = vibration(
@@ -124,7 +128,7 @@ class PressedSheet:
             2.0 * np.pi * board.drive.frequency_hz,
             loss_factor=board.section.loss_factor,
             foam_factor=foam_factor,
-            finger=finger,
+            fingers=fingers,
         )
         return np.asarray((self._image @ found).T.reshape(-1, board.x.size, board.y.size))
 

@@ -103,7 +103,7 @@ def vibration(
     *,
     loss_factor: float,
     foam_factor: float = 1.0,
-    finger: tuple[FloatArray, complex] | None = None,
+    fingers: tuple[FloatArray, complex] | None = None,
 ) -> ComplexArray:
     """Coefficients of the vibration by unit loads about a press, shape (splines, loads).
 
@@ -117,8 +117,8 @@ def vibration(
         Of the sheet.
     foam_factor
         Dynamic over static stiffness of the foam.
-    finger
-        Its load and its force over displacement, N/m.
+    fingers
+        A newton of each, shape (splines, fingers), and their force over displacement, N/m.
     """
     rows, tension = _stretched(sheet, at.along, at.deflection)
     _, spring = sheet.foam.pressure(sheet.value @ at.deflection)
@@ -129,16 +129,15 @@ def vibration(
     )
     n = 2 * sheet.size
     inertia = sparse.block_diag([sparse.csr_array((n, n)), omega**2 * sheet.mass], format="csr")
-    right = np.zeros((n + sheet.size, loads.shape[1] + 1), dtype=np.complex128)
-    right[n:, :-1] = loads
-    if finger is not None:
-        right[n:, -1] = finger[0]
+    touches, stiffness = (loads[:, :0], 0.0) if fingers is None else fingers
+    right = np.zeros((n + sheet.size, loads.shape[1] + touches.shape[1]), dtype=np.complex128)
+    right[n:] = np.concatenate((loads, touches), axis=1)
     found = factor(dynamic - inertia).solve(right)[n:]
-    if finger is None:
-        return np.asarray(found[:, :-1])
-    under, stiffness = finger[0] @ found, finger[1]
-    back = stiffness * under[:-1] / (1.0 + stiffness * under[-1])
-    return np.asarray(found[:, :-1] - np.outer(found[:, -1], back))
+    moved, pushed = np.split(found, [loads.shape[1]], axis=1)
+    if fingers is None:
+        return np.asarray(moved)
+    resting = np.eye(touches.shape[1]) + stiffness * (touches.T @ pushed)
+    return np.asarray(moved - pushed @ np.linalg.solve(resting, stiffness * (touches.T @ moved)))
 
 
 def _stretched(

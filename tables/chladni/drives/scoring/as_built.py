@@ -36,7 +36,7 @@ from chladni.sim.board.electronics import Panel
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.driven import driven_fields
-from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFinger, is_thin
+from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
 from chladni.sim.image import metrics
 from chladni.sim.image.finger import fields_under_finger, pressing_stiffness
 
@@ -283,7 +283,7 @@ class _Presses:
         board = solved.board
         stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
         if self._sheet is not None and is_thin(board, newtons):
-            finger = PressingFinger(place, newtons, stiffness)
+            finger = PressingFingers((place,), newtons, stiffness)
             return self._sheet.change(finger, foam_factor=foam_factor)
         values = solved.fields.values
         disc = metrics.disc_mask(board.x, board.y, place, metrics.FINGERTIP_RADIUS)
@@ -309,5 +309,5 @@ class _Presses:
         if self._sheet is None or not is_thin(board, newtons):
             return None
         stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
-        fingers = [PressingFinger(self._places[k], newtons, stiffness) for k in self.places]
+        fingers = [PressingFingers((self._places[k],), newtons, stiffness) for k in self.places]
         return Spread.of([self._sheet.deflection(finger) / MM for finger in fingers])
