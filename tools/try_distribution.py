@@ -50,7 +50,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "effects convert": ("click", "-o", "click.ahap"),
     "effects build": ("calculator", "-o", "calculator.che"),
     "effects flash": ("calculator", "--emulator"),
-    "play": ("click.ahap", "--at", "0,15", "--emulator", "--figure", "p.png"),
+    "play": ("click.ahap", "--at", "0,15", "--emulator", "--board", "strip5", "--figure", "p.png"),
     "design": ("small", "-o", "own.toml", "--samples", "1"),
     "calibrate": (
         "--board",
@@ -149,7 +149,8 @@ def main() -> None:
         print(f"{sdist.name}: {sdist.stat().st_size} bytes; {wheel.name}: {wheel.stat().st_size}")
         venv.create(folder / "env", with_pip=True)
         python = folder / "env" / "bin" / "python"
-        run(python, "-m", "pip", "--quiet", "install", wheel, cwd=folder)
+        # Compiled when it is used: of all that pip would compile, a third.
+        run(python, "-m", "pip", "--quiet", "install", "--no-compile", wheel, cwd=folder)
         chladni = folder / "env" / "bin" / "chladni"
         known = json.loads(run(python, "-c", LIST_COMMANDS, cwd=folder))
         if missing := sorted(set(known) ^ set(COMMANDS)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import pickle
 import shlex
 import subprocess
 import sys
@@ -23,9 +24,6 @@ PLAIN = {"cp", "ls", "cat", "sleep", "mkdir"}
 """Commands besides `chladni` that run as they stand."""
 
 SHIPPED = frozenset(shipped_boards())
-BUILT: dict[tuple[str, ...], tuple[bytes, str]] = {}
-"""Commands that built a table: its bytes, and what was printed."""
-
 PATIENCE_S = 60.0
 """What is started in the background has so long to print what is expected of it."""
 
@@ -38,9 +36,12 @@ class Desk:
     ----------
     folder
         The working folder; boards/ lies in it.
+    built
+        Tables that commands built, with what was printed: of all pages, of all workers of a run.
     """
 
     folder: Path
+    built: Path
     _started: list[subprocess.Popen[bytes]] = field(default_factory=list)
     _port: Path | None = None
 
@@ -78,10 +79,11 @@ class Desk:
         What builds a shipped board's table runs for the first page that has it, and for the others
         its file and its output are there again.
         """
-        key, made = tuple(words), self.folder / words[-1]
-        is_build = key[:2] == ("table", "build") and words[-2] == "-o" and key[2] in SHIPPED
-        if key in BUILT:
-            table, output = BUILT[key]
+        made = self.folder / words[-1]
+        is_build = words[:2] == ["table", "build"] and words[-2] == "-o" and words[2] in SHIPPED
+        kept = self.built / "-".join(own.strip("-") for own in words)
+        if is_build and kept.exists():
+            table, output = pickle.loads(kept.read_bytes())
             made.write_bytes(table)
             return 0, output
         heard = io.StringIO()
@@ -94,7 +96,9 @@ class Desk:
         ):
             code = main()
         if is_build and code == 0:
-            BUILT[key] = made.read_bytes(), heard.getvalue()
+            whole = kept.with_name(f"{kept.name}.{os.getpid()}")
+            whole.write_bytes(pickle.dumps((made.read_bytes(), heard.getvalue())))
+            whole.rename(kept)
         return code, heard.getvalue()
 
     def _start(self, words: list[str], expected: tuple[str, ...]) -> str:
@@ -149,7 +153,7 @@ class Desk:
             process.wait()
 
 
-def new_desk(folder: Path, boards: Path) -> Desk:
+def new_desk(folder: Path, boards: Path, built: Path) -> Desk:
     """An empty desk but for the shipped boards."""
     os.symlink(boards, folder / "boards")
-    return Desk(folder)
+    return Desk(folder, built)

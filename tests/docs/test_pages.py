@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import ROOT
+from conftest import ROOT, built_once
 from docs.references import broken, cached_page, pages, unused_pictures
 from docs.trial import try_page
 
@@ -14,8 +14,10 @@ PAGES = pages(ROOT)
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
-def test_every_block_of_a_page_runs_or_names_what_stands_in(path: Path) -> None:
-    trial = try_page(path, ROOT)
+def test_every_block_of_a_page_runs_or_names_what_stands_in(
+    path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    trial = try_page(path, ROOT, built_once(tmp_path_factory, "page-tables", lambda _: None))
     print(f"{path.name}: {trial.ran} ran, {trial.marked} marked")
     assert not trial.problems, "\n".join(trial.problems)
 

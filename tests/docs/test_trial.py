@@ -58,7 +58,7 @@ $ pio run -e esp32
 def tried(text: str, folder: Path) -> Trial:
     path = folder / "page.md"
     path.write_text(text, "utf-8")
-    return try_page(path, ROOT)
+    return try_page(path, ROOT, folder)
 
 
 def test_a_page_without_mistakes_passes(tmp_path: Path) -> None:

@@ -65,15 +65,15 @@ def _unused(mark: marks.Mark, block: Block) -> str:
     return f"no command begins with {unused[0]}" if unused else ""
 
 
-def try_page(path: Path, root: Path) -> Trial:
-    """Try a page; nothing of it stays."""
+def try_page(path: Path, root: Path, built: Path) -> Trial:
+    """Try a page; nothing of it stays but the tables in `built`."""
     result = Trial()
     for block in read_page(path).blocks:
         with contextlib.suppress(ValueError):  # a block without commands is told of as it runs
             if problem := unmarked(block, root):
                 result.problems.append(f"{path.name}:{block.line}: {problem}")
     with tempfile.TemporaryDirectory(prefix="page-") as name:
-        desk = new_desk(Path(name), root / "boards")
+        desk = new_desk(Path(name), root / "boards", built)
         try:
             for example in _parsed(path, desk, result).examples():
                 with _told(result, path, example):

@@ -88,7 +88,7 @@ def test_the_border_of_the_active_area_has_a_row_of_its_own(name: str, least: fl
     assert np.isclose(abs(places), half).any(axis=1).all()
     assert np.isclose(abs(places), half).all(axis=1).sum() == 4
     assert len(np.unique(places.round(9), axis=0)) == len(places)
-    border = score_board(board, samples=0, pitch=8e-3, border=True).border
+    border = score_board(board, samples=0, pitch=12e-3, border=True).border
     assert border is not None
     assert border.second_finger_20mm_db is not None
     assert border.second_finger_20mm_db.p10 >= least

@@ -10,8 +10,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from chladni.effects.effect import (
     Clip,
@@ -61,7 +61,7 @@ def flattened(
     """
     grid = np.linspace(0.0, 0.5 * rate_hz, 256)
     gain = _gain(grid, frequency_hz, level, reference_hz)
-    taps = signal.minimum_phase(signal.firwin2(TAPS, grid, gain**2, fs=rate_hz))
+    taps = scipy.signal.minimum_phase(scipy.signal.firwin2(TAPS, grid, gain**2, fs=rate_hz))
     return limited(np.convolve(samples, taps)[: len(samples)])
 
 

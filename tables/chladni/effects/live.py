@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from chladni.effects.low_pass import EDGE_HZ, sections
 from chladni.sim.errors import ArgumentError
@@ -50,7 +50,7 @@ def signal_samples(
             raise ArgumentError("signal", f"shape {own.shape}", "a row of numbers, -1 to 1")
         if not len(own):
             continue
-        filtered, state = signal.sosfilt(low_pass, np.clip(own, -1.0, 1.0), zi=state)
+        filtered, state = scipy.signal.sosfilt(low_pass, np.clip(own, -1.0, 1.0), zi=state)
         known = np.concatenate(((last,), filtered))  # at -1, 0, …
         places = np.arange(at, len(own) - 1.0 + 1e-9, step)
         yield np.clip(np.interp(places, np.arange(-1.0, len(own)), known), -1.0, 1.0)

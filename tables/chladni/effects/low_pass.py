@@ -7,8 +7,8 @@ A Butterworth low-pass of four poles at 250 Hz. It delays a tone of 60 Hz by 1.7
 from __future__ import annotations
 
 import numpy as np
+import scipy  # which loads its `signal`, half a second's work, where that is used
 from numpy.typing import NDArray
-from scipy import signal
 
 FloatArray = NDArray[np.float64]
 
@@ -22,9 +22,9 @@ def low_passed(samples: FloatArray, rate_hz: float) -> FloatArray:
     """Samples behind the low-pass, from rest."""
     if 0.5 * rate_hz <= EDGE_HZ:
         return samples
-    return np.asarray(signal.sosfilt(sections(rate_hz), samples))
+    return np.asarray(scipy.signal.sosfilt(sections(rate_hz), samples))
 
 
 def sections(rate_hz: float) -> FloatArray:
     """Of second order, as SciPy has them: b0, b1, b2, 1, a1, a2 each."""
-    return np.asarray(signal.butter(POLES, EDGE_HZ, fs=rate_hz, output="sos"))
+    return np.asarray(scipy.signal.butter(POLES, EDGE_HZ, fs=rate_hz, output="sos"))

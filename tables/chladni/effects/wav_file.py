@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 from scipy.io import wavfile
 
 from chladni.effects.effect import MOST_S, Clip, Effect, limited
@@ -53,7 +53,7 @@ def read_wav(path: Path, field: str) -> tuple[Effect, list[str]]:
         )
     if rate > KEPT_RATE:
         shared = gcd(rate, KEPT_RATE)
-        values = signal.resample_poly(values, KEPT_RATE // shared, rate // shared)
+        values = scipy.signal.resample_poly(values, KEPT_RATE // shared, rate // shared)
         rate = KEPT_RATE
     return Effect(path.stem, (Clip(0.0, np.clip(values, -1.0, 1.0), float(rate)),)), left_out
 

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from chladni.drives.fingers.silence import real_part
@@ -132,8 +132,10 @@ class FingerPlate:
 
     def felt_um(self, forces: FloatArray, finger: int) -> FloatArray:
         """As `moved`, of what moves it above 40 Hz, µm."""
-        sections = signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
-        return np.asarray(signal.sosfilt(sections, self.moved(forces, finger), axis=1) / MICROMETRE)
+        sections = scipy.signal.butter(2, FELT_FROM_HZ, "highpass", fs=RATE_HZ, output="sos")
+        return np.asarray(
+            scipy.signal.sosfilt(sections, self.moved(forces, finger), axis=1) / MICROMETRE
+        )
 
 
 def _discs(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
@@ -275,4 +275,4 @@ def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:
 
 def _envelope(wave: FloatArray) -> FloatArray:
     """Of what oscillates: the magnitude of the analytic signal."""
-    return np.asarray(np.abs(signal.hilbert(wave)))
+    return np.asarray(np.abs(scipy.signal.hilbert(wave)))
