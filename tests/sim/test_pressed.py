@@ -157,7 +157,7 @@ def test_two_fingers_on_a_flat_sheet_change_what_they_change_on_the_plate() -> N
     """
     board = load_board("quiet16")
     assert board.magnet is not None
-    still = replace(board.magnet, remanence=None)
+    still = replace(board.magnet, remanence=0.0)
     board = replace(board, magnet=still, coil=None, winding=None)
     places = ((-9e-3, 3e-3), (8e-3, -5e-3))
     stiffness = pressing_stiffness(1.0, 160.0)
