@@ -13,7 +13,7 @@ import sys
 import numpy as np
 
 from chladni.drives.fingers.coupling import LEAST_APART
-from chladni.drives.scoring.finger_sets import finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.effects import shipped_effects
 from chladni.host.emulation.felt_over_time import over_frequency
 from chladni.host.emulation.played_effect import play_effect

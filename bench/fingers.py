@@ -21,7 +21,7 @@ from chladni.drives.fingers import Responses, drives_for, responses_at, silence
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM

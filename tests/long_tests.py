@@ -61,6 +61,7 @@ LONG = (
     "drives/test_board_score.py::test_the_border_of_the_active_area_has_a_row_of_its_own",
     "drives/test_checkpoint.py::test_any_file_gives_results_or_words_and_is_not_lost",
     "drives/test_compare.py",
+    "drives/test_fingers_as_built.py",
     "drives/test_fingers_score.py::test_fingers_beside_their_places_and_pressing_hard_lose_little",
     "drives/test_fingers_score.py::test_two_fingers_of_a_strip_are_kept_apart",
     "drives/test_fingers_score.py::test_within_tolerances_most_is_left",

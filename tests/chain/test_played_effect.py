@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.finger_sets import FingerSet
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Curve, Effect, Tone, shipped_effects
 from chladni.host.emulation import felt_over_time
 from chladni.host.emulation.felt_over_time import (

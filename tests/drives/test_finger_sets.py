@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image import metrics

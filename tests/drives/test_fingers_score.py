@@ -10,8 +10,9 @@ import pytest
 from chladni.drives.fingers import drives_for, responses_at
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
-from chladni.drives.scoring.fingers_score import FingersScore, most_newtons, score_fingers
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.fingers_score import FingersScore, score_fingers
+from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive

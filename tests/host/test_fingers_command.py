@@ -42,6 +42,17 @@ def test_people_read_a_table(chladni: CommandLine) -> None:
     assert "rows" not in answer.out
 
 
+def test_a_board_as_built_has_rows_of_its_own(chladni: CommandLine) -> None:
+    asked = ("fingers", STRIP, "--sets", "2", "--samples", "1", "--fingers", "2", "--no-perturbed")
+    answer = chladni(*asked, "--built", "--json")
+    assert answer.code == 0, answer.err
+    built = answer.json["counts"][0]["built"]
+    for key in ("nominal", "film", "stretched", "warm", "foam_twice", "together"):
+        assert built[key]["isolation_db"].keys() == {"median", "p10", "p90"}
+    refused = chladni(*asked, "--built", "--table", "t.chl")
+    assert (refused.code, "--built does not go with --table" in refused.err) == (2, True)
+
+
 def test_more_silence_is_less_level(chladni: CommandLine) -> None:
     """λ by hand: 1e-1 is louder, 1e-5 is stiller."""
     found = [

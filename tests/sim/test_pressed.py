@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger_sets import pressed_fields
+from chladni.drives.scoring.several_fingers.finger_sets import pressed_fields
 from chladni.sim.board.file import load_board
 from chladni.sim.fields.pressed_sheet import PressedSheet, PressingFingers, is_thin
 from chladni.sim.fields.transfer import transfer_fields

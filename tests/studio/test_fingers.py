@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from websockets.sync.client import ClientConnection
 
-from chladni.drives.scoring.finger_sets import FingerSet
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.host.emulation import played_fingers
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, Recording

@@ -9,7 +9,7 @@ import pytest
 
 from chladni.drives.fingers import drives_for, responses_at
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board
 from chladni.sim.board.fingers import Focus, SeveralFingers

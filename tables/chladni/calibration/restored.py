@@ -18,7 +18,7 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import PITCH
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import Survey, active_lattice
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE

@@ -14,7 +14,7 @@ from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
-from chladni.drives.scoring.fingers_score import score_fingers
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE

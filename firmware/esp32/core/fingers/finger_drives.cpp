@@ -11,7 +11,7 @@ using fingers::kPoints;
 constexpr std::array<Place, kPoints> kRing = {
     {{0, 0}, {5000, 0}, {2500, 4330}, {-2500, 4330}, {-5000, 0}, {-2500, -4330}, {2500, -4330}}};
 // Of what a finger feels, that another's signal may have by the plate as it is known
-// (tables/chladni/drives/scoring/fingers_score.py has why).
+// (tables/chladni/drives/scoring/several_fingers/fingers_score.py has why).
 constexpr float kExpectedToReal = 0.25F;
 // No place off the board is further from it; sums of places stay within 32 bits.
 constexpr int32_t kFarUm = 1000000;

@@ -15,8 +15,8 @@ from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
 from chladni.drives.scoring.board_score import PITCH, score_board
-from chladni.drives.scoring.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.small_amplitude import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request

@@ -15,12 +15,18 @@ from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
-from chladni.drives.scoring.fingers_score import (
+from chladni.drives.scoring.several_fingers.fingers_as_built import (
+    FingersAsBuilt,
+    score_fingers_as_built,
+)
+from chladni.drives.scoring.several_fingers.fingers_score import (
     MOST_SETS,
     SETS,
     CountScore,
+    FingersScore,
     score_fingers,
 )
+from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.host.cli.common.options import (
     BoardArgument,
@@ -54,45 +60,55 @@ def register(app: typer.Typer) -> None:
     app.command("fingers")(fingers)
 
 
+CountOption = Annotated[
+    int | None,
+    typer.Option("--fingers", callback=within(2, 5), help="How many; 2, 3, 4 and 5 if left out."),
+]
+ApartOption = Annotated[
+    float, typer.Option(callback=within(1.0, 1000.0, "mm"), help="Between two fingers, mm.")
+]
+SetsOption = Annotated[
+    int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
+]
+RegularisationOption = Annotated[
+    float | None,
+    typer.Option(
+        "--lambda",
+        callback=within(1e-9, 1e9),
+        help="Level against silence, for all drives; chosen for each finger if left out.",
+    ),
+]
+PressOption = Annotated[
+    float, typer.Option(callback=within(LEAST_PRESS, MOST_PRESS, "N"), help="Of each finger, N.")
+]
+BesideOption = Annotated[
+    float,
+    typer.Option(
+        callback=within(0.0, 20.0, "mm"),
+        help="How far fingers lie from where the panel has them, mm.",
+    ),
+]
+TableOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Table with responses: the pins of a device that is emulated make the drives."
+    ),
+]
+BuiltOption = Annotated[
+    bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
+]
+
+
 def fingers(
     board: BoardArgument,
-    count: Annotated[
-        int | None,
-        typer.Option(
-            "--fingers", callback=within(2, 5), help="How many; 2, 3, 4 and 5 if left out."
-        ),
-    ] = None,
-    apart: Annotated[
-        float, typer.Option(callback=within(1.0, 1000.0, "mm"), help="Between two fingers, mm.")
-    ] = LEAST_APART / MM,
-    sets: Annotated[
-        int, typer.Option(callback=within(1, MOST_SETS), help="Sets of fingers that are drawn.")
-    ] = SETS,
-    regularisation: Annotated[
-        float | None,
-        typer.Option(
-            "--lambda",
-            callback=within(1e-9, 1e9),
-            help="Level against silence, for all drives; chosen for each finger if left out.",
-        ),
-    ] = None,
-    press: Annotated[
-        float,
-        typer.Option(callback=within(LEAST_PRESS, MOST_PRESS, "N"), help="Of each finger, N."),
-    ] = PRESS,
-    beside: Annotated[
-        float,
-        typer.Option(
-            callback=within(0.0, 20.0, "mm"),
-            help="How far fingers lie from where the panel has them, mm.",
-        ),
-    ] = 0.0,
-    table: Annotated[
-        Path | None,
-        typer.Option(
-            help="Table with responses: the pins of a device that is emulated make the drives."
-        ),
-    ] = None,
+    count: CountOption = None,
+    apart: ApartOption = LEAST_APART / MM,
+    sets: SetsOption = SETS,
+    regularisation: RegularisationOption = None,
+    press: PressOption = PRESS,
+    beside: BesideOption = 0.0,
+    table: TableOption = None,
+    built: BuiltOption = False,
     samples: SamplesOption = SAMPLES,
     perturbed: PerturbedOption = True,
     figure: FigureOption = None,
@@ -103,35 +119,39 @@ def fingers(
     """Score what fingers that press a board at once feel of each other's signals."""
     check_figure(figure)
     loaded = load_board(board)
-    if table is not None and regularisation is not None:
-        raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
-    numbers = _numbers(count, loaded, is_played=table is not None)
+    if table is not None:
+        _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
+    drawn: dict[str, Any] = {
+        "apart": apart * MM,
+        "sets": sets,
+        "regularisation": regularisation,
+        "newtons": press,
+        "seed": seed,
+    }
     with progress_bar("sets of fingers") as progress:
         score = score_fingers(
             loaded,
-            numbers,
-            apart=apart * MM,
-            sets=sets,
-            regularisation=regularisation,
-            newtons=press,
+            _numbers(count, loaded, is_played=table is not None),
             beside=beside * MM,
             samples=samples if perturbed else 0,
-            seed=seed,
             solve=solve,
             progress=progress,
+            **drawn,
         )
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
-        # What draws takes a third of a second to load.
-        from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
-
-        threshold = threshold_um(loaded.drive.frequency_hz)
-        write_figure(fingers_figure(loaded.name, score, threshold), figure)
+        _draw(figure, loaded, score)
     for own in score.counts:
         say(sentence(own, apart))
     counts = [_as_keys(own) for own in score.counts]
+    for keys in counts if built else ():
+        with progress_bar(f"sets of {keys['fingers']} fingers as built") as progress:
+            found = score_fingers_as_built(
+                loaded, keys["fingers"], samples=max(samples, 1), progress=progress, **drawn
+            )
+        keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
         "name": loaded.name,
         "apart_mm": apart,
@@ -142,11 +162,26 @@ def fingers(
         "seed": seed,
         "seconds": score.seconds,
     }
-    # People read a row for each number.
+    # People read rows for each number.
     result |= (
-        {"counts": counts} if as_json else {f"{own['fingers']} fingers": own for own in counts}
+        {"counts": counts} if as_json else {f"{own.pop('fingers')} fingers": own for own in counts}
     )
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
+
+
+def _check_for_device(regularisation: float | None, *, built: bool) -> None:
+    if regularisation is not None:
+        raise ConflictError("--lambda", "--table", hint="a device chooses it for each finger")
+    if built:
+        raise ConflictError("--built", "--table", hint="drives that know a film come of its board")
+
+
+def _draw(path: Path, board: Board, score: FingersScore) -> None:
+    # What draws takes a third of a second to load.
+    from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
+
+    threshold = threshold_um(board.drive.frequency_hz)
+    write_figure(fingers_figure(board.name, score, threshold), path)
 
 
 def _numbers(count: int | None, board: Board, *, is_played: bool) -> tuple[int, ...]:
@@ -191,6 +226,25 @@ def sentence(score: CountScore, apart_mm: float) -> str:
         f"{begin} each gets {score.finger_um.median:.2g} µm of its own; in "
         f"{100.0 * score.unfelt:.0f} of 100 places a resting finger does not feel the others'"
     )
+
+
+def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:
+    """Rows for each number of fingers, which people read."""
+    return {f"{own['fingers']} fingers": own | {"fingers": None} for own in counts}
+
+
+def _in_short(found: FingersAsBuilt) -> dict[str, str]:
+    """A row for each way in which a board is built."""
+    rows = {}
+    for key in ("nominal", "film", "stretched", "warm", "foam_twice", "together"):
+        own: KeptApart | None = getattr(found, key)
+        if own is None:
+            continue
+        apart = own.isolation_db
+        rows[key] = f"{apart.median:.0f} dB, {apart.p10:.0f} at the worst tenth"
+        if own.finger_um is not None:
+            rows[key] += f"; {own.finger_um.median:.2g} µm"
+    return rows
 
 
 def _as_keys(score: CountScore) -> dict[str, Any]:

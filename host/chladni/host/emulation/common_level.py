@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
-from chladni.drives.scoring.finger_sets import finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
 from chladni.host.emulation.felt_over_time import GRID_HZ, FingerPlate, Progress, over_frequency
 from chladni.sim.board.board import Board
 

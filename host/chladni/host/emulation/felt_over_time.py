@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from chladni.drives.fingers.silence import real_part
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
-from chladni.drives.scoring.finger_sets import finger_discs, pushed_back
+from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
 from chladni.host.emulation.emulator import Recording
 from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
-from chladni.drives.scoring.finger_sets import FingerSet, pressed_fields
-from chladni.drives.scoring.fingers_score import most_newtons
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, pressed_fields
+from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
 from chladni.host.protocol.board_config import coil_gains

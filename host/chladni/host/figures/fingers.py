@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from chladni.drives.scoring.fingers_score import FingersScore
+from chladni.drives.scoring.several_fingers.fingers_score import FingersScore
 from chladni.host.figures.fields import COLOURS, INK
 
 FloatArray = NDArray[np.float64]

@@ -149,7 +149,7 @@ def score_as_built(
     places = lattice.places + border_places(board, pitch)
     own = _DrivenBoard(board, places, objective, seed)
     alone = Survey(board, places, nearest_coils(board, places))
-    film = None if _has_layer(board) else _DrivenBoard(_filmed(board), places, objective, seed)
+    film = None if has_layer(board) else _DrivenBoard(with_film(board), places, objective, seed)
     most = film or own
     counter = StepCounter(progress, 2 + len(PRESSES) * len(own.presses.places) + samples)
     nominal = _kept(own.survey.measure(own.values))
@@ -220,7 +220,7 @@ def score_together(
 ) -> KeptFocus:
     """What is left with everything at once, as in the last row of `score_as_built`."""
     places = active_lattice(board, pitch).places + border_places(board, pitch)
-    own = _DrivenBoard(board if _has_layer(board) else _filmed(board), places, "focus", seed)
+    own = _DrivenBoard(board if has_layer(board) else with_film(board), places, "focus", seed)
     return _kept(_together(own, PRESS, samples, seed, StepCounter(None, samples)))
 
 
@@ -256,12 +256,13 @@ def _heat(board: Board, heat: Sequence[Warm | None]) -> dict[str, Spread | None]
     }
 
 
-def _has_layer(board: Board) -> bool:
+def has_layer(board: Board) -> bool:
+    """Whether a touch panel's layer bends with the sheet already."""
     return board.panel is not None and board.panel.layer_thickness > 0.0
 
 
-def _filmed(board: Board) -> Board:
-    """With a film on the sheet."""
+def with_film(board: Board) -> Board:
+    """The board with a touch film on its sheet."""
     own = board.panel or Panel((16, 16), board.plate.size)
     return replace(board, panel=replace(own, place="on", film=FILM))
 

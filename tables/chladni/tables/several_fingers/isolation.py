@@ -18,7 +18,7 @@ from chladni.drives.fingers.silence import KnownPlate, drives_for
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.image.finger import pressing_stiffness
 

@@ -104,6 +104,7 @@ WORDS = {
     "pressed": "pressed with N",
     "pressed_mm": "indentation of the sheet",
     "warm": "coils warm",
+    "stretched": "a thin sheet bent by the fingers",
     "foam_twice": "foam twice as stiff",
     "together": "all at once: film, pressed, warm, foam 1 to 3 times as stiff, within tolerances",
     "board_w": "heat in all coils, W",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from chladni.drives.scoring.board_score import BoardScore
-from chladni.drives.scoring.fingers_score import CountScore
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.sensitivity import Influence
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE

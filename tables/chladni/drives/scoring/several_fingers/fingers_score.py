@@ -27,14 +27,18 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.felt import MICROMETRE
-from chladni.drives.scoring.finger_sets import FingerSet, finger_sets
 from chladni.drives.scoring.progress_steps import StepCounter
-from chladni.drives.scoring.spread import Spread
+from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.kept_apart import (
+    KeptApart,
+    kept_apart,
+    most_newtons,
+    rows_of,
+)
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import ArgumentError
 from chladni.sim.image.finger import pressing_stiffness, threshold_um
 
@@ -48,36 +52,6 @@ MOST_SETS = 100_000
 EXPECTED_TO_REAL = 0.25
 """Of a threshold, that a share may have by the plate as it is known: on the plate itself shares
 come out up to 12 dB larger, by what one finger does to another and by tolerances."""
-PRESSING_THRESHOLD_DB = 15.0
-"""By which a pressing finger's threshold lies below that of a resting one: about the middle of the
-10 to 30 dB of S. Papetti and others (IEEE Trans. Haptics 10, 2017, 113-122)."""
-
-
-@dataclass(frozen=True)
-class KeptApart:
-    """What fingers of drawn sets get; each finger of each set counts once, p10 is the bad tail.
-
-    Attributes
-    ----------
-    isolation_db
-        RMS over the finger's disc of its own signal, over the largest RMS of that signal in another
-        finger's disc.
-    level_db
-        Its own signal against the loudest that the coils' limits allow at that place.
-    finger_um
-        Peak of its own signal with all voices on, limits kept for their sum; None without a coil.
-    unfelt
-        Share of fingers under which each other finger's signal stays below what a resting finger
-        feels (RMS over the disc, peak in time); None without a coil, or outside 40 to 800 Hz.
-    unfelt_pressing
-        The same 15 dB below that.
-    """
-
-    isolation_db: Spread
-    level_db: Spread
-    finger_um: Spread | None
-    unfelt: float | None
-    unfelt_pressing: float | None
 
 
 @dataclass(frozen=True)
@@ -170,10 +144,10 @@ def score_fingers(
     if solve is None:
         with one_blas_thread():
             known = responses_at(solved) if plate is None else plate
-        solve = _solver(board, known, regularisation)
-    places = _drawn_sets(board, counts, sets, apart, seed)
+        solve = solver_of(board, known, regularisation)
+    places = drawn_sets(board, counts, sets, apart, seed)
     counter = StepCounter(progress, sum(map(len, places)) * (3 if samples else 2))
-    drives = [_found(solve, group, counter) for group in places]
+    drives = [found_drives(solve, group, counter) for group in places]
     places = [_moved(board, group, beside, seed) for group in places]
     stiffness = pressing_stiffness(newtons, board.drive.frequency_hz)
     with one_blas_thread():
@@ -184,12 +158,12 @@ def score_fingers(
         off = _perturbed(board, places, drives, stiffness, samples, seed, counter)
     found = tuple(
         CountScore(
-            **vars(_kept(board, own)),
+            **vars(kept_apart(board, own)),
             fingers=group.shape[1],
             sets=len(group),
             perturbed=None
             if others is None
-            else PerturbedFingers(**vars(_kept(board, others)), samples=samples, seed=seed),
+            else PerturbedFingers(**vars(kept_apart(board, others)), samples=samples, seed=seed),
             rows=own,
             perturbed_rows=others,
         )
@@ -198,18 +172,8 @@ def score_fingers(
     return FingersScore(apart / MM, newtons, found, time.perf_counter() - started)
 
 
-def most_newtons(board: Board, drives: ComplexArray) -> float | None:
-    """Newtons for each unit of drives (drives, actuators) that are on at once; None without a coil.
-
-    Amplitudes of one coil are added as if all were in phase: that keeps every limit whatever the
-    signals are.
-    """
-    sums = np.abs(drives).sum(axis=0).astype(np.complex128)
-    full = full_drive(board, sums, board.drive.frequency_hz)
-    return None if full is None else full.newtons / float(sums.real.max())
-
-
-def _solver(board: Board, plate: KnownPlate, regularisation: float | None) -> Solve:
+def solver_of(board: Board, plate: KnownPlate, regularisation: float | None) -> Solve:
+    """What finds a set's drives from a plate as it is known; λ as of `score_fingers`."""
     stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
     threshold = threshold_um(board.drive.frequency_hz)
     fixed = REGULARISATION if regularisation is None else regularisation
@@ -229,7 +193,8 @@ def _solver(board: Board, plate: KnownPlate, regularisation: float | None) -> So
     return solve
 
 
-def _found(solve: Solve, places: FloatArray, counter: StepCounter) -> list[ComplexArray]:
+def found_drives(solve: Solve, places: FloatArray, counter: StepCounter) -> list[ComplexArray]:
+    """Drives of sets of places (sets, fingers, 2), m."""
     drives = []
     for own in places:
         drives.append(solve(own))
@@ -245,7 +210,7 @@ def _moved(board: Board, places: FloatArray, beside: float, seed: int) -> FloatA
     return np.asarray(np.clip(moved, -half, half))
 
 
-def _drawn_sets(
+def drawn_sets(
     board: Board, counts: Sequence[int], sets: int, apart: float, seed: int
 ) -> list[FloatArray]:
     """Sets of each number of fingers that there is room for; the first must have it."""
@@ -268,7 +233,7 @@ def _nominal(
 ) -> FloatArray:
     rows = []
     for own, known in zip(FingerSet.of_all(solved, places, stiffness), drives, strict=True):
-        rows.append(_rows(solved.board, own, known, np.ones(known.shape[1])))
+        rows.append(rows_of(solved.board, own, known, np.ones(known.shape[1])))
         counter.step()
     return np.concatenate(rows)
 
@@ -292,57 +257,6 @@ def _perturbed(
             mine = range(number, len(group), samples)
             found = FingerSet.of_all(solved, group[number::samples], stiffness)
             for k, fingers in zip(mine, found, strict=True):
-                own.append(_rows(board, fingers, known[k], drawn.forces))
+                own.append(rows_of(board, fingers, known[k], drawn.forces))
                 counter.step()
     return [np.concatenate(own) for own in rows]
-
-
-def _rows(board: Board, fingers: FingerSet, drives: ComplexArray, forces: FloatArray) -> FloatArray:
-    """Isolation (dB), level (dB), own µm, and the largest share of another's signal (µm)."""
-    newtons = most_newtons(board, drives)
-    unit = np.nan if newtons is None else newtons / MICROMETRE
-    played = drives * forces
-    shares = fingers.shares(played)
-    strangers = np.where(np.eye(len(drives), dtype=bool), 0.0, shares).max(axis=0)
-    own = np.abs(np.diag(fingers.means(played)))
-    return np.stack(
-        (
-            fingers.isolation_db(played),
-            20.0 * np.log10(np.maximum(own * (newtons or 1.0), 1e-300) / _loudest(board, fingers)),
-            own * unit,
-            strangers * unit,
-        ),
-        axis=1,
-    )
-
-
-def _loudest(board: Board, fingers: FingerSet) -> FloatArray:
-    """The most that any drive's own displacement is under each finger at the coils' limits, m.
-
-    By two drives: all coils full and in phase there, and each in proportion to what it does, which
-    draws least. Without a coil one newton is the most.
-    """
-    means = np.stack([disc.mean(axis=0) for disc in fingers.discs])
-    most = np.zeros(len(means))
-    for sizes in (np.ones(means.shape), np.abs(means)):
-        for k, size in enumerate(sizes):
-            drive = size / max(float(size.max()), 1e-300)
-            newtons = most_newtons(board, drive[None].astype(np.complex128))
-            moved = float((np.abs(means[k]) * drive).sum()) * (1.0 if newtons is None else newtons)
-            most[k] = max(most[k], moved)
-    return np.maximum(most, 1e-300)
-
-
-def _kept(board: Board, rows: FloatArray) -> KeptApart:
-    threshold = threshold_um(board.drive.frequency_hz)
-    has_coil = bool(np.all(np.isfinite(rows[:, 2])))
-    can_tell = has_coil and threshold is not None
-    limit = threshold or 0.0
-    pressing = limit * 10.0 ** (-PRESSING_THRESHOLD_DB / 20.0)
-    return KeptApart(
-        isolation_db=Spread.of(rows[:, 0].tolist()),
-        level_db=Spread.of(rows[:, 1].tolist()),
-        finger_um=Spread.of(rows[:, 2].tolist()) if has_coil else None,
-        unfelt=float(np.mean(rows[:, 3] < limit)) if can_tell else None,
-        unfelt_pressing=float(np.mean(rows[:, 3] < pressing)) if can_tell else None,
-    )
