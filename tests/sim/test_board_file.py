@@ -136,6 +136,7 @@ FAULTS = [
      "foundation.cut_outs[0]"),
     ("foundation", {**FOAM, "coil_cut_out_mm": 40.0},
      "foundation.coil_cut_out_mm of actuators[0]"),
+    ("foundation", {**FOAM, "coil_cut_out_mm": 3.9}, "foundation.coil_cut_out_mm"),
     ("foundation", {**FOAM, "thickness_mm": 2.0}, "foundation.material"),
     ("foundation", {"sealed_air_mm": 1e-9}, "foundation.sealed_air_mm"),
     ("finger", 3, "finger"),

@@ -61,6 +61,13 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     assert parts["coil"].mass_g == pytest.approx(8.96 * 6.126 * 0.00785398, rel=1e-3)
 
 
+def test_a_coil_that_no_file_states_is_said_to_be_assumed(prototype: Board) -> None:
+    board = replace(prototype, coil=None, winding=None)
+    for own, begin in ((prototype, "the board file's"), (board, "assumed: the board file has no")):
+        (coil,) = (part for part in parts_list(own) if part.part == "coil")
+        assert coil.why.startswith(begin)
+
+
 def test_electrical_parts_are_those_of_the_wiring(prototype: Board) -> None:
     """And screws of one kind are one line."""
     found = board_parts(prototype)

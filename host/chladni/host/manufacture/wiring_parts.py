@@ -113,11 +113,13 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
 
 def _channel_parts(board: Board, own: Values) -> tuple[Part, ...]:
     settings, count = board.electronics, len(board.actuators)
+    is_known = board.coil is not None or board.winding is not None
+    origin = "the board file's" if is_known else "assumed: the board file has no coil"
     coil = Part(
         "coil",
         count,
         f"{settings.coil_ohm:g} Ω{_wound(board)}",
-        f"the board file's; {engineering(own.coil_a, 'A')} at full duty",
+        f"{origin}; {engineering(own.coil_a, 'A')} at full duty",
         mass_g=board.winding.round.mass / 1e-3 if board.winding else None,
     )
     driver = _bridge_parts if settings.is_bridge else _switch_parts

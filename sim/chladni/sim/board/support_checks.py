@@ -170,6 +170,10 @@ def _check_cut_outs(board: BoardParts, others: Sequence[Disc]) -> None:
     """Cut-outs lie on the plate, clear of each other and of all that is not in their middle."""
     assert board.foundation is not None
     half = np.array(board.plate.size) / 2.0
+    magnet, hole = board.magnet, board.foundation.coil_cut_out
+    if magnet is not None and 0.0 < hole < magnet.radius:
+        least = f"at least {magnet.radius / MM:g}, a magnet's radius, or 0 for foam that it lies on"
+        raise InputError("foundation.coil_cut_out_mm", float(f"{hole / MM:.9g}"), least)
     own = board.all_cut_outs
     explicit = len(board.foundation.cut_outs)
     names = [f"foundation.cut_outs[{k}]" for k in range(explicit)]
