@@ -220,6 +220,7 @@ def test_bad_arguments(
         (["--touch", "0,0@500", "--ms", "200"], "--touch"),
         (["--touch", "0,0@5", "--ms", "13"], "--touch, --ms"),
         (["--touch", "0,0@5", "--touch", "9,9@50", "--lift", "50", "--ms", "200"], "--touch, --ms"),
+        (["--touch", "0,0@5", "--touch", "9,9@5", "--ms", "200"], "one finger goes from place"),
         (["--touch", "0,0@5", "--ms", "-1"], "--ms"),
         (["--touch", "0,0@5", "--ms", "200", "--lift", "900"], "--lift"),
         (["--touch", "0,0@5", "--ms", "200", "--level", "2"], "--level"),

@@ -41,7 +41,10 @@ DURATIONS = within(0.0, LONGEST_S * 1e3, "ms")
 LEVELS = within(0.0, 1.0, above=True)
 TouchOption = Annotated[
     list[str] | None,
-    typer.Option(help=f"Touch X,Y@MS: place in mm, time in ms. {UNLESS_SERIAL}"),
+    typer.Option(
+        help="Touch X,Y@MS: place in mm, time in ms; a later one moves the same finger. "
+        f"{UNLESS_SERIAL}"
+    ),
 ]
 DurationOption = Annotated[
     float | None,
@@ -125,7 +128,7 @@ def emulate(
     for at in lift or []:
         if not 0.0 <= at < run_ms:
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
-    events = [_parse_touch(text) for text in touches] + [TouchEvent(at, None) for at in lift or []]
+    events = _events(touches, lift or [])
     owner = board_for(loaded, board, file=str(table))
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
@@ -134,6 +137,19 @@ def emulate(
     if not as_json:
         result["touches"] = [{name: touch[name] for name in SHOWN} for touch in result["touches"]]
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _events(touches: list[str], lifts: list[float]) -> list[TouchEvent]:
+    """Of one finger, which is at one place at a time."""
+    events = [_parse_touch(text) for text in touches]
+    seen: set[float] = set()
+    for text, event in zip(touches, events, strict=True):
+        if event.at_ms in seen:
+            expected = "a time of its own: one finger goes from place to place"
+            hint = "`chladni fingers --table` and `chladni play --other` have several"
+            raise InputError("--touch", text, expected, hint=hint)
+        seen.add(event.at_ms)
+    return events + [TouchEvent(at, None) for at in lifts]
 
 
 def _scored(board: Board, report: LoopReport) -> dict[str, Any]:

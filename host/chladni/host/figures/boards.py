@@ -93,7 +93,7 @@ def score_figure(board: Board, score: Score) -> Figure:
         draw_board(axes, board, ink=INK, small=True)
         axes.set_title(title, fontsize=9, color=INK)
         if known.count():
-            label = f"{unit}; lines: a finger notices {NOTICED_DB:g}" if is_level else unit
+            label = f"{unit}\nlines: a finger notices {NOTICED_DB:g}" if is_level else unit
             bar = figure.colorbar(image, ax=axes, label=label, shrink=0.8)
             for level in (-NOTICED_DB, NOTICED_DB) if is_level else ():
                 bar.ax.axhline(level, color=INK, linewidth=1.0)
