@@ -106,6 +106,7 @@ LONG = (
     "host/test_bank_commands.py::test_a_press_on_a_key_is_scored_under_the_finger",
     "host/test_calibrate.py::test_a_board_is_calibrated_and_its_file_is_one",
     "host/test_endings.py::test_a_full_disk_is_said_and_leaves_what_was_there",
+    "host/test_fingers_command.py::test_a_board_as_built_has_rows_of_its_own",
     "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would",
     "host/test_own_device.py::test_a_board_of_ones_own_plays",
     "host/test_own_device.py::test_what_was_written_outlasts_a_pulled_plug",
