@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 from dataclasses import dataclass
@@ -50,7 +51,13 @@ def with_material(plate: Any) -> Any:
     lacking = [key for key in SHEETS["FR4"] if key not in plate and key != "loss_factor"]
     if lacking:
         known = ", ".join(map(repr, SHEETS))
-        raise InputError("plate.material", name, f"one of: {known}, or with {', '.join(lacking)}")
+        close = difflib.get_close_matches(str(name), SHEETS, n=1)
+        raise InputError(
+            "plate.material",
+            name,
+            f"one of: {known}, or with {', '.join(lacking)}",
+            hint=f"{close[0]!r}, perhaps" if close else "",
+        )
     return plate
 
 

@@ -112,13 +112,18 @@ def _check_focus(board: BoardParts) -> None:
 def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
     corner = board.plate.corner_radius
-    for index, actuator in enumerate(board.actuators):
-        if not board.contains(*actuator.at):
+    off = [k for k, own in enumerate(board.actuators) if not board.contains(*own.at)]
+    hint = "are plate.size_mm millimetres?" if len(off) == len(board.actuators) > 1 else ""
+    faults = Faults()
+    for index in off:
+        with faults.kept():
             raise InputError(
                 f"actuators[{index}].at_mm",
-                in_mm(actuator.at),
+                in_mm(board.actuators[index].at),
                 f"a place on the plate: |x| up to {half[0] / MM:g}, |y| up to {half[1] / MM:g}",
+                hint=hint,
             )
+    faults.tell()
     discs = _discs(board)
     if not discs:
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -110,7 +111,9 @@ def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: st
     if os.path.isfile(path) or (os.path.isfile(named) and not is_shipped):
         return path if os.path.isfile(path) else named
     if not is_shipped and not os.path.lexists(path):
-        raise ArgumentError(field, str(given), f"{what}, or one of: {', '.join(shipped)}")
+        close = difflib.get_close_matches(str(given), shipped, n=1)
+        known = f"{what}, or one of: {', '.join(shipped)}"
+        raise ArgumentError(field, str(given), known, hint=f"{close[0]}, perhaps" if close else "")
     return shipped.get(str(given), path)
 
 
@@ -211,10 +214,10 @@ def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
     """
     document = {"drive": {}, "regions": {}, "electronics": {}} | document
     for complete, block in (
-        (_with_sheet, "plate"),
         (_with_points, "image"),
-        (_with_winding, "coil"),
         (_with_panel, "panel"),
+        (_with_sheet, "plate"),
+        (_with_winding, "coil"),
         (with_rubber_parts, "springs"),
         (with_grommets, "screws"),
     ):
@@ -250,8 +253,8 @@ def _with_winding(document: dict[str, Any]) -> dict[str, Any]:
     takes_force = isinstance(coil, dict) and "force_factor_n_per_a" not in coil
     made = winding_makes(winding, magnet, force=takes_force)
     filled = dict(document)
-    if isinstance(coil, dict):
-        filled["coil"] = made | coil
+    if isinstance(coil, dict) or (coil is None and "force_factor_n_per_a" in made):
+        filled["coil"] = made | (coil or {})
     if isinstance(electronics, dict):
         filled["electronics"] = {"coil_ohm": made["resistance_ohm"]} | electronics
     return filled

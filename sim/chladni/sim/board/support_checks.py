@@ -13,6 +13,8 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 
 MOST_STIFFNESS = 1e11
 """N/m³: a millimetre of what is a hundred times as stiff as rubber."""
+THINNEST = 0.1e-3
+"""m of foam or rubber that is sold."""
 Disc = tuple[str, tuple[float, float], float]
 """Key in the file, place and radius, m."""
 
@@ -149,6 +151,13 @@ def _check_stiffness(board: BoardParts) -> None:
             "foundation.sealed_air_mm",
             "foundation.strips",
             hint="air would fill what is between them",
+        )
+    if 0.0 < own.thickness < THINNEST:
+        raise InputError(
+            "foundation.thickness_mm",
+            own.thickness / MM,
+            f"{THINNEST / MM:g} or more: foam is not thinner",
+            hint="metres? these are millimetres",
         )
     if own.material and not own.thickness:
         raise MissingError("foundation.thickness_mm", "a material's stiffness goes with it")
