@@ -15,7 +15,7 @@ from chladni.calibration.hidden import (
     FORCE,
     HiddenPlate,
 )
-from chladni.calibration.sensing import reading_frequencies
+from chladni.calibration.sensing import fitting_share, reading_frequencies
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
@@ -103,7 +103,11 @@ def test_flux_is_taken_off_and_would_be_noticed(board: Board) -> None:
 
 def test_slopes_are_differences_of_solved_plates(board: Board) -> None:
     """By every unknown of the plate but forces, each way a little."""
-    board = dataclasses.replace(board, screws=(Screw((0.02, 0.026)),), winding=None)
+    feet = (Spring((-0.025, 0.028), 20e3), Spring((0.026, -0.027), 20e3, loss_factor=0.2))
+    weight = (Mass((-0.003, -0.027), 2e-3),)
+    board = dataclasses.replace(
+        board, screws=(Screw((0.02, 0.026)),), springs=feet, masses=weight, winding=None
+    )
     board = with_soft_screws(board, 0.002)
     unknowns = unknowns_of(board)
     values, hz = unknowns.mean.copy(), 160.0
@@ -128,6 +132,30 @@ def test_slopes_are_differences_of_solved_plates(board: Board) -> None:
         found = slopes[row][off]
         # Image points are 1 mm apart, and a field bends under a point load.
         assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected), row
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
+    """Without foam they are all that holds it, and its coils are loud near a resonance."""
+    feet = tuple(
+        Spring((x, y), 8e3, loss_factor=0.1) for x in (-26e-3, 26e-3) for y in (-28e-3, 28e-3)
+    )
+    on_feet = dataclasses.replace(board, foundation=None, springs=feet)
+    hidden = hidden_plate(on_feet, seed)
+    true = hidden.board.springs[0].stiffness / feet[0].stiffness
+    assert not 0.9 < true < 1.1
+    found = fit_board(on_feet, read_hidden(hidden))
+    assert found.wiring.signs.tolist() == np.sign(hidden.strengths).tolist()
+    own = next(one for one in found.parameters if one.name == "feet")
+    assert own.told
+    assert own.low < true < own.high
+    assert own.value == pytest.approx(true, rel=0.05)
+
+
+@pytest.mark.parametrize(("volts", "share"), [(7e-3, 1.0), (7.4e-3, 0.5), (30e-3, 0.125)])
+def test_a_loud_coil_is_read_at_less_current(volts: float, share: float) -> None:
+    """200 times 7.36 mV is 0.95 of the 1.55 V to either side that the converter takes."""
+    assert fitting_share(np.array([[0.0, -1j * volts], [volts / 2.0, 0.0]])) == share
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -25,9 +25,10 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Report = Callable[[int], None]
 
-MOST_STEPS = 12
+MOST_STEPS = 30
+HELD_BY = ("foam", "screws", "feet")
 STARTS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Standard deviations of foam and screws from which a search may begin."""
+"""Standard deviations of what holds the board, from which a search may begin."""
 ENOUGH = 0.03
 """Share of what is left that a step must still take away."""
 DIFFERENCE = 0.05
@@ -169,7 +170,7 @@ class _Search:
         """
         unknowns, best = self._unknowns, -np.inf
         start, solved = np.zeros(unknowns.mean.size), self._last
-        scales = [name for name in ("foam", "screws") if name in unknowns.scales]
+        scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
             trial[[unknowns.scales.index(name) for name in scales]] = off

@@ -96,7 +96,8 @@ def fit_sound(board: Board, levels: FloatArray, progress: Report | None = None) 
     unknowns, hz = unknowns_of(board), sweep_frequencies()
     name = next((own for own in ("foam", "screws") if own in unknowns.scales), None)
     if name is None:
-        raise InputError("recording", board.name, "a board on foam or on screws")
+        hint = "its coils tell what feet are like" if board.springs else ""
+        raise InputError("recording", board.name, "a board on foam or on screws", hint=hint)
     row = unknowns.scales.index(name)
     mean, spread = float(unknowns.mean[row]), float(unknowns.spread[row])
     tried = mean + spread * np.linspace(-REACH, REACH, TRIED)

@@ -17,6 +17,7 @@ from chladni.drives.scoring.tolerances import (
     SHEET_MODULUS,
     SHEET_THICKNESS,
     TRIES,
+    with_feet,
     with_moved_coils,
     with_soft_screws,
 )
@@ -35,6 +36,8 @@ PATCH, PATCH_PITCH = 0.5, 15e-3
 """Glue and foam are up to a half stiffer, or softer in the same ratio, from patch to patch; m."""
 SCREW = 3.0
 """Stand-offs are up to so many times as stiff as a nylon one, or so many times softer."""
+FEET = 2.0
+"""Rubber feet are up to so many times as stiff as drawn, or softer, all of one board alike."""
 FORCE, OHMS = 0.20, 0.02
 """± shares of a coil's force per ampere and of its resistance."""
 REVERSED, DEAD = 1.0 / 4.0, 1.0 / 8.0
@@ -108,9 +111,12 @@ def _sheet(board: Board, rng: np.random.Generator) -> Plate:
 
 
 def _with_supports(board: Board, rng: np.random.Generator) -> Board:
-    """On foam of another stiffness, in patches, and on stand-offs that give way."""
+    """On foam of another stiffness, in patches, on other feet, and on stand-offs that give way."""
     stiffness = float(SCREW ** rng.uniform(-1.0, 1.0))
     board = with_soft_screws(board, stiffness)
+    if board.springs:
+        stiffness = float(FEET ** rng.uniform(-1.0, 1.0))
+        board = with_feet(board, np.full(len(board.springs), stiffness))
     own = board.foundation
     low, high = np.log((FOAM_SOFTEST, FOAM_STIFFEST))
     even = float(np.exp(rng.uniform(low, high)))

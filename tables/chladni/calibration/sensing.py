@@ -44,6 +44,8 @@ AMPLIFIER = 200.0
 GAIN_ERROR, FLUX_ERROR = 0.01, 0.01
 """Of the amplifier (common to all coils), and of the flux at 6 kHz against that at 160 Hz."""
 CONVERTER_V, CONVERTER_STEPS = 3.1, 4096
+FULL_SCALE = 0.95
+"""Of what a converter takes, that a sine may reach."""
 CONVERTER_NOISE, CONVERTER_BEND = 4.0, 4.0
 """Steps, RMS and at most: an ESP32's converter after its own calibration."""
 MODEL_ERROR = 0.005
@@ -130,12 +132,13 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
         moving = open_coils(board, float(frequency), model=model, tolerance=DRAWN_TOLERANCE)
         induced = strength * induced_voltages(board, moving.compliance, float(frequency))
         both = (induced + 2j * np.pi * frequency * turned) * flows
-        read, spread = _lock_in(gain * both, multiple, periods, rng)
+        share = fitting_share(gain * both)
+        read, spread = _lock_in(share * gain * both, multiple, periods, rng)
         taken = 2j * np.pi * frequency * flux
-        volts.append(read / current - taken)
+        volts.append(read / (share * current) - taken)
         noise.append(
             np.sqrt(
-                (spread / current) ** 2
+                (spread / (share * current)) ** 2
                 + (MODEL_ERROR * np.abs(volts[-1])) ** 2
                 + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
                 + (2.0 * np.pi * frequency * unsure) ** 2
@@ -151,6 +154,18 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
         flux * off,
         count * (count - 1) * (len(MULTIPLES) + 1) * each,
     )
+
+
+def fitting_share(volts: ComplexArray) -> float:
+    """Of the current, so that the loudest coil stays within the converter: 1, 1/2, 1/4 and so on.
+
+    A device sees samples at the converter's ends in the first period, and plays again at half as
+    much; that period is not counted.
+    """
+    share, loudest = 1.0, float(np.abs(volts).max(initial=0.0))
+    while AMPLIFIER * share * loudest > FULL_SCALE * CONVERTER_V / 2.0:
+        share /= 2.0
+    return share
 
 
 def _lock_in(

@@ -8,12 +8,14 @@ the others leave: Σ ∂G/∂ln(…) = −G. A coil that moves listens where it 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.unknowns import Unknowns
+from chladni.drives.fingers.responses import interpolated
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
@@ -46,6 +48,7 @@ def compliance_slopes(
     parts = _Parts(board, coils, frequency_hz)
     mass, foam = parts.mass, parts.foam
     others = mass + parts.magnets_mass + foam + parts.magnets_pull + screws
+    others += parts.feet + parts.riders_mass
     bending = -coils.compliance - others
     by_name = {
         "sheet thickness": 3.0 * bending + mass,
@@ -53,6 +56,7 @@ def compliance_slopes(
         "foam": foam,
         "foam's loss": parts.foam_loss,
         "screws": screws,
+        "feet": parts.feet,
     }
     slopes = [by_name[name] for name in unknowns.scales]
     return np.array([*slopes, *parts.patches(), *parts.places()])
@@ -87,6 +91,31 @@ class _Parts:
         magnet = self._board.magnet
         own = magnet.areal_mass * np.pi * magnet.radius**2 if magnet else 0.0
         return np.asarray(self._omega**2 * own * (self._at.T @ self._at))
+
+    @property
+    def riders_mass(self) -> ComplexArray:
+        """Of what else rides on the plate."""
+        moved = self._at_places([own.at for own in self._board.masses])
+        masses = np.array([own.mass for own in self._board.masses])
+        return np.asarray(self._omega**2 * (moved * masses) @ moved.T)
+
+    @property
+    def feet(self) -> ComplexArray:
+        """Of all feet, each at its point."""
+        plate = self._board.section.loss_factor
+        stiffness = np.array(
+            [
+                own.stiffness * (1.0 + 1j * (plate if own.loss_factor is None else own.loss_factor))
+                for own in self._board.springs
+            ]
+        )
+        moved = self._at_places([own.at for own in self._board.springs])
+        return np.asarray(-(moved * stiffness) @ moved.T)
+
+    def _at_places(self, places: Sequence[tuple[float, float]]) -> ComplexArray:
+        """Every field at places, (coils, places)."""
+        at = np.array(places).reshape(-1, 2)
+        return interpolated(self._board.x, self._board.y, self._values, at)
 
     @property
     def magnets_pull(self) -> ComplexArray:

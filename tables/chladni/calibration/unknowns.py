@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.hidden import (
+    FEET,
     FOAM_LOSS,
     FOAM_SOFTEST,
     FOAM_STIFFEST,
@@ -23,6 +24,7 @@ from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
     SHEET_MODULUS,
     SHEET_THICKNESS,
+    with_feet,
     with_moved_coils,
     with_soft_screws,
 )
@@ -41,8 +43,8 @@ MOST_SCALE, MOST_PATCH = 3.0, 2.5
 """Of a scale's and a patch's logarithm, either way."""
 SMALLER = 10
 """Tries with smaller moves before coils stay where they are drawn."""
-SCALES = ("sheet thickness", "modulus", "foam", "foam's loss", "screws")
-"""Parameters of the whole board, in their order; boards without foam or screws lack some."""
+SCALES = ("sheet thickness", "modulus", "foam", "foam's loss", "screws", "feet")
+"""Parameters of the whole board, in their order; boards without foam, screws or feet lack some."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Unknowns:
         return [*self.scales, *patches, *moves, *(f"force of {own}" for own in coils)]
 
     def board_at(self, values: FloatArray) -> Board:
-        """The board with these values: sheet, foam, screws and places.
+        """The board with these values: sheet, foam, screws, feet and places.
 
         Raises
         ------
@@ -102,6 +104,8 @@ class Unknowns:
         by_name = dict(zip(self.scales, scales.tolist(), strict=True))
         if "screws" in by_name:
             board = with_soft_screws(board, by_name["screws"])
+        if "feet" in by_name:
+            board = with_feet(board, np.full(len(board.springs), by_name["feet"]))
         plate = replace(
             board.plate,
             thickness=board.plate.thickness * by_name["sheet thickness"],
@@ -145,11 +149,13 @@ def unknowns_of(board: Board) -> Unknowns:
         "foam": (float(np.log(FOAM_STIFFEST * FOAM_SOFTEST) / 2.0), ratio * UNIFORM),
         "foam's loss": (0.0, FOAM_LOSS * UNIFORM),
         "screws": (0.0, float(np.log(SCREW)) * UNIFORM),
+        "feet": (0.0, float(np.log(FEET)) * UNIFORM),
     }
     foundation = board.foundation
     has_foam = foundation is not None and bool(foundation.sheet_stiffness)
     left_out = set() if has_foam else {"foam", "foam's loss"}
     left_out |= set() if board.screws else {"screws"}
+    left_out |= set() if board.springs else {"feet"}
     scales = tuple(name for name in SCALES if name not in left_out)
     is_patchy = has_foam and foundation is not None and not foundation.sealed_air
     patches = _patch_places(board) if is_patchy else ()
