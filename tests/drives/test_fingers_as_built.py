@@ -54,6 +54,7 @@ def test_stiffer_foam_is_another_board_under_the_same_drives(
     solve = solver_of(strip, responses_at(solved_board(strip)), 1e-3)
     stiffer = with_foam(strip, FOAM_TWICE)
     (two,) = score_fingers(stiffer, (2,), sets=SETS, samples=0, solve=solve).counts
+    assert built.foam_twice is not None
     assert built.foam_twice.isolation_db.p10 == pytest.approx(two.isolation_db.p10, abs=0.3)
     assert built.foam_twice.finger_um is not None
     assert two.finger_um is not None

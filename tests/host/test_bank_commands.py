@@ -97,6 +97,16 @@ def test_an_area_that_no_finger_can_be_in_is_told(chladni: CommandLine, tmp_path
     assert "--other: expected one other finger" in refused.err
 
 
+def test_what_a_low_pass_takes_of_an_effect_is_said(chladni: CommandLine, tmp_path: Path) -> None:
+    """Four poles at 250 Hz: (900/250)⁸ is 44.5 dB."""
+    path = tmp_path / "hard.toml"
+    path.write_text('name = "hard"\n[[click]]\nfrequency_hz = 900.0\n', "utf-8")
+    shown = chladni("effects", "show", path)
+    assert shown.code == 0, shown.err
+    assert "leaves -45 dB of 900 Hz" in shown.err
+    assert "low-pass" not in chladni("effects", "show", "click").err
+
+
 def test_what_there_is_to_play_is_one_thing(chladni: CommandLine) -> None:
     both = chladni("play", "click", "--bank", "slider", "--at", "0,0", "--emulator")
     assert both.code == 2

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from chladni.sim.board.file import load_board
+from chladni.sim.board.writing import board_file
 from conftest import CommandLine
 from made_up import SCRIPT
 from wired_boards import SWITCHED
@@ -46,6 +48,21 @@ def test_every_device_command_answers(
         assert done.json["supply_limit_ma"] > 0
     if arguments[-1] == "level_q15=1000":
         assert done.json["level_q15"] == 1000
+
+
+def test_a_table_that_stays_of_another_board_is_said(
+    chladni: CommandLine, port: str, tmp_path: Path
+) -> None:
+    """Configured for another board, a device plays its old table on."""
+    moved = dataclasses.replace(load_board("prototype"), name="other")
+    at = (moved.actuators[0].at[0] + 1e-3, moved.actuators[0].at[1])
+    first = dataclasses.replace(moved.actuators[0], at=at)
+    path = tmp_path / "other.toml"
+    board = dataclasses.replace(moved, actuators=(first, *moved.actuators[1:]))
+    path.write_bytes(board_file(board, []))
+    done = chladni("device", "config", "set", "--from", path, "--yes", "--port", port)
+    assert done.code == 0, done.err
+    assert "the table in flash is of prototype and plays" in done.err
 
 
 def test_coils_with_a_lowest_duty_pass_the_self_test(chladni: CommandLine) -> None:

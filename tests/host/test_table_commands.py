@@ -77,6 +77,18 @@ def test_diff_names_fields_and_counts_regions(
     assert {"mirror_x", "mirror_y"} <= set(answer["header"])
 
 
+def test_tables_of_one_board_differ_by_no_fingerprint(
+    chladni: CommandLine, path: Path, coarse_table: tuple[Table, TableReport]
+) -> None:
+    """Responses depend on no objective: their fingerprint is the end of the board's."""
+    table, other = coarse_table[0], path.with_name("o.chl")
+    alone = dataclasses.replace(table, board_fingerprint=table.board_fingerprint % 2**32)
+    other.write_bytes(pack(alone))
+    assert chladni("table", "diff", path, other, "--json").json["header"] == {}
+    end = f"…{alone.board_fingerprint:08x}"
+    assert end in chladni("table", "show", other).out
+
+
 def test_diff_compares_like_with_like(
     chladni: CommandLine, path: Path, coarse_table: tuple[Table, TableReport]
 ) -> None:

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from chladni.sim.board.board import Board, to_document
-from chladni.sim.board.file import board_from_document, load_board, shipped_boards
+from chladni.sim.board.file import (
+    board_from_document,
+    load_board,
+    parse_board,
+    shipped_boards,
+)
 from chladni.sim.board.fingers import FINGERS
-from chladni.sim.errors import ConflictError, InputError
+from chladni.sim.errors import ConflictError, FaultsError, InputError
 from conftest import ROOT
 from prototype_document import document, set_key
 
@@ -137,6 +143,7 @@ FAULTS = [
     ("foundation", {**FOAM, "coil_cut_out_mm": 40.0},
      "foundation.coil_cut_out_mm of actuators[0]"),
     ("foundation", {**FOAM, "coil_cut_out_mm": 3.9}, "foundation.coil_cut_out_mm"),
+    ("foundation", {"material": "soft-pu-foam", "thickness_mm": 0.003}, "foundation.thickness_mm"),
     ("foundation", {**FOAM, "thickness_mm": 2.0}, "foundation.material"),
     ("foundation", {"sealed_air_mm": 1e-9}, "foundation.sealed_air_mm"),
     ("finger", 3, "finger"),
@@ -193,6 +200,34 @@ def test_a_board_with_foam_and_finger_survives_the_way_through_its_document() ->
 def test_a_misspelt_key_suggests_the_right_one() -> None:
     with pytest.raises(InputError, match="'thickness_mm', perhaps"):
         board_from_document(set_key("plate.thicknes_mm", 1.0))
+
+
+def test_all_coils_off_the_plate_are_named_and_its_units_asked_for() -> None:
+    with pytest.raises(FaultsError) as caught:
+        board_from_document(set_key("plate.size_mm", [7.15, 14.67]))
+    named = [own.field for own in caught.value.errors if own.field.startswith("actuators")]
+    assert len(named) >= 4
+    assert "are plate.size_mm millimetres?" in str(caught.value)
+
+
+def test_a_near_name_is_suggested() -> None:
+    with pytest.raises(InputError, match="quiet16, perhaps"):
+        load_board("quite16")
+    document = {**set_key("name", "b"), "plate": {"size_mm": [71.5, 146.7], "thickness_mm": 1.6}}
+    document["plate"]["material"] = "aluminum"
+    with pytest.raises(InputError, match="'aluminium', perhaps"):
+        board_from_document(document)
+
+
+def test_a_winding_alone_makes_a_coil() -> None:
+    text = shipped_boards()["strip5"].read_text("utf-8")
+    whole = parse_board(text, file="a")
+    document = tomllib.loads(text)
+    del document["coil"]
+    alone = board_from_document(document)
+    assert alone.coil is not None
+    assert whole.coil is not None
+    assert alone.coil.force_factor == whole.coil.force_factor
 
 
 def test_errors_of_a_file_name_the_file(tmp_path: Path) -> None:

@@ -222,10 +222,16 @@ def sentence(score: CountScore, apart_mm: float) -> str:
     if score.finger_um is None or score.unfelt is None:
         above = score.isolation_db.median
         return f"{begin} under the others each one's signal is {above:.0f} dB weaker"
+    off = score.perturbed
+    and_off = "" if off is None else f", {_of_100(off.unfelt)} within tolerances"
     return (
         f"{begin} each gets {score.finger_um.median:.2g} µm of its own; in "
-        f"{100.0 * score.unfelt:.0f} of 100 places a resting finger does not feel the others'"
+        f"{_of_100(score.unfelt)} of 100 places a resting finger does not feel the others'{and_off}"
     )
+
+
+def _of_100(share: float | None) -> str:
+    return f"{100.0 * (share or 0.0):.0f}"
 
 
 def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     parse_place,
+    say,
     say_unmet,
     write_figure,
 )
@@ -212,6 +213,10 @@ def sweep(
         },
         "waves": [_wave(wave, frequencies, curve) for wave, curve in curves.items()],
     }
+    if not any(start_hz <= one <= stop_hz for one in own_modes.tolist()):
+        first = next((one for one in own_modes.tolist() if one > stop_hz), None)
+        beyond = "" if first is None else f"; the next one is {first:.4g} Hz"
+        say(f"none of the plate's natural frequencies is among these{beyond}")
     answer(result, as_json=as_json, title=f"Sweep of {loaded.name}")
 
 

@@ -41,6 +41,7 @@ from chladni.host.cli.common.ranges import PITCHES, TABLE_FREQUENCIES
 from chladni.host.cli.common.verdicts import of_places
 from chladni.host.cli.table_build import build
 from chladni.host.emulation.table_score import PITCH, score_table
+from chladni.sim.board.board import fingerprint_text
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import InputError
 from chladni.sim.fields.transfer import TOLERANCE
@@ -116,6 +117,9 @@ def show(
             result |= _drive_at(loaded, section, place, board, file=str(table))
         if known is not None:
             result |= _responses_at(TableResponses(loaded.regions, known), place)
+    if not as_json:
+        result["board_fingerprint"] = fingerprint_text(loaded.board_fingerprint)
+        result = {key: value for key, value in result.items() if value != []}
     answer(result, as_json=as_json, title=str(table))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from chladni.host.protocol.config import DeviceConfig
-from chladni.sim.board.board import is_of
+from chladni.sim.board.board import fingerprint_text, is_of
 from chladni.sim.errors import InputError
 from chladni.tables.table import Table
 
@@ -44,7 +44,7 @@ def check_table(
     version = "" if known[1] != table.board_name else ", in another version of its file"
     raise InputError(
         "board",
-        f"{table.board_name} ({table.board_fingerprint:#018x})",
-        f"a table for {known[1]} ({known[0]:#018x}), the device's board{version}",
+        f"{table.board_name} ({fingerprint_text(table.board_fingerprint)})",
+        f"a table for {known[1]} ({fingerprint_text(known[0])}), the device's board{version}",
         hint="set the device's board by `device config set --from`, or give --force",
     )

@@ -63,7 +63,7 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
     panels[0].legend(fontsize=8, loc="upper left")
     figure.suptitle(
         f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "
-        f"{score.newtons:g} N (simulated; dashed: within tolerances)",
+        f"{score.newtons:g} N (simulated; solid: as drawn, dashed: within tolerances)",
         fontsize=11,
         color=INK,
     )

@@ -132,6 +132,13 @@ class Board(BoardParts):
         return int.from_bytes(_digest(physical)[:8], "little")
 
 
+def fingerprint_text(fingerprint: int) -> str:
+    """For people: of a table without an objective the end alone, which its board's has too."""
+    if fingerprint >> 32:
+        return f"{fingerprint:#018x}"
+    return f"…{fingerprint:08x}"
+
+
 def is_of(one: int, other: int) -> bool:
     """Whether fingerprints of a table and of a board, or of a device's table, are of one board."""
     own, others = one >> 32, other >> 32

@@ -113,7 +113,7 @@ def _check_places(board: BoardParts) -> None:
     half = np.array(board.plate.size) / 2.0
     corner = board.plate.corner_radius
     off = [k for k, own in enumerate(board.actuators) if not board.contains(*own.at)]
-    hint = "are plate.size_mm millimetres?" if len(off) == len(board.actuators) > 1 else ""
+    hint = "are plate.size_mm millimetres?" if len(off) > 1 else ""
     faults = Faults()
     for index in off:
         with faults.kept():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.sim.board.board import is_of
 from chladni.tables.responses import TableResponses
 from chladni.tables.table import ResponsesSection, Section, Table
 
@@ -59,6 +60,8 @@ def difference(one: Table, other: Table) -> TableDifference:
     """Compare two tables; a drive's common phase is free, so it does not count."""
     left, right = _header(one), _header(other)
     header = {key: [left[key], right[key]] for key in left if left[key] != right[key]}
+    if is_of(one.board_fingerprint, other.board_fingerprint):
+        header.pop("board_fingerprint", None)
     if one.grid != other.grid or one.actuators != other.actuators:
         return TableDifference(header)
     return TableDifference(header, **_of_drives(one, other), **_of_responses(one, other))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from chladni.sim.board.board import Board, is_of
+from chladni.sim.board.board import Board, fingerprint_text, is_of
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.errors import InputError, MissingArgumentError
 from chladni.tables.table import Table, limits_of
@@ -37,7 +37,7 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
         expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
         raise InputError(
             "board_fingerprint",
-            f"{table.board_fingerprint:#018x}",
+            fingerprint_text(table.board_fingerprint),
             expected,
             file=file,
             hint="name the board that it was built for, or build it again for this one",

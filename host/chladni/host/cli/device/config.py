@@ -13,6 +13,7 @@ from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.device.configure import has_driver, restart_with
 from chladni.host.flashing import rom_loader
 from chladni.host.protocol.board_config import board_settings, check_chip, check_driver
+from chladni.host.protocol.config import DeviceConfig
 from chladni.host.protocol.settings import (
     SHOWN,
     changes,
@@ -21,7 +22,7 @@ from chladni.host.protocol.settings import (
     for_json,
     parse_setting,
 )
-from chladni.sim.board.board import Board
+from chladni.sim.board.board import Board, is_of
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -146,13 +147,26 @@ def _set(
         if source is not None and not yes:
             _ask_back(changed)
         restart_with(device, after, change_driver=change_driver)
-        standing = device.info()["standing"]
+        info = device.info()
+        standing = info["standing"]
+        _say_other_table(info, after)
     result: dict[str, Any] = {"written": True, "changed": changed, "standing": standing}
     if after.board is not None:
         result["board"] = after.board[1]
     if as_json and source is None:
         result |= for_json(wanted)
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
+
+
+def _say_other_table(info: dict[str, Any], config: DeviceConfig) -> None:
+    """A table stays in flash while a device becomes another board's, and plays on."""
+    known = config.board
+    if known is None or not info["board"] or is_of(int(info["fingerprint"], 16), known[0]):
+        return
+    say(
+        f"the table in flash is of {info['board']} and plays: flash one that was built for "
+        f"{known[1]} as it is now"
+    )
 
 
 def _board(name: str) -> Board:

@@ -18,6 +18,7 @@ from chladni.effects.flatten import flattened_effect
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.effects.remarks import say_filtered, say_waves
 from chladni.host.emulation.covered_areas import covered_areas
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
@@ -47,9 +48,13 @@ def build(
     read = read_bank(bank, "AREAS")
     if board is not None:
         try:
-            read.bank.check_on(*(1e3 * size for size in load_board(board).plate.size))
+            loaded = load_board(board)
+            read.bank.check_on(*(1e3 * size for size in loaded.plate.size))
         except InputError as error:
             raise error.in_file(bank) from None
+        say_waves(loaded)
+    for effect in read.bank.effects.values():
+        say_filtered(effect)
     if flatten:
         read = _flattened(read, required("--board", board, "whose level is taken out"))
     try:

@@ -16,6 +16,7 @@ from chladni.host.cli.common.options import FigureOption, JsonOption, check_figu
 from chladni.host.cli.common.output import answer, check_output, write_figure
 from chladni.host.cli.effects.bank import build, flash, show_bank
 from chladni.host.cli.effects.listening import listen
+from chladni.host.cli.effects.remarks import say_filtered
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.files import write_whole
 
@@ -75,6 +76,7 @@ def effects_show(
         return
     read = read_effect(effect, field="EFFECT")
     samples = read.effect.samples(SIGNAL_HZ)
+    say_filtered(read.effect)
     if figure is not None:
         from chladni.host.figures.effects import effect_figure  # noqa: PLC0415
 

@@ -14,7 +14,6 @@ from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
-from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -32,19 +31,19 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.effects.remarks import say_filtered, say_waves
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
-from chladni.sim.fields.board_plate import plate_model
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
 
-MODES, STILL_HZ = 8, 1.0
-"""Of a plate that are looked at; below so much they are rigid motions."""
+MOVED_MM = 0.01
+"""A place that a device plays is said to be another from so far on."""
 
 
 def register(app: typer.Typer) -> None:
@@ -101,6 +100,7 @@ def play(
     read = read_effect(effect, field="EFFECT")
     for one in read.left_out:
         say(f"left out: {one}")
+    say_filtered(read.effect)
     level = float(10.0 ** (level_db / 20.0))
     if not connection.emulator:
         if figure is not None:
@@ -108,7 +108,7 @@ def play(
         answer(_on_device(connection, read, place, beside, level), as_json=as_json, title="Played")
         return
     table, board = _table(connection)
-    _say_waves(board)
+    say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
             table,
@@ -140,6 +140,8 @@ def _from_bank(
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
     area, effect, level = effect_of_bank(bank, place)
     table, board = _table(connection)
+    say_filtered(effect)
+    say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
             table,
@@ -176,17 +178,6 @@ def _tell(
     answer(known | rows, as_json=as_json, title="Played (emulated)")
 
 
-def _say_waves(board: Board) -> None:
-    """Remark on a plate that resonates among what effects are made of: gains do not hold there."""
-    modes = plate_model(board).natural_frequencies(MODES)
-    first = min((own for own in modes.tolist() if own > STILL_HZ), default=EDGE_HZ)
-    if first < EDGE_HZ:
-        say(
-            f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
-            f"{EDGE_HZ:g} Hz is kept from other fingers only below it"
-        )
-
-
 def _table(connection: Connection) -> tuple[Table, Board]:
     """The file's, which must be the board's; else responses, made for it."""
     if connection.emulated_table is not None:
@@ -208,6 +199,8 @@ def _on_device(
             device.fingers.touch(1, *beside)
         played = device.fingers.play(samples, place, level=level)
         device.lift()
+    if math.dist(played.place_mm, place) > MOVED_MM:
+        say(f"{place[0]:g}, {place[1]:g} mm lies off the board: the nearest place plays")
     return {
         "effect": read.effect.name,
         "place_mm": list(played.place_mm),

@@ -60,7 +60,7 @@ class FingersAsBuilt:
         little to the sheet's thickness.
     warm, foam_twice
         Coils as warm as the set's drives without end make them, whose gains the device evens out;
-        foam of twice its static stiffness.
+        foam of twice its static stiffness, None without foam.
     together
         All of them, foam of 1 to 3 times, on boards within tolerances.
     """
@@ -73,7 +73,7 @@ class FingersAsBuilt:
     film: KeptApart | None
     stretched: KeptApart | None
     warm: KeptApart
-    foam_twice: KeptApart
+    foam_twice: KeptApart | None
     together: KeptApart
 
 
@@ -111,7 +111,8 @@ def score_fingers_as_built(
     places = finger_sets(board, count, sets, apart, np.random.default_rng(seed))
     has_film = not has_layer(board)
     is_stretched = is_thin(board, newtons)
-    steps = 5 + 2 * has_film + is_stretched
+    has_foam = board.foundation is not None
+    steps = 4 + 2 * has_film + is_stretched + has_foam
     counter = StepCounter(progress, steps * sets)
     own = _DrivenSets(board, places, regularisation, newtons, counter)
     most = own
@@ -126,7 +127,7 @@ def score_fingers_as_built(
         film=most.kept(most.pressed(most.solved)) if has_film else None,
         stretched=own.kept(own.stretched(own.solved)) if is_stretched else None,
         warm=own.kept(own.pressed(own.solved), own.forces),
-        foam_twice=own.kept(own.pressed(_stiffer(board, FOAM_TWICE))),
+        foam_twice=own.kept(own.pressed(_stiffer(board, FOAM_TWICE))) if has_foam else None,
         together=most.kept_together(samples, seed),
     )
 
