@@ -44,7 +44,8 @@ TURN_MS = 10.0
 """Between two sendings of samples."""
 AFTER_S = 0.1
 ENVELOPE_POINTS = 200
-LONGEST_BIAS_S = 30e-3
+BIAS_RAMP_S = 20e-3
+"""In which a switch's bias comes up beside a finger that rests (core/device/touch_playback.hpp)."""
 LATEST_S = 2e-3
 """By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 
@@ -64,15 +65,18 @@ class PlayedEffect:
     other_um
         RMS over the other finger's disc, above 40 Hz, µm; None without one.
     peak_um
-        The largest of `own_um`.
+        The largest of `own_um` while the effect plays.
+    bias_um
+        The largest before and after, as a switch's bias comes and goes; None with bridges.
     first_ms
         From the panel's first report of the finger to the first duty.
     rise_ms
-        From the first duty to 90 % of the largest; a switch's bias comes up in it.
+        From the first duty to 90 % of the peak; a switch's bias comes up in it.
     envelope_error_db
         95th percentile over 200 times at which the effect is within 20 dB of its largest.
     isolation_db
-        Largest RMS over the own disc over the largest over the other's, above 40 Hz.
+        Largest RMS over the own disc while the effect plays, over the largest over the other's at
+        any time, a switch's bias too, above 40 Hz.
     """
 
     t_s: FloatArray
@@ -80,6 +84,7 @@ class PlayedEffect:
     own_um: FloatArray
     other_um: FloatArray | None
     peak_um: float
+    bias_um: float | None
     first_ms: float
     rise_ms: float
     envelope_error_db: float
@@ -156,20 +161,26 @@ def play_effect(
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
-    longest_s = LATEST_S if board.electronics.is_bridge else LONGEST_BIAS_S
-    asked = _aligned(level * asked_samples, own, first_s, longest_s)
-    largest = float(np.abs(own).max())
-    risen = float(np.flatnonzero(np.abs(own) >= 0.9 * largest)[0]) / RATE_HZ
+    asked, playing = _aligned(
+        level * asked_samples, own, first_s + _bias_s(board, beside_another=other_mm is not None)
+    )
+    sizes = np.abs(own)
+    largest = float(sizes[playing].max())
+    risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
+    around = np.delete(sizes, playing).max(initial=0.0)
     return PlayedEffect(
         t_s=times,
         asked=asked,
         own_um=own,
         other_um=other,
         peak_um=largest,
+        bias_um=None if board.electronics.is_bridge else float(around),
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None if other is None else decibel(float(rms(disc).max() / other.max()) ** 2),
+        isolation_db=None
+        if other is None
+        else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
     )
 
 
@@ -194,8 +205,15 @@ def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect
     return area.name, known.effects[name], level_of(area.level_db)
 
 
-def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: float) -> FloatArray:
-    """The samples at `RATE_HZ`, as late as they were: a switch's bias comes up before them."""
+def _bias_s(board: Board, *, beside_another: bool) -> float:
+    """For which a signal waits until a switch's bias is up."""
+    if board.electronics.is_bridge:
+        return 0.0
+    return BIAS_RAMP_S if beside_another else board.electronics.ramp_ms * 1e-3
+
+
+def _aligned(samples: FloatArray, own: FloatArray, earliest_s: float) -> tuple[FloatArray, slice]:
+    """The samples at `RATE_HZ`, as late as they were, and when they and the plate's answer last."""
     shape = np.interp(
         np.arange(len(own)) / RATE_HZ,
         np.arange(len(samples)) / SIGNAL_HZ,
@@ -203,10 +221,12 @@ def _aligned(samples: FloatArray, own: FloatArray, first_s: float, longest_s: fl
         left=0.0,
         right=0.0,
     )
-    first, most = round(first_s * RATE_HZ), round(longest_s * RATE_HZ)
+    first, most = round(earliest_s * RATE_HZ), round(LATEST_S * RATE_HZ)
     late = [float(abs(shape[: len(own) - k] @ own[k:])) for k in range(first, first + most)]
     begin = first + int(np.argmax(late))
-    return np.concatenate((np.zeros(begin), shape[: len(own) - begin]))
+    lasts = round((len(samples) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
+    moved = np.concatenate((np.zeros(begin), shape[: len(own) - begin]))
+    return moved, slice(begin, min(begin + lasts, len(own)))
 
 
 def _recorded(
