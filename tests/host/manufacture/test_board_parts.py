@@ -10,8 +10,9 @@ import pytest
 from chladni.host.manufacture.board_parts import board_parts, mechanical_parts, moving_mass_g
 from chladni.host.manufacture.wiring_parts import parts_list
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import Panel
 from chladni.sim.board.file import load_board
-from chladni.sim.board.parts import Hole, Mass
+from chladni.sim.board.parts import Hole, Mass, Spring
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.plate.mirrors import Mirrors
 from chladni.sim.ritz.basis.parity import ParityBasis, parity_classes
@@ -59,6 +60,23 @@ def test_counts_and_sizes_are_the_board_file_s() -> None:
     assert parts["coil"].value == "13.1 Ω, 300 turns of 0.1 mm copper, ⌀3 to ⌀10 × 1.5 mm"
     # 6.13 m of wire of 0.00785 mm².
     assert parts["coil"].mass_g == pytest.approx(8.96 * 6.126 * 0.00785398, rel=1e-3)
+
+
+def test_a_film_and_feet_are_listed_with_their_sizes(prototype: Board) -> None:
+    """The film's mass is that which the plate's model has of it."""
+    panel = prototype.panel or Panel((16, 16), prototype.plate.size)
+    board = replace(
+        prototype,
+        panel=replace(panel, place="on", film=0.125e-3),
+        screws=(),
+        springs=(Spring((0.0, 0.06), 13e3, part="rubber-foot-6x6"),),
+    )
+    parts = {part.part: part for part in mechanical_parts(board)}
+    layer, foot = parts["panel's layer"], parts["foot"]
+    assert layer.value == "pet, 71.5 × 146.7 × 0.125 mm"
+    more = board.section.areal_mass - board.plate.areal_mass
+    assert layer.mass_g == pytest.approx(1e3 * more * 71.5e-3 * 146.7e-3, rel=0.01)
+    assert foot.value == "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"
 
 
 def test_a_coil_that_no_file_states_is_said_to_be_assumed(prototype: Board) -> None:

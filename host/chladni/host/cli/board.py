@@ -303,7 +303,9 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
             "sold_by": price.sold_by if price else None,
         }
         if not as_json:  # for people without what a value follows from, as `board wiring` has it
-            entry["price"] = price_text(*price.of(part.count)) if price else "not in any list"
+            entry["price of all"] = (
+                price_text(*price.of(part.count)) if price else "not in any list"
+            )
             entry = {k: v for k, v in entry.items() if k != "why" and v is not None}
         parts.append(entry)
     result = {

@@ -24,8 +24,10 @@ ComplexArray = NDArray[np.complex128]
 FloatArray = NDArray[np.float64]
 
 INK = "#222222"
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00")
-"""Okabe and Ito's palette, which the colour-blind tell apart."""
+COLOURS = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#e69f00", "#000000",
+)  # fmt: skip
+"""Okabe and Ito's palette, which the colour-blind tell apart, its yellow darker for white paper."""
 
 
 LONG_INCHES, SHORT_INCHES = 5.6, 3.8
@@ -97,6 +99,8 @@ def explain_marks(
         for mark, label, is_there in marks
         if is_there
     ]
+    if board.winding is not None:
+        handles.append(Line2D([], [], linestyle=":", linewidth=0.8, color=INK, label="winding"))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False
     )

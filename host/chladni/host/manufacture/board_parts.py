@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 from chladni.host.manufacture.wiring_parts import Part, parts_list
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import FEET
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.quantity import MM
 
@@ -18,18 +20,36 @@ GRADES = {
 
 
 def board_parts(board: Board) -> tuple[Part, ...]:
-    """Everything that has to be bought or made for a board; masses where the file says them."""
-    return (*mechanical_parts(board), *parts_list(board))
+    """Everything that has to be bought or made for a board; masses where the file says them.
+
+    A panel's layer is sold with the panel.
+    """
+    layer = _layer(board)
+    bought = [part for part in mechanical_parts(board) if part not in layer]
+    for part in parts_list(board):
+        own = part
+        if layer and part.part == "touch panel":
+            value = f"{part.value}, {layer[0].value}"
+            own = replace(part, value=value, mass_g=layer[0].mass_g)
+        bought.append(own)
+    return tuple(bought)
 
 
 def mechanical_parts(board: Board) -> tuple[Part, ...]:
     """Plate, what it lies on, what rides on it and what holds it."""
-    return (_plate(board), *_magnets(board), *_foam(board), *_riders(board), *_supports(board))
+    return (
+        _plate(board),
+        *_layer(board),
+        *_magnets(board),
+        *_foam(board),
+        *_riders(board),
+        *_supports(board),
+    )
 
 
 def moving_mass_g(board: Board) -> float:
     """Mass of the plate and of all that rides on it, g."""
-    riding = ("plate", "magnet", "glued disc", "mass")
+    riding = ("plate", "panel's layer", "magnet", "glued disc", "mass")
     own = (part for part in mechanical_parts(board) if part.part in riding)
     return sum(part.count * (part.mass_g or 0.0) for part in own)
 
@@ -49,6 +69,18 @@ def _plate(board: Board) -> Part:
         f"{len(radii)} round holes" if radii else "no holes",
         mass_g=plate.areal_mass * area / 1e-3,
     )
+
+
+def _layer(board: Board) -> list[Part]:
+    """A panel's film or glass, glued on the plate; it moves with it."""
+    panel, plate = board.panel, board.plate
+    if panel is None or not panel.layer_thickness:
+        return []
+    sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, panel.layer_thickness))
+    area = math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
+    mass = (board.section.areal_mass - plate.areal_mass) * area
+    material = panel.material or ("glass" if panel.glass else "pet")
+    return [Part("panel's layer", 1, f"{material}, {sides} mm", "glued on the plate", mass / 1e-3)]
 
 
 def _magnets(board: Board) -> list[Part]:
@@ -110,6 +142,14 @@ def _riders(board: Board) -> list[Part]:
     ]
 
 
+def _rubber(name: str) -> str:
+    """A foot's size and hardness, or what it may be."""
+    own = FEET.get(name)
+    if own is None:
+        return name or "rubber or a spring"
+    return f"{name}: ⌀{own.outer:g} × {own.height:g} mm, {own.shore_a:g} Shore A"
+
+
 def _supports(board: Board) -> list[Part]:
     kinds = [
         ("screw with a grommet", own.part, f"{own.stiffness * MM:g} N/mm")
@@ -118,7 +158,7 @@ def _supports(board: Board) -> list[Part]:
         for own in board.screws
     ]
     kinds += [
-        ("foot", own.part or "rubber or a spring", f"{own.stiffness * MM:g} N/mm, at a point")
+        ("foot", _rubber(own.part), f"{own.stiffness * MM:g} N/mm, at a point")
         for own in board.springs
     ]
     kinds += [("pin", "a point", "no deflection")] * len(board.pins)

@@ -185,6 +185,13 @@ def part_of(
     return cls(**values)
 
 
+ALSO_CALLED = {
+    "feet": "springs", "foot": "springs", "coils": "actuators", "foam": "foundation",
+    "magnets": "magnet", "touch": "panel",
+}  # fmt: skip
+"""What people write for a key of another name."""
+
+
 def check_keys(
     table: dict[str, Any], known: Sequence[str], *, required: Sequence[str], where: str
 ) -> None:
@@ -192,7 +199,8 @@ def check_keys(
     faults = Faults()
     for key, value in table.items():
         if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
+            meant = ALSO_CALLED.get(key)
+            close = [meant] if meant in known else difflib.get_close_matches(key, known, n=1)
             hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
             with faults.kept():
                 raise InputError(f"{where}{key}", value, f"a known key: {hint}")

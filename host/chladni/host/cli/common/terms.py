@@ -54,6 +54,7 @@ WORDS = {
     "nearest_actuator": "nearest coil alone",
     "misplaced": "misplaced focus",
     "bias_um": "the most that the bias of switches moves before and after",
+    "mass_g": "mass of each",
     "first_ms": "from the panel's report to the first duty",
     "rise_ms": "from the first duty to 90 % of the peak",
     "envelope_error_db": "envelope off by, at 95 of 100 points at most",
