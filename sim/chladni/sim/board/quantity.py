@@ -186,9 +186,13 @@ def part_of(
 
 
 ALSO_CALLED = {
-    "feet": "springs", "foot": "springs", "coils": "actuators", "foam": "foundation",
-    "magnets": "magnet", "touch": "panel",
-}  # fmt: skip
+    "feet": "springs",
+    "foot": "springs",
+    "coils": "actuators",
+    "foam": "foundation",
+    "magnets": "magnet",
+    "touch": "panel",
+}
 """What people write for a key of another name."""
 
 
