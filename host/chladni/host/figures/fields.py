@@ -25,8 +25,14 @@ FloatArray = NDArray[np.float64]
 
 INK = "#222222"
 COLOURS = (
-    *("#0072b2", "#d55e00", "#009e73", "#cc79a7"),
-    *("#8c6d00", "#56b4e9", "#e69f00", "#000000"),
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#8c6d00",
+    "#56b4e9",
+    "#e69f00",
+    "#000000",
 )
 """Okabe and Ito's palette, which the colour-blind tell apart, its yellow darker for white paper."""
 
