@@ -30,7 +30,7 @@ CHECKED_HEADERS := $(shell find firmware/esp32/core firmware/esp32/emulator -nam
 PATHS := $(addprefix --extra-arg=,-Xclang -analyzer-config -Xclang max-nodes=40000)
 TIDY := $(CHECKED_SOURCES:%=build/tidy/%.done)
 
-.PHONY: help venv demo test long alone lint lint-types lint-style lint-cppcheck lint-generated device-suite \
+.PHONY: help venv demo test all-tests long alone lint lint-types lint-style lint-cppcheck lint-generated device-suite \
 	sanitize soak dist fuzz bench paper site headers native clean
 
 help:  ## say what each target does
@@ -55,20 +55,26 @@ JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 # One more than cores: some tests wait for a page or for an emulated device.
 WORKERS ?= $(shell expr $(JOBS) + 1)
 
-# Side by side, each with its output in one piece; mypy takes longest and comes first.
-BESIDE = $(MAKE) --no-print-directory --silent --jobs $(JOBS) --output-sync=target
-LINTERS := lint-types lint-style lint-cppcheck lint-generated
+# Side by side, each with its output in one piece.
+BESIDE = $(MAKE) --no-print-directory --silent --output-sync=target --jobs
+LINTERS := lint-style lint-cppcheck lint-generated
 
 test: venv  ## lint, type-check and run the tests
-	@$(PART) "1 of 2: style, types, imports, cppcheck, the device suite" $(BESIDE) $(LINTERS) device-suite
-	@$(PART) "2 of 2: tests, on $(JOBS) cores" $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+	@$(PART) "1 of 2: style, imports, cppcheck, the device suite" $(BESIDE) $(JOBS) $(LINTERS) device-suite
+	@$(PART) "2 of 2: types beside the tests, on $(JOBS) cores" \
+		$(MAKE) --no-print-directory --silent --jobs 2 lint-types all-tests
 
+# A test may call make, which is not to take this one's jobs.
+all-tests:
+	env -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+
+# `alone` waits more than it works: one job more than cores.
 long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py)
-	@$(BESIDE) alone $(TIDY)
+	@$(BESIDE) $(WORKERS) alone $(TIDY)
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone"
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
-	@$(BESIDE) --keep-going $(LINTERS) $(TIDY)
+	@$(BESIDE) $(JOBS) --keep-going lint-types $(LINTERS) $(TIDY)
 
 alone:  # what waits for a page and a port in their own time, not among other tests
 	$(BIN)/python -m pytest -q -m alone

@@ -110,8 +110,12 @@ def missing() -> list[str]:
 
 
 def compile_core(processor: Processor, folder: Path) -> list[Path]:
-    """The core's objects in a folder, to be linked around any number of tables."""
+    """The core's objects in a folder, to be linked around any number of tables.
+
+    Beside each lies who calls whom there (.ci).
+    """
     command = [processor.compiler, *processor.flags, "-ffreestanding", "-nostdlib"]
+    command.append("-fcallgraph-info=su")
     return _objects([*command, *FLAGS, "-isystem", str(HERE / "include")], folder)
 
 

@@ -25,7 +25,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PARSERS_AT_ONCE, PARSERS = 2, 5
+PARSERS_AT_ONCE, PARSERS = 2, 6
 LONG_S = 600.0
 TESTS = ("tests/chain", "tests/drives", "tests/firmware", "tests/sim", "tests/tables")
 

@@ -24,7 +24,7 @@ from chladni.sim.errors import ArgumentError
 from chladni.sim.image.finger import pressing_stiffness
 from conftest import made_once, shipped_board
 
-SETS = 4
+SETS = 3
 
 
 @pytest.fixture(scope="module")

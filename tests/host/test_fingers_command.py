@@ -43,7 +43,7 @@ def test_people_read_a_table(chladni: CommandLine) -> None:
 
 
 def test_a_board_as_built_has_rows_of_its_own(chladni: CommandLine) -> None:
-    asked = ("fingers", STRIP, "--sets", "2", "--samples", "1", "--fingers", "2", "--no-perturbed")
+    asked = ("fingers", STRIP, "--sets", "1", "--samples", "1", "--fingers", "2", "--no-perturbed")
     answer = chladni(*asked, "--built", "--json")
     assert answer.code == 0, answer.err
     built = answer.json["counts"][0]["built"]

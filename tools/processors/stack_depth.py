@@ -10,14 +10,15 @@ ESP32's windowed registers take 16 to 48 bytes more per call: a bound is twice t
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from instruction_counts import CORE, FIRMWARE, FLAGS, HERE, PROCESSORS
+from instruction_counts import PROCESSORS, compile_core
+
+PROCESSOR = PROCESSORS[1]
 
 ROOTS = {
     "sample interrupt": r"SamplePlayer::sample\(",
@@ -33,46 +34,25 @@ class UnboundedError(Exception):
     """A function calls itself: there is no bound."""
 
 
-def call_graph() -> tuple[dict[str, int], dict[str, set[str]], dict[str, str]]:
-    """Frame bytes and callees by symbol, and symbols' readable names."""
-    processor = PROCESSORS[1]
+def call_graph(folder: Path) -> tuple[dict[str, int], dict[str, set[str]], dict[str, str]]:
+    """Frame bytes and callees by symbol, and symbols' readable names, of `compile_core`'s files."""
     frames: dict[str, int] = {}
     calls: dict[str, set[str]] = defaultdict(set)
     names: dict[str, str] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for source in CORE:
-            out = Path(folder) / f"{source.stem}.o"
-            subprocess.run(
-                [
-                    processor.compiler,
-                    *processor.flags,
-                    *FLAGS,
-                    "-ffreestanding",
-                    "-fcallgraph-info=su",
-                    "-isystem",
-                    HERE / "include",
-                    "-I",
-                    FIRMWARE,
-                    "-c",
-                    source,
-                    "-o",
-                    out,
-                ],
-                check=True,
-            )
-            text = out.with_suffix(".ci").read_text(encoding="utf-8")
-            for title, label in re.findall(r'node: \{ title: "([^"]*)" label: "([^"]*)"', text):
-                parts = label.split("\\n")
-                names[title] = parts[0]
-                found = re.search(r"(\d+) bytes \((\w+)", label)
-                if found:
-                    if found[2] != "static":
-                        raise UnboundedError(f"{parts[0]}: its frame has no fixed size")
-                    frames[title] = int(found[1])
-            for caller, callee in re.findall(
-                r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"', text
-            ):
-                calls[caller].add(callee)
+    for path in sorted(folder.glob("*.ci")):
+        text = path.read_text(encoding="utf-8")
+        for title, label in re.findall(r'node: \{ title: "([^"]*)" label: "([^"]*)"', text):
+            parts = label.split("\\n")
+            names[title] = parts[0]
+            found = re.search(r"(\d+) bytes \((\w+)", label)
+            if found:
+                if found[2] != "static":
+                    raise UnboundedError(f"{parts[0]}: its frame has no fixed size")
+                frames[title] = int(found[1])
+        for caller, callee in re.findall(
+            r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"', text
+        ):
+            calls[caller].add(callee)
     return frames, calls, names
 
 
@@ -89,9 +69,9 @@ def deepest(
     return best[0] + frames[symbol], (symbol, *best[1])
 
 
-def depths() -> dict[str, tuple[int, list[str]]]:
-    """Bytes and readable chain for each root."""
-    frames, calls, names = call_graph()
+def depths(folder: Path) -> dict[str, tuple[int, list[str]]]:
+    """Bytes and readable chain for each root, of the core that was compiled there."""
+    frames, calls, names = call_graph(folder)
     result = {}
     for what, pattern in ROOTS.items():
         symbol = next(s for s in frames if re.search(pattern, names[s]))
@@ -102,10 +82,13 @@ def depths() -> dict[str, tuple[int, list[str]]]:
 
 def main() -> int:
     """Print them."""
-    for what, (size, chain) in depths().items():
+    with tempfile.TemporaryDirectory() as name:
+        compile_core(PROCESSOR, Path(name))
+        found = depths(Path(name))
+    for what, (size, chain) in found.items():
         print(f"{what}: {size} bytes")
-        for name in chain:
-            print(f"    {name}")
+        for one in chain:
+            print(f"    {one}")
     return 0
 
 
