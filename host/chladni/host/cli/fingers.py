@@ -162,10 +162,7 @@ def fingers(
         "seed": seed,
         "seconds": score.seconds,
     }
-    # People read rows for each number.
-    result |= (
-        {"counts": counts} if as_json else {f"{own.pop('fingers')} fingers": own for own in counts}
-    )
+    result |= {"counts": counts} if as_json else _by_number(counts)
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
 
 

@@ -10,6 +10,7 @@ from chladni.host.manufacture.wiring_parts import Part, parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET
 from chladni.sim.board.foundation import MATERIALS
+from chladni.sim.board.parts import Plate
 from chladni.sim.board.quantity import MM
 
 GRADES = {
@@ -56,7 +57,7 @@ def moving_mass_g(board: Board) -> float:
 
 def _plate(board: Board) -> Part:
     plate = board.plate
-    area = math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
+    area = _outline_area(plate)
     radii = [hole.radius for hole in board.holes] + [screw.radius for screw in board.screws]
     area -= math.pi * sum(radius**2 for radius in radii)
     sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, plate.thickness))
@@ -77,10 +78,14 @@ def _layer(board: Board) -> list[Part]:
     if panel is None or not panel.layer_thickness:
         return []
     sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, panel.layer_thickness))
-    area = math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
-    mass = (board.section.areal_mass - plate.areal_mass) * area
-    material = panel.material or ("glass" if panel.glass else "pet")
-    return [Part("panel's layer", 1, f"{material}, {sides} mm", "glued on the plate", mass / 1e-3)]
+    mass = (board.section.areal_mass - plate.areal_mass) * _outline_area(plate)
+    what = f"{panel.layer_material}, {sides} mm"
+    return [Part("panel's layer", 1, what, "glued on the plate", mass / 1e-3)]
+
+
+def _outline_area(plate: Plate) -> float:
+    """Without holes, m²."""
+    return math.prod(plate.size) - (4.0 - math.pi) * plate.corner_radius**2
 
 
 def _magnets(board: Board) -> list[Part]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from dataclasses import dataclass
 from typing import Any
 
+from chladni.sim.board.quantity import near_name
 from chladni.sim.errors import Faults, InputError
 
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
@@ -51,12 +51,12 @@ def with_material(plate: Any) -> Any:
     lacking = [key for key in SHEETS["FR4"] if key not in plate and key != "loss_factor"]
     if lacking:
         known = ", ".join(map(repr, SHEETS))
-        close = difflib.get_close_matches(str(name), SHEETS, n=1)
+        close = near_name(name, SHEETS)
         raise InputError(
             "plate.material",
             name,
             f"one of: {known}, or with {', '.join(lacking)}",
-            hint=f"{close[0]!r}, perhaps" if close else "",
+            hint=f"{close!r}, perhaps" if close else "",
         )
     return plate
 

@@ -162,6 +162,11 @@ class Panel:
         return self.film or self.glass
 
     @property
+    def layer_material(self) -> str:
+        """What that is."""
+        return self.material or ("glass" if self.glass else "pet")
+
+    @property
     def pins(self) -> dict[str, int]:
         """GPIO numbers by line, as `gpio.pin_fault` takes them."""
         return {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,7 +31,7 @@ from chladni.sim.board.parts import (
     Screw,
     Spring,
 )
-from chladni.sim.board.quantity import check_keys, part_of
+from chladni.sim.board.quantity import check_keys, near_name, part_of
 from chladni.sim.board.winding_values import winding_makes
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
@@ -111,9 +110,9 @@ def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: st
     if os.path.isfile(path) or (os.path.isfile(named) and not is_shipped):
         return path if os.path.isfile(path) else named
     if not is_shipped and not os.path.lexists(path):
-        close = difflib.get_close_matches(str(given), shipped, n=1)
+        close = near_name(given, shipped)
         known = f"{what}, or one of: {', '.join(shipped)}"
-        raise ArgumentError(field, str(given), known, hint=f"{close[0]}, perhaps" if close else "")
+        raise ArgumentError(field, str(given), known, hint=f"{close}, perhaps" if close else "")
     return shipped.get(str(given), path)
 
 

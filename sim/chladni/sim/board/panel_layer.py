@@ -178,14 +178,13 @@ def layer_of(panel: Panel) -> Layer:
     InputError
         There is no such material, and a number of it is left out.
     """
-    name = panel.material or ("glass" if panel.glass else "pet")
-    known: dict[str, Any] = SHEETS.get(name, {})
+    known: dict[str, Any] = SHEETS.get(panel.layer_material, {})
     own = [getattr(panel, number) for number in NUMBERS]
     lacking = [key for key, value in zip(KEYS, own, strict=True) if value is None]
     if lacking and not known:
         materials = ", ".join(map(repr, SHEETS))
         expected = f"one of: {materials}, or with {', '.join(lacking)}"
-        raise InputError("panel.material", name, expected)
+        raise InputError("panel.material", panel.layer_material, expected)
     scales = (1e9, 1.0, 1.0, 1.0)
     modulus, ratio, density, loss = (
         known[key] * scale if value is None else value

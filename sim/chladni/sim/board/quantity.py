@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -196,6 +196,11 @@ ALSO_CALLED = {
 """What people write for a key of another name."""
 
 
+def near_name(given: object, known: Iterable[str]) -> str | None:
+    """The known name that is most like what was given, if any is."""
+    return next(iter(difflib.get_close_matches(str(given), list(known), n=1)), None)
+
+
 def check_keys(
     table: dict[str, Any], known: Sequence[str], *, required: Sequence[str], where: str
 ) -> None:
@@ -204,8 +209,8 @@ def check_keys(
     for key, value in table.items():
         if key not in known:
             meant = ALSO_CALLED.get(key)
-            close = [meant] if meant in known else difflib.get_close_matches(key, known, n=1)
-            hint = f"{close[0]!r}, perhaps" if close else f"one of: {', '.join(known)}"
+            close = meant if meant in known else near_name(key, known)
+            hint = f"{close!r}, perhaps" if close else f"one of: {', '.join(known)}"
             with faults.kept():
                 raise InputError(f"{where}{key}", value, f"a known key: {hint}")
     for key in required:

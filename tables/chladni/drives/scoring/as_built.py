@@ -200,7 +200,7 @@ def _together(
     rows, rng = [], np.random.default_rng(seed)
     places = own.presses.places
     for drawn in drawn_boards(own.board, samples, seed):
-        factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
+        factor = drawn_foam(rng)
         with one_blas_thread():
             stiffer = with_foam(drawn.board, factor)
             found = driven_fields(stiffer, tolerance=DRAWN_TOLERANCE, allow_unmet=True).values
@@ -222,6 +222,11 @@ def score_together(
     places = active_lattice(board, pitch).places + border_places(board, pitch)
     own = _DrivenBoard(board if has_layer(board) else with_film(board), places, "focus", seed)
     return _kept(_together(own, PRESS, samples, seed, StepCounter(None, samples)))
+
+
+def drawn_foam(rng: np.random.Generator) -> float:
+    """How many times as stiff as its data sheet says a board's foam is."""
+    return float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
 
 
 def check_press(newtons: float) -> None:

@@ -20,6 +20,7 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar, s
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.effects.remarks import say_filtered, say_waves
 from chladni.host.emulation.covered_areas import covered_areas
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
@@ -46,9 +47,9 @@ def build(
     """Build an effect bank: what plays where, as a device keeps it."""
     check_output(output, "--output", (BANK_SUFFIX,))
     read = read_bank(bank, "AREAS")
-    if board is not None:
+    loaded = None if board is None else load_board(board)
+    if loaded is not None:
         try:
-            loaded = load_board(board)
             read.bank.check_on(*(1e3 * size for size in loaded.plate.size))
         except InputError as error:
             raise error.in_file(bank) from None
@@ -56,7 +57,7 @@ def build(
     for effect in read.bank.effects.values():
         say_filtered(effect)
     if flatten:
-        read = _flattened(read, required("--board", board, "whose level is taken out"))
+        read = _flattened(read, required("--board", loaded, "whose level is taken out"))
     try:
         data = pack_bank(read.bank)
     except InputError as error:
@@ -80,14 +81,13 @@ def build(
     )
 
 
-def _flattened(read: ReadBank, board: str) -> ReadBank:
+def _flattened(read: ReadBank, board: Board) -> ReadBank:
     """Effects that the board's places play as they are meant."""
     from chladni.host.emulation.common_level import common_level  # noqa: PLC0415
 
-    loaded = load_board(board)
     with progress_bar("plate") as progress:
-        hz, level = common_level(loaded, progress=progress)
-    own_hz = loaded.drive.frequency_hz
+        hz, level = common_level(board, progress=progress)
+    own_hz = board.drive.frequency_hz
     effects, left_out = {}, dict(read.left_out)
     for name, effect in read.bank.effects.items():
         effects[name], stays = flattened_effect(effect, SIGNAL_HZ, hz, level, own_hz)

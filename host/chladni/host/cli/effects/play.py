@@ -31,6 +31,7 @@ from chladni.host.cli.common.output import (
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.device.connection import Connection, connecting
+from chladni.host.cli.device.touch import MOVED_MM
 from chladni.host.cli.effects.remarks import say_filtered, say_waves
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
@@ -41,9 +42,6 @@ from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.several_fingers.build_for import build_for
 from chladni.tables.table import Table
-
-MOVED_MM = 0.01
-"""A place that a device plays is said to be another from so far on."""
 
 
 def register(app: typer.Typer) -> None:

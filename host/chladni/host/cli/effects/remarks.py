@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
 from chladni.host.cli.common.output import say
@@ -34,5 +32,5 @@ def say_filtered(effect: Effect) -> None:
     left_db = decibel(1.0 / (1.0 + (highest / EDGE_HZ) ** (2 * POLES)))
     say(
         f"{effect.name}: above {EDGE_HZ:g} Hz boards do not focus, and a low-pass leaves "
-        f"{left_db:.0f} dB of {np.round(highest):g} Hz"
+        f"{left_db:.0f} dB of {highest:.0f} Hz"
     )

@@ -7,7 +7,7 @@ last row has all of them at once, on boards within their tolerances.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +21,8 @@ from chladni.drives.problem.threads import in_threads, one_blas_thread
 from chladni.drives.scoring.as_built import (
     FOAM_TWICE,
     PRESS,
-    STIFFEST,
     check_press,
+    drawn_foam,
     has_layer,
     with_film,
 )
@@ -111,29 +111,31 @@ def score_fingers_as_built(
     places = finger_sets(board, count, sets, apart, np.random.default_rng(seed))
     has_film = not has_layer(board)
     is_stretched = is_thin(board, newtons)
-    has_foam = board.foundation is not None
+    stiffer = with_foam(board, FOAM_TWICE)
+    has_foam = stiffer is not board
     steps = 4 + 2 * has_film + is_stretched + has_foam
     counter = StepCounter(progress, steps * sets)
     own = _DrivenSets(board, places, regularisation, newtons, counter)
     most = own
     if has_film:
         most = _DrivenSets(with_film(board), places, regularisation, newtons, counter)
+    drawn = list(own.pressed(own.solved))
     return FingersAsBuilt(
         fingers=count,
         sets=sets,
         samples=samples,
         newtons=newtons,
-        nominal=own.kept(own.pressed(own.solved)),
+        nominal=own.kept(drawn),
         film=most.kept(most.pressed(most.solved)) if has_film else None,
         stretched=own.kept(own.stretched(own.solved)) if is_stretched else None,
-        warm=own.kept(own.pressed(own.solved), own.forces),
-        foam_twice=own.kept(own.pressed(_stiffer(board, FOAM_TWICE))) if has_foam else None,
+        warm=own.kept(drawn, own.forces),
+        foam_twice=own.kept(own.pressed(_solved(stiffer))) if has_foam else None,
         together=most.kept_together(samples, seed),
     )
 
 
-def _stiffer(board: Board, factor: float) -> SolvedBoard:
-    return SolvedBoard.of(with_foam(board, factor), DRAWN_TOLERANCE)
+def _solved(board: Board) -> SolvedBoard:
+    return SolvedBoard.of(board, DRAWN_TOLERANCE)
 
 
 class _DrivenSets:
@@ -184,7 +186,7 @@ class _DrivenSets:
             yield from in_threads(one, list(self._places[mine]))
 
     def kept(
-        self, sets: Iterator[FingerSet], forces: Sequence[FloatArray] | None = None
+        self, sets: Iterable[FingerSet], forces: Sequence[FloatArray] | None = None
     ) -> KeptApart:
         """What all sets come to, by forces of their coils over cold ones as drawn."""
         coils = np.ones(len(self.board.actuators))
@@ -199,10 +201,10 @@ class _DrivenSets:
         """Each set on one of the boards within tolerances, on stiffer foam, warm, bent."""
         rows, rng = [], np.random.default_rng(seed)
         for number, drawn in enumerate(drawn_boards(self.board, samples, seed)):
-            factor = float(np.exp(rng.uniform(0.0, np.log(STIFFEST))))
+            factor = drawn_foam(rng)
             mine = slice(number, None, samples)
             with one_blas_thread():
-                solved = _stiffer(drawn.board, factor)
+                solved = _solved(with_foam(drawn.board, factor))
             sets = (
                 self.pressed(solved, mine)
                 if self._sheet is None
