@@ -40,6 +40,10 @@ def test_a_bank_goes_onto_an_emulated_device(chladni: CommandLine, tmp_path: Pat
     assert done.code == 0, done.err
     assert done.json["bytes"] == len(bank_bytes("calculator"))
     assert done.json["verified"]
+    assert done.err == ""
+    narrow = chladni("effects", "flash", "calculator", "--emulator", "--board", "strip5", "--json")
+    assert (narrow.code, narrow.json["verified"]) == (0, True)
+    assert "and 17 more: these areas reach beyond the device's panel, which has x -7" in narrow.err
     path = tmp_path / "cut.che"
     path.write_bytes(bank_bytes("slider")[:-3])
     refused = chladni("effects", "flash", path, "--emulator")

@@ -155,6 +155,14 @@ def test_a_script_that_gives_no_duties_is_named(
     assert "Traceback" not in done.err
 
 
+def test_a_frequency_that_a_table_does_not_have_is_refused_with_what_to_do(
+    chladni: CommandLine, table_file: Path
+) -> None:
+    done = chladni("device", "frequency", "200", "--emulator", "--table", table_file)
+    assert done.code == 1
+    assert "no drives for that frequency; `chladni table show`" in done.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
@@ -172,6 +180,7 @@ def test_a_script_that_gives_no_duties_is_named(
         (("device", "stream", "2@0", "--emulator"), 2, "gain from 0 to 1"),
         (("device", "config", "set", "colour=3", "--emulator"), 2, "colour"),
         (("device", "config", "set", "--emulator"), 2, "NAME=VALUE"),
+        (("device", "config", "set", "sign_pins=18,19", "--emulator"), 2, "none: this device"),
         (("device", "stream", "--emulator"), 2, "one of DRIVE, --csv and --script is required"),
         (("device", "stream", "--script", "nothing.py", "--emulator"), 2, "nothing.py"),
         (("device", "stream", "--script", "README.md", "--emulator"), 2, "SyntaxError in line"),

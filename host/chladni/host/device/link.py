@@ -63,6 +63,13 @@ REMEDIES = {
 """What to do where the device did not do what it was asked for."""
 
 
+REASON_REMEDIES = {
+    "no drives for that frequency": "`chladni table show` names a table's frequencies, and "
+    "`chladni table build --frequency` builds one with others",
+}
+"""The same, by the reason that the device gives, where there is more to say."""
+
+
 class LinkError(ChladniError):
     """The device did not answer, or refused."""
 
@@ -258,7 +265,8 @@ def refusal(name: str, answer: Answer) -> LinkError:
     ]
     refused = answer.status == Status.REFUSED and reasons
     why = f"the device refuses it: {reasons[0]}" if refused else STATUS_TEXT[answer.status]
-    return LinkError(f"{name}: {why}", answer.status, hint=REMEDIES[answer.status])
+    hint = REASON_REMEDIES.get(reasons[0] if refused else "", REMEDIES[answer.status])
+    return LinkError(f"{name}: {why}", answer.status, hint=hint)
 
 
 def _frame(message: Message, sequence: int, tail: bytes, fields: dict[str, Any]) -> bytes:

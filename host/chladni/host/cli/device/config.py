@@ -23,6 +23,7 @@ from chladni.host.protocol.settings import (
     parse_setting,
 )
 from chladni.sim.board.board import Board, is_of
+from chladni.sim.board.electronics import NOT_WIRED
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -134,6 +135,7 @@ def _set(
         before = device.config()
         after = before.with_values(**wanted)
         after.check_pins(chip)
+        _check_signs(wanted, after)
         if connection.udp is None:
             after = after.by_wire()
         changed = changes(before, after)
@@ -156,6 +158,18 @@ def _set(
     if as_json and source is None:
         result |= for_json(wanted)
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
+
+
+def _check_signs(wanted: dict[str, Any], after: DeviceConfig) -> None:
+    """Raise `InputError` for sign pins that nothing would use."""
+    signs = wanted.get("sign_pins", ())
+    if not after.has_bridges and any(pin != NOT_WIRED for pin in signs):
+        raise InputError(
+            "sign_pins",
+            [pin for pin in signs if pin != NOT_WIRED],
+            "none: this device drives its coils by switches",
+            hint="for bridges set driver=bridge with --change-driver, once coils are rewired",
+        )
 
 
 def _say_other_table(info: dict[str, Any], config: DeviceConfig) -> None:

@@ -18,7 +18,7 @@ from chladni.effects.flatten import flattened_effect
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.effects.remarks import say_filtered, say_waves
+from chladni.host.cli.effects.remarks import say_filtered, say_out_of_reach, say_waves
 from chladni.host.emulation.covered_areas import covered_areas
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -100,11 +100,12 @@ def _flattened(read: ReadBank, board: Board) -> ReadBank:
 def flash(connection: Connection, bank: BankArgument, as_json: JsonOption = False) -> None:
     """Write an effect bank to a device; the old one stays until the new one is whole."""
     data = bank_bytes(bank, "BANK")
+    written = unpack_bank(data)
     with connection.device() as device, progress_bar("flash") as progress:
         done = device.effects.flash(data, progress)
+        say_out_of_reach(written, device.config())
     done.check_verified()
-    title = f"{unpack_bank(data).name} plays"
-    answer(asdict(done), as_json=as_json, title=title)
+    answer(asdict(done), as_json=as_json, title=f"{written.name} plays")
 
 
 def show_bank(name: str, figure: Path | None, *, as_json: bool) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from chladni.effects.bank.areas import Bank, Shape, reach_mm
 from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
 from chladni.host.cli.common.output import say
+from chladni.host.protocol.config import PANELS, DeviceConfig
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.image.metrics import decibel
@@ -22,6 +26,35 @@ def say_waves(board: Board) -> None:
             f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
             f"{EDGE_HZ:g} Hz is kept from other fingers only below it"
         )
+
+
+def say_out_of_reach(bank: Bank, config: DeviceConfig) -> None:
+    """Remark on areas beyond a device's panel, where none of its fingers comes."""
+    if config["panel"] == PANELS.index("none"):
+        return
+    size = (config["panel_width_um"], config["panel_length_um"])
+    size = size[::-1] if config["panel_turns"] % 2 else size
+    sides = [
+        (1e-3 * (middle - extent / 2.0), 1e-3 * (middle + extent / 2.0))
+        for middle, extent in zip((config["panel_x_um"], config["panel_y_um"]), size, strict=True)
+    ]
+    beyond = [area.name for area in bank.areas if not _is_within(area.shape, sides)]
+    if not beyond:
+        return
+    x, y = ("{:g} to {:g}".format(*side) for side in sides)
+    more = f" and {len(beyond) - 3} more" if len(beyond) > 3 else ""
+    say(
+        f"{', '.join(beyond[:3])}{more}: these areas reach beyond the device's panel, which has "
+        f"x {x} and y {y} mm"
+    )
+
+
+def _is_within(shape: Shape, sides: Sequence[tuple[float, float]]) -> bool:
+    return all(
+        low <= at <= high
+        for corner in reach_mm(shape)
+        for at, (low, high) in zip(corner, sides, strict=True)
+    )
 
 
 def say_filtered(effect: Effect) -> None:
