@@ -180,6 +180,34 @@ def test_what_is_no_rubber_part_is_refused_by_its_key(
         board_from_document(document(prototype, **{key: [entry]}))
 
 
+@pytest.mark.parametrize(
+    ("apart_mm", "message"),
+    [
+        (9.9, "clear of the magnet of 'centre', .*; their middles are 9.9 mm apart and need 10"),
+        (10.1, ""),
+    ],
+)
+def test_a_foot_stands_clear_of_magnets(prototype: Board, apart_mm: float, message: str) -> None:
+    (centre,) = (own for own in prototype.actuators if own.name == "centre")
+    assert prototype.magnet is not None
+    assert prototype.magnet.radius == pytest.approx(5e-3)
+    at = [centre.at[0] * 1e3 + apart_mm, centre.at[1] * 1e3]
+    feet = [{"at_mm": at, "part": "rubber-foot-10x5"}]
+    if not message:
+        assert board_from_document(document(prototype, springs=feet)).springs
+        return
+    with pytest.raises(InputError, match=message):
+        board_from_document(document(prototype, springs=feet))
+
+
+def test_feet_stand_clear_of_each_other(prototype: Board) -> None:
+    feet = [{"at_mm": [x, 20.0], "part": "rubber-foot-10x5"} for x in (-15.0, -5.1)]
+    with pytest.raises(InputError, match=r"springs\[1\].at_mm: .*clear of springs\[0\]"):
+        board_from_document(document(prototype, springs=feet))
+    feet[1]["at_mm"] = [-4.9, 20.0]
+    assert len(board_from_document(document(prototype, springs=feet)).springs) == 2
+
+
 def test_every_wrong_part_is_named(prototype: Board) -> None:
     feet = [{"at_mm": [x, 0.0], "part": "rubber"} for x in (-10.0, 10.0)]
     with pytest.raises(InputError, match=r"(?s)springs\[0\]\.part.*springs\[1\]\.part"):

@@ -15,7 +15,7 @@ import pytest
 from ezdxf.document import Drawing as Document
 from ezdxf.units import MM as UNIT_MM
 
-from chladni.host.manufacture.drawing import LAYERS, board_drawing
+from chladni.host.manufacture.drawing import LAYERS, Circle, board_drawing
 from chladni.host.manufacture.drawing_files import save_drawing, svg_text
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -174,11 +174,12 @@ def test_a_sheet_says_name_material_thickness_sizes_and_holes(tmp_path: Path) ->
         "-24",
         "magnets: 5 of ⌀6 × 4",
         "coils: 5 of ⌀3 to ⌀10 × 1.5, 1 from the magnet",
-        "3  plate, hole:  x -15  y 10.25  ⌀4",
-        "4  foam:  x -13  y 22  ⌀4",
+        "hole 3 (plate, hole):  x -15  y 10.25  ⌀4",
+        "hole 4 (foam):  x -13  y 22  ⌀4",
     ):
         assert expected in texts
-    assert [text for text in texts if text.startswith(("5", "6  "))] == ["5  foam:  x 0  y 24  ⌀7"]
+    rows = [text for text in texts if text.startswith(("hole 5", "hole 6"))]
+    assert rows == ["hole 5 (foam):  x 0  y 24  ⌀7"]
     assert len([text for text in texts if "⌀3.2" in text]) == 1
 
 
@@ -222,9 +223,13 @@ def test_a_drawing_that_cannot_be_is_refused(
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_sheet_lists_the_feet(tmp_path: Path) -> None:
+def test_a_sheet_lists_the_feet_and_has_their_outlines(tmp_path: Path) -> None:
     strip = load_board("strip5")
-    feet = replace(strip, springs=(Spring((5e-3, 27e-3), 2e4),), pins=(Pin((-5e-3, -27e-3)),))
-    texts = ["".join(own.itertext()) for own in svg(feet, tmp_path).iter(f"{SVG}text")]
+    feet = (Spring((5e-3, 27e-3), 2e4), Spring((6e-3, -25e-3), 2e4, part="rubber-foot-6x6"))
+    stood = replace(strip, springs=feet, pins=(Pin((-5e-3, -27e-3)),))
+    texts = ["".join(own.itertext()) for own in svg(stood, tmp_path).iter(f"{SVG}text")]
     assert "foot, 20 N/mm:  x 5  y 27" in texts
+    outlines = [own for own in board_drawing(stood).shapes if isinstance(own, Circle)]
+    assert Circle("supports", (6.0, -25.0), 3.0) in outlines
+    assert len([own for own in outlines if own.layer == "supports"]) == 1
     assert "foot, held:  x -5  y -27" in texts

@@ -200,7 +200,9 @@ def sweep(
     if figure:
         from chladni.host.figures.sweeps import sweep_figure  # noqa: PLC0415
 
-        write_figure(sweep_figure(loaded.coil, frequencies, curves, on_plate), figure)
+        title = f"{loaded.name}, coil {loaded.actuators[index].name}"
+        drawn = sweep_figure(loaded.coil, frequencies, curves, on_plate, title=title)
+        write_figure(drawn, figure)
     loudest = int(on_plate.acceleration.argmax())
     own_modes = model.natural_frequencies(10)
     result = {

@@ -23,6 +23,8 @@ def sweep_figure(
     frequencies_hz: FloatArray,
     curves: Mapping[Waveform, WaveResponse],
     on_plate: PlateCurve | None = None,
+    *,
+    title: str = "",
 ) -> Figure:
     """A coil's acceleration over frequency: on the plate, and on its latch under four waves.
 
@@ -33,13 +35,17 @@ def sweep_figure(
         frequencies they are the paper's figure 2.
     on_plate
         Of the plate under a sine; left out if None.
+    title
+        Above all; the paper's has none.
     """
     if not curves:
         figure = Figure(figsize=(7.0, 4.0), layout="constrained")
         if on_plate is not None:
             _draw_plate(figure.subplots(), on_plate)
+        figure.suptitle(title, color=INK, fontsize=11)
         return figure
     figure = Figure(figsize=(11.0, 7.0), layout="constrained")
+    figure.suptitle(title, color=INK, fontsize=11)
     top, bottom = np.asarray(figure.subfigures(2, 1, height_ratios=[1.1, 1.4])).tolist()
     if on_plate is None:
         latch = top.subplots()

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import foot_radius
 from chladni.sim.board.foundation import CutOut
 from chladni.sim.board.quantity import MM
 
@@ -159,6 +160,11 @@ def _discs(board: Board) -> list[Shape]:
         shapes += [own] if mass.radius else _cross("masses", _place(mass.at))
     for at in [pin.at for pin in board.pins] + [spring.at for spring in board.springs]:
         shapes += _cross("supports", _place(at))
+    shapes += [
+        Circle("supports", _place(own.at), _mm(foot_radius(own)))
+        for own in board.springs
+        if own.part
+    ]
     for channel, actuator in enumerate(board.actuators):
         at = _place(actuator.at)
         if board.magnet:
@@ -229,12 +235,16 @@ def _title(board: Board) -> list[str]:
         what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
         thick = f", {_mm(foundation.thickness):g} thick" if foundation.thickness else ""
         rows.append(f"foam: {what}{thick}")
-    return [*rows, "1:1, in mm from the plate's middle, seen from above", "numbers are channels"]
+    return [
+        *rows,
+        "1:1, in mm from the plate's middle, seen from above",
+        "numbers on coils are channels",
+    ]
 
 
 def _hole_text(number: int, hole: HoleRow) -> str:
     x, y = hole.at_mm
-    return f"{number}  {hole.part}:  x {x:g}  y {y:g}  ⌀{hole.diameter_mm:g}"
+    return f"hole {number} ({hole.part}):  x {x:g}  y {y:g}  ⌀{hole.diameter_mm:g}"
 
 
 def _feet(board: Board) -> list[str]:

@@ -7,7 +7,8 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from chladni.sim.board.quantity import near_name
+from chladni.sim.board.parts import Spring
+from chladni.sim.board.quantity import MM, near_name
 from chladni.sim.errors import Faults, InputError
 
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
@@ -131,6 +132,11 @@ GROMMETS = {
     "rubber-grommet-m3": RubberPart(50.0, 8.0, 4.0, 1.5, 0.1, faces=2),
 }
 """For `[[screws]]`: a sleeve round the screw, with a collar of ⌀8 × 1.5 mm on either side."""
+
+
+def foot_radius(spring: Spring) -> float:
+    """Of the foot that a spring stands for, m; 0 where no part is named."""
+    return FEET[spring.part].outer * MM / 2.0 if spring.part in FEET else 0.0
 
 
 def with_rubber_parts(document: dict[str, Any]) -> dict[str, Any]:

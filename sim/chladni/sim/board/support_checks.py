@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from chladni.sim.board.catalogue import foot_radius
 from chladni.sim.board.foundation import MATERIALS
 from chladni.sim.board.parts import SCREW_SUPPORTS, BoardParts
 from chladni.sim.board.quantity import MM, SAME_PLACE, check_ranges, in_mm
@@ -40,6 +41,7 @@ def check_supports(board: BoardParts) -> None:
                 screw.support,
                 "'sprung' with a stiffness, or 'clamped' or 'pinned' without one",
             )
+    _check_feet(board)
     radius = board.plate.corner_radius
     fits = 2.0 * radius <= min(board.plate.size) and board.plate.edges.are_all("free")
     if radius > 0.0 and not fits:
@@ -68,6 +70,26 @@ def check_supports(board: BoardParts) -> None:
                 0.0,
                 "a radius above 0 for a mass with a height or a stiffness: both need an area",
             )
+
+
+def _check_feet(board: BoardParts) -> None:
+    """Feet of a known size stand clear of each other and of magnets, which are below too."""
+    feet = [(f"springs[{k}]", own.at, foot_radius(own)) for k, own in enumerate(board.springs)]
+    magnet = board.magnet.radius if board.magnet else 0.0
+    magnets = [(f"the magnet of {own.name!r}", own.at, magnet) for own in board.actuators]
+    for index, (name, at, radius) in enumerate(feet):
+        if radius == 0.0:
+            continue
+        for other, there, reach in (*feet[:index], *(magnets if magnet else ())):
+            apart = float(np.hypot(*np.subtract(at, there)))
+            if apart < radius + reach - SAME_PLACE:
+                raise InputError(
+                    f"{name}.at_mm",
+                    in_mm(at),
+                    f"a foot of {2.0 * radius / MM:g} mm clear of {other}",
+                    hint=f"their middles are {apart / MM:.4g} mm apart and need "
+                    f"{(radius + reach) / MM:.4g}",
+                )
 
 
 def check_foundation(board: BoardParts, discs: Sequence[Disc]) -> None:

@@ -119,7 +119,7 @@ def play(
             progress=progress,
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
-    _tell(known, found, place, figure, as_json=as_json)
+    _tell(known, found, (place, beside), figure, as_json=as_json)
 
 
 def _from_bank(
@@ -153,21 +153,24 @@ def _from_bank(
             progress=progress,
         )
     known = {"effect": effect.name, "area": area, "board": board.name}
-    _tell(known, found, place, figure, as_json=as_json)
+    _tell(known, found, (place, beside), figure, as_json=as_json)
 
 
 def _tell(
     known: dict[str, Any],
     found: PlayedEffect,
-    place: Place,
+    places: tuple[Place, Place | None],
     figure: Path | None,
     *,
     as_json: bool,
 ) -> None:
+    """`places`: of the finger that plays, and of another one."""
     if figure is not None:
         from chladni.host.figures.effects import played_effect_figure  # noqa: PLC0415
 
-        title = f"{known['effect']} on {known['board']}, at {place[0]:g}, {place[1]:g} mm"
+        own, *others = ("{:g}, {:g} mm".format(*at) for at in places if at is not None)
+        beside = f", the other at {others[0]}" if others else ""
+        title = f"{known['effect']} on {known['board']}, at {own}{beside}"
         write_figure(played_effect_figure(found, title), figure)
     rows: dict[str, Any] = {
         key: value for key, value in asdict(found).items() if not isinstance(value, np.ndarray)
