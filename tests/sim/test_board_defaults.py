@@ -137,8 +137,11 @@ def test_places_in_metres_are_asked_about() -> None:
 
 def test_coils_that_overlap_are_told_the_distance_they_need() -> None:
     near = set_key("actuators.1.at_mm", [6.0, 0.0])
-    with pytest.raises(InputError, match="middles are 6 mm apart and need more than 10"):
+    with pytest.raises(InputError, match=r"place 10.1 mm .* magnets of 10 mm overlap at 6"):
         board_from_document(near)
+    holed = near | {"foundation": {"stiffness_n_per_mm3": 0.03, "coil_cut_out_mm": 7.0}}
+    with pytest.raises(InputError, match=r"place 14 mm .* magnets of 10 mm overlap at 6"):
+        board_from_document(holed)
     wound = {
         "turns": 100,
         "wire_mm": 0.1,

@@ -21,6 +21,8 @@ from chladni.sim.errors import ConflictError, InputError, MissingError
 
 ROUNDED = 1e-9
 """m that places in a file may be off by rounding."""
+CLEAR = 0.1e-3
+"""m between two magnets, which may not touch."""
 
 
 def check_coil(board: BoardParts) -> None:
@@ -102,12 +104,18 @@ def check_actuators(board: BoardParts) -> None:
 
 
 def _check_apart(board: BoardParts, index: int) -> None:
-    """Refuse a coil where an earlier one is, or whose winding overlaps an earlier one's."""
-    actuator, winding = board.actuators[index], board.winding
-    need = winding.outer if winding is not None else SAME_PLACE
+    """Refuse a coil where an earlier one is, or so close that they overlap.
+
+    What is asked for has room for the foam's holes too, which are looked at later.
+    """
+    actuator = board.actuators[index]
+    least, what = max(_widths(board))
+    hole = board.foundation.coil_cut_out if board.foundation else 0.0
+    clear = CLEAR if what == "magnets" else 0.0
+    need = max(least + clear, 2.0 * hole)
     for other in board.actuators[:index]:
         apart = float(np.hypot(*np.subtract(actuator.at, other.at)))
-        if apart >= need - ROUNDED:
+        if apart >= least - ROUNDED:
             continue
         field, given = f"actuators[{index}].at_mm", in_mm(actuator.at)
         if apart < SAME_PLACE:
@@ -117,8 +125,18 @@ def _check_apart(board: BoardParts, index: int) -> None:
             field,
             given,
             f"a place {need / MM:.4g} mm or more from {other.name!r}",
-            hint=f"windings of {need / MM:.4g} mm overlap at {apart / MM:.4g}",
+            hint=f"{what} of {least / MM:.4g} mm overlap at {apart / MM:.4g}",
         )
+
+
+def _widths(board: BoardParts) -> list[tuple[float, str]]:
+    """What every coil has, m across, in words."""
+    widths = [(SAME_PLACE, "coils")]
+    if board.winding is not None:
+        widths.append((board.winding.outer, "windings"))
+    if board.magnet is not None:
+        widths.append((2.0 * board.magnet.radius, "magnets"))
+    return widths
 
 
 def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
