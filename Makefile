@@ -77,7 +77,7 @@ lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if
 	@$(BESIDE) $(JOBS) --keep-going lint-types $(LINTERS) $(TIDY)
 
 alone:  # what waits for a page and a port in their own time, not among other tests
-	$(BIN)/python -m pytest -q -m alone
+	$(BIN)/python -m pytest -q -m alone tests/docs
 
 lint-types:
 	$(BIN)/mypy
@@ -150,8 +150,8 @@ soak: venv  ## fuzz every parser and sweep over new boards and places, so long i
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'atheris>=2.3'
 	$(BIN)/python tools/soak.py --seconds $(SECONDS) $(if $(FIRST_SEED),--first $(FIRST_SEED))
 
-dist: venv  ## build sdist and wheel, and run every command from them in an empty environment
-	$(BIN)/python tools/try_distribution.py
+dist:  ## build sdist and wheel, and run every command from them in an empty environment
+	$(PYTHON) tools/try_distribution.py
 
 FUZZ_SECONDS ?= 60
 fuzz: venv  ## fuzz all parsers, each so many seconds (FUZZ_SECONDS=60); needs clang

@@ -4,7 +4,8 @@
 
 Makes an sdist, a wheel of that sdist, and an empty environment in a temporary folder with nothing
 but the wheel and what it asks for. There every command of `chladni` runs and must end with 0. A
-command that is not in `COMMANDS` is a failure too. Then comes the extra `rom`.
+command that is not in `COMMANDS` is a failure too. Then comes the extra `rom`. It needs Python, and
+nothing of this checkout's environment.
 """
 
 from __future__ import annotations
@@ -110,6 +111,17 @@ def run(*command: str | Path, cwd: Path, quiet: bool = True) -> str:
     return done.stdout
 
 
+def new_environment(folder: Path) -> Path:
+    """The Python of a new environment, with nothing in it."""
+    venv.create(folder, with_pip=True)
+    return folder / "bin" / "python"
+
+
+def pip_of(python: Path) -> tuple[Path | str, ...]:
+    """Its installer."""
+    return python, "-m", "pip", "--quiet", "--disable-pip-version-check"
+
+
 def check_contents(wheel: Path) -> None:
     """A wheel holds Chladni, and the licences of what was compiled into it; nothing else."""
     with zipfile.ZipFile(wheel) as archive:
@@ -133,24 +145,23 @@ def try_rom_extra(folder: Path, python: Path, wheel: Path) -> None:
             sys.exit(f"{begin!r} expected: {done.returncode}\n{done.stdout}{done.stderr}")
         print(f"chladni flash --rom: {begin}", flush=True)
         if begin.startswith("chladni"):
-            run(python, "-m", "pip", "--quiet", "install", f"{wheel}[rom]", cwd=folder)
+            run(*pip_of(python), "install", f"{wheel}[rom]", cwd=folder)
 
 
 def main() -> None:
     """Build, install, run; without the extra `rom` and with it."""
     with tempfile.TemporaryDirectory(prefix="chladni-") as name:
         folder = Path(name)
-        pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
-        run(sys.executable, "-m", "build", "--sdist", "--outdir", folder, ROOT, cwd=folder)
+        builder, python = (new_environment(folder / own) for own in ("builder", "env"))
+        run(*pip_of(builder), "install", "build>=1.2", cwd=folder)
+        # The wheel is made of the sdist, in a folder of its own.
+        run(builder, "-m", "build", "--outdir", folder, ROOT, cwd=folder)
         (sdist,) = folder.glob("chladni-*.tar.gz")
-        run(*pip, "wheel", "--no-deps", "--wheel-dir", folder, sdist, cwd=folder)
         (wheel,) = folder.glob("chladni-*.whl")
         check_contents(wheel)
         print(f"{sdist.name}: {sdist.stat().st_size} bytes; {wheel.name}: {wheel.stat().st_size}")
-        venv.create(folder / "env", with_pip=True)
-        python = folder / "env" / "bin" / "python"
         # Compiled when it is used: of all that pip would compile, a third.
-        run(python, "-m", "pip", "--quiet", "install", "--no-compile", wheel, cwd=folder)
+        run(*pip_of(python), "install", "--no-compile", wheel, cwd=folder)
         chladni = folder / "env" / "bin" / "chladni"
         known = json.loads(run(python, "-c", LIST_COMMANDS, cwd=folder))
         if missing := sorted(set(known) ^ set(COMMANDS)):

@@ -12,7 +12,7 @@ import pytest
 from chladni.host.device.device import Device
 from chladni.host.device.link import Answer, LinkError
 from chladni.host.device.wire import EmulatorWire
-from chladni.host.emulation._emulator import SECTOR_BYTES, Pwm, full_span_steps
+from chladni.host.emulation._emulator import Pwm, full_span_steps
 from chladni.host.emulation.emulator import Emulator, EmulatorError, TouchEvent
 from chladni.host.protocol.board_config import config_of
 from chladni.host.protocol.config import (
@@ -218,24 +218,6 @@ def test_drivers_change_by_wire_and_a_word_of_their_own(has_bridges: bool) -> No
         bench.host(True).set_config(other)
     bench.core.restart("software")
     assert bench.host(True).config()["driver"] == other["driver"]
-
-
-def test_a_damaged_record_does_not_spare_the_word_for_other_drivers() -> None:
-    """The older record says what drives the coils, though outputs stay off with it."""
-    bench = JudgedDevice(bridged())
-    bench.host(True).set_config(bridged(level_q15=9))
-    places = (0, SECTOR_BYTES)
-    newest = max(places, key=lambda at: sequence_at(bench, at))
-    bench.core.program(newest + 40, b"\0", "config")
-    bench.core.restart("power on")
-    assert bench.core.config_status.startswith("an older")
-    with pytest.raises(LinkError, match="drivers of another kind"):
-        bench.host(True).set_config(hot_board())
-    bench.host(True).set_config(bridged(level_q15=9))
-
-
-def sequence_at(bench: JudgedDevice, at: int) -> int:
-    return unpack_config(bench.core.flash_bytes("config")[at:])[1]
 
 
 def test_the_word_for_other_drivers_is_for_one_request_of_one_program() -> None:

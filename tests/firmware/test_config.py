@@ -33,6 +33,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.errors import InputError
 from chladni.tables.format import pack
 from chladni.tables.layout import offsets
+from firmware.judged_device import BRIDGES, JudgedDevice, hot_board
 from made_up import make_table, powered, some_pins
 from networked import KEY, networked
 
@@ -320,3 +321,21 @@ def test_a_host_on_a_network_can_ask_for_less_and_never_for_more_than_the_wire(
 def restarted(device: Device) -> None:
     device.restart()
     device.link.wait(0.5)
+
+
+def test_a_damaged_record_does_not_spare_the_word_for_other_drivers() -> None:
+    """The older record says what drives the coils, though outputs stay off with it."""
+    bench = JudgedDevice(hot_board(**BRIDGES))
+    bench.host(True).set_config(hot_board(level_q15=9, **BRIDGES))
+    places = (0, _emulator.SECTOR_BYTES)
+    newest = max(places, key=lambda at: sequence_at(bench, at))
+    bench.core.program(newest + 40, b"\0", "config")
+    bench.core.restart("power on")
+    assert bench.core.config_status.startswith("an older")
+    with pytest.raises(LinkError, match="drivers of another kind"):
+        bench.host(True).set_config(hot_board())
+    bench.host(True).set_config(hot_board(level_q15=9, **BRIDGES))
+
+
+def sequence_at(bench: JudgedDevice, at: int) -> int:
+    return unpack_config(bench.core.flash_bytes("config")[at:])[1]

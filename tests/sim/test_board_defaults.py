@@ -174,3 +174,12 @@ def test_a_board_is_found_without_its_ending(
     assert load_board("paper.toml").name == "least"
     with pytest.raises(InputError, match="a board file, or one of"):
         load_board("other")
+
+
+def test_a_key_in_another_block_is_told_where_it_goes() -> None:
+    with pytest.raises(InputError) as caught:
+        board_from_document(set_key("drive.rms_voltage", 1.0))
+    assert caught.value.field == "drive.rms_voltage"
+    assert caught.value.expected == "a known key: this one goes into [coil]"
+    with pytest.raises(InputError, match=r"loss_facto.*'loss_factor', perhaps"):
+        board_from_document(set_key("plate.loss_facto", 0.1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,7 +12,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import with_grommets, with_material, with_rubber_parts
 from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
-from chladni.sim.board.fingers import FINGERS, Active, Finger, Focus, SeveralFingers
+from chladni.sim.board.fingers import Active, Focus, SeveralFingers, finger_from
 from chladni.sim.board.foundation import CutOut, Foundation, Patch, Strips
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.parts import (
@@ -31,7 +32,7 @@ from chladni.sim.board.parts import (
     Screw,
     Spring,
 )
-from chladni.sim.board.quantity import check_keys, near_name, part_of
+from chladni.sim.board.quantity import check_keys, keys_of, near_name, part_of
 from chladni.sim.board.winding_values import winding_makes
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
@@ -198,7 +199,7 @@ def parts_of(document: dict[str, Any]) -> dict[str, Any]:
             with faults.kept():
                 parts[key] = part_from(optional, document[key], key)
     with faults.kept():
-        parts["finger"] = _finger(document["finger"]) if "finger" in document else None
+        parts["finger"] = finger_from(document["finger"]) if "finger" in document else None
     if "actuators" in document:
         with faults.kept():
             parts["actuators"] = parts_from(Actuator, _named(document["actuators"]), "actuators")
@@ -306,7 +307,17 @@ def parts_from(cls: type[Part], entries: object, where: str) -> tuple[Part, ...]
 
 def part_from(cls: type[Part], table: object, where: str) -> Part:
     """One dataclass of quantities from one TOML table, its keys and ranges checked."""
-    return part_of(cls, table, where, _nested)
+    return part_of(cls, table, where, _nested, _blocks())
+
+
+@lru_cache(maxsize=1)
+def _blocks() -> dict[str, str]:
+    """The block of each key that only one block has."""
+    homes: dict[str, list[str]] = {}
+    for block, cls in (SECTIONS | OPTIONAL_SECTIONS).items():
+        for key in keys_of(cls):
+            homes.setdefault(key, []).append(block)
+    return {key: own[0] for key, own in homes.items() if len(own) == 1}
 
 
 def _nested(name: str, value: Any, where: str) -> Any:
@@ -317,23 +328,6 @@ def _nested(name: str, value: Any, where: str) -> Any:
         return part_from(Strips, value, where)
     blocks: dict[str, type] = {"cut_outs": CutOut, "patches": Patch, "values": MeasuredValue}
     return parts_from(blocks[name], value, where) if name in blocks else value
-
-
-def _finger(value: object) -> Finger:
-    """A finger by name, or by its numbers."""
-    if isinstance(value, str) and value in FINGERS:
-        return FINGERS[value]
-    if not isinstance(value, dict):
-        known = ", ".join(map(repr, FINGERS))
-        raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
-    if not value:
-        raise InputError(
-            "finger", "an empty block", "a name or numbers", hint="is [fingers] meant?"
-        )
-    if "name" in value:
-        check_keys(value, ["name"], required=[], where="finger.")
-        return _finger(value["name"])
-    return part_from(Finger, value, "finger")
 
 
 def _edges(value: object) -> Edges:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from chladni.sim.board.quantity import MM, quantity
+from chladni.sim.board.quantity import MM, check_keys, part_of, quantity
+from chladni.sim.errors import InputError
 
 FINGERTIP_RADIUS = 6e-3
 """Radius of the disc a fingertip covers, m."""
@@ -89,3 +90,20 @@ class Active:
     """Where fingers are expected: the plate less a margin along all its edges, m."""
 
     margin: float = quantity("margin_mm", MM, 0.0, 500.0, default=3e-3)
+
+
+def finger_from(value: object) -> Finger:
+    """A finger by name, or by its numbers."""
+    if isinstance(value, str) and value in FINGERS:
+        return FINGERS[value]
+    if not isinstance(value, dict):
+        known = ", ".join(map(repr, FINGERS))
+        raise InputError("finger", value, f"one of: {known}, or a block of the form [finger]")
+    if not value:
+        raise InputError(
+            "finger", "an empty block", "a name or numbers", hint="is [fingers] meant?"
+        )
+    if "name" in value:
+        check_keys(value, ["name"], required=[], where="finger.")
+        return finger_from(value["name"])
+    return part_of(Finger, value, "finger", lambda _, given, __: given)

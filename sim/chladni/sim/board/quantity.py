@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from chladni.sim.errors import Faults, InputError, MissingError
@@ -145,8 +146,24 @@ def in_mm(place: tuple[float, float]) -> list[float]:
     return [float(f"{value / MM:.9g}") for value in place]
 
 
+NO_BLOCKS: Mapping[str, str] = MappingProxyType({})
+
+
+def keys_of(cls: type) -> dict[str, dataclasses.Field[Any]]:
+    """The fields of a dataclass by their keys in a file."""
+    specs = quantities(cls)
+    return {
+        specs[own.name].key if own.name in specs else own.name: own
+        for own in dataclasses.fields(cls)
+    }
+
+
 def part_of(
-    cls: type[Part], table: object, where: str, nested: Callable[[str, Any, str], Any]
+    cls: type[Part],
+    table: object,
+    where: str,
+    nested: Callable[[str, Any, str], Any],
+    blocks: Mapping[str, str] = NO_BLOCKS,
 ) -> Part:
     """One dataclass of quantities from one TOML table.
 
@@ -156,6 +173,8 @@ def part_of(
         The table's own key, before those in it.
     nested
         Makes a field that is no quantity, of its name, its value and its key.
+    blocks
+        By a key, the block that has it: for who wrote it in another.
 
     Raises
     ------
@@ -165,13 +184,10 @@ def part_of(
     if not isinstance(table, dict):
         raise InputError(where, table, f"a block of the form [{where}]")
     specs, faults, values = quantities(cls), Faults(), {}
-    fields = {
-        specs[own.name].key if own.name in specs else own.name: own
-        for own in dataclasses.fields(cls)  # type: ignore[arg-type]
-    }
+    fields = keys_of(cls)
     required = [key for key, own in fields.items() if own.default is dataclasses.MISSING]
     with faults.kept():
-        check_keys(table, list(fields), required=required, where=f"{where}.")
+        check_keys(table, list(fields), required=required, where=f"{where}.", blocks=blocks)
     for key, own in fields.items():
         if key not in table:
             continue
@@ -202,7 +218,12 @@ def near_name(given: object, known: Iterable[str]) -> str | None:
 
 
 def check_keys(
-    table: dict[str, Any], known: Sequence[str], *, required: Sequence[str], where: str
+    table: dict[str, Any],
+    known: Sequence[str],
+    *,
+    required: Sequence[str],
+    where: str,
+    blocks: Mapping[str, str] = NO_BLOCKS,
 ) -> None:
     """Raise `InputError` that names every key that is not known, and every one that is missing."""
     faults = Faults()
@@ -211,6 +232,8 @@ def check_keys(
             meant = ALSO_CALLED.get(key)
             close = meant if meant in known else near_name(key, known)
             hint = f"{close!r}, perhaps" if close else f"one of: {', '.join(known)}"
+            if key in blocks:
+                hint = f"this one goes into [{blocks[key]}]"
             with faults.kept():
                 raise InputError(f"{where}{key}", value, f"a known key: {hint}")
     for key in required:
