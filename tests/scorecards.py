@@ -17,4 +17,5 @@ def all_finite(card: Scorecard) -> bool:
     # None says that there is no such number.
     known = [value for value in felt.values() if isinstance(value, float)]
     known += [*felt.get("finger_load", {}).values(), *numbers.pop("nulls").values()]
-    return bool(np.all(np.isfinite([*known, *numbers.values()])))
+    known += [value for value in numbers.values() if value is not None]
+    return bool(np.all(np.isfinite(known)))

@@ -136,3 +136,32 @@ def test_the_misplaced_baseline_is_really_elsewhere(prototype: Board) -> None:
     assert misplaced_target(prototype, (10.0, 25.0)) == (-10.0, -25.0)
     assert misplaced_target(prototype, (1.0, 2.0)) == pytest.approx((1.0, 2.0 - 146.7 / 4))
     assert misplaced_target(prototype, (0.0, 0.0)) == pytest.approx((0.0, 146.7 / 4))
+
+
+def test_a_finger_20_mm_away_has_a_level_where_the_plate_has_room_for_one(
+    prototype: Board,
+) -> None:
+    """By the discs of fingertips one by one, on every fifth image point."""
+    solution = solve(prototype, (10.0, 25.0))
+    card = score(solution, prototype)
+    x, y, power = prototype.x, prototype.y, np.abs(solution.field) ** 2
+
+    def mean(at: tuple[float, float]) -> float:
+        return float(power[metrics.disc_mask(x, y, at, 6e-3)].mean())
+
+    apart = np.hypot(x[:, None] - 10e-3, y - 25e-3)
+    others = max(
+        mean((x[j], y[k])) for j, k in np.argwhere(apart > 20e-3) if j % 5 == 0 and k % 5 == 0
+    )
+    assert card.second_finger_20mm_db == pytest.approx(
+        10.0 * np.log10(mean((10e-3, 25e-3)) / others), abs=0.1
+    )
+    small = dataclasses.replace(
+        prototype,
+        plate=dataclasses.replace(prototype.plate, size=(24e-3, 24e-3), corner_radius=0.0),
+        actuators=prototype.actuators[:1],
+        screws=(),
+        panel=None,
+        electronics=dataclasses.replace(prototype.electronics, pwm_pins=()),
+    )
+    assert score(solve(small, (0.0, 0.0)), small).second_finger_20mm_db is None

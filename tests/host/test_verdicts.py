@@ -90,17 +90,22 @@ def test_what_would_help_follows_from_coils_and_foam(
 
 
 def test_a_place_is_judged_by_its_maximum_too() -> None:
-    def told(off: float, db: float, um: float = 36.0) -> str:
-        felt = SimpleNamespace(finger_um=um)
+    def told(off: float, db: float, um: float = 36.0, far_db: float | None = None) -> str:
         card: Any = SimpleNamespace(
-            movable=True, focal_error_mm=off, second_finger_db=db, felt=felt
+            movable=True,
+            focal_error_mm=off,
+            second_finger_db=db,
+            second_finger_20mm_db=far_db,
+            felt=SimpleNamespace(finger_um=um),
         )
         return of_place(card, frequency_hz=160.0)
 
     assert told(1.5, 3.8).startswith(
         "It focuses: the maximum lies 1.5 mm from the finger, and a "
-        "finger 12 mm away gets 3.8 dB less"
+        "finger 12 mm away gets 3.8 dB less; fingers"
     )
+    assert "12 mm away gets 3.8 dB less, one 20 mm away 16.0 dB less; f" in told(1, 3.8, 36, 16.0)
+    assert "20 mm" not in told(35.0, -3.0, 36.0, -3.0)
     assert told(5.2, 0.2).startswith("It hardly focuses")
     assert told(35.0, 0.3).startswith("It does not focus: the maximum lies 35.0 mm")
     assert told(35.0, 3.0).startswith("It does not focus")

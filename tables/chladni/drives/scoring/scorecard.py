@@ -22,6 +22,8 @@ ComplexArray = NDArray[np.complex128]
 
 DIFFRACTION_SPOT = 0.36
 """Width at half maximum of J₀², the narrowest focus of waves from all sides, in wavelengths."""
+FAR_FINGER = 20e-3
+"""m; `metrics.SECOND_FINGER_DISTANCE` is the near one's."""
 STILL = 1e-9
 """A place where every actuator does this little beside its most does not move."""
 
@@ -43,6 +45,7 @@ class NullModels:
 class Scorecard:
     """How good one field is for one target. Lengths in mm, ratios in dB.
 
+    `second_finger_20mm_db` is None where the plate has no fingertip so far away,
     `nearest_second_finger_db` is what the nearest coil alone leaves, `movable` whether any drive of
     these actuators moves the target at all, `remark` where SSIM and focus disagree, `felt` what a
     finger would feel if it is known what drives the field.
@@ -54,6 +57,7 @@ class Scorecard:
     contrast_db: float
     contrast_limit_db: float
     second_finger_db: float
+    second_finger_20mm_db: float | None
     nearest_second_finger_db: float
     louder_fraction: float
     spot_mm2: float
@@ -134,7 +138,9 @@ def score_on(
     wavelength = board.wavelength(problem.solved.fields.frequency_hz)
     ssim = metrics.ssim(np.abs(field), np.abs(problem.wanted))
     focal_error_mm = metrics.focal_error(field, x, y, place) / MM
-    second_finger_db = metrics.second_finger_db(field, x, y, place)
+    near, far = metrics.SECOND_FINGER_DISTANCE, FAR_FINGER
+    discs = metrics.FingertipDiscs(x, y)
+    second_finger_db, at_20mm_db = discs.second_finger_db(field, place, [near, far])
     return Scorecard(
         ssim=ssim,
         focal_error_mm=focal_error_mm,
@@ -142,6 +148,7 @@ def score_on(
         contrast_db=metrics.contrast_db(field, disc),
         contrast_limit_db=problem.contrast[0],
         second_finger_db=second_finger_db,
+        second_finger_20mm_db=at_20mm_db if at_20mm_db < -metrics.FLOOR_DB else None,
         nearest_second_finger_db=metrics.second_finger_db(_nearest_alone(problem), x, y, place),
         louder_fraction=metrics.louder_fraction(field, disc),
         spot_mm2=metrics.spot_area(field, x, y) / MM**2,

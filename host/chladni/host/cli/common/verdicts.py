@@ -17,6 +17,8 @@ WIDE_MM = 14.0
 LONG, SHORT = 0.6, 0.3
 """Foam lengths over the coils' spacing at which all coils make nearly one field, and at which
 places between them are lost (docs/focus.md)."""
+SAME_DB = 0.05
+"""What is written with one digit is the same below."""
 
 
 def of_places(score: FocusStatistics, *, frequency_hz: float) -> str:
@@ -130,6 +132,9 @@ def of_place(card: Scorecard, *, frequency_hz: float) -> str:
         told = f"It hardly focuses: {where} only {_less(less)}"
     else:
         told = f"It does not focus: {where} {_less(less)}"
+    far = card.second_finger_20mm_db
+    if far is not None and far - less >= SAME_DB:
+        told += f", one 20 mm away {_less(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}".rstrip()
