@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from chladni.design import search
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table_build
+from chladni.host.cli.common import output
 from chladni.host.cli.common.output import progress_bar
 from chladni.sim.errors import StoppedError
 from chladni.sim.files import write_whole
@@ -126,8 +128,8 @@ def test_ctrl_c_promises_what_was_kept_only_where_something_was(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(build_for, "build_table", cut_off)
-    output = tmp_path / "t.chl"
-    answer = chladni("table", "build", coarse, "-o", output, "--objective", "contrast")
+    path = tmp_path / "t.chl"
+    answer = chladni("table", "build", coarse, "-o", path, "--objective", "contrast")
     hint = "; the same command goes on from what was kept" * is_kept
     assert (answer.code, answer.err) == (130, f"chladni: solving: interrupted{hint}\n")
     assert (tmp_path / "t.chl.partial").exists() == is_kept
@@ -144,3 +146,20 @@ def test_ctrl_c_promises_what_a_device_keeps_once_it_has_something(done: int) ->
     with pytest.raises(StoppedError) as caught:
         flash()
     assert ("goes on" in str(caught.value)) == bool(done)
+
+
+def test_where_there_is_no_bar_long_work_is_told_in_lines(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """After 20 s, then every minute, and nothing of what is done sooner."""
+    now = [100.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("boards") as progress:
+        for done in range(1, 26):
+            now[0] += 8.0
+            progress(done, 25)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: boards: 3 of 25, 176 s more or so",
+        "chladni: boards: 11 of 25, 112 s more or so",
+        "chladni: boards: 19 of 25, 48 s more or so",
+    ]

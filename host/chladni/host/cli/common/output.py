@@ -7,6 +7,7 @@ import json
 import math
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -172,11 +173,28 @@ def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path
     return path
 
 
+FIRST_LINE_S, NEXT_LINE_S = 20.0, 60.0
+
+
+class _Lines:
+    """What a log gets in place of a bar: how far long work is, and what is left of it."""
+
+    def __init__(self, label: str) -> None:
+        self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
+
+    def tell(self, done: int, total: int) -> None:
+        passed = time.monotonic() - self._begun
+        if passed < self._due_s or not 0 < done < total:
+            return
+        self._due_s = passed + NEXT_LINE_S
+        say(f"{self._label}: {done} of {total}, {passed * (total - done) / done:.0f} s more or so")
+
+
 @contextlib.contextmanager
 def progress_bar(
     label: str, *, kept: Path | bool | None = None
 ) -> Iterator[Callable[[int, int], None]]:
-    """A callback (done, all) that draws a bar on stderr, if that is a terminal.
+    """A callback (done, all) that draws a bar on stderr, or writes lines if that is no terminal.
 
     Parameters
     ----------
@@ -196,10 +214,17 @@ def progress_bar(
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
+    lines = _Lines(label)
+
+    def tell(done: int, total: int) -> None:
+        bar.update(task, completed=done, total=total)
+        if not console.is_terminal:
+            lines.tell(done, total)
+
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
         task = bar.add_task(label, total=None)
         try:
-            yield lambda done, total: bar.update(task, completed=done, total=total)
+            yield tell
         except KeyboardInterrupt:
             is_kept = kept.exists() if isinstance(kept, Path) else kept and bar.tasks[0].completed
             again = "the same command goes on from what was kept" if is_kept else ""
