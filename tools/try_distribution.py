@@ -42,7 +42,7 @@ print(chladni.host.__version__, len(solve(load_board("prototype"), (10.0, 25.0))
 # In this order: later ones read what earlier ones wrote.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "board show": ("prototype",),
-    "board score": ("strip5", "--pitch", "20", "--no-perturbed", "--figure", "score.png"),
+    "board score": ("strip5", "--pitch", "40", "--no-perturbed", "--figure", "score.png"),
     "board sensitivity": ("paper",),
     "board refit": ("strip5", "--foam", "1.9", "-o", "refitted.toml"),
     "fingers": ("strip5", "--fingers", "2", "--sets", "4", "--samples", "1", "--figure", "two.png"),
@@ -51,7 +51,6 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "effects convert": ("click", "-o", "click.ahap"),
     "effects build": ("calculator", "-o", "calculator.che"),
     "effects flash": ("calculator", "--emulator"),
-    "play": ("click.ahap", "--at", "0,15", "--emulator", "--board", "strip5", "--figure", "p.png"),
     "design": ("small", "-o", "own.toml", "--samples", "1"),
     "calibrate": (
         "--board",
@@ -74,6 +73,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "compare": ("prototype", "--pitch", "60", "--methods", "phasor,nearest", "-o", "c.csv"),
     "table build": ("prototype", "-o", "t.chl"),
     "table show": ("t.chl", "--at", "10,25"),
+    "play": ("click.ahap", "--at", "10,25", "--emulator", "--table", "t.chl", "--figure", "p.png"),
     "table verify": ("t.chl",),
     "table score": ("t.chl", "--pitch", "60", "--samples", "1", "--figure", "played.png"),
     "table diff": ("t.chl", "t.chl"),

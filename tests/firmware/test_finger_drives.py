@@ -252,6 +252,20 @@ MOST_PRODUCTS = {(2, 5): 4_000, (5, 16): 100_000}
 MOST_OF_A_SLICE = 13_000
 """A slice's products, and its sums; the ESP32 does at least one in 15 cycles, and has 240,000 in a
 millisecond."""
+MOST_TOO_MUCH = 1.2
+"""Announced over done, where every λ is tried: what is announced and not done is a share of a turn
+that nothing uses."""
+
+
+@pytest.mark.parametrize("channels", [1, 2, 5, 9, 16])
+@pytest.mark.parametrize("fingers", [1, 2, 3, 5])
+def test_slices_announce_what_they_multiply(fingers: int, channels: int) -> None:
+    plate = random_plate(np.random.default_rng(3), fingers, channels)
+    for regularisation in (1e-3, 0.0):
+        rows, announced = operations(plate, regularisation)
+        assert np.all(rows[:, 0] <= announced)
+    if fingers > 1 and channels >= 5:
+        assert announced.sum() <= MOST_TOO_MUCH * rows[:, 0].sum()
 
 
 @pytest.mark.parametrize(("fingers", "channels"), MOST_PRODUCTS)

@@ -108,7 +108,7 @@ std::vector<CountRow> finger_operations(const Given& what) {
   std::vector<CountRow> slices;
   for (bool goes_on = true; goes_on;) {
     CountedReal::counts = {};
-    const uint32_t announced = solver->next_cost() * what.channels * what.channels;
+    const uint32_t announced = solver->next_products();
     goes_on = solver->step();
     slices.emplace_back(CountedReal::counts.products, CountedReal::counts.sums, announced);
   }

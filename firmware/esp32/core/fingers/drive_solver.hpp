@@ -28,8 +28,8 @@ class DriveSolver {
   // 0.
   bool step();
 
-  // The most that the next step multiplies, over channels².
-  uint32_t next_cost() const;
+  // The most that the next step multiplies.
+  uint32_t next_products() const;
 
   bool is_done() const { return slice_ == Slice::kDone; }
   // Of a finger of the set, once `step` has said that all are found.

@@ -59,8 +59,8 @@ bool FingerDrives::work(const Table& table) {
   if (!is_busy() || !table.has_responses()) return false;
   uint32_t left = kProductsOfATurn;
   for (;;) {
-    const uint32_t cost = stage_ == Stage::kFill ? kFillCost : solver_.next_cost();
-    const uint32_t products = cost * channels_ * channels_;
+    const bool is_filling = stage_ == Stage::kFill;
+    const uint32_t products = is_filling ? products_of_lookups() : solver_.next_products();
     if (products > left) return false;
     left -= products;
     if (!step(table)) return true;

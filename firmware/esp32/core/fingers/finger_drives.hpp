@@ -48,10 +48,10 @@ class FingerDrives {
   enum class Stage : uint8_t { kFill, kSolve, kDone };
 
   // What a turn may multiply, at less than five instructions each: less than a millisecond of an
-  // ESP32. Two fingers take a turn on five coils, and two on sixteen.
-  static constexpr uint32_t kProductsOfATurn = 40000;
-  // Of looking up a finger's responses, in instructions as much as so many products over channels².
-  static constexpr uint32_t kFillCost = 14;
+  // ESP32, at one a cycle. Two fingers on sixteen coils need one turn.
+  static constexpr uint32_t kProductsOfATurn = 45000;
+  // Looking up a finger's responses takes the instructions of so many.
+  uint32_t products_of_lookups() const { return 320 + 160 * channels_; }
 
   bool step(const Table& table);
   bool fill(const Table& table);

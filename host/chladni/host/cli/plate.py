@@ -25,6 +25,7 @@ from chladni.host.cli.common.output import (
     answer,
     check_output,
     parse_place,
+    progress_bar,
     say,
     say_unmet,
     write_figure,
@@ -183,7 +184,9 @@ def sweep(
     frequencies = np.linspace(start_hz, stop_hz, 601)
     # The plate takes some milliseconds a frequency, and its curve bends less than a latch's.
     coarse, model = frequencies[::PLATE_STEP], plate_model(loaded)
-    per_volt = np.abs(acceleration_on_plate(loaded, index, coarse, model=model))
+    with progress_bar("frequencies") as progress:
+        found = acceleration_on_plate(loaded, index, coarse, model=model, progress=progress)
+    per_volt = np.abs(found)
     on_plate = PlateCurve(coarse, np.sqrt(2.0) * loaded.coil.rms_voltage * per_volt)
     curves = {
         wave: wave_response(loaded.coil, wave, frequencies)

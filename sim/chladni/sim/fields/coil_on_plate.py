@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,12 @@ class PlateCurve:
 
 
 def acceleration_on_plate(
-    board: Board, actuator: int, frequencies_hz: FloatArray, *, model: PlateModel | None = None
+    board: Board,
+    actuator: int,
+    frequencies_hz: FloatArray,
+    *,
+    model: PlateModel | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> ComplexArray:
     """Acceleration of the plate under a coil per volt at that coil alone, m/(s²·V).
 
@@ -44,6 +50,8 @@ def acceleration_on_plate(
         Shape (frequencies,).
     model
         `plate_model(board)`, if it is at hand.
+    progress
+        Called with how many frequencies are done, and how many there are.
 
     Raises
     ------
@@ -58,11 +66,12 @@ def acceleration_on_plate(
     model = model or plate_model(board)
     load = actuator_loads(board)[actuator]
     x, y = (np.array([along]) for along in board.actuators[actuator].at)
-    found = [
-        model.respond([load], frequency_hz=float(one), x=x, y=y, tolerance=TOLERANCE)
-        for one in frequencies_hz
-    ]
-    compliance = np.array([response.values[0, 0, 0] for response in found])
+    compliance = np.empty(len(frequencies_hz), dtype=np.complex128)
+    for k, one in enumerate(frequencies_hz):
+        found = model.respond([load], frequency_hz=float(one), x=x, y=y, tolerance=TOLERANCE)
+        compliance[k] = found.values[0, 0, 0]
+        if progress is not None:
+            progress(k + 1, len(frequencies_hz))
     omega = 2.0 * np.pi * np.asarray(frequencies_hz, dtype=np.float64)
     blocked = coil.force_factor / (coil.resistance + 1j * omega * coil.inductance)
     brake = 1j * omega * coil.force_factor * blocked if coil.motion_acts_back else 0.0

@@ -51,8 +51,13 @@ class BasisTable:
         """Polynomials of the class, then its circle functions."""
         x = self._line(0, derivative[0])[:, parity.degrees_x]
         y = self._line(1, derivative[1])[:, parity.degrees_y]
-        polynomials = (x[:, :, None] * y[:, None, :]).reshape(x.shape[0], parity.polynomials)
-        return np.concatenate((polynomials, self.circle_values(parity, derivative)), axis=1)
+        circles = self.circle_values(parity, derivative)
+        # Written where they stay: of large tables copies would take as long as products.
+        values = np.empty((x.shape[0], parity.polynomials + circles.shape[1]))
+        polynomials = values[:, : parity.polynomials].reshape(*x.shape, y.shape[1])
+        np.multiply(x[:, :, None], y[:, None, :], out=polynomials)
+        values[:, parity.polynomials :] = circles
+        return values
 
     def _line(self, axis: int, derivative: int) -> FloatArray:
         if (axis, derivative) not in self._lines:
