@@ -72,6 +72,25 @@ def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
     )
 
 
+def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
+    table: Table, board: Board, solved: list[SolvedBoard]
+) -> None:
+    """Half of full scale and what rounding needs; bridges have none."""
+    assert played(table, board, solved, "click").bias_duty is None
+    own = replace(board.electronics, drive="switch", sign_pins=(), lost_ns=0.0)
+    found = played(table, replace(board, electronics=own), solved, "click")
+    assert found.bias_duty is not None
+    assert found.isolation_db is not None
+    assert found.standing_isolation_db is not None
+    assert 0.4 < found.bias_duty < 0.55
+    assert 20.0 < found.rise_ms < 20.0 + 4.7 + 2.1 + 1.0
+    # What comes with the bias counts for a first effect, and not for later ones.
+    bias_db = 20.0 * np.log10(found.peak_um / found.bias_um)
+    assert found.standing_isolation_db > 30.0
+    assert found.isolation_db < found.standing_isolation_db + 1e-9
+    assert bias_db > 6.0
+
+
 @pytest.mark.parametrize("name", ["pulse", "sweep"])
 def test_an_envelope_is_met_within_a_decibel(
     table: Table, board: Board, solved: list[SolvedBoard], name: str

@@ -206,3 +206,44 @@ def test_a_finger_that_leaves_ends_its_signal_with_the_release(table: Table) -> 
     assert np.abs(recording.duty).max() > 0.5
     assert np.abs(recording.duty[-round(0.02 * recording.carrier_hz) :]).max() == 0.0
     assert emulator.core.state == "idle"
+
+
+@pytest.mark.parametrize(("asked", "lasts_ms"), [({}, 20), ({"bias_ramp_ms": 50}, 50)])
+def test_a_switchs_bias_comes_up_slowly_beside_a_finger_that_rests(
+    table: Table, asked: dict[str, int], lasts_ms: int
+) -> None:
+    """In a straight line, and the signal waits for it; a finger alone has the table's 4 ms."""
+    emulator = board(table, driver=0, **asked)
+    emulator.core.set_voice(0, 0, 0)
+    emulator.core.set_signal_voice(1, 32767)
+    send(emulator, 1, HIGH)
+    lay(emulator, 1.0, HERE)
+    emulator.run(60.0)
+    emulator.touch(TouchEvent(61.0, THERE, 1))
+    recording = emulator.run(160.0)
+    duty = recording.duty[:, int(recording.duty[-1].argmax())]
+    times_ms = 1e3 * np.arange(len(duty)) / recording.carrier_hz
+    begins, standing = float(times_ms[duty > 0.0].min()), float(duty[-1])
+    for share in (0.25, 0.5, 0.75):
+        reached = float(times_ms[duty >= share * standing].min()) - begins
+        assert reached == pytest.approx(share * lasts_ms, abs=0.5)
+    # The click's first swing of a twentieth comes after.
+    swings = times_ms[np.abs(duty - standing) < 0.05 * standing].min() - begins
+    assert swings == pytest.approx(0.95 * lasts_ms, abs=0.5)
+    loud = times_ms[duty > 1.05 * standing].min() - begins
+    assert loud > lasts_ms
+
+
+def test_an_older_configuration_has_the_default_ramp_of_a_bias(table: Table) -> None:
+    def standing_after_ms(**asked: int) -> float:
+        emulator = board(table, driver=0, **asked)
+        emulator.core.set_voice(0, 0, 0)
+        emulator.core.set_signal_voice(1, 32767)
+        lay(emulator, 1.0, HERE)
+        emulator.run(60.0)
+        emulator.touch(TouchEvent(61.0, THERE, 1))
+        duty = emulator.run(80.0).duty.max(axis=1)
+        rises = np.flatnonzero((duty > 0.0) & (duty < 0.98 * duty[-1]))
+        return float(len(rises))
+
+    assert standing_after_ms(bias_ramp_ms=0) == standing_after_ms()

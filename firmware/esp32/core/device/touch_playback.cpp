@@ -12,6 +12,12 @@ bool is_same(Place one, Place other) { return one.x_um == other.x_um && one.y_um
 
 bool are_several(uint32_t slots) { return (slots & (slots - 1U)) != 0; }
 
+// Older records have a 0.
+uint32_t bias_ramp_us(const Config& config) {
+  const uint32_t own_ms = config.bias_ramp_ms;
+  return (own_ms > 0 ? own_ms : Config{}.bias_ramp_ms) * 1000U;
+}
+
 bool is_near(Place one, Place other, int32_t um) {
   const int32_t x = one.x_um - other.x_um, y = one.y_um - other.y_um;
   return x >= -um && x <= um && y >= -um && y <= um;
@@ -230,7 +236,7 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
   if (!are_all_ready(table)) return false;
   begin_envelopes(table, now_us);
   const Line common = common_line(now_us);
-  const uint32_t ramp_us = brings_bias(config, table) ? kBiasRampUs : common.ramp_us;
+  const uint32_t ramp_us = brings_bias(config, table) ? bias_ramp_us(config) : common.ramp_us;
   const uint32_t end_us = now_us + ramp_us;
   uint32_t begun = 0;
   goes_on_ = false;

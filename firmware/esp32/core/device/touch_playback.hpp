@@ -99,9 +99,6 @@ class TouchPlayback {
   // 8 mm. They are asked for again after so long at the soonest.
   static constexpr int32_t kStillUm = 500;
   static constexpr uint32_t kSolveUs = 2000;
-  // Beside a finger that rests, a click on `prototype` is 23 dB weaker with it, and 14 in the
-  // table's 4 ms (simulated).
-  static constexpr uint32_t kBiasRampUs = 20000;
   // The turn in which drives are asked for again: fingers came, left or moved.
   enum class Ask : uint8_t { kNo, kSoon, kNow };
 

@@ -56,14 +56,15 @@ struct Config {
   uint16_t driver = 0;  // 0 switch, 1 bridge.
   uint16_t lost_ns = 0;  // What a bridge loses of each pulse.
   std::array<uint8_t, 16> sign_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers, 0 to 31, of a bridge's directions.
+  uint16_t bias_ramp_ms = 20;  // In which a switch's bias comes up beside a finger that rests; 0 is the default.
 };
 
 namespace config_format {
 
 constexpr uint32_t kMagic = 0x434C4843U;
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 1U;
-constexpr uint32_t kRecordBytes = 244U;
+constexpr uint32_t kVersionMinor = 2U;
+constexpr uint32_t kRecordBytes = 246U;
 constexpr uint32_t kLeastRecordBytes = 224U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
@@ -119,7 +120,8 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 196, 0, 255, config.board_id) &&
          take(record + 220, 0, 1, config.driver) &&
          take(record + 222, 0, 500, config.lost_ns) &&
-         take(record + 224, 0, 255, config.sign_pins);
+         take(record + 224, 0, 255, config.sign_pins) &&
+         take(record + 240, 0, 1000, config.bias_ramp_ms);
 }
 
 // What a host on a network may set as it likes.
@@ -135,6 +137,7 @@ inline void copy_harmless(const Config& from, Config& to) {
   to.lift_pulse_ms = from.lift_pulse_ms;
   to.lift_level_q15 = from.lift_level_q15;
   to.lift_hold_ms = from.lift_hold_ms;
+  to.bias_ramp_ms = from.bias_ramp_ms;
 }
 
 // What it may set up to what was last written by wire.
@@ -209,7 +212,8 @@ inline bool are_same(const Config& one, const Config& other) {
          is_same(one.board_id, other.board_id) &&
          is_same(one.driver, other.driver) &&
          is_same(one.lost_ns, other.lost_ns) &&
-         is_same(one.sign_pins, other.sign_pins);
+         is_same(one.sign_pins, other.sign_pins) &&
+         is_same(one.bias_ramp_ms, other.bias_ramp_ms);
 }
 
 template <typename Put>
@@ -259,6 +263,7 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 220, config.driver);
   put(record + 222, config.lost_ns);
   put(record + 224, config.sign_pins);
+  put(record + 240, config.bias_ramp_ms);
 }
 
 }  // namespace config_format

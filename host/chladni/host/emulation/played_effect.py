@@ -27,6 +27,7 @@ from chladni.host.emulation.felt_over_time import (
     over_frequency,
     rms,
 )
+from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -44,8 +45,6 @@ TURN_MS = 10.0
 """Between two sendings of samples."""
 AFTER_S = 0.1
 ENVELOPE_POINTS = 200
-BIAS_RAMP_S = 20e-3
-"""In which a switch's bias comes up beside a finger that rests (core/device/touch_playback.hpp)."""
 LATEST_S = 2e-3
 """By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 
@@ -68,6 +67,8 @@ class PlayedEffect:
         The largest of `own_um` while the effect plays.
     bias_um
         The largest before and after, as a switch's bias comes and goes; None with bridges.
+    bias_duty
+        Largest duty that a switch's bias stands at while a finger rests; None with bridges.
     first_ms
         From the panel's first report of the finger to the first duty.
     rise_ms
@@ -77,6 +78,8 @@ class PlayedEffect:
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
         any time, a switch's bias too, above 40 Hz.
+    standing_isolation_db
+        The same while the effect plays: what later effects have, for which a bias stands already.
     """
 
     t_s: FloatArray
@@ -85,10 +88,12 @@ class PlayedEffect:
     other_um: FloatArray | None
     peak_um: float
     bias_um: float | None
+    bias_duty: float | None
     first_ms: float
     rise_ms: float
     envelope_error_db: float
     isolation_db: float | None
+    standing_isolation_db: float | None
 
 
 def play_effect(
@@ -140,13 +145,9 @@ def play_effect(
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
-    samples = flattened(
-        asked_samples,
-        SIGNAL_HZ,
-        np.array(GRID_HZ),
-        plate.level(0, board.drive.frequency_hz),
-        board.drive.frequency_hz,
-    )
+    own_hz = board.drive.frequency_hz
+    level_there = plate.level(0, own_hz)
+    samples = flattened(asked_samples, SIGNAL_HZ, np.array(GRID_HZ), level_there, own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     recording, begins, reported = _recorded(
         emulator, samples, at_mm, other_mm, None if bank else level
@@ -161,27 +162,34 @@ def play_effect(
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
-    asked, playing = _aligned(
-        level * asked_samples, own, first_s + _bias_s(board, beside_another=other_mm is not None)
-    )
+    bias_s = _bias_s(board, beside_another=other_mm is not None)
+    stands = round((begins + first_s + bias_s) * recording.carrier_hz)
+    asked, playing = _aligned(level * asked_samples, own, first_s + bias_s)
     sizes = np.abs(own)
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
     around = np.delete(sizes, playing).max(initial=0.0)
+    is_bridge = board.electronics.is_bridge
     return PlayedEffect(
         t_s=times,
         asked=asked,
         own_um=own,
         other_um=other,
         peak_um=largest,
-        bias_um=None if board.electronics.is_bridge else float(around),
+        bias_um=None if is_bridge else float(around),
+        bias_duty=None if is_bridge else float(recording.duty[stands].max()),
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None
+        isolation_db=None if other is None else _isolation_db(disc[:, playing], other),
+        standing_isolation_db=None
         if other is None
-        else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
+        else _isolation_db(disc[:, playing], other[playing]),
     )
+
+
+def _isolation_db(own_disc: FloatArray, other: FloatArray) -> float:
+    return decibel(float(rms(own_disc).max() / other.max()) ** 2)
 
 
 def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
@@ -209,7 +217,7 @@ def _bias_s(board: Board, *, beside_another: bool) -> float:
     """For which a signal waits until a switch's bias is up."""
     if board.electronics.is_bridge:
         return 0.0
-    return BIAS_RAMP_S if beside_another else board.electronics.ramp_ms * 1e-3
+    return 1e-3 * (BIAS_RAMP_MS if beside_another else board.electronics.ramp_ms)
 
 
 def _aligned(samples: FloatArray, own: FloatArray, earliest_s: float) -> tuple[FloatArray, slice]:
