@@ -71,7 +71,8 @@ all-tests:
 # `alone` waits more than it works: one job more than cores.
 long: venv  ## clang-tidy, and the tests that take longer (tests/long_tests.py)
 	@$(BESIDE) $(WORKERS) alone $(TIDY)
-	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone"
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m "long and not alone" \
+		$$($(BIN)/python tests/long_tests.py)
 
 lint: venv  ## ruff, mypy, import-linter, clang-format, clang-tidy, cppcheck (if there is one), generated headers, licences
 	@$(BESIDE) $(JOBS) --keep-going lint-types $(LINTERS) $(TIDY)

@@ -193,3 +193,8 @@ def mark_long(items: Sequence[pytest.Item]) -> None:
                 unused.discard(own)
     if unused and len(items) > WHOLE_SUITE:
         raise pytest.UsageError(f"tests/long_tests.py: no such tests: {', '.join(sorted(unused))}")
+
+
+if __name__ == "__main__":
+    # For a run of these alone: to collect the others takes as long as some of them.
+    print(*sorted({f"tests/{name.partition('::')[0]}" for name in LONG}))
