@@ -56,6 +56,17 @@ def nystrom(solved: SolvedBoard, known: Responses) -> Responses:
     return replace(known, coupling=np.linalg.inv((at_coils + at_coils.T) / 2.0))
 
 
+def without_phase(known: Responses) -> Responses:
+    """The same as real numbers, once the phase that all have in common is taken out."""
+    turn = np.exp(-0.5j * np.angle((known.values**2).sum()))
+    return replace(
+        known,
+        values=(known.values * turn).real + 0j,
+        own=known.own.real + 0j,
+        coupling=(known.coupling / turn**2).real + 0j,
+    )
+
+
 class Exact:
     """Drives from the field of every finger's push."""
 
@@ -144,6 +155,7 @@ def main() -> None:
             row(f"fitted coupling, λ = {share:g}", of(known, share))
         row("no coupling: a free plate", of(known, spring=0.0))
         row("M = C⁻¹ (Nyström)", of(nystrom(solved, known)))
+        row("real numbers alone", of(without_phase(known), spring=complex(stiffness.real)))
         row("exact coupling", Exact(solved, known, stiffness))
         for apart in NEAR_MM:
             pairs = pairs_at(board, apart * MM, np.random.default_rng(SEED))

@@ -29,7 +29,14 @@ ALL = Bank(
     | {"hum": HUM, "recorded": RECORDED, "hiss": HISS},
     (
         Area("key", Polygon.rectangle(-25.0, 20.0, -5.0, 40.0), press="click", release="thud"),
-        Area("knob", Circle((10.0, 30.0), 9.0), hold="tick", every_mm=4.0, level_db=-6.0),
+        Area(
+            "knob",
+            Circle((10.0, 30.0), 9.0),
+            hold="tick",
+            every_mm=4.0,
+            level_db=-6.0,
+            level_um=12.5,
+        ),
         Area(
             "slide", Polygon.rectangle(0.0, -40.0, 20.0, 0.0), hold="tick", every_mm=5.0, along="y"
         ),

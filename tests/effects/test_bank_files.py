@@ -46,6 +46,7 @@ hold = "tick"
 every_mm = 3
 along = "x"
 level_db = -6
+level_um = 8
 """
 
 
@@ -67,6 +68,7 @@ def test_a_file_with_a_drawing_and_an_effect_beside_it(folder: Path) -> None:
     assert isinstance(key.shape, Polygon)
     assert set(key.shape.corners_mm) == {(-30, 60), (-10, 60), (-10, 50), (-30, 50)}
     assert (strip.every_mm, strip.along, strip.level_db) == (3.0, "x", -6.0)
+    assert strip.level_um == 8.0
 
 
 def test_shapes_of_a_drawing_lie_where_they_are_drawn(folder: Path) -> None:
@@ -150,6 +152,7 @@ def test_a_shape_that_can_be_no_area_is_refused_where_an_area_asks_for_it(
         (('along = "x"', 'along = "w"'), "area[1].along: expected one of path, x, y"),
         (('name = "strip"', 'name = "key"'), "area: expected names that differ, got 'key'"),
         (("level_db = -6", "level_db = 6"), "area[1].level_db: expected a number from -60 to 0"),
+        (("level_um = 8", "level_um = 0"), "area[1].level_um: expected a number from 0.01 to 655"),
         (('name = "strip"', "swipe = 1"), "area[1].swipe: expected one of name, rectangle_mm"),
         (('effects = ["pulse"]', "effects = 3"), "effects: expected a list"),
     ],
@@ -206,6 +209,7 @@ def test_commands_build_and_show_a_bank(folder: Path, chladni: CommandLine) -> N
         "name": "strip",
         "shape": "polygon",
         "level_db": -6.0,
+        "level_um": 8.0,
         "every_mm": 3.0,
         "along": "x",
         "hold": "tick",

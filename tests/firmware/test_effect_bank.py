@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from chladni.effects import Area, Bank, Circle, Polygon
+from chladni.drives.fingers.silence import disc_weights, loaded_points
+from chladni.effects import Area, Bank, Circle, Curve, Effect, Polygon, Tone
 from chladni.effects import shipped_effects as shipped
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.pack import pack_bank
@@ -18,13 +19,15 @@ from chladni.host.device.device import Device
 from chladni.host.device.device_effects import AreaEvent
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.sim.errors import ArgumentError
+from chladni.tables.responses import TableResponses
 from chladni.tables.table import Table
 from effects.banks import ALL, BYTES
 from firmware.bank_boards import LIMITS, board, lay, loudest
-from made_up import make_table
-from plate_of_bumps import responses_table
+from made_up import make_section, make_table
+from plate_of_bumps import FINGER, responses_table
 
 FloatArray = NDArray[np.float64]
 
@@ -268,3 +271,47 @@ def test_a_host_plays_an_effect_of_the_bank_by_its_name(table: Table) -> None:
     lay(emulator, KEY)
     emulator.run(100.0)
     assert loudest(emulator.run(60.0)) <= 0.0
+
+
+def hum(level_um: float | None) -> bytes:
+    """160 Hz as long as a finger stays, everywhere."""
+    tone = Tone(0.0, 0.4, Curve.constant(1.0), Curve.constant(160.0))
+    area = Area("all", hold="hum", level_um=level_um)
+    return pack_bank(Bank("b", {"hum": Effect("hum", (tone,), loop_s=(0.1, 0.2))}, (area,)))
+
+
+def moved_um(emulator: Emulator, table: Table, slot: int) -> float:
+    """What its steady pins move a finger by, in the table's own responses."""
+    recording = emulator.run(400.0)
+    count = len(recording.duty_steps)
+    newtons = FINGER.full_force_un * 1e-6 * phasors(recording, Play(count // 2, count), 160.0)
+    down = [(x, y) for is_down, x, y, *_ in emulator.core.touches() if is_down]
+    places = [(x * 1e-6, y * 1e-6) for x, y in down]
+    points = loaded_points(TableResponses.of(table), np.array(places), FINGER.stiffness)
+    return float(1e6 * np.abs(disc_weights() @ points[slot] @ newtons))
+
+
+@pytest.mark.parametrize("has_drives", [False, True])
+@pytest.mark.parametrize("others", [(), (REST,)])
+def test_micrometres_are_those_of_the_area_wherever_the_place_allows_them(
+    table: Table, others: tuple[tuple[float, float], ...], has_drives: bool
+) -> None:
+    """One finger by the table's drives or by its responses; and beside another that rests."""
+    if has_drives:
+        columns, rows = table.grid.columns, table.grid.rows
+        drives = np.tile([2.0, -4.0, 10.0, 3.0, 6.0], (columns * rows, 1))
+        table = replace(table, sections=(make_section(drives),))
+    loud = {}
+    for level_um in (None, 1.0, 0.25, 500.0):
+        emulator = board(table, hum(level_um), full_force_mn=300)
+        for slot in range(1, len(others) + 1):
+            emulator.core.set_voice(slot, 0, 0)
+        for slot, place in enumerate((KEY, *others)):
+            lay(emulator, place, slot)
+        emulator.run(300.0)
+        loud[level_um] = moved_um(emulator, table, 0)
+    assert loud[None] > 1.3
+    # A ramp's rounding, and the pins' harmonics.
+    assert loud[1.0] == pytest.approx(1.0, rel=0.03)
+    assert loud[0.25] == pytest.approx(0.25, rel=0.05)
+    assert loud[500.0] == pytest.approx(loud[None], rel=1e-3)

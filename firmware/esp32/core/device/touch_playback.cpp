@@ -39,7 +39,7 @@ void TouchPlayback::start(const Config& config, uint32_t table_ramp_us, bool has
 void TouchPlayback::come(uint32_t slot, Place place, uint32_t now_us) {
   const bool plays_bank = has_bank_ && wanted_[slot].are_own();
   const Envelope& envelope = plays_bank ? flat_envelope_ : envelope_;
-  fingers_[slot] = {true, false, plays_bank, place, place, envelope, wanted_[slot]};
+  fingers_[slot] = {true, false, plays_bank, 0, place, place, envelope, wanted_[slot]};
   if (plays_bank) fingers_[slot].settings.has_signal = true;
   fingers_[slot].envelope.begin(now_us);
   drives_.forget(slot);
@@ -196,6 +196,21 @@ bool TouchPlayback::brings_bias(const Config& config, const Table& table) const 
   return false;
 }
 
+// Where it is known how far a finger is moved at full level: no further than its area allows.
+uint32_t TouchPlayback::limited_level(uint32_t slot, uint32_t level_q15, const Drive& drive,
+                                      const Table& table, const Config& config) const {
+  const FingerVoice& finger = fingers_[slot];
+  if (finger.most_10nm == 0 || !finger.plays_bank) return level_q15;
+  const uint32_t channels = config.channels;
+  const float per_n = is_alone_with(table)
+                          ? FingerDrives::own_m_per_n(table, finger.place, drive, channels)
+                          : drives_.own_m_per_n(slot);
+  // Both in 10 nm, at a level of 32767.
+  const float own = per_n * static_cast<float>(config.full_force_mn) * 1e5F;
+  const float most = static_cast<float>(finger.most_10nm) * 32767.0F;
+  return static_cast<float>(level_q15) * own > most ? static_cast<uint32_t>(most / own) : level_q15;
+}
+
 bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,
                          const CoilHeat& heat, uint32_t now_us) {
   if (next_ == Next::kNothing) return false;
@@ -245,10 +260,11 @@ bool TouchPlayback::play_voices(Synthesis& synthesis, const Table& table, const 
     Voice& voice = voices[s];
     if (!finger.is_there || !has_drive(s, table)) continue;
     voice.drive = drive_of(s, table);
+    const uint32_t level = is_lifted_ ? common.level_q15 : finger.envelope.level_at(end_us);
+    const uint32_t wanted = share_q15(level, finger.settings.level_q15);
+    voice.level_q15 = limited_level(s, wanted, voice.drive, table, config);
     apply_coil_gains(config, voice.drive);
     heat.even_out(voice.drive);
-    const uint32_t level = is_lifted_ ? common.level_q15 : finger.envelope.level_at(end_us);
-    voice.level_q15 = share_q15(level, finger.settings.level_q15);
     voice.starts = !finger.has_begun;
     voice.has_signal = finger.settings.has_signal;
     const uint32_t own = finger.settings.frequency_millihertz;

@@ -42,6 +42,12 @@ class TouchPlayback {
   void begin(const Touches& touches, uint32_t now_us);
   // Each turn in which there are any: others come and leave, and all move if they may.
   void follow(const Touches& touches, const Table& table, bool may_move, uint32_t now_us);
+  // How far effects of the bank may move a finger from now on, 0.01 µm; 0: as far as they can.
+  void limit(uint32_t slot, uint32_t most_10nm) {
+    if (fingers_[slot].most_10nm == most_10nm) return;
+    fingers_[slot].most_10nm = most_10nm;
+    change();
+  }
   // The last finger has left, and its lift pulse plays.
   void lift(uint32_t now_us);
   bool has_lift_pulse() const { return envelope_.lift_pulse_us() > 0; }
@@ -89,6 +95,7 @@ class TouchPlayback {
     bool is_there = false;
     bool has_begun = false;  // the interrupt knows of it
     bool plays_bank = false;
+    uint32_t most_10nm = 0;
     Place place{};
     Place asked_place{};  // for which drives were asked
     Envelope envelope;
@@ -118,6 +125,8 @@ class TouchPlayback {
   Drive drive_of(uint32_t slot, const Table& table) const;
   bool play(Synthesis& synthesis, const Table& table, const Config& config, const CoilHeat& heat,
             uint32_t now_us);
+  uint32_t limited_level(uint32_t slot, uint32_t level_q15, const Drive& drive, const Table& table,
+                         const Config& config) const;
   bool brings_bias(const Config& config, const Table& table) const;
   bool play_voices(Synthesis& synthesis, const Table& table, const Config& config,
                    const CoilHeat& heat, uint32_t now_us);

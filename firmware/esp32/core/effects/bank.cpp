@@ -153,6 +153,7 @@ BankArea Bank::area(uint32_t number) const {
           e[f::kAreaAtRelease],
           read_u32(e + f::kAreaAtEveryUm),
           read_u16(e + f::kAreaAtLevelQ15),
+          read_u16(e + f::kAreaAtMost10nm),
           bytes_ + read_u32(e + f::kAreaAtOffset)};
 }
 
@@ -163,8 +164,7 @@ bool Bank::is_area(uint32_t number) const {
   const BankArea area = this->area(number);
   const auto has_effect = [this](uint32_t e) { return e == f::kNoEffect || e < effects_; };
   const bool is_fine = area.along <= f::kAlongY && entry[f::kAreaAtReserved] == 0 &&
-                       read_u16(entry + f::kAreaAtReserved2) == 0 && has_effect(area.press) &&
-                       has_effect(area.enter) && has_effect(area.hold) &&
+                       has_effect(area.press) && has_effect(area.enter) && has_effect(area.hold) &&
                        has_effect(area.release) && area.every_um <= f::kMaxEveryUm &&
                        area.level_q15 <= f::kFullScale && area.corners <= f::kMaxCorners &&
                        has(area.points, area.corners * f::kCornerBytes);

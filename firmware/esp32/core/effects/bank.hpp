@@ -46,6 +46,7 @@ struct BankArea {
   uint32_t press, enter, hold, release;  // effects, or kNoEffect
   uint32_t every_um;
   uint32_t level_q15;
+  uint32_t most_10nm;  // an amplitude of 1 moves a finger no further; 0: as far as it can
   const uint8_t* points;
 
   Place point(uint32_t k) const;

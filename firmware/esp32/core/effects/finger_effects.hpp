@@ -39,6 +39,11 @@ class FingerEffects {
   uint32_t area_of(uint32_t slot) const {
     return fingers_[slot].phase == Phase::kDown ? fingers_[slot].area : kNoArea;
   }
+  // How far effects may move a finger, by its area; 0: as far as they can.
+  uint32_t most_10nm(uint32_t slot) const {
+    const uint32_t area = fingers_[slot].area;
+    return has_bank() && area != kNoArea ? bank_->area(area).most_10nm : 0U;
+  }
 
  private:
   // 4.9 ms: more than a turn takes, and as much later comes what follows another effect.

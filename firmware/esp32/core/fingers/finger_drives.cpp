@@ -44,6 +44,7 @@ void FingerDrives::stop() {
   solved_ = 0;
   isolations_ = {};
   of_loudest_ = {};
+  own_m_per_n_ = {};
 }
 
 void FingerDrives::ask(const Slots& slots, const Places& places) {
@@ -122,10 +123,33 @@ void FingerDrives::begin(const Table& table) {
   stage_ = solver_.begin() ? Stage::kSolve : Stage::kDone;
 }
 
+// It pushes back as much as it moves: u = h̄ d / (1 + Z g).
+float FingerDrives::own_m_per_n(const Table& table, Place middle, const Drive& drive,
+                                uint32_t channels) {
+  if (!table.has_responses()) return 0.0F;
+  const Place near{near_um(middle.x_um), near_um(middle.y_um)};
+  fingers::Complex<float> moved{}, pushed{1.0F, 0.0F};
+  PlaceResponses found{};
+  for (uint32_t p = 0; p < kPoints; ++p) {
+    table.responses_at({near.x_um + kRing[p].x_um, near.y_um + kRing[p].y_um}, found);
+    if (p == 0) fingers::add_product(pushed, number(table.finger().stiffness), number(found.own));
+    const float weight = p == 0 ? fingers::kCentreWeight : fingers::kRingWeight;
+    for (uint32_t k = 0; k < channels; ++k) {
+      const fingers::Complex<float> gain{static_cast<float>(drive[k].in_phase_q15),
+                                         static_cast<float>(drive[k].quadrature_q15)};
+      fingers::add_product(moved, number(found.coils[k]) * weight, gain);
+    }
+  }
+  const float stiff = fingers::squared(pushed);
+  if (!(stiff > fingers::kLeast)) return 0.0F;
+  return fingers::root(fingers::squared(moved) / stiff) / 32767.0F;
+}
+
 void FingerDrives::take() {
   solved_ = 0;
   isolations_ = {};
   of_loudest_ = {};
+  own_m_per_n_ = {};
   for (uint32_t j = 0; j < solver_.set().count; ++j) take_one(j, slots_[j]);
 }
 
@@ -139,6 +163,7 @@ void FingerDrives::take_one(uint32_t finger, uint32_t slot) {
     if (j != finger && found.shares[j] > most) most = found.shares[j];
   }
   solved_ |= 1U << slot;
+  own_m_per_n_[slot] = fingers::root(fingers::squared(found.means[finger]));
   of_loudest_[slot] = whole(1000.0F * found.of_loudest);
   if (most > 0.0F) isolations_[slot] = whole(found.shares[finger] / most);
 }

@@ -41,6 +41,10 @@ class FingerDrives {
   // A finger's own displacement over the largest that its signal makes under another's; 0 alone or
   // silent.
   uint32_t isolation(uint32_t slot) const { return isolations_[slot]; }
+  // By how much a finger's own drive moves it, per newton of the largest coil.
+  float own_m_per_n(uint32_t slot) const { return own_m_per_n_[slot]; }
+  // The same of a drive that was not found here, for a finger alone; 0 if it is not known.
+  static float own_m_per_n(const Table& table, Place middle, const Drive& drive, uint32_t channels);
   // In thousandths of what the coils could do for this finger alone.
   uint32_t of_loudest(uint32_t slot) const { return of_loudest_[slot]; }
 
@@ -71,6 +75,7 @@ class FingerDrives {
   std::array<Drive, fingers::kMostFingers> drives_{};
   std::array<uint16_t, fingers::kMostFingers> isolations_{};
   std::array<uint16_t, fingers::kMostFingers> of_loudest_{};
+  std::array<float, fingers::kMostFingers> own_m_per_n_{};
 };
 
 }  // namespace chladni

@@ -10,7 +10,7 @@ namespace chladni::bank_format {
 
 constexpr uint32_t kMagic = 0x454C4843U;
 constexpr uint32_t kVersionMajor = 1U;
-constexpr uint32_t kVersionMinor = 0U;
+constexpr uint32_t kVersionMinor = 1U;
 constexpr uint32_t kHeaderBytes = 32U;
 constexpr uint32_t kAreaBytes = 36U;
 constexpr uint32_t kEffectBytes = 28U;
@@ -65,7 +65,7 @@ constexpr uint32_t kAreaAtHold = 22U;  // u8
 constexpr uint32_t kAreaAtRelease = 23U;  // u8
 constexpr uint32_t kAreaAtEveryUm = 24U;  // u32
 constexpr uint32_t kAreaAtLevelQ15 = 28U;  // u16
-constexpr uint32_t kAreaAtReserved2 = 30U;  // u16
+constexpr uint32_t kAreaAtMost10nm = 30U;  // u16
 constexpr uint32_t kAreaAtOffset = 32U;  // u32
 
 constexpr uint32_t kEffectAtName = 0U;  // char16

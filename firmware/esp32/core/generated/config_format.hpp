@@ -57,6 +57,7 @@ struct Config {
   uint16_t lost_ns = 0;  // What a bridge loses of each pulse.
   std::array<uint8_t, 16> sign_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers, 0 to 31, of a bridge's directions.
   uint16_t bias_ramp_ms = 20;  // In which a switch's bias comes up beside a finger that rests; 0 is the default.
+  uint16_t full_force_mn = 0;  // Peak force of a coil at the loudest; 0: unknown, and so are micrometres.
 };
 
 namespace config_format {
@@ -64,7 +65,7 @@ namespace config_format {
 constexpr uint32_t kMagic = 0x434C4843U;
 constexpr uint32_t kVersionMajor = 2U;
 constexpr uint32_t kVersionMinor = 2U;
-constexpr uint32_t kRecordBytes = 246U;
+constexpr uint32_t kRecordBytes = 248U;
 constexpr uint32_t kLeastRecordBytes = 224U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
@@ -121,7 +122,8 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 220, 0, 1, config.driver) &&
          take(record + 222, 0, 500, config.lost_ns) &&
          take(record + 224, 0, 255, config.sign_pins) &&
-         take(record + 240, 0, 1000, config.bias_ramp_ms);
+         take(record + 240, 0, 1000, config.bias_ramp_ms) &&
+         take(record + 242, 0, 65535, config.full_force_mn);
 }
 
 // What a host on a network may set as it likes.
@@ -213,7 +215,8 @@ inline bool are_same(const Config& one, const Config& other) {
          is_same(one.driver, other.driver) &&
          is_same(one.lost_ns, other.lost_ns) &&
          is_same(one.sign_pins, other.sign_pins) &&
-         is_same(one.bias_ramp_ms, other.bias_ramp_ms);
+         is_same(one.bias_ramp_ms, other.bias_ramp_ms) &&
+         is_same(one.full_force_mn, other.full_force_mn);
 }
 
 template <typename Put>
@@ -264,6 +267,7 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 222, config.lost_ns);
   put(record + 224, config.sign_pins);
   put(record + 240, config.bias_ramp_ms);
+  put(record + 242, config.full_force_mn);
 }
 
 }  // namespace config_format

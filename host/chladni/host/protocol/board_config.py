@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from chladni.host.protocol.config import PANELS, DeviceConfig, each
@@ -19,6 +20,21 @@ def coil_gains(board: Board) -> tuple[float, ...]:
     wanted = [1.0 / actuator.strength for actuator in board.actuators]
     most = max(1.0, *map(abs, wanted))
     return tuple(gain / most for gain in wanted)
+
+
+def full_force_n(board: Board) -> float:
+    """Peak force of a coil by a sine of the loudest drive there is, N; 0 without `[coil]`.
+
+    A bridge swings by the whole supply, a switch by half of it. Heat may end such a touch early.
+    """
+    coil, own = board.coil, board.electronics
+    if coil is None:
+        return 0.0
+    omega = 2.0 * math.pi * board.drive.frequency_hz
+    volts = own.max_duty * own.supply_v * (1.0 if own.is_bridge else 0.5)
+    amperes = volts / abs(coil.resistance + own.driver_ohm + 1j * omega * coil.inductance)
+    weakest = min(1.0, *(abs(actuator.strength) for actuator in board.actuators))
+    return coil.force_factor * amperes * weakest
 
 
 def board_id(fingerprint: int, name: str) -> tuple[int, ...]:
@@ -49,6 +65,7 @@ def board_settings(board: Board) -> dict[str, Any]:
         "full_rise_dk": each(min(round(rise_k * 10.0), 65535), count),
         "limit_rise_dk": round(electronics.coil_limit_k * 10.0),
         "heating_ds": round(electronics.coil_heating_s * 10.0),
+        "full_force_mn": min(round(1e3 * full_force_n(board)), 65535),
         "board_id": board_id(board.fingerprint(), board.name),
         "coil_gain_q15": (
             *(round(gain * 32767.0) for gain in coil_gains(board)),

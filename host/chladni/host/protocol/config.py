@@ -122,6 +122,8 @@ SETTINGS = (
     # Since 2.2.
     _setting("bias_ramp_ms", "u16", 0, 1000, BIAS_RAMP_MS,
              "In which a switch's bias comes up beside a finger that rests; 0 is the default."),
+    _setting("full_force_mn", "u16", 0, 65535, 0,
+             "Peak force of a coil at the loudest; 0: unknown, and so are micrometres."),
 )  # fmt: skip
 CEILINGS = {
     "max_duty_q15": "wire_max_duty_q15",

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 MOST_MM = MAX_PLACE_UM / 1e3
 LEAST_LEVEL_DB = -60.0
+LEAST_UM, MOST_UM = 0.01, 655.35
+"""As a bank has it in 16 bits."""
 LEAST_MM = 0.5
 """Of a circle's radius, and of a polygon along its longer side."""
 
@@ -88,7 +90,10 @@ class Area:
         Names of effects: when a finger comes down here; when it comes from another area; while it
         stays; when it leaves the board from here.
     level_db
-        Of all of them, against the loudest that a place allows.
+        Of all of them, against the loudest that a place allows, or against `level_um`.
+    level_um
+        The most that they move a finger by, peak: as much everywhere, where that is less than the
+        place allows and the device's table has responses. None: whatever the place allows.
     every_mm
         `hold` plays once after so much movement; at 0 again and again, by time.
     along
@@ -103,6 +108,7 @@ class Area:
     hold: str | None = None
     release: str | None = None
     level_db: float = 0.0
+    level_um: float | None = None
     every_mm: float = 0.0
     along: str = "path"
 
@@ -110,6 +116,8 @@ class Area:
         check_name("area", self.name)
         if not LEAST_LEVEL_DB <= self.level_db <= 0.0:
             raise ArgumentError("level_db", self.level_db, f"{LEAST_LEVEL_DB:g} to 0")
+        if self.level_um is not None and not LEAST_UM <= self.level_um <= MOST_UM:
+            raise ArgumentError("level_um", self.level_um, f"{LEAST_UM:g} to {MOST_UM:g}")
         most_mm = MAX_EVERY_UM / 1e3
         if self.every_mm != 0.0 and not 0.2 <= self.every_mm <= most_mm:
             raise ArgumentError("every_mm", self.every_mm, f"0, or 0.2 to {most_mm:g}")

@@ -8,7 +8,9 @@ from typing import Any
 
 from chladni.effects.bank.areas import (
     LEAST_LEVEL_DB,
+    LEAST_UM,
     MOST_MM,
+    MOST_UM,
     Area,
     Bank,
     Circle,
@@ -27,7 +29,7 @@ from chladni.sim.errors import ArgumentError, InputError
 BANK_SUFFIX = ".che"
 KEYS = ("name", "hysteresis_mm", "effects", "svg", "area")
 SHAPES = ("rectangle_mm", "circle_mm", "polygon_mm", "svg")
-AREA_KEYS = ("name", *SHAPES, *OCCASIONS, "level_db", "every_mm", "along")
+AREA_KEYS = ("name", *SHAPES, *OCCASIONS, "level_db", "level_um", "every_mm", "along")
 
 
 @dataclass
@@ -146,6 +148,9 @@ def _area(own: FileValue, effects: _Effects, shapes: dict[str, Shape | InputErro
             own["name"].text(),
             _shape(own, shapes),
             level_db=own["level_db"].number(LEAST_LEVEL_DB, 0.0, 0.0),
+            level_um=own["level_um"].number(LEAST_UM, MOST_UM)
+            if own["level_um"].is_there
+            else None,
             every_mm=own["every_mm"].number(0.0, MOST_MM, 0.0),
             along=along,
             **played,

@@ -11,7 +11,7 @@ import struct
 from chladni.tables.layout import Field
 
 MAGIC = b"CHLE"
-VERSION_MAJOR, VERSION_MINOR = 1, 0
+VERSION_MAJOR, VERSION_MINOR = 1, 1
 SIGNAL_HZ = 80e6 / 2**15
 """Samples of a finger's signal, per second of the device's clock: a bank counts time in them."""
 MAX_EFFECTS, MAX_AREAS = 64, 64
@@ -31,6 +31,8 @@ MAX_CLIP_STEP = 4 * CLIP_STEPS
 MAX_PLACE_UM = 500_000
 MAX_EVERY_UM = 500_000
 MAX_HYSTERESIS_UM = 20_000
+UM_STEPS = 100
+"""Of `most_10nm` in a micrometre."""
 CRC_BYTES = 4
 LARGEST_FILE = 15 * 4096
 """A device's slot of 64 KiB, less the sector of its trailer."""
@@ -43,7 +45,7 @@ OCCASIONS = ("press", "enter", "hold", "release")
 HEADER_FIELDS = (
     Field("magic", "char4", 'The letters "CHLE".'),
     Field("version_major", "u8", "1. A reader takes no other."),
-    Field("version_minor", "u8", "0."),
+    Field("version_minor", "u8", "1. A device of 1.0 refuses areas that say micrometres."),
     Field("effects", "u8", f"0 to {MAX_EFFECTS}."),
     Field("areas", "u8", f"0 to {MAX_AREAS}."),
     Field("total_bytes", "u32", "Whole file, its CRC included."),
@@ -63,7 +65,12 @@ AREA_FIELDS = (
     Field("release", "u8", "Effect when it leaves the board from here; 255 none."),
     Field("every_um", "u32", "`hold` plays once after so much movement; 0: again and again."),
     Field("level_q15", "u16", "Of all its effects, 32767 as they are."),
-    Field("reserved2", "u16", "0."),
+    Field(
+        "most_10nm",
+        "u16",
+        "What an amplitude of 1 may move a finger by, 0.01 µm, since 1.1; "
+        "0: whatever the place allows.",
+    ),
     Field("offset", "u32", "Of its points in the file."),
 )
 EFFECT_FIELDS = (

@@ -34,6 +34,7 @@ from chladni.effects.bank.layout import (
     POINT,
     SHAPES,
     SIGNAL_HZ,
+    UM_STEPS,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
@@ -110,7 +111,7 @@ def _area_entry(area: Area, names: list[str], body: _Body) -> bytes:
         *(NO_EFFECT if name is None else names.index(name) for name in played),
         round(1e3 * area.every_mm),
         round(FULL_SCALE * level_of(area.level_db)),
-        0,
+        0 if area.level_um is None else round(UM_STEPS * area.level_um),
         offset,
     )
 

@@ -50,6 +50,7 @@ from chladni.effects.bank.layout import (
     SHAPES,
     SIGNAL_HZ,
     SMALLEST_FILE,
+    UM_STEPS,
     VERSION_MAJOR,
     VERSION_MINOR,
 )
@@ -116,6 +117,7 @@ def unpack_bank(data: bytes) -> Bank:
                     _text(entry["name"]),
                     shape,
                     level_db=round(20.0 * log10(max(entry["level_q15"], 33) / FULL_SCALE), 3),
+                    level_um=entry["most_10nm"] / UM_STEPS or None,
                     every_mm=entry["every_um"] / 1e3,
                     along=ALONG[entry["along"]],
                     **named(entry),
@@ -201,7 +203,7 @@ class _Reader:
             least <= entry["corners"] <= most
             and (least > 0 or is_last)
             and entry["along"] < len(ALONG)
-            and entry["reserved"] == entry["reserved2"] == 0
+            and entry["reserved"] == 0
             and all(one == NO_EFFECT or one < self.head["effects"] for one in played)
             and entry["every_um"] <= MAX_EVERY_UM
             and entry["level_q15"] <= FULL_SCALE

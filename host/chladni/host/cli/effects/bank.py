@@ -138,6 +138,7 @@ def _described(bank: Bank, size: int) -> dict[str, Any]:
                 "name": area.name,
                 "shape": type(area.shape).__name__.lower(),
                 "level_db": area.level_db,
+                "level_um": area.level_um,
                 "every_mm": area.every_mm,
                 "along": area.along,
             }
@@ -153,4 +154,6 @@ def _played(area: Area) -> str:
         told.append(f"every {area.every_mm:g} mm along {area.along}")
     if area.level_db < 0.0:
         told.append(f"{area.level_db:g} dB")
+    if area.level_um is not None:
+        told.append(f"{area.level_um:g} µm")
     return ", ".join(told) or "nothing"
