@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
+from chladni.host.cli import app as cli_app
 from chladni.host.cli import command_line
 from chladni.host.cli.common.command_modules import MODULES
 
@@ -67,3 +69,20 @@ def test_a_command_loads_no_more_than_it_needs(
     )
     assert done.stdout.splitlines()[-1].split() == ["loaded", *loaded], done.stderr
     assert "no.chl" in done.stderr
+
+
+@pytest.mark.parametrize(("given", "wanted"), [(None, "1"), ("3", "3")])
+def test_linear_algebra_has_one_thread_unless_the_user_says_more(
+    given: str | None, wanted: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Set before NumPy loads. Threads that wait for each other make a sweep five times as long."""
+    told: list[str] = []
+    for name in cli_app.ONE_THREAD:
+        monkeypatch.delenv(name, raising=False)
+        if given is not None:
+            monkeypatch.setenv(name, given)
+    monkeypatch.setattr(
+        cli_app, "as_process", lambda *_: told.extend(os.environ[n] for n in cli_app.ONE_THREAD)
+    )
+    cli_app.start()
+    assert told == [wanted, wanted]

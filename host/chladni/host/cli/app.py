@@ -27,6 +27,9 @@ TYPE_CHECKING = False  # typing's own would load still more
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+"""Read as NumPy loads. Two threads of linear algebra make `sweep strip5` five times as long: the
+matrices are small, and threads wait for each other in a loop."""
 STOPPED = 130
 """Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""
 
@@ -41,6 +44,8 @@ def main() -> int:
 
 def start() -> None:
     """As `main`, in a process of its own, which ends with the code."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
     words = ("command_line", *(MODULES[word] for word in sys.argv[1:2] if word in MODULES))
     as_process([f"chladni.host.cli.{word}" for word in words], main)
 
