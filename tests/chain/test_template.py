@@ -84,6 +84,24 @@ def test_what_is_left_from_another_board_is_remarked_on(
     assert "latch" not in own.err
 
 
+def test_a_metal_under_a_panel_is_remarked_on(chladni: CommandLine, tmp_path: Path) -> None:
+    edits = (
+        ('# material = "FR4"', 'material = "aluminium"'),
+        ("youngs_modulus_gpa = 22.0", ""),
+        ('place = "beside"', 'place = "in"'),
+    )
+    told = chladni("board", "show", changed(tmp_path, *edits))
+    assert told.code == 0, told.err
+    assert "aluminium blinds a capacitive panel that lies on it, and carries eddy" in told.err
+    assert "eddy" not in chladni("board", "show", TEMPLATE).err
+
+
+def test_an_option_for_a_command_is_not_dropped_before_it(chladni: CommandLine) -> None:
+    refused = chladni("--json", "board", "show", "strip5")
+    assert (refused.code, refused.out) == (2, "")
+    assert "--json before a command does not go with board; it goes after the" in refused.err
+
+
 def test_a_sweep_tells_the_plate_from_the_latch(chladni: CommandLine) -> None:
     """`prototype` has a latch at 160 Hz and its first natural frequency at 563 Hz."""
     swept = chladni("sweep", "prototype", "--from", "400", "--to", "700", "--json").json

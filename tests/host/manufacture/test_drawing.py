@@ -233,3 +233,16 @@ def test_a_sheet_lists_the_feet_and_has_their_outlines(tmp_path: Path) -> None:
     assert Circle("supports", (6.0, -25.0), 3.0) in outlines
     assert len([own for own in outlines if own.layer == "supports"]) == 1
     assert "foot, held:  x -5  y -27" in texts
+
+
+def test_holes_in_foam_have_room_for_coils_that_reach_into_it(tmp_path: Path) -> None:
+    """6 mm of foam, and coils from 5 mm below the plate on; where holes are wide none is said."""
+    board = load_board("phone8")
+    assert board.coils_in_foam == pytest.approx(1e-3)
+    words = "its holes from below ⌀10, 1 deep, for the coils"
+    texts = ["".join(own.itertext()) for own in svg(board, tmp_path).iter(f"{SVG}text")]
+    assert words in texts
+    assert board.foundation is not None
+    for own in (replace(board.foundation, coil_cut_out=5e-3),
+                replace(board.foundation, thickness=5e-3)):  # fmt: skip
+        assert replace(board, foundation=own).coils_in_foam <= 1e-12

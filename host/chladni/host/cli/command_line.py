@@ -14,7 +14,7 @@ from chladni.host.cli.common.command_modules import MODULES
 from chladni.host.cli.common.options import JsonOption
 from chladni.host.cli.common.output import answer
 from chladni.host.protocol import link as link_protocol
-from chladni.sim.errors import MissingError
+from chladni.sim.errors import ConflictError, MissingError
 from chladni.tables import layout
 
 if TYPE_CHECKING:
@@ -101,5 +101,9 @@ def versions(
         }
         answer(known, as_json=as_json, title="Chladni")
         raise typer.Exit
+    if as_json and context.invoked_subcommand is not None:
+        raise ConflictError(
+            "--json before a command", context.invoked_subcommand, hint="it goes after the command"
+        )
     if context.invoked_subcommand is None:
         raise MissingError("COMMAND", "`chladni -h` lists them")

@@ -235,6 +235,11 @@ def _title(board: Board) -> list[str]:
         what = foundation.material or f"{foundation.sheet_stiffness * MM**3:g} N/mm³"
         thick = f", {_mm(foundation.thickness):g} thick" if foundation.thickness else ""
         rows.append(f"foam: {what}{thick}")
+        if winding and board.coils_in_foam:
+            rows.append(
+                f"its holes from below ⌀{_mm(winding.outer):g}, {_mm(board.coils_in_foam):g} deep, "
+                "for the coils"
+            )
     return [
         *rows,
         "1:1, in mm from the plate's middle, seen from above",

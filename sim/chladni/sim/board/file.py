@@ -112,7 +112,7 @@ def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: st
         return path if os.path.isfile(path) else named
     if not is_shipped and not os.path.lexists(path):
         close = near_name(given, shipped)
-        known = f"{what}, or one of: {', '.join(shipped)}"
+        known = f"{what} that is there, or one of: {', '.join(shipped)}"
         raise ArgumentError(field, str(given), known, hint=f"{close}, perhaps" if close else "")
     return shipped.get(str(given), path)
 

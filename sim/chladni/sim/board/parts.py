@@ -286,6 +286,18 @@ class BoardParts:
         return [*self.foundation.cut_outs, *round_coils]
 
     @property
+    def coils_in_foam(self) -> float:
+        """How far coils, which stand under the magnets, reach into foam that has no hole for them.
+
+        m; the foam's own holes are for magnets, and coils are mostly wider.
+        """
+        if self.foundation is None or self.magnet is None or self.winding is None:
+            return 0.0
+        below = self.magnet.height + self.winding.gap
+        has_room = 2.0 * self.foundation.coil_cut_out >= self.winding.outer
+        return 0.0 if has_room else max(0.0, self.foundation.thickness - below)
+
+    @property
     def foundation_strips(self) -> tuple[tuple[float, float, float, float], ...]:
         """Rectangles (x from, x to, y from, y to), m, of foundation; none where all is."""
         if self.foundation is None or self.foundation.strips.is_none:

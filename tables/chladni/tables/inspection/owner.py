@@ -32,7 +32,8 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
     found = load_board(board)
     if len(found.actuators) != table.actuators:
         expected = f"{len(found.actuators)}, the actuators of board {found.name!r}"
-        raise InputError("actuators", table.actuators, expected, file=file)
+        hint = "name the table's board by --board"
+        raise InputError("actuators", table.actuators, expected, file=file, hint=hint)
     if not _is_its_board(table, found):
         expected = f"{found.fingerprint():#018x}, that of board {found.name!r}"
         raise InputError(

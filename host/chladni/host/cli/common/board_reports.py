@@ -59,6 +59,7 @@ def say_panel(plate: LayeredPlate) -> None:
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
 
 
+METALS = ("steel", "aluminium")
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
 NEAR_MODE = 0.1
@@ -72,6 +73,16 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
     if board.plate.material == "steel":
         say("steel is magnetic, and forces are computed as if it were not: measure a coil on it")
+    if board.panel is not None and board.plate.material in METALS and board.panel.place != "beside":
+        say(
+            f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
+            "currents that no model here has (docs/hardware.md)"
+        )
+    if board.winding is not None and board.coils_in_foam > 0.0:
+        say(
+            f"coils reach {board.coils_in_foam / MM:.3g} mm into the foam: its holes must be "
+            f"{board.winding.outer / MM:g} mm wide there, from below"
+        )
     if panel is not None:
         differs = [
             abs(end - sign * side / 2.0) / MM > AS_LARGE

@@ -100,8 +100,9 @@ def of_board(
         )
     if for_fingers:
         return f"{apart} {focus}".strip()
-    helps = known is not None and known.median < NOTICED_DB
-    return " ".join(filter(None, (focus, apart, _remedy(score) if helps else "")))
+    if known is None or known.median >= NOTICED_DB:
+        return f"{focus} {apart}".strip()
+    return " ".join(filter(None, (focus, apart, _remedy(score))))
 
 
 def _remedy(score: BoardScore) -> str:
@@ -109,7 +110,10 @@ def _remedy(score: BoardScore) -> str:
     spacing, foam = score.coil_spacing_mm, score.foam_length_mm
     if spacing is None or spacing > WIDE_MM:
         own = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
-        return f"Instead of {own} take coils about 12 mm apart, or a smaller board."
+        return (
+            f"Instead of {own} take coils about 12 mm apart: more of them, or a board as much "
+            "smaller."
+        )
     if score.half_wavelength_mm is not None:
         return "Waves travel on this plate: take a thinner sheet on soft foam."
     if foam is not None and foam > LONG * spacing:

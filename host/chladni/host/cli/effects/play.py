@@ -183,7 +183,7 @@ def _table(connection: Connection) -> tuple[Table, Board]:
     """The file's, which must be the board's; else responses, made for it."""
     if connection.emulated_table is not None:
         table = read_table(connection.emulated_table)
-        return table, board_for(table, connection.board)
+        return table, board_for(table, connection.board, file=str(connection.emulated_table))
     board = load_board(connection.board)
     with progress_bar("table") as progress:
         return build_for(board, "fingers", progress=progress)[0], board
