@@ -162,6 +162,9 @@ def test_the_command_plays_and_draws(chladni: CommandLine, table: Table, tmp_pat
     ).json
     assert {"rise_ms", "envelope_error_db", "isolation_db", "peak_um", "left_out"} <= set(found)
     assert found["isolation_db"] > 30.0
+    # A peak of the mean over one disc, and of the RMS over the other.
+    assert found["other_peak_um"] < 0.1 * found["peak_um"]
+    assert 0.2 < found["just_felt_um"] < 0.5
     assert figure.stat().st_size > 20_000
     for words, said in (
         (("nothing", "--at", "0,15"), "EFFECT: expected click"),

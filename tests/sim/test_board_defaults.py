@@ -172,7 +172,7 @@ def test_a_board_is_found_without_its_ending(
     assert load_board(tmp_path / "own").name == "least"
     assert load_board("paper").name == "paper"
     assert load_board("paper.toml").name == "least"
-    with pytest.raises(InputError, match="a board file, or one of"):
+    with pytest.raises(InputError, match="a board file that is there, or one of"):
         load_board("other")
 
 

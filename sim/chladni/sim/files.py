@@ -161,7 +161,8 @@ def read_text(
     try:
         return read_whole(path, field, most_bytes, what).decode(encoding)
     except UnicodeDecodeError as error:
-        raise ArgumentError(field, str(error), "a text file in UTF-8", file=str(path)) from None
+        given = f"other bytes from {error.start} on"
+        raise ArgumentError(field, given, f"{what}, as text in UTF-8", file=str(path)) from None
 
 
 def read_arrays(

@@ -147,7 +147,7 @@ def board_score(
     """Score how well a board focuses at all places, as drawn and within its tolerances."""
     check_figure(figure)
     check_request("phasor", objective or "ssim", seed, None, None)
-    loaded = load_board(board)
+    started, loaded = time.perf_counter(), load_board(board)
     rated = objective or default_objective(loaded)
     if objective is None and loaded.focus is None and loaded.fingers is None:
         say_purpose(rated)
@@ -193,6 +193,7 @@ def board_score(
             )
         result["built"] = asdict(found)
         say_warm_magnets(found)
+    result["seconds"] = time.perf_counter() - started
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
 
 

@@ -32,6 +32,7 @@ from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, ChladniError, MissingError
+from chladni.sim.image.finger import threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
 
@@ -65,6 +66,10 @@ class PlayedEffect:
         RMS over the other finger's disc, above 40 Hz, µm; None without one.
     peak_um
         The largest of `own_um` while the effect plays.
+    other_peak_um
+        The largest of `other_um`; None without another.
+    just_felt_um
+        Of which a resting finger just feels, at the board's own frequency.
     bias_um
         The largest before and after, as a switch's bias comes and goes; None with bridges.
     bias_duty
@@ -87,6 +92,8 @@ class PlayedEffect:
     own_um: FloatArray
     other_um: FloatArray | None
     peak_um: float
+    other_peak_um: float | None
+    just_felt_um: float | None
     bias_um: float | None
     bias_duty: float | None
     first_ms: float
@@ -145,9 +152,8 @@ def play_effect(
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
-    own_hz = board.drive.frequency_hz
-    level_there = plate.level(0, own_hz)
-    samples = flattened(asked_samples, SIGNAL_HZ, np.array(GRID_HZ), level_there, own_hz)
+    own_hz, grid_hz = board.drive.frequency_hz, np.array(GRID_HZ)
+    samples = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     recording, begins, reported = _recorded(
         emulator, samples, at_mm, other_mm, None if bank else level
@@ -176,6 +182,8 @@ def play_effect(
         own_um=own,
         other_um=other,
         peak_um=largest,
+        other_peak_um=None if other is None else float(other.max()),
+        just_felt_um=threshold_um(own_hz),
         bias_um=None if is_bridge else float(around),
         bias_duty=None if is_bridge else float(recording.duty[stands].max()),
         first_ms=1e3 * (begins + first_s - reported),

@@ -48,7 +48,9 @@ LargeOption = Annotated[
     ),
 ]
 """Takes effect by itself; commands need not look at it."""
-FigureOption = Annotated[Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg).")]
+FigureOption = Annotated[
+    Path | None, typer.Option("--figure", help="Draw a figure (.png, .svg, .pdf).")
+]
 
 PARTIAL = ".partial"
 """Ending of the file in which long work keeps what it has done, beside its output."""

@@ -53,6 +53,8 @@ WORDS = {
     "silent": "nothing moves",
     "nearest_actuator": "nearest coil alone",
     "misplaced": "misplaced focus",
+    "other_peak_um": "peak under the other finger",
+    "just_felt_um": "of which a resting finger just feels",
     "bias_um": "the most that the bias of switches moves before and after",
     "bias_duty": "duty at which that bias stands",
     "standing_isolation_db": "own signal over its share at the others, bias standing",
