@@ -159,7 +159,7 @@ def test_where_there_is_no_bar_long_work_is_told_in_lines(
             now[0] += 8.0
             progress(done, 25)
     assert capsys.readouterr().err.splitlines() == [
-        "chladni: boards: 3 of 25, 176 s more or so",
-        "chladni: boards: 11 of 25, 112 s more or so",
-        "chladni: boards: 19 of 25, 48 s more or so",
+        "chladni: boards: 3 of 25, about 176 s are left",
+        "chladni: boards: 11 of 25, about 112 s are left",
+        "chladni: boards: 19 of 25, about 48 s are left",
     ]

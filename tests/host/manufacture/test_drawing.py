@@ -243,6 +243,7 @@ def test_holes_in_foam_have_room_for_coils_that_reach_into_it(tmp_path: Path) ->
     texts = ["".join(own.itertext()) for own in svg(board, tmp_path).iter(f"{SVG}text")]
     assert words in texts
     assert board.foundation is not None
-    for own in (replace(board.foundation, coil_cut_out=5e-3),
-                replace(board.foundation, thickness=5e-3)):  # fmt: skip
+    wide = replace(board.foundation, coil_cut_out=5e-3)
+    thin = replace(board.foundation, thickness=5e-3)
+    for own in (wide, thin):
         assert replace(board, foundation=own).coils_in_foam <= 1e-12

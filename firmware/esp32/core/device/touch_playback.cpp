@@ -201,14 +201,9 @@ uint32_t TouchPlayback::limited_level(uint32_t slot, uint32_t level_q15, const D
                                       const Table& table, const Config& config) const {
   const FingerVoice& finger = fingers_[slot];
   if (finger.most_10nm == 0 || !finger.plays_bank) return level_q15;
-  const uint32_t channels = config.channels;
-  const float per_n = is_alone_with(table)
-                          ? FingerDrives::own_m_per_n(table, finger.place, drive, channels)
-                          : drives_.own_m_per_n(slot);
-  // Both in 10 nm, at a level of 32767.
-  const float own = per_n * static_cast<float>(config.full_force_mn) * 1e5F;
-  const float most = static_cast<float>(finger.most_10nm) * 32767.0F;
-  return static_cast<float>(level_q15) * own > most ? static_cast<uint32_t>(most / own) : level_q15;
+  const FingerDrives::Reach reach{finger.most_10nm, config.full_force_mn};
+  return is_alone_with(table) ? drives_.level_within(reach, level_q15, drive, finger.place, table)
+                              : drives_.level_within(reach, level_q15, slot);
 }
 
 bool TouchPlayback::post(Synthesis& synthesis, const Table& table, const Config& config,

@@ -27,6 +27,13 @@ uint16_t whole(float value) {
   return value < 65535.0F ? static_cast<uint16_t>(value) : uint16_t{65535};
 }
 
+// Both sides in 10 nm, at a level of 32767.
+uint32_t limited(const FingerDrives::Reach& reach, uint32_t level_q15, float m_per_n) {
+  const float own = m_per_n * static_cast<float>(reach.full_force_mn) * 1e5F;
+  const float most = static_cast<float>(reach.most_10nm) * 32767.0F;
+  return static_cast<float>(level_q15) * own > most ? static_cast<uint32_t>(most / own) : level_q15;
+}
+
 int32_t near_um(int32_t place_um) {
   if (place_um > kFarUm) return kFarUm;
   return place_um < -kFarUm ? -kFarUm : place_um;
@@ -123,9 +130,17 @@ void FingerDrives::begin(const Table& table) {
   stage_ = solver_.begin() ? Stage::kSolve : Stage::kDone;
 }
 
+uint32_t FingerDrives::level_within(const Reach& reach, uint32_t level_q15, uint32_t slot) const {
+  return limited(reach, level_q15, own_m_per_n_[slot]);
+}
+
+uint32_t FingerDrives::level_within(const Reach& reach, uint32_t level_q15, const Drive& drive,
+                                    Place middle, const Table& table) const {
+  return limited(reach, level_q15, own_m_per_n(drive, middle, table));
+}
+
 // It pushes back as much as it moves: u = h̄ d / (1 + Z g).
-float FingerDrives::own_m_per_n(const Table& table, Place middle, const Drive& drive,
-                                uint32_t channels) {
+float FingerDrives::own_m_per_n(const Drive& drive, Place middle, const Table& table) const {
   if (!table.has_responses()) return 0.0F;
   const Place near{near_um(middle.x_um), near_um(middle.y_um)};
   fingers::Complex<float> moved{}, pushed{1.0F, 0.0F};
@@ -134,7 +149,7 @@ float FingerDrives::own_m_per_n(const Table& table, Place middle, const Drive& d
     table.responses_at({near.x_um + kRing[p].x_um, near.y_um + kRing[p].y_um}, found);
     if (p == 0) fingers::add_product(pushed, number(table.finger().stiffness), number(found.own));
     const float weight = p == 0 ? fingers::kCentreWeight : fingers::kRingWeight;
-    for (uint32_t k = 0; k < channels; ++k) {
+    for (uint32_t k = 0; k < channels_; ++k) {
       const fingers::Complex<float> gain{static_cast<float>(drive[k].in_phase_q15),
                                          static_cast<float>(drive[k].quadrature_q15)};
       fingers::add_product(moved, number(found.coils[k]) * weight, gain);

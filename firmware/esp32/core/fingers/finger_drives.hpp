@@ -41,10 +41,17 @@ class FingerDrives {
   // A finger's own displacement over the largest that its signal makes under another's; 0 alone or
   // silent.
   uint32_t isolation(uint32_t slot) const { return isolations_[slot]; }
-  // By how much a finger's own drive moves it, per newton of the largest coil.
-  float own_m_per_n(uint32_t slot) const { return own_m_per_n_[slot]; }
-  // The same of a drive that was not found here, for a finger alone; 0 if it is not known.
-  static float own_m_per_n(const Table& table, Place middle, const Drive& drive, uint32_t channels);
+  // How far a finger may be moved, 0.01 µm, and what its largest coil gives at a level of 32767.
+  struct Reach {
+    uint32_t most_10nm;
+    uint32_t full_force_mn;
+  };
+  // The level, or what moves the finger so far by its own drive.
+  uint32_t level_within(const Reach& reach, uint32_t level_q15, uint32_t slot) const;
+  // The same by a drive that was not found here, for a finger alone. Where a table does not say how
+  // far that moves it, the level.
+  uint32_t level_within(const Reach& reach, uint32_t level_q15, const Drive& drive, Place middle,
+                        const Table& table) const;
   // In thousandths of what the coils could do for this finger alone.
   uint32_t of_loudest(uint32_t slot) const { return of_loudest_[slot]; }
 
@@ -62,6 +69,7 @@ class FingerDrives {
   void begin(const Table& table);
   void take();
   void take_one(uint32_t finger, uint32_t slot);
+  float own_m_per_n(const Drive& drive, Place middle, const Table& table) const;
 
   fingers::DriveSolver<float> solver_;
   Stage stage_ = Stage::kDone;
@@ -75,6 +83,7 @@ class FingerDrives {
   std::array<Drive, fingers::kMostFingers> drives_{};
   std::array<uint16_t, fingers::kMostFingers> isolations_{};
   std::array<uint16_t, fingers::kMostFingers> of_loudest_{};
+  // By how much a finger's own drive moves it, per newton of the largest coil.
   std::array<float, fingers::kMostFingers> own_m_per_n_{};
 };
 

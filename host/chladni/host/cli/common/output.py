@@ -187,7 +187,8 @@ class _Lines:
         if passed < self._due_s or not 0 < done < total:
             return
         self._due_s = passed + NEXT_LINE_S
-        say(f"{self._label}: {done} of {total}, {passed * (total - done) / done:.0f} s more or so")
+        left_s = passed * (total - done) / done
+        say(f"{self._label}: {done} of {total}, about {left_s:.0f} s are left")
 
 
 @contextlib.contextmanager
