@@ -73,8 +73,8 @@ def test_a_page_without_mistakes_passes(tmp_path: Path) -> None:
         ("place[1] == 25.0", "place[1] == 26.0", "page.md:9: AssertionError"),
         ("place[1] == 25.0", "plaice", "page.md:9: NameError: name 'plaice' is not defined"),
         ("show no-such-board\nchladni: BOARD", "show no-such-board\nchladni: BOAT", "expected"),
-        ("chladni: BOARD: expected a board file that is there, or one of: ... got 'no-such-board'\n",
-         "", "ended with 2"),
+        ("chladni: BOARD: expected a board file that is there, or one of: ... got "
+         "'no-such-board'\n", "", "ended with 2"),
         ("board parts strip5 --json\n...", "board parts strip5 --json\n{}", "expected\n    {}"),
         ("$ chladni board parts", "chladni board parts", "expected '$ ' and a command"),
         ("$ chladni board parts", "$ make venv parts", "make is not run here"),
