@@ -83,8 +83,6 @@ class PlayedEffect:
     isolation_db
         Largest RMS over the own disc while the effect plays, over the largest over the other's at
         any time, a switch's bias too, above 40 Hz.
-    standing_isolation_db
-        The same while the effect plays: what later effects have, for which a bias stands already.
     """
 
     t_s: FloatArray
@@ -100,7 +98,6 @@ class PlayedEffect:
     rise_ms: float
     envelope_error_db: float
     isolation_db: float | None
-    standing_isolation_db: float | None
 
 
 def play_effect(
@@ -189,15 +186,10 @@ def play_effect(
         first_ms=1e3 * (begins + first_s - reported),
         rise_ms=1e3 * (risen - first_s),
         envelope_error_db=envelope_error_db(asked, own),
-        isolation_db=None if other is None else _isolation_db(disc[:, playing], other),
-        standing_isolation_db=None
+        isolation_db=None
         if other is None
-        else _isolation_db(disc[:, playing], other[playing]),
+        else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
     )
-
-
-def _isolation_db(own_disc: FloatArray, other: FloatArray) -> float:
-    return decibel(float(rms(own_disc).max() / other.max()) ** 2)
 
 
 def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:

@@ -57,7 +57,6 @@ WORDS = {
     "just_felt_um": "of which a resting finger just feels",
     "bias_um": "the most that the bias of switches moves before and after",
     "bias_duty": "duty at which that bias stands",
-    "standing_isolation_db": "own signal over its share at the others, bias standing",
     "mass_g": "mass of each",
     "first_ms": "from the panel's report to the first duty",
     "rise_ms": "from the first duty to 90 % of the peak",
