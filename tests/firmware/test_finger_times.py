@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.tables.table import Limits
+from firmware.bank_boards import LIMITS
 from made_up import device_of, starts_of
 from plate_of_bumps import responses_table
 
-LIMITS = Limits(4000, 100_000, 20_000_000)
 PLACES = ((-18.0, 30.0), (17.0, -25.0), (-20.0, -30.0), (20.0, 32.0), (0.0, 0.0))
 Place = tuple[float, float]
 

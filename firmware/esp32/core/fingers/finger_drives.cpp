@@ -39,6 +39,12 @@ int32_t near_um(int32_t place_um) {
   return place_um < -kFarUm ? -kFarUm : place_um;
 }
 
+// What the coils do at a finger's p-th point.
+void read_point(const Table& table, Place middle, uint32_t p, PlaceResponses& found) {
+  const Place place{near_um(middle.x_um) + kRing[p].x_um, near_um(middle.y_um) + kRing[p].y_um};
+  table.responses_at(place, found);
+}
+
 }  // namespace
 
 void FingerDrives::start(uint32_t channels) {
@@ -95,11 +101,9 @@ bool FingerDrives::fill(const Table& table) {
   fingers::FingerSet<float>& set = solver_.set();
   fingers::Finger<float>& finger = set.fingers[set.count];
   slots_[set.count++] = static_cast<uint8_t>(filled_);
-  const Place middle{near_um(places_[filled_].x_um), near_um(places_[filled_].y_um)};
   PlaceResponses found{};
   for (uint32_t p = 0; p < kPoints; ++p) {
-    const Place place{middle.x_um + kRing[p].x_um, middle.y_um + kRing[p].y_um};
-    table.responses_at(place, found);
+    read_point(table, places_[filled_], p, found);
     for (uint32_t k = 0; k < channels_; ++k) finger.points[p][k] = number(found.coils[k]);
     if (p == 0) finger.own = number(found.own);
   }
@@ -142,11 +146,10 @@ uint32_t FingerDrives::level_within(const Reach& reach, uint32_t level_q15, cons
 // It pushes back as much as it moves: u = h̄ d / (1 + Z g).
 float FingerDrives::own_m_per_n(const Drive& drive, Place middle, const Table& table) const {
   if (!table.has_responses()) return 0.0F;
-  const Place near{near_um(middle.x_um), near_um(middle.y_um)};
   fingers::Complex<float> moved{}, pushed{1.0F, 0.0F};
   PlaceResponses found{};
   for (uint32_t p = 0; p < kPoints; ++p) {
-    table.responses_at({near.x_um + kRing[p].x_um, near.y_um + kRing[p].y_um}, found);
+    read_point(table, middle, p, found);
     if (p == 0) fingers::add_product(pushed, number(table.finger().stiffness), number(found.own));
     const float weight = p == 0 ? fingers::kCentreWeight : fingers::kRingWeight;
     for (uint32_t k = 0; k < channels_; ++k) {

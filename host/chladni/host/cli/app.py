@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-"""Read as NumPy loads. Two threads of linear algebra make `sweep strip5` five times as long: the
+"""Read as NumPy loads. Two threads of linear algebra make `sweep strip5` four times as long: the
 matrices are small, and threads wait for each other in a loop."""
 STOPPED = 130
 """Exit code of what Ctrl-C ended: 128 + SIGINT, as shells have it."""

@@ -60,6 +60,7 @@ def say_panel(plate: LayeredPlate) -> None:
 
 
 METALS = ("steel", "aluminium")
+"""Sheets that conduct."""
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
 NEAR_MODE = 0.1
@@ -73,7 +74,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
     if board.plate.material == "steel":
         say("steel is magnetic, and forces are computed as if it were not: measure a coil on it")
-    if board.panel is not None and board.plate.material in METALS and board.panel.place != "beside":
+    if panel is not None and board.plate.material in METALS and panel.place != "beside":
         say(
             f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
             "currents that no model here has (docs/hardware.md)"
