@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "core/synthesis/synthesis.hpp"
-#include "emulator/bindings.hpp"
+#include "emulator/bindings/bindings.hpp"
 
 namespace nb = nanobind;
 

@@ -3,7 +3,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include "emulator/bindings.hpp"
+#include "emulator/bindings/bindings.hpp"
 #include "emulator/emulator.hpp"
 
 namespace nb = nanobind;

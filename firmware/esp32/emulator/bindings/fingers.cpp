@@ -11,8 +11,8 @@
 
 #include "core/fingers/drive_solver.hpp"
 #include "core/fingers/drive_solver_steps.hpp"
-#include "emulator/bindings.hpp"
-#include "emulator/counted_real.hpp"
+#include "emulator/bindings/bindings.hpp"
+#include "emulator/bindings/counted_real.hpp"
 
 namespace nb = nanobind;
 

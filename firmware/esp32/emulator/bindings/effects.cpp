@@ -9,7 +9,7 @@
 #include "core/effects/areas.hpp"
 #include "core/effects/effect_player.hpp"
 #include "core/effects/low_pass.hpp"
-#include "emulator/bindings.hpp"
+#include "emulator/bindings/bindings.hpp"
 
 namespace nb = nanobind;
 

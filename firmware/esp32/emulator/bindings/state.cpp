@@ -6,7 +6,7 @@
 
 #include <tuple>
 
-#include "emulator/bindings.hpp"
+#include "emulator/bindings/bindings.hpp"
 #include "emulator/emulator.hpp"
 
 namespace nb = nanobind;
