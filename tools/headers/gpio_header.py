@@ -22,7 +22,15 @@ def gpio_header() -> str:
 
     def row(name: str, own: gpio.Chip) -> str:
         masks = ", ".join(
-            mask(pins) for pins in (own.gates, own.signs, own.bus, own.outputs, own.inputs)
+            mask(pins)
+            for pins in (
+                own.gates,
+                own.signs,
+                own.bus,
+                own.outputs,
+                own.inputs,
+                own.converters,
+            )
         )
         return f"    {{{own.channels}U, {masks}}},  // {name}"
 
@@ -37,7 +45,7 @@ def gpio_header() -> str:
             "// PWM channels, and a bit per GPIO.",
             "struct Abilities {",
             "  uint32_t channels;",
-            "  uint64_t gates, signs, bus, outputs, inputs;",
+            "  uint64_t gates, signs, bus, outputs, inputs, converters;",
             "};",
             "// By chip.",
             f"constexpr std::array<Abilities, {len(gpio.CHIPS)}> kAbilities{{{{",

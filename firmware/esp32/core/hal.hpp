@@ -34,6 +34,8 @@ enum class FlashArea : uint8_t {
 
 constexpr uint32_t kSectorBytes = 4096;
 constexpr uint32_t kRetainedBytes = 208;
+// In place of a count of values.
+constexpr uint32_t kValuesLost = UINT32_MAX;
 
 struct Hal {
   void* context;  // handed back as the first argument of every call
@@ -60,6 +62,14 @@ struct Hal {
   void (*recover_bus)(void* context);
   // Whether the panel's interrupt line has fallen since the last call.
   bool (*panel_has_called)(void* context);
+
+  // Converts the voltage of the configuration's sensing pin, 80 MHz / 2^10 times a second in step
+  // with the carrier; false if it does not. Null without a converter.
+  bool (*start_listening)(void* context);
+  // What it has read since the last call, the oldest first, 0 to 4095, `most` at most; kValuesLost
+  // if some were not fetched in time, or it has stopped.
+  uint32_t (*heard)(void* context, uint16_t* values, uint32_t most);
+  void (*stop_listening)(void* context);
 
   // Makes flash readable, before anything is read; null where it always is. It is not called after
   // too many crashes, and the calls below then fail.

@@ -78,6 +78,7 @@ void Emulator::boot(ResetCause cause) {
     pwm_ = Pwm(config.channels, config.pwm_bits, has_signs);
   }
   pwm_.reset();
+  coils_.stop();
   panel_.mount(config.panel == 0 ? PanelModel::kNone : hardware_.panel, config,
                hardware_.has_second_address);
   is_booted_ = true;
@@ -116,6 +117,7 @@ void Emulator::command(const std::string& line) {
 
 void Emulator::advance_period() {
   pwm_.begin_period();
+  coils_.begin_period(period_, pwm_);
   if (is_booted_) sample_if_due();
   scan_if_due();
   ++period_;

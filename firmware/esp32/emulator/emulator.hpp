@@ -18,6 +18,7 @@
 #include "emulator/flash.hpp"
 #include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"
+#include "emulator/sensed_coils.hpp"
 
 namespace chladni::emulator {
 
@@ -113,6 +114,7 @@ class Emulator {
   Flash& effects() { return effects_; }
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
+  SensedCoils& coils() { return coils_; }
   Device& device() { return device_; }
   const NetworkState& network_state() const { return datagrams_.state(); }
   const Device& device() const { return device_; }
@@ -136,6 +138,7 @@ class Emulator {
   static void add_bus(Hal& hal);
   static void add_flash(Hal& hal);
   static void add_host(Hal& hal);
+  static void add_converter(Hal& hal);
   void advance_period();
   void advance(double microseconds);
   void interrupt();
@@ -161,6 +164,7 @@ class Emulator {
   Flash effects_;
   Pwm pwm_{1, 10};
   Panel panel_;
+  SensedCoils coils_;
   Device device_;
   Datagrams datagrams_{device_};
   Link link_{device_, datagrams_.state()};

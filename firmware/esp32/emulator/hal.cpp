@@ -1,4 +1,5 @@
 // The core's edges (core/hal.hpp) on a PC, each as strict as the hardware or stricter.
+#include "core/sensing/expander.hpp"
 #include "emulator/emulator.hpp"
 
 namespace chladni::emulator {
@@ -30,6 +31,7 @@ Hal Emulator::hal() {
   add_bus(hal);
   add_flash(hal);
   add_host(hal);
+  add_converter(hal);
   return hal;
 }
 
@@ -40,6 +42,7 @@ void Emulator::add_bus(Hal& hal) {
     const uint32_t bytes = 1 + write_count + (read_count > 0 ? 1 + read_count : 0);
     const double bits = kBitsPerByte * bytes + kFrameBits * (read_count > 0 ? 2 : 1);
     self.advance(bits * 1e3 / self.device_.config().i2c_khz);
+    if (address == expander::kAddress) return self.coils_.transfer(written, write_count);
     return self.panel_.transfer(address, written, write_count, read, read_count);
   };
   hal.recover_bus = [](void* context) {
@@ -53,6 +56,17 @@ void Emulator::add_bus(Hal& hal) {
     self.has_called_ = false;
     return has_called;
   };
+}
+
+void Emulator::add_converter(Hal& hal) {
+  hal.start_listening = [](void* context) {
+    Emulator& self = from(context);
+    return self.coils_.start(self.period_, self.pwm_);
+  };
+  hal.heard = [](void* context, uint16_t* values, uint32_t most) {
+    return from(context).coils_.heard(values, most);
+  };
+  hal.stop_listening = [](void* context) { from(context).coils_.stop(); };
 }
 
 void Emulator::add_flash(Hal& hal) {

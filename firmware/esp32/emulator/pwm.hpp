@@ -72,6 +72,8 @@ class Pwm {
   // at once on the chip, and here with the next carrier period.
   void cut() { is_cut_ = true; }
 
+  // What a channel's pins do in this carrier period, in steps.
+  int32_t latched(uint32_t channel) const { return latched_[channel]; }
   uint32_t channels() const { return channels_; }
   uint32_t bits() const { return bits_; }
   bool has_signs() const { return has_signs_; }

@@ -11,13 +11,14 @@ before a period is taken.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.hidden import HiddenPlate
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
+from chladni.drives.scoring.tolerances import COIL_PLACE, DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.errors import MissingError
 from chladni.sim.fields.board_plate import plate_model
@@ -38,8 +39,6 @@ SETTLE = 5e-3
 """s from one coil or frequency to the next, before a reading begins."""
 LEVEL = 0.8
 """Of the current that a coil's supply allows around a bias of the same size."""
-FLUX_LEVEL = 1.0 / 16.0
-"""Of that current at 6 kHz, where flux alone would be more than the amplifier takes."""
 AMPLIFIER = 200.0
 GAIN_ERROR, FLUX_ERROR = 0.01, 0.01
 """Of the amplifier (common to all coils), and of the flux at 6 kHz against that at 160 Hz."""
@@ -48,6 +47,11 @@ FULL_SCALE = 0.95
 """Of what a converter takes, that a sine may reach."""
 CONVERTER_NOISE, CONVERTER_BEND = 4.0, 4.0
 """Steps, RMS and at most: an ESP32's converter after its own calibration."""
+WINDING_ERROR, MOVING = 0.05, 0.1
+"""Of flux that is reckoned from the drawing; and how much one coil's motion at 6 kHz moves another,
+over its own: solved boards have 0.02 to 0.17 (`phone5`)."""
+HEARD = 6.0
+"""Standard deviations from which something was read."""
 MODEL_ERROR = 0.005
 """Of every reading: what the fields that it is compared with are not exact."""
 
@@ -108,52 +112,145 @@ def meant_current(board: Board) -> float:
 
 
 def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
-    """Have an emulated device read its coils on a plate that only it knows."""
+    """What a device reads of its coils on a plate that only it knows, without its firmware.
+
+    `host/emulation/sensed_plate.py` has the same plate read by the firmware.
+    """
     board = hidden.board
     rng = np.random.default_rng((hidden.seed, seed, 44))
     current, gain = meant_current(board), 1.0 + GAIN_ERROR * rng.standard_normal()
-    model = plate_model(board)
     # What flows is less where there is more resistance; coils pull and listen by their strength.
     flows = current / hidden.ohms
-    strength = np.outer(hidden.strengths, hidden.strengths)
-    inductance = shared_inductances(board)
-    # A dead coil neither makes flux nor has any led to the amplifier.
-    lives = np.outer(hidden.strengths != 0.0, hidden.strengths != 0.0)
-    turned = np.sign(strength) * inductance * lives
     periods = periods_of(board)
     high = FLUX_MULTIPLE * SAMPLE_HZ / BASE_SAMPLES
     unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)
-    at_high = 2j * np.pi * high * FLUX_LEVEL * gain * unlike * turned * flows
-    read, spread = _lock_in(np.asarray(at_high, np.complex128), FLUX_MULTIPLE, periods, rng)
-    flux = (read / (FLUX_LEVEL * current)).imag / (2.0 * np.pi * high)
-    unsure = spread / (FLUX_LEVEL * current) / (2.0 * np.pi * high)
-    volts, noise = [], []
-    for multiple, frequency in zip(MULTIPLES, reading_frequencies(), strict=True):
-        moving = open_coils(board, float(frequency), model=model, tolerance=DRAWN_TOLERANCE)
-        induced = strength * induced_voltages(board, moving.compliance, float(frequency))
+    turned = turned_inductances(hidden)
+    *low, at_high = hidden_voltages(hidden, (*MULTIPLES, FLUX_MULTIPLE))
+    both = (at_high + 2j * np.pi * high * unlike * turned) * flows
+    share = fitting_share(gain * both)
+    read, spread = _lock_in(share * gain * both, FLUX_MULTIPLE, periods, rng)
+    flux = ReadAt(high, read / (share * current), spread / (share * current))
+    moved = []
+    frequencies = reading_frequencies()
+    for multiple, frequency, induced in zip(MULTIPLES, frequencies.tolist(), low, strict=True):
         both = (induced + 2j * np.pi * frequency * turned) * flows
         share = fitting_share(gain * both)
         read, spread = _lock_in(share * gain * both, multiple, periods, rng)
-        taken = 2j * np.pi * frequency * flux
-        volts.append(read / (share * current) - taken)
-        noise.append(
-            np.sqrt(
-                (spread / (share * current)) ** 2
-                + (MODEL_ERROR * np.abs(volts[-1])) ** 2
-                + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
-                + (2.0 * np.pi * frequency * unsure) ** 2
-            )
-        )
+        moved.append(ReadAt(frequency, read / (share * current), spread / (share * current)))
     count = len(board.actuators)
     each = periods * BASE_SAMPLES / SAMPLE_HZ + SETTLE
-    off = ~np.eye(count, dtype=bool)
+    return without_flux(board, moved, flux, count * (count - 1) * (len(MULTIPLES) + 1) * each)
+
+
+def hidden_voltages(hidden: HiddenPlate, multiples: Sequence[int]) -> ComplexArray:
+    """What motion alone induces, V/A, (multiples of 40 Hz, listening, playing)."""
+    model = plate_model(hidden.board)
+    strength = np.outer(hidden.strengths, hidden.strengths)
+    found = []
+    for multiple in multiples:
+        frequency = multiple * SAMPLE_HZ / BASE_SAMPLES
+        moving = open_coils(hidden.board, frequency, model=model, tolerance=DRAWN_TOLERANCE)
+        found.append(strength * induced_voltages(hidden.board, moving.compliance, frequency))
+    return np.array(found)
+
+
+def turned_inductances(hidden: HiddenPlate) -> FloatArray:
+    """Of every pair of coils as they are connected, H: a dead one has none led to the amplifier."""
+    strength = np.outer(hidden.strengths, hidden.strengths)
+    return np.asarray(np.sign(strength) * shared_inductances(hidden.board))
+
+
+@dataclass(frozen=True)
+class ReadAt:
+    """What coils read at one frequency.
+
+    Attributes
+    ----------
+    hz
+        Frequency.
+    volts
+        Per ampere that was meant, (listening, playing).
+    spread
+        One standard deviation of its real and imaginary parts, by the converter's noise.
+    """
+
+    hz: float
+    volts: ComplexArray
+    spread: FloatArray
+
+
+def without_flux(
+    board: Board, moved: Sequence[ReadAt], flux: ReadAt, seconds: float
+) -> CoilReadings:
+    """Motion alone: the flux is taken off.
+
+    It is known twice: from the windings and how far apart coils are drawn, and from a reading at
+    6 kHz, where little moves. Coils that touch are told by the reading, those far apart by the
+    drawing.
+    """
+    read = flux.volts.imag / (2.0 * np.pi * flux.hz)
+    unsure = np.hypot(flux.spread / (2.0 * np.pi * flux.hz), _moving_inductance(board, flux.hz))
+    drawn, off_drawn = _drawn_inductances(board)
+    off = ~np.eye(len(read), dtype=bool)
+    is_heard = np.any([np.abs(own.volts) > HEARD * own.spread for own in (*moved, flux)], axis=0)
+    signs = _signs(np.where(off & is_heard, read * drawn, 0.0))
+    believed = np.outer(signs, signs) * drawn
+    # A flux that is not known from the drawing has no say.
+    weight = np.where(is_heard, 1.0 / (1.0 + (off_drawn / unsure) ** 2), 0.0)
+    inductances = weight * believed + (1.0 - weight) * read
+    left = np.sqrt(1.0 - weight) * unsure
+    volts, noise = [], []
+    for own in moved:
+        taken = 2j * np.pi * own.hz * inductances
+        volts.append(own.volts - taken)
+        noise.append(
+            np.sqrt(
+                own.spread**2
+                + (MODEL_ERROR * np.abs(volts[-1])) ** 2
+                + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
+                + (2.0 * np.pi * own.hz * left) ** 2
+            )
+        )
     return CoilReadings(
-        reading_frequencies(),
+        np.array([own.hz for own in moved]),
         np.array(volts) * off,
         np.array(noise),
-        flux * off,
-        count * (count - 1) * (len(MULTIPLES) + 1) * each,
+        inductances * off,
+        seconds,
     )
+
+
+def _drawn_inductances(board: Board) -> tuple[FloatArray, FloatArray]:
+    """Of every pair, H, and their deviation: windings, and coils that lie elsewhere."""
+    drawn = shared_inductances(board)
+    if board.winding is None:
+        return drawn, np.full(drawn.shape, np.inf)
+    places = np.array([actuator.at for actuator in board.actuators])
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    # Far apart, flux goes with the cube of the distance, and nearer by less.
+    moved = np.minimum(3.0 * COIL_PLACE * np.sqrt(2.0 / 3.0) / apart, 0.5)
+    return drawn, np.abs(drawn) * np.hypot(WINDING_ERROR, moved)
+
+
+def _moving_inductance(board: Board, hz: float) -> float:
+    """What motion adds to a reading of the flux, H, one deviation: a share of the most there is."""
+    coil, magnet, plate = board.coil, board.magnet, board.plate
+    if coil is None:
+        raise MissingError("[coil]", "its force factor says what motion induces")
+    omega = 2.0 * np.pi * hz
+    # An endless plate (Cremer, Heckl and Petersson, Structure-Borne Sound), or the magnet's mass.
+    per_area = plate.density * plate.thickness
+    moves = 1.0 / (8.0 * omega * np.sqrt(plate.bending_stiffness * per_area))
+    mass = 0.0 if magnet is None else magnet.areal_mass * np.pi * magnet.radius**2
+    held = 1.0 / (mass * omega**2) if mass else np.inf
+    return float(MOVING * coil.force_factor**2 * min(moves, held))
+
+
+def _signs(agrees: FloatArray) -> FloatArray:
+    """How coils are turned, by what each pair of readings says: 1 or -1, up to one sign for all."""
+    _, vectors = np.linalg.eigh(agrees + agrees.T)
+    return np.where(vectors[:, -1] < 0.0, -1.0, 1.0)
 
 
 def fitting_share(volts: ComplexArray) -> float:

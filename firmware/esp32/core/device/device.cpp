@@ -58,10 +58,12 @@ void Device::start(const Hal& hal, const FirstCounts& first) {
   input_.start(config(), touch_timeout_us());
   input_.follow_all(table().has_responses());
   panel_watch_.start(config());
+  sense_.start(config());
   settle();
 }
 
 uint32_t Device::touch_timeout_us() const { return timing_of(table()).touch_timeout_us; }
+uint32_t Device::ramp_us() const { return timing_of(table()).ramp_us; }
 
 // Only while nothing plays.
 void Device::start_outputs() {
@@ -120,6 +122,7 @@ void Device::poll() {
   handle(event);
   advance_touch();
   advance_host();
+  advance_sense();
   watch_update();
   watch_flash();
   post_touch();
@@ -292,14 +295,14 @@ bool Device::play_live(const Drive& drive, uint32_t frequency_millihertz, Wavefo
     if (!host_begins()) return false;
     host_.begin_waves();
   }
-  if (!host_.has_waves() || touch_.is_fading() || !supply_.may_start_wave()) return false;
+  if (!host_.has_waves() || sense_.is_running()) return false;
+  if (touch_.is_fading() || !supply_.may_start_wave()) return false;
   if (!synthesis_.set_frequency(frequency_millihertz) || !synthesis_.set_waveform(waveform))
     return false;
   watch_outputs();
   if (state_ != DeviceState::kStreaming) return false;
   if (is_quiet()) keep_retained(true);
-  const uint32_t ramp_us = timing_of(table()).ramp_us;
-  if (!host_.play(synthesis_, config(), drive, ramp_us, now_us())) return false;
+  if (!host_.play(synthesis_, config(), drive, ramp_us(), now_us())) return false;
   output_watch_.expect_play();
   return true;
 }

@@ -15,6 +15,7 @@
 #include "core/hal.hpp"
 #include "core/limits/coil_heat.hpp"
 #include "core/limits/supply_meter.hpp"
+#include "core/sensing/coil_sense.hpp"
 #include "core/storage/files/stored_bank.hpp"
 #include "core/storage/files/stored_table.hpp"
 #include "core/storage/flash_wear.hpp"
@@ -79,6 +80,10 @@ class Device {
   // … or with a drive that it must repeat within the touch timeout.
   bool play_live(const Drive& drive, uint32_t frequency_millihertz, Waveform waveform);
   void stream_end();
+
+  // One coil plays, and the others are listened to (coil_sense.hpp). A finger ends it.
+  link_format::Status sense(const SenseRequest& request);
+  const CoilSense& coil_sense() const { return sense_; }
 
   // Flash may be written once outputs are off; false until then, so ask again. Touches and streams
   // are refused until `update_end`, which loads the table again.
@@ -163,6 +168,7 @@ class Device {
   void silence();
   void start_outputs();
   uint32_t touch_timeout_us() const;
+  uint32_t ramp_us() const;
 
   // Flash (device_flash.cpp).
   void load_config();
@@ -189,6 +195,7 @@ class Device {
   void handle(const TouchEvent& event);
   void advance_touch();
   void advance_host();
+  void advance_sense();
   void watch_update();
   void watch_flash();
   void post_touch();
@@ -219,6 +226,7 @@ class Device {
   FingerEffects effects_;
   Stopwatch played_;  // by a finger
   HostDrive host_;
+  CoilSense sense_;
   Synthesis synthesis_;
   OutputWatch output_watch_;
   CoilHeat heat_;

@@ -58,14 +58,15 @@ struct Config {
   std::array<uint8_t, 16> sign_pins = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};  // GPIO numbers, 0 to 31, of a bridge's directions.
   uint16_t bias_ramp_ms = 20;  // In which a switch's bias comes up beside a finger that rests; 0 is the default.
   uint16_t full_force_mn = 0;  // Peak force of a coil at the loudest; 0: unknown, and so are micrometres.
+  uint8_t sense_pin = 255;  // GPIO where coils are listened to.
 };
 
 namespace config_format {
 
 constexpr uint32_t kMagic = 0x434C4843U;
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 2U;
-constexpr uint32_t kRecordBytes = 248U;
+constexpr uint32_t kVersionMinor = 3U;
+constexpr uint32_t kRecordBytes = 249U;
 constexpr uint32_t kLeastRecordBytes = 224U;
 constexpr uint32_t kCrcBytes = 4U;
 constexpr uint32_t kAtMagic = 0U;  // char4
@@ -123,7 +124,8 @@ bool take_fields(const uint8_t* record, Config& config, Take take) {
          take(record + 222, 0, 500, config.lost_ns) &&
          take(record + 224, 0, 255, config.sign_pins) &&
          take(record + 240, 0, 1000, config.bias_ramp_ms) &&
-         take(record + 242, 0, 65535, config.full_force_mn);
+         take(record + 242, 0, 65535, config.full_force_mn) &&
+         take(record + 244, 0, 255, config.sense_pin);
 }
 
 // What a host on a network may set as it likes.
@@ -216,7 +218,8 @@ inline bool are_same(const Config& one, const Config& other) {
          is_same(one.lost_ns, other.lost_ns) &&
          is_same(one.sign_pins, other.sign_pins) &&
          is_same(one.bias_ramp_ms, other.bias_ramp_ms) &&
-         is_same(one.full_force_mn, other.full_force_mn);
+         is_same(one.full_force_mn, other.full_force_mn) &&
+         is_same(one.sense_pin, other.sense_pin);
 }
 
 template <typename Put>
@@ -268,6 +271,7 @@ void put_fields(uint8_t* record, const Config& config, Put put) {
   put(record + 224, config.sign_pins);
   put(record + 240, config.bias_ramp_ms);
   put(record + 242, config.full_force_mn);
+  put(record + 244, config.sense_pin);
 }
 
 }  // namespace config_format

@@ -111,6 +111,34 @@ constexpr const char* to_text(AreaEvent value) {
   return "unknown";
 }
 
+// What became of a reading of coils.
+enum class SenseState : uint8_t {
+  kNone,  // none was asked for
+  kRunning,
+  kDone,
+  kTooLoud,  // the converter's range ended a coil's
+  kTouched,  // a finger came down
+  kNoExpander,  // its outputs choose the coil
+  kNoConverter,
+  kLost,  // the main loop was kept from reading them
+  kStopped,  // a fault, an update or another drive came between
+};
+
+constexpr const char* to_text(SenseState value) {
+  switch (value) {
+    case SenseState::kNone: return "none";
+    case SenseState::kRunning: return "running";
+    case SenseState::kDone: return "done";
+    case SenseState::kTooLoud: return "too loud";
+    case SenseState::kTouched: return "touched";
+    case SenseState::kNoExpander: return "expander missing";
+    case SenseState::kNoConverter: return "converter fails";
+    case SenseState::kLost: return "samples lost";
+    case SenseState::kStopped: return "stopped";
+  }
+  return "unknown";
+}
+
 // What became of a configuration.
 enum class ConfigStatus : uint8_t {
   kOk,

@@ -14,12 +14,12 @@ enum class Chip : uint8_t { kEsp32, kEsp32s3 };
 // PWM channels, and a bit per GPIO.
 struct Abilities {
   uint32_t channels;
-  uint64_t gates, signs, bus, outputs, inputs;
+  uint64_t gates, signs, bus, outputs, inputs, converters;
 };
 // By chip.
 constexpr std::array<Abilities, 2> kAbilities{{
-    {16U, 0x030E8FF034ULL, 0x000E8FF034ULL, 0x030EEFE030ULL, 0x030EEFF034ULL, 0xFF0EEFF034ULL},  // esp32
-    {8U, 0x400003FCF6ULL, 0x000027FCF6ULL, 0x7C00027FFF6ULL, 0x7C00027FFF6ULL, 0x7C00027FFFEULL},  // esp32s3
+    {16U, 0x030E8FF034ULL, 0x000E8FF034ULL, 0x030EEFE030ULL, 0x030EEFF034ULL, 0xFF0EEFF034ULL, 0xFF00000000ULL},  // esp32
+    {8U, 0x400003FCF6ULL, 0x000027FCF6ULL, 0x7C00027FFF6ULL, 0x7C00027FFF6ULL, 0x7C00027FFFEULL, 0x00000007FEULL},  // esp32s3
 }};
 constexpr uint32_t kMostBridges = 8U;  // of either
 constexpr uint32_t kPins = 43U;  // of the chip that has most

@@ -9,8 +9,12 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 7U;
+constexpr uint32_t kVersionMinor = 8U;
 constexpr uint32_t kMaxPayload = 1024U;
+constexpr uint32_t kSenseValues = 976U;
+constexpr uint32_t kLeastMultiple = 2U;
+constexpr uint32_t kMostMultiple = 200U;
+constexpr uint32_t kMostRead = 32U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;
 constexpr uint32_t kMostEvents = 16U;
@@ -39,6 +43,7 @@ enum class Status : uint8_t {
   kTooOften = 12,  // flash was written 5 times since power came on, or 60 times within an hour; try again in a minute
   kOtherDriver = 13,  // duties for switches do not suit bridges, nor the other way round
   kNoPartition = 14,  // its flash was partitioned before there were effect banks
+  kNotWired = 15,  // no sensing pin in its configuration, or no panel's bus
 };
 
 }  // namespace chladni::link_format

@@ -702,4 +702,57 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
 }
 }  // namespace reach
 
+namespace sense {
+constexpr uint32_t kCode = 38U;
+struct Request {
+  static constexpr uint32_t kBytes = 7U;
+  uint8_t playing;  // Channel of the coil that plays.
+  uint16_t multiple;  // Of 40.0231 Hz, what it plays: even, 2 to 200.
+  uint16_t level_q15;  // 32767 for full amplitude.
+  uint8_t settle_ms;  // Before the first coil is listened to.
+  uint8_t readings;  // Of 12.5 ms for each coil, 1 to 32.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.playing);
+  take(from + 1, found.multiple);
+  take(from + 3, found.level_q15);
+  take(from + 5, found.settle_ms);
+  take(from + 6, found.readings);
+  return found;
+}
+}  // namespace sense
+
+namespace sensed {
+constexpr uint32_t kCode = 39U;
+struct Answer {
+  static constexpr uint32_t kBytes = 6U;
+  struct State { uint8_t value; } state;  // 0 none, 1 running, 2 done, 3 too loud, 4 touched, 5 expander missing, 6 converter fails, 7 samples lost, 8 stopped.
+  struct Session { uint16_t value; } session;  // Readings of one have the converter's delay in common.
+  struct AmplitudeQ16 { uint16_t value; } amplitude_q16;  // Of the duty, 65536 for 1.
+  struct Count { uint8_t value; } count;  // That follow.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.state.value);
+  put(to + 1, from.session.value);
+  put(to + 3, from.amplitude_q16.value);
+  put(to + 5, from.count.value);
+}
+struct Entry {
+  static constexpr uint32_t kBytes = 15U;
+  struct Coil { uint8_t value; } coil;  // Channel that was listened to; 16: a known share of the voltage of channel 0, while that plays.
+  struct InPhaseQ12 { int32_t value; } in_phase_q12;  // Amplitude in phase with the duty.
+  struct QuadratureQ12 { int32_t value; } quadrature_q12;  // A quarter ahead of it.
+  struct MeanQ2 { int16_t value; } mean_q2;  // Over the middle of the converter's range.
+  struct PowerQ4 { uint32_t value; } power_q4;  // Mean square, over the same.
+};
+template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
+  put(to + 0, from.coil.value);
+  put(to + 1, from.in_phase_q12.value);
+  put(to + 5, from.quadrature_q12.value);
+  put(to + 9, from.mean_q2.value);
+  put(to + 11, from.power_q4.value);
+}
+}  // namespace sensed
+
 }  // namespace chladni::link_format

@@ -27,6 +27,7 @@ bool is_done_once(uint32_t kind) {
     case f::config_get::kCode:
     case f::network_get::kCode:
     case f::touches::kCode:
+    case f::sensed::kCode:
     case f::bank::kCode:
     case f::bank_data::kCode:
     case f::finger_area::kCode:
@@ -151,7 +152,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;
     case f::live::kCode: return take_live(request);
-    default: return handle_bank(kind, request);
+    default: return handle_sense(kind, request);
   }
 }
 
@@ -291,7 +292,6 @@ Status Requests::set_network(const Request& request) {
   return device_.set_network(request.fields, request.size) ? Status::kOk : Status::kFlashFailed;
 }
 
-// A host of link 2.2 and before knows nothing of bridges, and leaves the sign out.
 Status Requests::begin_stream(const Request& request) {
   using R = f::stream_begin::Request;
   std::array<uint8_t, R::kBytes> fields{};

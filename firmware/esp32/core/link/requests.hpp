@@ -76,6 +76,11 @@ class Requests {
   link_format::Status put_finger_area(const Request& request);
   link_format::Status put_area_events(const Request& request);
 
+  // Of coils that measure each other (sense_requests.cpp).
+  link_format::Status handle_sense(uint32_t kind, const Request& request);
+  link_format::Status sense(const Request& request);
+  link_format::Status put_sensed();
+
   link_format::Status select_frequency(const Request& request);
   link_format::Status select_waveform(const Request& request);
   link_format::Status allow_driver(const Request& request);

@@ -156,6 +156,7 @@ uint32_t bad_pin(const Config& config, gpio::Chip chip) {
     check.take_if_wired(config.interrupt_pin, able.inputs);
     check.take_if_wired(config.reset_pin, able.outputs);
   }
+  if (has_sensing_pin(config)) check.take(config.sense_pin, able.converters);
   return check.bad();
 }
 

@@ -14,6 +14,11 @@ namespace chladni {
 // A configuration's `driver`: what stands between a pin and its coil.
 constexpr uint32_t kBridge = 1;
 
+// Records of 2.2 and before have 0, which is no converter's pin.
+inline bool has_sensing_pin(const Config& config) {
+  return config.sense_pin != 0 && config.sense_pin != gpio::kNotWired;
+}
+
 // The newest whole record, or the defaults; says which. kOlder with a record that a newer one has
 // replaced, which cannot be read any more.
 ConfigStatus load_config(const Hal& hal, Config& config);

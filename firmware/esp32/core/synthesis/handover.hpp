@@ -92,6 +92,7 @@ struct Handover {
   // Interrupt to main loop.
   std::atomic<uint32_t> samples{0};  // since start
   std::atomic<uint32_t> missed{0};   // of them
+  std::atomic<uint32_t> begun{0};    // the first that was not silent: its phase is 0
   std::atomic<Output> output{Output::kOff};
   // Wiped out by the main loop when it asks for the start of a touch.
   std::atomic<FadeCause> fade_cause{FadeCause::kNone};

@@ -200,7 +200,10 @@ void SamplePlayer::take(const Command& command) {
   const bool is_playing_waves = is_playing() && mode_ != Mode::kStream;
   if (!command.starts_touch && !is_playing_waves) return;
   // From silence every wave starts at the same phase, so the same touch plays the same.
-  if (output() == Output::kOff) phase_u32_ = 0;
+  if (output() == Output::kOff) {
+    phase_u32_ = 0;
+    handover_.begun.store(samples_, std::memory_order_relaxed);
+  }
   quiet_end_ = samples_ + settings_.touch_timeout;
   phase_step_u32_ = command.phase_step_u32;
   if (command.starts_touch) {

@@ -169,6 +169,17 @@ bool Synthesis::play(const Drive& drive, const PlayOptions& options) {
   return true;
 }
 
+bool Synthesis::play_alone(uint32_t channel, int16_t gain_q15, uint32_t frequency_millihertz,
+                           uint32_t step_u32, uint32_t ramp_us) {
+  if (has_command()) return false;
+  next_phase_step_u32_ = step_u32;
+  next_period_q12_ = period_share_q12(frequency_millihertz);
+  next_waveform_ = Waveform::kSine;
+  Drive drive{};
+  drive[channel].in_phase_q15 = gain_q15;
+  return play(drive, {32767, ramp_us, true});
+}
+
 // A silent channel needs no bias; any other needs its amplitude, rounded up, and the rest.
 int32_t Synthesis::bias_of(int32_t size_q15) const {
   if (settings_.has_bridges) return 0;

@@ -85,6 +85,13 @@ class Synthesis {
   // Go to a drive. A level that a limit does not allow is lowered for all channels alike.
   // False while the last command waits to be taken.
   bool play(const Drive& drive, const PlayOptions& options);
+  // The same of one channel alone, with a sine of a frequency of its own, by which this touch is.
+  bool play_alone(uint32_t channel, int16_t gain_q15, uint32_t frequency_millihertz,
+                  uint32_t step_u32, uint32_t ramp_us);
+  // Of what was last asked for, 65536 for a duty of 1: limits may have lowered it.
+  uint32_t amplitude_q16(uint32_t channel) const {
+    return static_cast<uint32_t>(handover().command.first[channel]) >> 14;
+  }
   // The same for several fingers, each in a place of its own for as long as it plays. Limits are
   // kept for the sum, whatever the voices' phases come to, by lowering all of them alike. The level
   // of the options is not read. If the touch's wave is no sine, only the first voice that is not
@@ -117,6 +124,9 @@ class Synthesis {
     player_.count_from(samples);
     seen_samples_ = samples;
   }
+  // The sample with which the last touch began from silence, by the same count; phases begin with
+  // it.
+  uint32_t begun() const { return handover().begun.load(std::memory_order_relaxed); }
   // Samples that were missed since start.
   uint32_t missed() const { return handover().missed.load(std::memory_order_relaxed); }
   // Drives whose level a limit lowered.

@@ -32,6 +32,9 @@ void bind_fingers(nanobind::module_& module);
 // What each finger plays.
 void bind_voices(nanobind::class_<Emulator>& emulator);
 
+// What coils read of each other.
+void bind_sensing(nanobind::module_& module, nanobind::class_<Emulator>& emulator);
+
 // The synthesis by itself.
 void bind_synthesis(nanobind::module_& module);
 

@@ -325,5 +325,6 @@ NB_MODULE(_emulator, m) {
   chladni::emulator::bind_voices(emulator);
   bind_flash(emulator);
   bind_faults(emulator);
+  chladni::emulator::bind_sensing(m, emulator);
   chladni::emulator::bind_state(emulator);
 }

@@ -108,6 +108,12 @@ class PanelFaults:
     loses_calls: bool
     pulses_until_free: int
 
+class SensingFaults:
+    is_expander_absent: bool
+    is_converter_dead: bool
+    is_pin_open: bool
+    stuck_address: int
+
 class Emulator:
     def __init__(self, hardware: Hardware) -> None: ...
     def boot(self, cause: str = "power on") -> None: ...
@@ -151,6 +157,17 @@ class Emulator:
     def drop_next_duties(self, channels: int) -> None: ...
     @property
     def panel_faults(self) -> PanelFaults: ...
+    @property
+    def sensing_faults(self) -> SensingFaults: ...
+    def set_coil_responses(
+        self,
+        responses: NDArray[np.float32],
+        *,
+        noise: float,
+        bend: float,
+        begin_us: float,
+        seed: int,
+    ) -> None: ...
     def panel_register(self, at: int) -> int: ...
     def panel_sees(self, x: float, y: float) -> bool: ...
     def panel_power_cycle(self) -> None: ...

@@ -79,6 +79,17 @@ AREA_EVENT = Codes("AreaEvent", "What a finger did on an effect bank's areas.", 
     Code("kStepped", "stepped", "it moved by the area's `every_um`"),
     Code("kReleased", "released", "it left the board"),
 ))  # fmt: skip
+SENSE_STATE = Codes("SenseState", "What became of a reading of coils.", (
+    Code("kNone", "none", "none was asked for"),
+    Code("kRunning", "running"),
+    Code("kDone", "done"),
+    Code("kTooLoud", "too loud", "the converter's range ended a coil's"),
+    Code("kTouched", "touched", "a finger came down"),
+    Code("kNoExpander", "expander missing", "its outputs choose the coil"),
+    Code("kNoConverter", "converter fails"),
+    Code("kLost", "samples lost", "the main loop was kept from reading them"),
+    Code("kStopped", "stopped", "a fault, an update or another drive came between"),
+))  # fmt: skip
 CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kOk", "ok"),
     Code("kNone", "never configured", "outputs stay off"),
@@ -147,6 +158,7 @@ ALL_CODES = (
     TABLE_STATUS,
     BANK_STATUS,
     AREA_EVENT,
+    SENSE_STATE,
     CONFIG_STATUS,
     PANEL_HEALTH,
     RESET_CAUSE,

@@ -23,7 +23,7 @@ from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS, Field, offsets
 
 MAGIC = b"CHLC"
-VERSION_MAJOR, VERSION_MINOR = 2, 2
+VERSION_MAJOR, VERSION_MINOR = 2, 3
 PANELS = ("none", "find", "ft6x36", "gt911")
 MOVES = ("follow", "stay")
 
@@ -124,6 +124,8 @@ SETTINGS = (
              "In which a switch's bias comes up beside a finger that rests; 0 is the default."),
     _setting("full_force_mn", "u16", 0, 65535, 0,
              "Peak force of a coil at the loudest; 0: unknown, and so are micrometres."),
+    # Since 2.3; GPIO 0 is no converter's, so that zeros are none.
+    _setting("sense_pin", "u8", 0, 255, NOT_WIRED, "GPIO where coils are listened to."),
 )  # fmt: skip
 CEILINGS = {
     "max_duty_q15": "wire_max_duty_q15",
@@ -207,6 +209,8 @@ class DeviceConfig:
                 "reset": self["reset_pin"],
             }
         signs = self["sign_pins"][: self["channels"]] if self.has_bridges else ()
+        if self["sense_pin"]:
+            bus["sense"] = self["sense_pin"]
         return pin_fault(self["pwm_pins"][: self["channels"]], signs=signs, chip=chip, **bus)
 
     def check_pins(self, chip: ChipName = "esp32") -> None:

@@ -15,13 +15,13 @@ from enum import IntEnum
 from struct import Struct
 
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.host.protocol.codes import AREA_EVENT, numbered
+from chladni.host.protocol.codes import AREA_EVENT, SENSE_STATE, numbered
 from chladni.sim.board.electronics import DRIVER_KINDS
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 7
+VERSION_MAJOR, VERSION_MINOR = 2, 8
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -39,6 +39,16 @@ TOUCH_SILENCE_MS = 800
 RESPONSE = 0x80
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
+SENSE_VALUES = 976
+"""Of a converter, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays then
+has whole periods, half of a multiple of them."""
+LEAST_MULTIPLE, MOST_MULTIPLE = 2, 200
+"""Of 80 MHz / 4096 / 488, 40 Hz, which a playing coil may have; even ones only."""
+REFERENCE = 16
+MOST_READ = 32
+"""Such readings in a row for each coil."""
+SENSE_HZ = 80e6 / 1024 / (2 * SENSE_VALUES)
+"""40 Hz, of which all that coils play then are multiples."""
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
 
@@ -61,6 +71,7 @@ class Status(IntEnum):
     TOO_OFTEN = 12
     OTHER_DRIVER = 13
     NO_PARTITION = 14
+    NOT_WIRED = 15
 
 
 STATUS_TEXT = {
@@ -80,6 +91,7 @@ STATUS_TEXT = {
     "try again in a minute",
     Status.OTHER_DRIVER: "duties for switches do not suit bridges, nor the other way round",
     Status.NO_PARTITION: "its flash was partitioned before there were effect banks",
+    Status.NOT_WIRED: "no sensing pin in its configuration, or no panel's bus",
 }
 
 
@@ -260,5 +272,28 @@ MESSAGES = (
                                   Field("bottom_um", "i32", ""), Field("right_um", "i32", ""),
                                   Field("top_um", "i32", "")), "",
             "Where the table's board is. A place off it plays as the nearest on it."),
+    Message(38, "sense",
+            (Field("playing", "u8", "Channel of the coil that plays."),
+             Field("multiple", "u16", f"Of {SENSE_HZ:.6g} Hz, what it plays: even, "
+                   f"{LEAST_MULTIPLE} to {MOST_MULTIPLE}."),
+             Field("level_q15", "u16", "32767 for full amplitude."),
+             Field("settle_ms", "u8", "Before the first coil is listened to."),
+             Field("readings", "u8", f"Of 12.5 ms for each coil, 1 to {MOST_READ}.")), "", (), "",
+            "One coil plays, and all others are listened to, one after the other. Ends by itself. "
+            "Where nothing is asked for 0.8 s, the converter is stopped, and a new session begins "
+            "with the next."),
+    Message(39, "sensed", (), "",
+            (Field("state", "u8", f"{numbered(c.text for c in SENSE_STATE.members)}."),
+             Field("session", "u16", "Readings of one have the converter's delay in common."),
+             Field("amplitude_q16", "u16", "Of the duty, 65536 for 1."),
+             Field("count", "u8", "That follow.")),
+            "each: coil u8, in_phase_q12 i32, quadrature_q12 i32, mean_q2 i16, power_q4 u32",
+            "What coils read while the last that was asked for played, in the converter's steps.",
+            each=(Field("coil", "u8", "Channel that was listened to; "
+                        f"{REFERENCE}: a known share of the voltage of channel 0, while that plays."),
+                  Field("in_phase_q12", "i32", "Amplitude in phase with the duty."),
+                  Field("quadrature_q12", "i32", "A quarter ahead of it."),
+                  Field("mean_q2", "i16", "Over the middle of the converter's range."),
+                  Field("power_q4", "u32", "Mean square, over the same."))),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

@@ -31,6 +31,8 @@ class Chip:
         And those of a bus, a panel's reset among them.
     inputs
         And those that sense a line.
+    converters
+        And those of converter 1, the one that a radio leaves alone.
     bus
         Those whose pull-ups hold no strap the wrong way.
     pulled_up
@@ -51,6 +53,7 @@ class Chip:
     signs: tuple[int, ...]
     outputs: tuple[int, ...]
     inputs: tuple[int, ...]
+    converters: tuple[int, ...]
     bus: tuple[int, ...]
     pulled_up: tuple[int, ...]
     not_beside_psram: tuple[int, ...]
@@ -81,6 +84,7 @@ _ESP32 = Chip(
     signs=tuple(pin for pin in _ESP32_GATES if pin < SIGNS_BELOW),
     outputs=_ESP32_OUTPUTS,
     inputs=(*_ESP32_OUTPUTS, 34, 35, 36, 37, 38, 39),
+    converters=tuple(range(32, 40)),
     bus=tuple(pin for pin in _ESP32_OUTPUTS if pin not in (2, 12)),
     pulled_up=(5, 14, 15),
     not_beside_psram=(16, 17),
@@ -111,6 +115,7 @@ _ESP32S3 = Chip(
     signs=_S3_SIGNS,
     outputs=_S3_OUTPUTS,
     inputs=(*_S3_OUTPUTS, 3),
+    converters=tuple(range(1, 11)),
     bus=_S3_OUTPUTS,
     pulled_up=(),
     not_beside_psram=(),
@@ -167,6 +172,7 @@ class PinFault:
             "panel's clock": "scl_pin",
             "panel's interrupt line": "interrupt_pin",
             "panel's reset line": "reset_pin",
+            "sensing pin": "sense_pin",
         }
         return keys.get(self.role, "pwm_pins")
 
@@ -191,6 +197,7 @@ def pin_fault(
     scl: int | None = None,
     interrupt: int = NOT_WIRED,
     reset: int = NOT_WIRED,
+    sense: int = NOT_WIRED,
 ) -> PinFault | None:
     """The first pin that its role cannot have on a chip; None if there is none.
 
@@ -202,6 +209,8 @@ def pin_fault(
         Of the same channels' bridges; empty with switches.
     sda, scl
         Of the panel's bus; None where there is no panel, whose other pins do not count then.
+    sense
+        Where coils are listened to.
     """
     own = CHIPS[chip]
     if len(gates) > own.channels:
@@ -220,6 +229,8 @@ def pin_fault(
             roles.append(("panel's interrupt line", interrupt, own.inputs))
         if reset != NOT_WIRED:
             roles.append(("panel's reset line", reset, own.outputs))
+    if sense != NOT_WIRED:
+        roles.append(("sensing pin", sense, own.converters))
     taken = [pin for _, pin, _ in roles]
     for k, (role, pin, allowed) in enumerate(roles):
         free = tuple(one for one in allowed if one not in taken)

@@ -1,0 +1,96 @@
+// What coils read of each other: one plays a sine, the others are open and listened to in turn.
+//
+// Where the first coil plays, a known share of its own voltage is read as the last: what all
+// filters and the converter make of a duty. The converter runs in step with the carrier, and on
+// from one request to the next, so that this holds for a whole session.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/generated/config_format.hpp"
+#include "core/generated/device_codes.hpp"
+#include "core/hal.hpp"
+#include "core/sensing/lock_in.hpp"
+#include "core/synthesis/synthesis.hpp"
+
+namespace chladni {
+
+struct SenseRequest {
+  uint32_t playing;    // channel
+  uint32_t multiple;   // of 40 Hz, even (docs/link-protocol.md)
+  uint32_t level_q15;  // 32767 for full amplitude
+  uint32_t settle_ms;  // before the first coil is listened to
+  uint32_t readings;   // of kSenseValues values, for each coil
+};
+
+// What one coil read.
+struct CoilReading {
+  uint8_t coil = 0;
+  LockIn found;
+};
+
+class CoilSense {
+ public:
+  void start(const Config& config);
+  bool is_wired() const { return is_wired_; }
+  SenseState state() const { return state_; }
+  bool is_running() const { return state_ == SenseState::kRunning; }
+
+  // What was read before is forgotten. Of a request in range, while none runs.
+  void ask(const SenseRequest& request, uint32_t now_ms);
+  // Whether outputs are to play the coil now; and what came of it.
+  bool wants_play() const { return is_running() && stage_ == Stage::kToPlay; }
+  const SenseRequest& request() const { return request_; }
+  uint32_t frequency_millihertz() const;
+  // Of a sample.
+  uint32_t phase_step_u32() const { return step_u32_ << sample_bits_; }
+  void note_play(uint32_t amplitude_q16);
+  // Each turn of the main loop, whether one runs or not.
+  void turn(const Hal& hal, const Synthesis& synthesis, uint32_t now_ms);
+  // It ends, or is ended, if one runs.
+  void end(const Hal& hal, SenseState state);
+
+  uint32_t session() const { return session_; }
+  uint32_t amplitude_q16() const { return amplitude_q16_; }
+  uint32_t count() const { return count_; }
+  const CoilReading& at(uint32_t k) const { return readings_[k]; }
+
+ private:
+  enum class Stage : uint8_t { kToPlay, kToBegin, kToSelect, kListening };
+
+  bool listen(const Hal& hal, const Synthesis& synthesis);
+  void stop_listening(const Hal& hal);
+  void read(const Hal& hal);
+  void take(uint16_t value);
+  void select_next(const Hal& hal, const Synthesis& synthesis);
+  void wake_all(const Hal& hal, uint32_t now_ms);
+
+  bool is_wired_ = false;
+  bool has_bridges_ = false;
+  uint32_t channels_ = 0;
+  uint32_t sample_bits_ = 2;  // a sample of the outputs has so many conversions, as a power of two
+  SenseState state_ = SenseState::kNone;
+  Stage stage_ = Stage::kToPlay;
+  SenseRequest request_{};
+  uint32_t step_u32_ = 0;  // of a conversion
+  uint32_t asked_ms_ = 0;
+  uint32_t amplitude_q16_ = 0;
+
+  // The converter.
+  bool is_listening_ = false;
+  uint32_t session_ = 0;
+  uint32_t begun_at_ = 0;  // the sample when it was started
+  uint32_t values_ = 0;    // since then
+  bool is_too_loud_ = false;
+  bool are_awake_ = false;
+  uint32_t woken_ms_ = 0;
+
+  uint32_t phase_from_ = 0;  // the value with which the coil began, whose phase is 0
+  uint32_t from_ = 0;        // the value with which listening begins
+  uint32_t coil_ = 0;
+  uint32_t count_ = 0;                                // coils that were listened to
+  std::array<CoilReading, kMaxChannels> readings_{};  // a playing coil's place is the reference's
+};
+
+}  // namespace chladni

@@ -1,0 +1,152 @@
+#include "emulator/sensed_coils.hpp"
+
+#include "core/sensing/expander.hpp"
+
+#include <cmath>
+
+namespace chladni::emulator {
+
+namespace {
+
+constexpr uint32_t kClockBits = 12;       // 80 MHz / 2^12 are samples …
+constexpr uint32_t kConversionBits = 10;  // … and 80 MHz / 2^10 conversions
+constexpr uint32_t kConversions = 4;
+constexpr size_t kMostKept = 2048;  // as chip/sensing/converter.cpp
+constexpr double kFarAway = 1e6;    // steps
+constexpr double kMiddle = 2048.0, kHighest = 4095.0;
+constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
+constexpr double kTwoPi = 6.283185307179586;
+
+}  // namespace
+
+void SensedCoils::set_responses(uint32_t channels, std::vector<float> responses, double noise,
+                                double bend, double begin_us, uint32_t seed) {
+  channels_ = channels;
+  length_ =
+      channels == 0
+          ? 0U
+          : static_cast<uint32_t>(responses.size() / (channels + 1U) / channels / kConversions);
+  responses_ = std::move(responses);
+  noise_ = noise;
+  bend_ = bend;
+  begin_us_ = begin_us;
+  random_ = seed * 2654435761U + 1U;
+  for (uint32_t k = 0; k < channels; ++k) duties_[k].assign(2 * length_, 0.0F);
+  silent_for_.fill(length_);
+  newest_ = 0;
+}
+
+BusStatus SensedCoils::transfer(const uint8_t* written, uint32_t count) {
+  if (faults_.is_expander_absent) return BusStatus::kNoAnswer;
+  // Writes go on in the other register of a pair.
+  for (uint32_t k = 1; k < count; ++k) {
+    registers_[((written[0] & 6U) | ((written[0] + k - 1U) & 1U)) % registers_.size()] = written[k];
+  }
+  return BusStatus::kOk;
+}
+
+bool SensedCoils::start(uint64_t period, const Pwm& pwm) {
+  if (faults_.is_converter_dead) return false;
+  is_listening_ = true;
+  has_lost_ = false;
+  values_.clear();
+  from_period_ = period + (static_cast<uint64_t>(begin_us_ * 80.0) >> pwm.bits());
+  return true;
+}
+
+void SensedCoils::stop() {
+  is_listening_ = false;
+  values_.clear();
+}
+
+uint32_t SensedCoils::heard(uint16_t* values, uint32_t most) {
+  if (has_lost_ || !is_listening_) return kValuesLost;
+  uint32_t count = 0;
+  for (; count < most && !values_.empty(); ++count) {
+    values[count] = values_.front();
+    values_.pop_front();
+  }
+  return count;
+}
+
+// A bridge sleeps where its line is low; pull-ups hold the lines that the expander does not drive.
+bool SensedCoils::is_awake(uint32_t channel, const Pwm& pwm) const {
+  if (!pwm.has_signs() || channel >= 8U) return true;
+  const uint32_t low = static_cast<uint32_t>(~registers_[kAwake] & ~registers_[kDirections + 1U]);
+  return ((low >> channel) & 1U) == 0;
+}
+
+void SensedCoils::remember(const Pwm& pwm) {
+  newest_ = newest_ == 0 ? length_ - 1U : newest_ - 1U;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    const double duty =
+        is_awake(k, pwm) ? pwm.latched(k) / static_cast<double>(1U << pwm.bits()) : 0.0;
+    duties_[k][newest_] = duties_[k][newest_ + length_] = static_cast<float>(duty);
+    silent_for_[k] = duty == 0.0 ? silent_for_[k] + 1U : 0U;
+  }
+}
+
+void SensedCoils::respond(const Pwm& pwm) {
+  steps_.fill(0.0);
+  const uint32_t driven = static_cast<uint32_t>(~registers_[kDirections]) & 31U;
+  const uint32_t lines = registers_[kLevels] & driven;
+  const bool is_reference = (lines & expander::kReference) != 0;
+  const uint32_t heard = is_reference ? channels_ : (lines & 15U) | faults_.stuck_address;
+  if (faults_.is_pin_open || heard > channels_ || (heard == channels_ && !is_reference)) return;
+  if (is_reference) {
+    // Through resistors that no driver minds.
+  } else if (pwm.has_signs()) {
+    // Its own bridge brakes it.
+    if (is_awake(heard, pwm)) return;
+  } else if (pwm.latched(heard) != 0) {
+    steps_.fill(kFarAway);  // a switch pulls at it
+    return;
+  }
+  for (uint32_t k = 0; k < channels_; ++k) {
+    if (silent_for_[k] >= length_) continue;
+    const float* own = &responses_[(heard * channels_ + k) * kConversions * length_];
+    const float* const duty = &duties_[k][newest_];
+    for (double& steps : steps_) {
+      float part = 0.0F;
+      for (uint32_t n = 0; n < length_; ++n) part += own[n] * duty[n];
+      steps += static_cast<double>(part);
+      own += length_;
+    }
+  }
+}
+
+double SensedCoils::random() {
+  random_ ^= random_ << 13;
+  random_ ^= random_ >> 17;
+  random_ ^= random_ << 5;
+  return (static_cast<double>(random_) + 0.5) / 4294967296.0;
+}
+
+uint16_t SensedCoils::convert(double steps) {
+  const double noise = noise_ * std::sqrt(-2.0 * std::log(random())) * std::cos(kTwoPi * random());
+  const double place = steps < -kMiddle ? -0.5 : (steps > kMiddle ? 0.5 : steps / (2.0 * kMiddle));
+  // A cubic that leaves both ends and the middle where they are.
+  const double bend = bend_ * (4.0 * place * place * place - place) / 0.19;
+  const double value = std::nearbyint(kMiddle + steps + bend + noise);
+  return static_cast<uint16_t>(value < 0.0 ? 0.0 : (value > kHighest ? kHighest : value));
+}
+
+void SensedCoils::begin_period(uint64_t period, const Pwm& pwm) {
+  if (length_ == 0 || channels_ != pwm.channels()) {
+    if (!is_listening_) return;
+  } else if ((period << pwm.bits()) % (1U << kClockBits) == 0) {
+    remember(pwm);
+    if (is_listening_) respond(pwm);
+  }
+  if (!is_listening_ || period < from_period_) return;
+  const auto first = static_cast<uint32_t>((period << pwm.bits()) >> kConversionBits);
+  for (uint32_t k = 0; k < 1U << (pwm.bits() - kConversionBits); ++k) {
+    if (values_.size() < kMostKept) {
+      values_.push_back(convert(steps_[(first + k) % kConversions]));
+    } else {
+      has_lost_ = true;
+    }
+  }
+}
+
+}  // namespace chladni::emulator

@@ -1,0 +1,70 @@
+// Coils that hear each other through a plate: the port expander and multiplexer that choose one,
+// the amplifier, and the converter that reads it.
+//
+// What a coil's duty makes another read is an impulse response, in the converter's steps: of duties
+// at 80 MHz / 4096, for each of the four conversions between two of them. Python has it from the
+// plate (host/emulation/sensed_plate.py).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "core/hal.hpp"
+#include "emulator/pwm.hpp"
+
+namespace chladni::emulator {
+
+struct SensingFaults {
+  bool is_expander_absent = false;
+  bool is_converter_dead = false;
+  bool is_pin_open = false;    // it reads the middle of its range, and noise
+  uint32_t stuck_address = 0;  // bits of the multiplexer's address that are always 1
+};
+
+class SensedCoils {
+ public:
+  // Responses of (channels that are heard and the reference, channels that play, conversions,
+  // duties), the newest duty's first.
+  // The converter's noise and bend, RMS and most, in steps, and how late it starts, us.
+  void set_responses(uint32_t channels, std::vector<float> responses, double noise, double bend,
+                     double begin_us, uint32_t seed);
+  SensingFaults& faults() { return faults_; }
+
+  // The expander's registers; nothing is read of it.
+  BusStatus transfer(const uint8_t* written, uint32_t count);
+  bool start(uint64_t period, const Pwm& pwm);
+  void stop();
+  uint32_t heard(uint16_t* values, uint32_t most);
+  // Once the duties of this carrier period are on the pins.
+  void begin_period(uint64_t period, const Pwm& pwm);
+
+ private:
+  bool is_awake(uint32_t channel, const Pwm& pwm) const;
+  void remember(const Pwm& pwm);
+  void respond(const Pwm& pwm);
+  uint16_t convert(double steps);
+  double random();
+
+  uint32_t channels_ = 0;
+  uint32_t length_ = 0;
+  std::vector<float> responses_;
+  double noise_ = 0.0, bend_ = 0.0, begin_us_ = 0.0;
+  uint32_t random_ = 1;
+  SensingFaults faults_{};
+
+  std::array<uint8_t, 8> registers_{0, 0, 0xFF, 0xFF, 0, 0, 0xFF, 0xFF};
+  // Each channel's duties, twice in a row so that any `length_` of them lie together, and how many
+  // of the last ones were 0.
+  std::array<std::vector<float>, kMaxChannels> duties_;
+  std::array<uint32_t, kMaxChannels> silent_for_{};
+  uint32_t newest_ = 0;
+  bool is_listening_ = false;
+  bool has_lost_ = false;
+  uint64_t from_period_ = 0;
+  std::array<double, 4> steps_{};
+  std::deque<uint16_t> values_;
+};
+
+}  // namespace chladni::emulator

@@ -1,0 +1,162 @@
+"""A device's coils measure each other: what is asked for, and what comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from chladni.calibration.device_readings import Heard, readings_of
+from chladni.calibration.sensing import (
+    FEW_COILS,
+    FLUX_MULTIPLE,
+    LEVEL,
+    MOST_SECONDS,
+    MULTIPLES,
+    CoilReadings,
+)
+from chladni.host.device.device import Device
+from chladni.host.protocol.codes import SENSE_STATE
+from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_VALUES
+from chladni.sim.board.board import Board
+from chladni.sim.errors import ChladniError, InputError
+
+Report = Callable[[int, int], None]
+
+SENSE_MINOR = 8
+"""Of the link: older devices know no such requests."""
+READING_S = SENSE_VALUES * 1024 / 80e6
+SETTLE_S, OVERHEAD_S = 0.003, 0.045
+"""From coil to coil, and from one that plays to the next, its ring-up included."""
+RING_UP_MS, FLUX_RING_UP_MS = 25, 5
+FLUX_READINGS = 1
+ASK_AGAIN_S = 0.005
+HALVINGS = 6
+
+
+class ReadingError(ChladniError):
+    """Coils were not read to the end."""
+
+
+def read_coils(device: Device, board: Board, progress: Report | None = None) -> CoilReadings:
+    """Have a device read its coils, one playing after another.
+
+    Raises
+    ------
+    ReadingError
+        A finger came down, or a part does not answer.
+    InputError
+        The device is of another board, or has no sensing pin.
+    """
+    count = len(board.actuators)
+    _check(device, board)
+    reader = _Reader(device, readings_each(count))
+    for coil in range(count):
+        for multiple in (*MULTIPLES, FLUX_MULTIPLE):
+            reader.read(coil, multiple)
+        if progress:
+            progress(coil + 1, count)
+    return readings_of(board, reader.heard, reader.seconds)
+
+
+def readings_each(count: int) -> int:
+    """Of 12.5 ms, of each pair of coils, within the time that a board may take."""
+    requests = count * (len(MULTIPLES) + 1)
+    most = MOST_SECONDS[count > FEW_COILS] - requests * OVERHEAD_S
+    pairs = count * (count - 1) + 1  # the reference with them
+    flux_s = pairs * (SETTLE_S + FLUX_READINGS * READING_S)
+    each = (most - flux_s) / (len(MULTIPLES) * pairs) - SETTLE_S
+    return min(max(int(each / READING_S), 2), MOST_READ)
+
+
+def _check(device: Device, board: Board) -> None:
+    minor = device.version.fields["minor"]
+    if minor < SENSE_MINOR:
+        raise InputError("device", f"link 2.{minor}", f"2.{SENSE_MINOR} at least: update firmware")
+    config = device.config()
+    if config["channels"] != len(board.actuators):
+        expected = f"{len(board.actuators)}, as {board.name} has"
+        raise InputError("device", f"{config['channels']} coils", expected)
+    own = config.board
+    if own is not None and own[0] != board.fingerprint():
+        hint = "chladni device config set --from BOARD"
+        raise InputError("device", f"configured for {own[1]}", board.name, hint=hint)
+
+
+class _Reader:
+    """Has coils read, each as loud as the converter takes."""
+
+    def __init__(self, device: Device, readings: int) -> None:
+        self.device, self.readings = device, readings
+        self.heard: list[Heard] = []
+        self.seconds = 0.0
+        self._levels = dict.fromkeys((*MULTIPLES, FLUX_MULTIPLE), LEVEL)
+
+    def read(self, coil: int, multiple: int) -> None:
+        """Listen to all others; what was too loud once is played at half, by all coils from then on.
+
+        Raises
+        ------
+        ReadingError
+            It was not read to the end.
+        """
+        is_flux = multiple == FLUX_MULTIPLE
+        begun = self.device.wire.now_s()
+        for halving in range(HALVINGS + 1):
+            found = _once(
+                self.device,
+                playing=coil,
+                multiple=multiple,
+                level_q15=round(self._levels[multiple] * 32767.0),
+                settle_ms=FLUX_RING_UP_MS if is_flux else RING_UP_MS,
+                readings=FLUX_READINGS if is_flux else self.readings,
+            )
+            if found is not None:
+                break
+            if halving == HALVINGS:
+                raise ReadingError(f"coil {coil} is too loud for the converter", hint=_TOO_LOUD)
+            self._levels[multiple] /= 2.0
+        assert found is not None
+        self.seconds += self.device.wire.now_s() - begun
+        self.heard += found
+
+
+def _once(device: Device, **asked: int) -> list[Heard] | None:
+    """What coils read, or None if one was too loud."""
+    device.link.request("sense", **asked)
+    while True:
+        answer = device.link.request("sensed")
+        state = SENSE_STATE.text(answer.fields["state"])
+        if state != "running":
+            break
+        device.link.wait(ASK_AGAIN_S)
+    if state == "too loud":
+        return None
+    if state != "done":
+        raise ReadingError(f"coil {asked['playing']} was not read: {state}", hint=_HINTS[state])
+    entry = BY_NAME["sensed"].entry
+    rows = [entry.unpack_from(answer.tail, k * entry.size) for k in range(answer.fields["count"])]
+    duty = answer.fields["amplitude_q16"] / 65536.0
+    values = asked["readings"] * SENSE_VALUES
+    heard = []
+    for listening, in_phase, quadrature, mean_q2, power_q4 in rows:
+        steps = complex(in_phase, quadrature) / 4096.0
+        variance = power_q4 / 16.0 - (mean_q2 / 4.0) ** 2 - abs(steps) ** 2 / 2.0
+        # A sixteenth: what whole numbers in the answer round away.
+        noise = max(variance, 1.0 / 16.0) ** 0.5
+        session = answer.fields["session"]
+        heard.append(
+            Heard(
+                asked["playing"], listening, asked["multiple"], duty, steps, noise, values, session
+            )
+        )
+    return heard
+
+
+_TOO_LOUD = "is the sensing pin on the amplifier's output?"
+_HINTS = {
+    "none": "the device was started again meanwhile",
+    "touched": "keep off the board, and calibrate again",
+    "expander missing": "look at its lines and its address, 0x20",
+    "converter fails": "look at the sensing pin in the configuration",
+    "samples lost": "calibrate again",
+    "stopped": "`chladni device info` has its faults",
+}

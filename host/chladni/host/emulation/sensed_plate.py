@@ -1,0 +1,165 @@
+"""An emulated device on a plate that only it knows: what its converter reads of its coils.
+
+A duty of one coil makes another read a sum of what the plate's motion and the coils' flux induce,
+through the amplifier and its filters. The emulated hardware has it as an impulse response at the
+rate of samples; noise, bend and rounding of the converter are its own. Motion is solved at the
+frequencies that are read. Between them it is a smooth curve, and resonances beyond the last
+are left out; so are the multiplexer's settling and the carrier's residue, which
+`tests/spice/sensing.cir` has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.device_readings import (
+    REFERENCE_SHARE,
+    UNIT_HZ,
+    coil_impedance,
+    duty_volts,
+)
+from chladni.calibration.hidden import HiddenPlate
+from chladni.calibration.sensing import (
+    AMPLIFIER,
+    BASE_SAMPLES,
+    CONVERTER_BEND,
+    CONVERTER_NOISE,
+    CONVERTER_STEPS,
+    CONVERTER_V,
+    FLUX_ERROR,
+    GAIN_ERROR,
+    FLUX_MULTIPLE,
+    MULTIPLES,
+    hidden_voltages,
+    turned_inductances,
+)
+from chladni.host.emulation.emulator import Emulator, emulated_config
+from chladni.sim.board.board import Board
+from chladni.sim.board.gpio import CHIPS
+from chladni.sim.errors import InputError, MissingError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+PERIODS = 4
+"""Of 25 ms, that a response lasts: all frequencies that are read have whole numbers of them."""
+SOLVED = (*MULTIPLES, FLUX_MULTIPLE)
+RESONANCES_HZ, DAMPING = (110.0, 240.0, 500.0, 6000.0), 0.3
+"""Of what goes through the frequencies that are read."""
+LOW_PASS_HZ = (15.9e3, 15e3)
+"""Of the amplifier: a resistor and a capacitor at its input, and two poles behind
+(docs/hardware.md)."""
+CONVERSION_HZ, CONVERSIONS = 80e6 / 1024.0, 4
+"""And how many there are to a sample."""
+LATE = 8
+"""Conversions that all is late by, as they pass through the amplifier's filters."""
+FASTEST_S, SLOWEST_S = 20e-6, 60e-6
+"""From asking the converter to start until it does."""
+
+
+def emulator_on(board: Board, hidden: HiddenPlate, seed: int = 0) -> Emulator:
+    """A device with the drawn board's configuration, on the hidden plate.
+
+    A board without a sensing pin is given one.
+
+    Raises
+    ------
+    InputError
+        Its chip has no pin left for one.
+    MissingError
+        The board has no `[coil]`.
+    """
+    rng = np.random.default_rng((hidden.seed, seed, 45))
+    emulator = Emulator(emulated_config(board, **sensing_settings(board)), None, must_play=False)
+    responses = coil_responses(hidden, rng)
+    emulator.core.set_coil_responses(
+        np.ascontiguousarray(responses, np.float32),
+        noise=CONVERTER_NOISE,
+        bend=CONVERTER_BEND,
+        begin_us=1e6 * rng.uniform(FASTEST_S, SLOWEST_S),
+        seed=int(rng.integers(1, 2**31)),
+    )
+    return emulator
+
+
+def sensing_settings(board: Board) -> dict[str, int]:
+    """A pin of the chip's converter that nothing else has."""
+    own = emulated_config(board)
+    chip = board.electronics.chip
+    for pin in CHIPS[chip].converters:
+        settings = {"sense_pin": pin}
+        if own.with_values(**settings).pin_fault(chip) is None:
+            return settings
+    pins = ", ".join(map(str, CHIPS[chip].converters))
+    raise InputError("electronics", "no pin left to listen with", f"a free one of {pins}")
+
+
+def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
+    """In the converter's steps for a duty of 1, the newest first.
+
+    Shape (listening and the reference, playing, conversions, samples): each sample has four
+    conversions.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    board = hidden.board
+    coil = board.coil
+    if coil is None:
+        raise MissingError("[coil]", "its force factor says what motion induces")
+    length = PERIODS * BASE_SAMPLES * CONVERSIONS
+    hz = np.fft.rfftfreq(length, 1.0 / CONVERSION_HZ)
+    s = 2j * np.pi * hz
+    share = 1.0 + GAIN_ERROR * rng.standard_normal()
+    unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)
+    # What is heard at high frequencies is not quite what is heard at low ones.
+    rising = 1.0 + (unlike - 1.0) * np.minimum(hz / 6000.0, 1.0)
+    flux = s * turned_inductances(hidden)[..., None] * rising
+    volts = _between(hz, hidden_voltages(hidden, SOLVED)) + flux
+    ohms = (hidden.ohms[:, None] - 1.0) * coil.resistance
+    read = volts / (coil_impedance(board, hz) + ohms)
+    reference = np.zeros_like(read[:1])
+    reference[0, 0] = REFERENCE_SHARE * share
+    steps = duty_volts(board) * amplifier_gain(hz) * CONVERTER_STEPS / CONVERTER_V
+    responses = np.concatenate((read, reference)) * steps
+    # Late enough that what is cut off above does not ring before its time.
+    late = np.exp(-s * LATE / CONVERSION_HZ)
+    held = np.sinc(hz / CONVERSION_HZ)
+    found = np.fft.irfft(responses * late * held, n=length, axis=-1)
+    # A duty is held for as many conversions as there are to a sample.
+    whole = sum(np.roll(found, k, axis=-1) for k in range(CONVERSIONS))
+    return np.moveaxis(np.reshape(whole, (*found.shape[:-1], -1, CONVERSIONS)), -1, -2)
+
+
+def amplifier_gain(hz: FloatArray) -> ComplexArray:
+    """Volts at the converter for a volt at a coil."""
+    first, second = LOW_PASS_HZ
+    s = 1j * hz
+    butterworth = 1.0 + np.sqrt(2.0) * s / second + (s / second) ** 2
+    return np.asarray(AMPLIFIER / ((1.0 + s / first) * butterworth))
+
+
+def _between(hz: FloatArray, read: ComplexArray) -> ComplexArray:
+    """Motion's voltages at all frequencies, as of resonances that go through those that are read.
+
+    Any that fit would do, but they must be those of something that moves after it is pushed, and
+    dies away: a curve drawn freely would be heard before the coil plays.
+    """
+    known = UNIT_HZ * np.array(SOLVED)
+    compliance = read / (2j * np.pi * known[:, None, None])
+    # Two real numbers for each resonance, two for each complex one that is read.
+    shapes = _resonances(known)
+    system = np.concatenate((shapes.real, shapes.imag))
+    wanted = np.concatenate((compliance.real, compliance.imag)).reshape(len(system), -1)
+    found = np.linalg.solve(system, wanted).T @ _resonances(hz).T
+    return np.asarray(found.reshape(*read.shape[1:], hz.size) * 2j * np.pi * hz)
+
+
+def _resonances(hz: FloatArray) -> ComplexArray:
+    """Displacement and its rate of change, of each of `RESONANCES_HZ`, (frequencies, 2 of each)."""
+    s = 1j * hz[:, None] / np.array(RESONANCES_HZ)
+    moves = 1.0 / (1.0 + 2.0 * DAMPING * s + s**2)
+    return np.concatenate((moves, s * moves), axis=1)

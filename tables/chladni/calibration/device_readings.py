@@ -1,0 +1,139 @@
+"""From what a device's converter read to what coils induce in each other.
+
+The device tells sines in the converter's steps, by the phase of the playing coil's duty. Between
+that duty and the value lie a sample that is held, the coil's current, plate and flux, the
+amplifier, the converter and when it began. All but current, plate and flux a reference goes through
+as well, which is a known share of the first coil's own voltage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.sensing import (
+    BASE_SAMPLES,
+    FLUX_MULTIPLE,
+    MULTIPLES,
+    SAMPLE_HZ,
+    CoilReadings,
+    ReadAt,
+    without_flux,
+)
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError, MissingError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+UNIT_HZ = SAMPLE_HZ / BASE_SAMPLES
+"""Of which all frequencies are multiples, 40 Hz."""
+REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2000.0
+"""Listened to as a coil of that number: so much of the first coil's own voltage, by two resistors
+(docs/hardware.md)."""
+CLEAR = 6.0
+"""Deviations of noise from which something was read."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What one coil read while another played.
+
+    Attributes
+    ----------
+    playing, listening
+        Channels; `REFERENCE` for that.
+    multiple
+        Of `UNIT_HZ`, that was played.
+    duty
+        Amplitude.
+    steps
+        Amplitude in the converter's steps, by the phase of the duty.
+    noise
+        Standard deviation of a value, steps, whatever is no sine of that frequency.
+    values
+        Of which `steps` is the mean product.
+    session
+        Of the converter, which began once in it.
+    """
+
+    playing: int
+    listening: int
+    multiple: int
+    duty: float
+    steps: complex
+    noise: float
+    values: int
+    session: int
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the real and the imaginary part of `steps`."""
+        return float(self.noise * np.sqrt(2.0 / self.values))
+
+
+def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilReadings:
+    """What coils induce in each other, by motion alone.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    InputError
+        Something was not read, the reference is silent, or there are several sessions.
+    """
+    if len({own.session for own in heard}) > 1:
+        hint = "the device was busy with something else: calibrate again"
+        raise InputError("readings", "several sessions", "one", hint=hint)
+    flux, *moved = (_read_at(board, heard, own) for own in (FLUX_MULTIPLE, *MULTIPLES))
+    return without_flux(board, moved, flux, seconds)
+
+
+def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
+    """Of all pairs."""
+    count, hz = len(board.actuators), multiple * UNIT_HZ
+    own = [one for one in heard if one.multiple == multiple]
+    pairs = {(one.listening, one.playing): one for one in own}
+    reference = next((one for one in own if one.listening == REFERENCE), None)
+    if reference is None or abs(reference.steps) < CLEAR * reference.spread:
+        expected = f"a share of {board.actuators[0].name}'s voltage"
+        hint = "look at its driver and at the resistors that lead to the multiplexer"
+        raise InputError("readings", f"no reference at {hz:.0f} Hz", expected, hint=hint)
+    # What a volt at a coil makes the device read, its phase and the late converter's with it.
+    per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * duty_volts(board))
+    per_ampere = per_volt * (duty_volts(board) / coil_impedance(board, hz))
+    volts = np.zeros((count, count), np.complex128)
+    spread = np.zeros((count, count))
+    for listening, playing in np.argwhere(~np.eye(count, dtype=bool)).tolist():
+        one = pairs.get((listening, playing))
+        if one is None:
+            expected = "a reading of every pair of coils"
+            given = f"none of coil {listening} by {playing}, {hz:.0f} Hz"
+            raise InputError("readings", given, expected)
+        volts[listening, playing] = one.steps / one.duty / per_ampere
+        spread[listening, playing] = one.spread / one.duty / abs(per_ampere)
+    return ReadAt(hz, volts, spread)
+
+
+def duty_volts(board: Board) -> float:
+    """What a duty of 1 changes a coil's mean voltage by: a diode's, too, where a switch is off."""
+    own = board.electronics
+    return own.supply_v if own.is_bridge else own.supply_v + own.diode_v
+
+
+def coil_impedance(board: Board, hz: float | FloatArray) -> ComplexArray:
+    """Of a coil that does not move, and its driver, Ω.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    coil = board.coil
+    if coil is None:
+        raise MissingError("[coil]", "its force factor says what motion induces")
+    ohms = coil.resistance + board.electronics.driver_ohm
+    return np.asarray(ohms + 2j * np.pi * np.asarray(hz) * coil.inductance)
