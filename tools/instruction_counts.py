@@ -36,6 +36,7 @@ FLAGS = (
 PLACES = 4000
 IDF_HEADERS = (
     "sdkconfig.h", "esp_attr.h", "esp_err.h", "driver/gpio.h", "driver/ledc.h",
+    "esp_adc/adc_continuous.h",
     "freertos/FreeRTOS.h", "soc/gpio_reg.h", "soc/gpio_sig_map.h", "soc/ledc_reg.h",
     "soc/ledc_struct.h", "soc/soc.h",
 )  # fmt: skip

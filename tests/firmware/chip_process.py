@@ -20,6 +20,7 @@ FIRMWARE = ROOT / "firmware" / "esp32"
 HEADERS = (
     "driver/gpio.h", "driver/gptimer.h", "driver/i2c_master.h", "driver/ledc.h", "driver/uart.h",
     "driver/usb_serial_jtag.h",
+    "esp_adc/adc_continuous.h",
     "esp_attr.h", "esp_brownout.h", "esp_cpu.h", "esp_err.h", "esp_event.h", "esp_intr_alloc.h",
     "esp_netif.h",
     "esp_partition.h", "esp_private/panic_internal.h", "esp_random.h", "esp_system.h",

@@ -18,6 +18,7 @@
 #include "outputs/last_resort.hpp"
 #include "outputs/pwm.hpp"
 #include "outputs/sample_timer.hpp"
+#include "sensing/converter.hpp"
 #include "storage/flash.hpp"
 #include "target.hpp"
 #include "touch/panel_bus.hpp"
@@ -68,6 +69,11 @@ Hal make_hal() {
   };
   hal.recover_bus = [](void*) { chip::panel_bus_recover(); };
   hal.panel_has_called = [](void*) { return chip::panel_has_called(); };
+  hal.start_listening = [](void*) { return chip::converter_start(device.config().sense_pin); };
+  hal.heard = [](void*, uint16_t* values, uint32_t most) {
+    return chip::converter_heard(values, most);
+  };
+  hal.stop_listening = [](void*) { chip::converter_stop(); };
   hal.open_flash = [](void*) {
     if (!chip::flash_open()) {
       chip::console_print("no room for tables, or no partition named config");

@@ -17,7 +17,7 @@
 using esp_err_t = int;
 constexpr esp_err_t ESP_OK = 0, ESP_FAIL = -1, ESP_ERR_NO_MEM = 0x101;
 constexpr esp_err_t ESP_ERR_INVALID_ARG = 0x102, ESP_ERR_INVALID_STATE = 0x103;
-constexpr esp_err_t ESP_ERR_NOT_FOUND = 0x105;
+constexpr esp_err_t ESP_ERR_NOT_FOUND = 0x105, ESP_ERR_TIMEOUT = 0x107;
 
 namespace fake {
 

@@ -235,6 +235,9 @@ esp_err_t i2c_master_transmit_receive(i2c_master_dev_handle_t, const uint8_t*, s
                                       size_t, int);
 esp_err_t i2c_master_bus_reset(i2c_master_bus_handle_t bus);
 
+// Converter
+#include "converter.hpp"
+
 // Partitions
 using esp_partition_type_t = int;
 using esp_partition_subtype_t = int;

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "board.hpp"
+#include "core/sensing/expander.hpp"
 #include "core/touch/panel.hpp"
 #include "driver/gpio.h"
 #include "driver/i2c_master.h"
@@ -18,7 +19,8 @@ namespace {
 constexpr uint32_t kLongestBits = 850;
 constexpr uint32_t kSpareMs = 4;
 constexpr uint32_t kResetMs = 10, kStartMs = 60;
-constexpr std::array<uint8_t, 3> kAddresses = {0x38, gt911::kAddresses[0], gt911::kAddresses[1]};
+constexpr std::array<uint8_t, 4> kAddresses = {0x38, gt911::kAddresses[0], gt911::kAddresses[1],
+                                               expander::kAddress};
 
 i2c_master_bus_handle_t bus = nullptr;
 std::array<i2c_master_dev_handle_t, kAddresses.size()> devices{};

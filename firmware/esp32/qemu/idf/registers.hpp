@@ -65,6 +65,8 @@ struct ledc_channel_config_t {
 inline esp_err_t ledc_timer_config(const ledc_timer_config_t*) { return ESP_OK; }
 inline esp_err_t ledc_channel_config(const ledc_channel_config_t*) { return ESP_OK; }
 
+enum adc_digi_output_format_t { ADC_DIGI_OUTPUT_FORMAT_TYPE1, ADC_DIGI_OUTPUT_FORMAT_TYPE2 };
+
 struct ledc_register_t {
   uint32_t val;
 };

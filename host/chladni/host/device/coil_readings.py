@@ -91,7 +91,7 @@ class _Reader:
         self._levels = dict.fromkeys((*MULTIPLES, FLUX_MULTIPLE), LEVEL)
 
     def read(self, coil: int, multiple: int) -> None:
-        """Listen to all others; what was too loud once is played at half, by all coils from then on.
+        """Listen to all others; what was too loud once is played at half from then on.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class _Reader:
         is_flux = multiple == FLUX_MULTIPLE
         begun = self.device.wire.now_s()
         for halving in range(HALVINGS + 1):
-            found = _once(
+            found = sense(
                 self.device,
                 playing=coil,
                 multiple=multiple,
@@ -119,8 +119,16 @@ class _Reader:
         self.heard += found
 
 
-def _once(device: Device, **asked: int) -> list[Heard] | None:
-    """What coils read, or None if one was too loud."""
+def sense(device: Device, **asked: int) -> list[Heard] | None:
+    """What coils read while one plays (docs/link-protocol.md), or None if one was too loud.
+
+    Raises
+    ------
+    ReadingError
+        It was not read to the end; says why.
+    LinkError
+        The device refuses it: it has no sensing pin, or something else plays.
+    """
     device.link.request("sense", **asked)
     while True:
         answer = device.link.request("sensed")

@@ -59,6 +59,7 @@ REMEDIES = {
     Status.NOT_NOW: "`chladni device info` shows its state",
     Status.TOO_OFTEN: "wait a minute",
     Status.NO_PARTITION: "write the partition table again, with PlatformIO's `upload`",
+    Status.NOT_WIRED: "`chladni device config set --from BOARD`, of a board file with [sensing]",
 }
 """What to do where the device did not do what it was asked for."""
 

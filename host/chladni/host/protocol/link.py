@@ -40,8 +40,8 @@ RESPONSE = 0x80
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
 SENSE_VALUES = 976
-"""Of a converter, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays then
-has whole periods, half of a multiple of them."""
+"""Of a converter, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays has
+whole periods then, half of a multiple of them."""
 LEAST_MULTIPLE, MOST_MULTIPLE = 2, 200
 """Of 80 MHz / 4096 / 488, 40 Hz, which a playing coil may have; even ones only."""
 REFERENCE = 16
@@ -289,8 +289,8 @@ MESSAGES = (
              Field("count", "u8", "That follow.")),
             "each: coil u8, in_phase_q12 i32, quadrature_q12 i32, mean_q2 i16, power_q4 u32",
             "What coils read while the last that was asked for played, in the converter's steps.",
-            each=(Field("coil", "u8", "Channel that was listened to; "
-                        f"{REFERENCE}: a known share of the voltage of channel 0, while that plays."),
+            each=(Field("coil", "u8", f"Channel that was listened to; {REFERENCE}: a known share "
+                        "of the voltage of channel 0, while that plays."),
                   Field("in_phase_q12", "i32", "Amplitude in phase with the duty."),
                   Field("quadrature_q12", "i32", "A quarter ahead of it."),
                   Field("mean_q2", "i16", "Over the middle of the converter's range."),

@@ -14,9 +14,10 @@ import typer
 from chladni.calibration.fit import BoardFit, Parameter, fit_board
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
+from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.restored import SETS, Restored, Truth
-from chladni.calibration.sensing import read_hidden
+from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_levels
 from chladni.host.cli.common.options import (
     FigureOption,
@@ -29,6 +30,11 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, write_figure
 from chladni.host.cli.common.ranges import SEEDS, within
 from chladni.host.cli.common.recording import read_recording
+from chladni.host.cli.device.connection import Connection
+from chladni.host.device.coil_readings import read_coils
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Measured, MeasuredValue
@@ -67,6 +73,20 @@ def calibrate(
         Path | None,
         typer.Option(help="A recording (.wav) of every coil's sweep: foam or stand-offs alone."),
     ] = None,
+    port: Annotated[
+        str | None, typer.Option(help="Serial port of the device whose coils measure the board.")
+    ] = None,
+    udp: Annotated[
+        str | None, typer.Option(metavar="HOST[:PORT]", help="Its address on the network.")
+    ] = None,
+    key: Annotated[
+        Path | None,
+        typer.Option(envvar="CHLADNI_KEY", help="File with its key. Required with --udp."),
+    ] = None,
+    readings: Annotated[
+        Path | None,
+        typer.Option(help="What coils read (.json): written with a device, read without one."),
+    ] = None,
     hidden: Annotated[
         int | None, typer.Option(callback=SEEDS, help="Seed of the plate that only it knows.")
     ] = None,
@@ -85,16 +105,32 @@ def calibrate(
     named = required("--board", board, "what is calibrated")
     check_output(output, "-o", (".toml",))
     check_figure(figure)
-    check_one_of("what is read", emulator=emulator, recording=recording is not None)
+    is_device = emulator or port is not None or udp is not None
+    check_one_of(
+        "what is read",
+        emulator=emulator,
+        port=port is not None,
+        udp=udp is not None,
+        recording=recording is not None,
+        readings=readings is not None and not is_device,
+    )
+    if readings is not None:
+        check_output(readings, "--readings", (".json",))
     begun, drawn = time.monotonic(), load_board(named)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
     plate = None
-    if recording is None:
+    if emulator:
         plate = hidden_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
     elif hidden is not None or microphone:
-        raise ConflictError("--recording", "--hidden" if hidden is not None else "--microphone")
-    found = _found(drawn, plate, recording, by_ear=plate is None or microphone)
+        raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
+    if recording is not None or microphone:
+        if readings is not None:
+            raise ConflictError("--readings", "a recording")
+        found = _heard(drawn, plate, recording)
+    else:
+        device = Connection(port=port, udp=udp, key=key) if port or udp else None
+        found = _read(drawn, plate, device, readings)
     measured = _with_origin(found)
     before, after = _scores(drawn, measured, plate, sets)
     write_whole(output, board_file(measured, _about(drawn, found)))
@@ -120,33 +156,48 @@ def calibrate(
     )
 
 
-def _found(
-    drawn: Board, plate: HiddenPlate | None, recording: Path | None, *, by_ear: bool
-) -> _Calibrated:
-    """What coils or a recording tell."""
+def _heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> _Calibrated:
+    """What a recording tells."""
     with progress_bar("plates") as progress:
-        if by_ear:
-            if plate is None:
-                assert recording is not None
-                (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
-            else:
-                (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
-            levels = heard_levels(samples, rate_hz, len(drawn.actuators))
-            heard = fit_sound(drawn, levels, progress)
-            seconds = samples.size / rate_hz
-            return _Calibrated(heard.board, (heard.parameter,), by, seconds)
-        assert plate is not None
-        readings = read_hidden(plate)
+        if plate is None:
+            assert recording is not None
+            (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
+        else:
+            (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
+        levels = heard_levels(samples, rate_hz, len(drawn.actuators))
+        heard = fit_sound(drawn, levels, progress)
+    return _Calibrated(heard.board, (heard.parameter,), by, samples.size / rate_hz)
+
+
+def _read(
+    drawn: Board, plate: HiddenPlate | None, connection: Connection | None, kept: Path | None
+) -> _Calibrated:
+    """What coils tell of each other."""
+    if plate is None and connection is None:
+        assert kept is not None
+        readings, by = load_readings(kept, drawn), f"its own coils, {kept.name}"
+    else:
+        readings = _of_device(drawn, plate, connection)
+        by = _emulated("its own coils", plate) if plate is not None else "its own coils"
+        if kept is not None:
+            write_whole(kept, readings_file(readings, drawn))
+    with progress_bar("plates") as progress:
         found = fit_board(
             drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
         )
-        return _Calibrated(
-            found.board,
-            found.parameters,
-            _emulated("its own coils", plate),
-            readings.seconds,
-            found,
-        )
+    return _Calibrated(found.board, found.parameters, by, readings.seconds, found)
+
+
+def _of_device(
+    drawn: Board, plate: HiddenPlate | None, connection: Connection | None
+) -> CoilReadings:
+    if connection is not None:
+        wire = connection.wire()
+    else:
+        assert plate is not None
+        wire = EmulatorWire(emulator_on(drawn, plate))
+    with Device(wire) as device, progress_bar("coils") as progress:
+        return read_coils(device, drawn, progress)
 
 
 def _emulated(what: str, plate: HiddenPlate) -> str:

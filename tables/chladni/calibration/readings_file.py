@@ -1,0 +1,71 @@
+"""What coils read of each other, kept in a file: a board need not be read again to be fitted again.
+
+JSON: the board's name and fingerprint, frequencies in Hz, and for each the voltages per ampere of
+every pair of coils, real and imaginary, with one standard deviation.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chladni.calibration.sensing import CoilReadings
+from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
+from chladni.sim.files import read_text
+
+KIND = "chladni coil readings"
+
+
+def readings_file(readings: CoilReadings, board: Board) -> bytes:
+    """The file's bytes."""
+    found = {
+        "kind": KIND,
+        "board": board.name,
+        "fingerprint": f"{board.fingerprint():#018x}",
+        "seconds": readings.seconds,
+        "frequencies_hz": readings.frequencies_hz.tolist(),
+        "volts_per_ampere_real": readings.volts.real.tolist(),
+        "volts_per_ampere_imag": readings.volts.imag.tolist(),
+        "noise": readings.noise.tolist(),
+        "flux_h": readings.flux.tolist(),
+    }
+    return json.dumps(found, indent=1).encode()
+
+
+def load_readings(path: Path, board: Board) -> CoilReadings:
+    """Read it back.
+
+    Raises
+    ------
+    InputError
+        No such file, or it is damaged, or of another board.
+    """
+    try:
+        found: Any = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(str(path), f"{error}", "JSON", hint="calibrate --port writes it") from None
+    if not isinstance(found, dict) or found.get("kind") != KIND:
+        raise InputError(str(path), "another kind of file", f"{KIND!r} as its kind")
+    if found.get("fingerprint") != f"{board.fingerprint():#018x}":
+        given = f"readings of {found.get('board')}"
+        raise InputError(str(path), given, f"those of {board.name}, as it is drawn now")
+    count = len(board.actuators)
+    try:
+        hz = np.array(found["frequencies_hz"], np.float64)
+        shape = (hz.size, count, count)
+        real, imag, noise, flux = (
+            np.array(found[key], np.float64)
+            for key in ("volts_per_ampere_real", "volts_per_ampere_imag", "noise", "flux_h")
+        )
+        seconds = float(found["seconds"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(str(path), f"{error}", "what calibrate --readings writes") from None
+    fits = hz.ndim == 1 and flux.shape == shape[1:]
+    fits = fits and all(own.shape == shape for own in (real, imag, noise))
+    if not fits or not all(np.all(np.isfinite(own)) for own in (hz, real, imag, noise, flux)):
+        raise InputError(str(path), "damaged readings", f"numbers of {count} coils")
+    return CoilReadings(hz, real + 1j * imag, noise, flux, seconds)

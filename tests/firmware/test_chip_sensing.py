@@ -1,0 +1,100 @@
+"""Coils that measure each other, through chip/ on the fake, whose converter reads half a duty."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chladni.host.device.coil_readings import ReadingError, sense
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from firmware.chip_started import CONFIG, on_each_chip, started
+
+pytestmark = on_each_chip
+
+SENSE_PINS = {"esp32": 36, "esp32s3": 1}
+HEARD = 1
+"""Channel whose duty the fake's converter reads."""
+CALLS = (
+    "adc_continuous_new_handle",
+    "adc_continuous_io_to_channel",
+    "adc_continuous_config",
+    "adc_continuous_register_event_callbacks",
+    "adc_continuous_start",
+)
+
+
+def configured(chip_program: Path) -> dict[str, object]:
+    return {"config": CONFIG.with_values(sense_pin=SENSE_PINS[chip_program.name])}
+
+
+def asked(**others: int) -> dict[str, int]:
+    usual = {
+        "playing": HEARD,
+        "multiple": 4,
+        "level_q15": 20_000,
+        "settle_ms": 10,
+        "readings": 2,
+    }
+    return usual | others
+
+
+def test_what_the_converter_reads_is_found_by_the_duty_s_phase(chip_program: Path) -> None:
+    with started(chip_program, **configured(chip_program)) as chip:
+        device = Device(chip)
+        heard = sense(device, **asked())
+        assert [own.listening for own in heard] == [0, 2, 3, 4]
+        for own in heard:
+            # Half the duty's amplitude in steps of 10 bits. Values of one millisecond have the duty
+            # of its end here, which takes 4 % of a sine of 160 Hz.
+            assert abs(own.steps) == pytest.approx(own.duty * 512.0 * np.sinc(0.16), rel=0.03)
+            assert own.steps.real > 0.9 * abs(own.steps)
+        # The first coil brings the reference with it.
+        with_reference = sense(device, **asked(playing=0))
+        assert [own.listening for own in with_reference] == [1, 2, 3, 4, 16]
+        assert {own.session for own in heard + with_reference} == {1}
+        chip.run(1000)
+        assert chip.calls["adc_continuous_stop"] == chip.calls["adc_continuous_deinit"] == 1
+        assert {own.session for own in sense(device, **asked())} == {2}
+        assert device.info()["state"] == "idle"
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_converter_that_does_not_start_is_said(chip_program: Path, call: str) -> None:
+    with started(chip_program, fail=f"{call}:1", **configured(chip_program)) as chip:
+        device = Device(chip)
+        with pytest.raises(ReadingError, match="converter fails"):
+            sense(device, **asked())
+        chip.run(20)
+        assert not chip.on
+        assert device.info()["state"] == "idle"
+        assert len(sense(device, **asked())) == 4  # the call fails once
+
+
+def test_values_that_were_not_fetched_end_the_reading(chip_program: Path) -> None:
+    with started(chip_program, fail="adc_continuous_read:9", **configured(chip_program)) as chip:
+        device = Device(chip)
+        with pytest.raises(ReadingError, match="samples lost"):
+            sense(device, **asked())
+        device.link.request("sense", **asked())
+        chip.run(30)
+        for _ in range(180):
+            chip.ask("position")  # time without a turn of the main loop
+        chip.run(20)
+        assert device.link.request("sensed").fields["state"] == 7
+        assert not chip.on
+
+
+def test_without_an_expander_nothing_is_chosen(chip_program: Path) -> None:
+    options = ("mute",)
+    with started(chip_program, options=options, **configured(chip_program)) as chip:
+        device = Device(chip)
+        with pytest.raises(ReadingError, match="expander missing"):
+            sense(device, **asked())
+
+
+def test_without_a_sensing_pin_it_is_refused(chip_program: Path) -> None:
+    with started(chip_program) as chip, pytest.raises(LinkError, match="no sensing pin"):
+        sense(Device(chip), **asked())
