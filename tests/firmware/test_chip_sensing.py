@@ -50,7 +50,12 @@ def test_what_the_converter_reads_is_found_by_the_duty_s_phase(chip_program: Pat
             # Half the duty's amplitude in steps of 10 bits. Values of one millisecond have the duty
             # of its end here, which takes 4 % of a sine of 160 Hz.
             assert abs(own.steps) == pytest.approx(own.duty * 512.0 * np.sinc(0.16), rel=0.03)
-            assert own.steps.real > 0.9 * abs(own.steps)
+            # A value has the duty of when its frame was fetched: at most two turns later.
+            late_s = np.angle(own.steps) / (2.0 * np.pi * 160.0)
+            assert 0.0 <= late_s <= 2e-3
+            assert late_s == pytest.approx(
+                np.angle(heard[0].steps) / (2.0 * np.pi * 160.0), abs=5e-5
+            )
         # The first coil brings the reference with it.
         with_reference = sense(device, **asked(playing=0))
         assert [own.listening for own in with_reference] == [1, 2, 3, 4, 16]
