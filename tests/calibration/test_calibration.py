@@ -9,13 +9,14 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate, read_hidden
+from chladni.calibration.flux import drawn_inductances, motion_of, moving_inductance
 from chladni.calibration.hidden import (
     FOAM_SOFTEST,
     FOAM_STIFFEST,
     FORCE,
     HiddenPlate,
 )
-from chladni.calibration.sensing import fitting_share, reading_frequencies
+from chladni.calibration.sensing import fitting_share, reading_frequencies, turned_inductances
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import unknowns_of
 from chladni.calibration.wiring import find_wiring
@@ -26,6 +27,7 @@ from chladni.drives.scoring.tolerances import (
     with_soft_screws,
 )
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Mass, Screw, Spring
 from chladni.sim.errors import InputError
 from chladni.sim.fields.induced import induced_voltages, open_coils
@@ -83,8 +85,9 @@ def test_readings_are_as_far_off_as_they_say(board: Board, seed: int) -> None:
     """Of each board: amplifier, converter, resistances and the flux that is taken off."""
     hidden = hidden_plate(board, seed)
     readings = read_hidden(hidden)
+    motion = motion_of(board, readings, np.sign(hidden.strengths))
     # A coil's resistance is not told: what plays through more of it plays less.
-    off = (readings.volts * hidden.ohms - exact(hidden)) / readings.noise
+    off = (motion.volts * hidden.ohms - exact(hidden)) / motion.noise
     alive = hidden.strengths != 0.0
     told = off[:, np.outer(alive, alive) & ~np.eye(alive.size, dtype=bool)]
     rms = float(np.sqrt(np.mean(np.abs(told) ** 2) / 2.0))
@@ -95,10 +98,30 @@ def test_readings_are_as_far_off_as_they_say(board: Board, seed: int) -> None:
 
 def test_flux_is_taken_off_and_would_be_noticed(board: Board) -> None:
     hidden = hidden_plate(board, 1)
-    readings = read_hidden(hidden)
-    hz = readings.frequencies_hz[1]
-    flux = 2.0 * np.pi * hz * np.abs(readings.flux)
-    assert flux.max() > 3.0 * readings.noise[1].max()
+    motion = motion_of(board, read_hidden(hidden), np.sign(hidden.strengths))
+    hz = motion.frequencies_hz[1]
+    flux = 2.0 * np.pi * hz * np.abs(motion.flux)
+    assert flux.max() > 3.0 * motion.noise[1].max()
+    assert motion.flux == pytest.approx(turned_inductances(hidden), rel=0.2)
+
+
+def test_flux_of_coils_that_touch_is_read_and_of_others_is_drawn() -> None:
+    """What moves at 6 kHz is solved; `strip5`'s coils lie 10 mm apart, `phone5`'s 50."""
+    board = load_board("strip5")
+    moving = moving_inductance(board, 6004.0)
+    drawn, off_drawn = drawn_inductances(board)
+    beside = np.eye(5, k=1, dtype=bool)
+    assert np.all(off_drawn[beside] > 10.0 * moving[beside])
+    coils = open_coils(board, 6004.0, tolerance=1e-3)
+    assert board.coil is not None
+    solved = np.abs(board.coil.force_factor**2 * coils.compliance)
+    apart = ~np.eye(5, dtype=bool)
+    assert np.sqrt(np.mean(solved[apart] ** 2)) < 2.0 * np.sqrt(np.mean(moving[apart] ** 2))
+    assert np.all(drawn[apart] < 0.0)
+    phone = load_board("phone5")
+    assert np.all(
+        drawn_inductances(phone)[1][apart] < 0.5 * moving_inductance(phone, 6004.0)[apart]
+    )
 
 
 def test_slopes_are_differences_of_solved_plates(board: Board) -> None:
@@ -179,12 +202,13 @@ def test_a_hidden_plate_is_found(board: Board, seed: int) -> None:
     assert foam.low < foam.value < foam.high < 1.5 * foam.low
     assert found.left < 2.5
     # What the found board would read is what was read: within 3 %, of the drawn one 30 % and more.
+    motion = motion_of(board, readings, found.wiring.signs)
     hz = float(readings.frequencies_hz[1])
     coils = open_coils(found.board, hz, tolerance=1e-3)
     strength = found.wiring.signs * found.strengths
     would = np.outer(strength, strength) * induced_voltages(board, coils.compliance, hz)
     would = would * ~np.eye(len(strength), dtype=bool)
-    apart = np.linalg.norm(would - readings.volts[1]) / np.linalg.norm(readings.volts[1])
+    apart = np.linalg.norm(would - motion.volts[1]) / np.linalg.norm(motion.volts[1])
     assert apart < 0.03
 
 

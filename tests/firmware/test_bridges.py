@@ -314,8 +314,8 @@ def test_a_record_of_version_2_0_is_a_switch() -> None:
     whole = of_version_2_0(hot_board())
     config, sequence = unpack_config(whole)
     assert (config["driver"], sequence) == (0, 7)
-    assert all(config[k.field.name] == hot_board()[k.field.name] for k in SETTINGS[:-5])
-    assert [k.field.name for k in SETTINGS[-5:-2]] == ["driver", "lost_ns", "sign_pins"]
+    assert all(config[k.field.name] == hot_board()[k.field.name] for k in SETTINGS[:-6])
+    assert [k.field.name for k in SETTINGS[-6:-3]] == ["driver", "lost_ns", "sign_pins"]
     bench = JudgedDevice()
     assert bench.core.save_config(whole) == "ok"
     bench.core.restart("software")

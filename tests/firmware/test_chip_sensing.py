@@ -1,4 +1,4 @@
-"""Coils that measure each other, through chip/ on the fake, whose converter reads half a duty."""
+"""Coils that measure each other, through chip/ on the fake, whose converter reads a sine."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from firmware.chip_started import CONFIG, on_each_chip, started
 pytestmark = on_each_chip
 
 SENSE_PINS = {"esp32": 36, "esp32s3": 1}
-HEARD = 1
-"""Channel whose duty the fake's converter reads."""
+STEPS, MULTIPLE = 300.0, 4
+"""Of the sine that the fake's converter reads."""
 CALLS = (
     "adc_continuous_new_handle",
     "adc_continuous_io_to_channel",
@@ -32,8 +32,8 @@ def configured(chip_program: Path) -> dict[str, object]:
 
 def asked(**others: int) -> dict[str, int]:
     usual = {
-        "playing": HEARD,
-        "multiple": 4,
+        "playing": 1,
+        "multiple": MULTIPLE,
         "level_q15": 20_000,
         "settle_ms": 10,
         "readings": 2,
@@ -41,21 +41,17 @@ def asked(**others: int) -> dict[str, int]:
     return usual | others
 
 
-def test_what_the_converter_reads_is_found_by_the_duty_s_phase(chip_program: Path) -> None:
+def test_what_the_converter_reads_is_found_by_the_phase_of_the_duty(chip_program: Path) -> None:
     with started(chip_program, **configured(chip_program)) as chip:
         device = Device(chip)
         heard = sense(device, **asked())
         assert [own.listening for own in heard] == [0, 2, 3, 4]
         for own in heard:
-            # Half the duty's amplitude in steps of 10 bits. All values of a millisecond or two have
-            # the duty of its end here, which takes 4 to 15 % of a sine of 160 Hz.
-            assert 0.84 < abs(own.steps) / (512.0 * own.duty) < 0.97
-            # A value has the duty of when its frame was fetched: at most two turns later.
-            late_s = np.angle(own.steps) / (2.0 * np.pi * 160.0)
-            assert 0.0 <= late_s <= 2e-3
-            assert late_s == pytest.approx(
-                np.angle(heard[0].steps) / (2.0 * np.pi * 160.0), abs=5e-5
-            )
+            assert abs(own.steps) == pytest.approx(STEPS, rel=1e-3)
+            # All coils of a request by one phase: the one that plays goes on.
+            assert np.angle(own.steps / heard[0].steps) == pytest.approx(0.0, abs=1e-3)
+            # Whole numbers, and a cosine of 16 bits.
+            assert 0.2 < own.noise < 0.7
         # The first coil brings the reference with it.
         with_reference = sense(device, **asked(playing=0))
         assert [own.listening for own in with_reference] == [1, 2, 3, 4, 16]

@@ -86,7 +86,10 @@ def test_bad_input_is_named_and_nothing_is_written(
         text[: text.index("[coil]")] + text[text.index("[foundation]") :], encoding="utf-8"
     )
     for arguments, said in (
-        (("--board", drawn, "-o", output), "--emulator and --recording is required"),
+        (
+            ("--board", drawn, "-o", output),
+            "--emulator, --port, --udp, --recording and --readings is required",
+        ),
         (("--board", drawn, "-o", output, "--emulator"), "--hidden is required"),
         (here, "--board is required"),
         (("--board", drawn, "-o", tmp_path / "o.txt", "--emulator", "--hidden", "1"), "-o"),

@@ -21,7 +21,6 @@ from chladni.calibration.sensing import (
     SAMPLE_HZ,
     CoilReadings,
     ReadAt,
-    without_flux,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, MissingError
@@ -76,7 +75,7 @@ class Heard:
 
 
 def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilReadings:
-    """What coils induce in each other, by motion alone.
+    """What coils induce in each other.
 
     Raises
     ------
@@ -89,7 +88,7 @@ def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilRea
         hint = "the device was busy with something else: calibrate again"
         raise InputError("readings", "several sessions", "one", hint=hint)
     flux, *moved = (_read_at(board, heard, own) for own in (FLUX_MULTIPLE, *MULTIPLES))
-    return without_flux(board, moved, flux, seconds)
+    return CoilReadings.of(moved, flux, seconds)
 
 
 def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:

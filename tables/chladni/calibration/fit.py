@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.flux import drawn_inductances, motion_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import Unknowns, unknowns_of
@@ -39,7 +40,7 @@ UNLIKE = 5.0
 """RMS of what is left over the noise, above which no board that may come out reads like this."""
 FEWEST = 3
 """Coils of which it can be told which one is the wrong way round."""
-FAR_OFF = 5.0
+FAR_OFF = 4.0
 """Deviations from what is drawn, of any value. Those of tolerances end at 1.7."""
 INEXACT, UNFITTED = 0.01, {"foam": 0.04}
 """Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
@@ -159,6 +160,7 @@ class _Search:
     def __init__(self, unknowns: Unknowns, readings: CoilReadings, progress: Report | None) -> None:
         self._unknowns, self._readings, self._progress = unknowns, readings, progress
         self.wiring = Wiring(np.ones(len(unknowns.board.actuators)))
+        self._motion = motion_of(unknowns.board, readings, self.wiring.signs)
         self.steps = 0
         self._last: tuple[bytes, Board, list[OpenCoils]] | None = None
 
@@ -169,17 +171,20 @@ class _Search:
         all.
         """
         unknowns, best = self._unknowns, -np.inf
+        omega = 2.0 * np.pi * self._readings.frequencies_hz[:, None, None]
+        flux = 1j * omega * drawn_inductances(unknowns.board)[0]
         start, solved = np.zeros(unknowns.mean.size), self._last
         scales = [name for name in HELD_BY if name in unknowns.scales]
         for off in STARTS if scales else (0.0,):
             trial = np.zeros(unknowns.mean.size)
             trial[[unknowns.scales.index(name) for name in scales]] = off
-            expected = self.expected(self._values(trial))
+            expected = self.expected(self._values(trial)) + flux
             wiring = find_wiring(unknowns.board, self._readings, expected)
             alike = wiring.alike(self._readings.volts, expected)
             if alike > best:
                 best, start, self.wiring, solved = alike, trial, wiring, self._last
         self._last = solved
+        self._motion = motion_of(unknowns.board, self._readings, self.wiring.signs)
         return start
 
     def solve(self, start: FloatArray) -> FloatArray:
@@ -217,7 +222,7 @@ class _Search:
         return np.asarray(own * np.outer(self._unknowns.spread, self._unknowns.spread))
 
     def expected(self, values: FloatArray) -> ComplexArray:
-        """Voltages per ampere of coils that are all the right way round."""
+        """Motion's voltages per ampere, of coils that are all the right way round."""
         board, coils = self._solved(values)
         strength = self._unknowns.strengths(values)
         return np.array(
@@ -270,8 +275,8 @@ class _Search:
 
     def _residuals(self, values: FloatArray) -> FloatArray:
         signs = np.outer(self.wiring.signs, self.wiring.signs)
-        off = self._readings.volts - signs * self.expected(values)
-        off = np.where(self._is_read(), off / self._readings.noise, 0.0)
+        off = self._motion.volts - signs * self.expected(values)
+        off = np.where(self._is_read(), off / self._motion.noise, 0.0)
         beliefs = (values - self._unknowns.mean) / self._unknowns.spread
         return np.concatenate((off.real.ravel(), off.imag.ravel(), beliefs))
 
@@ -291,7 +296,7 @@ class _Search:
             of_forces = each[:, :, None] * read + each[:, None, :] * read
             rows.append(np.concatenate((of_plate, of_forces)))
         signs = np.outer(self.wiring.signs, self.wiring.signs)
-        every = -np.stack(rows, axis=1) * signs / self._readings.noise
+        every = -np.stack(rows, axis=1) * signs / self._motion.noise
         every = np.where(self._is_read(), every, 0.0).reshape(values.size, -1)
         data = np.concatenate((every.real, every.imag), axis=1).T * unknowns.spread
         return np.concatenate((data, np.eye(values.size)))

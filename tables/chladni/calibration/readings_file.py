@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from chladni.calibration.sensing import CoilReadings
+from chladni.calibration.sensing import CoilReadings, ReadAt
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.files import read_text
@@ -31,7 +31,10 @@ def readings_file(readings: CoilReadings, board: Board) -> bytes:
         "volts_per_ampere_real": readings.volts.real.tolist(),
         "volts_per_ampere_imag": readings.volts.imag.tolist(),
         "noise": readings.noise.tolist(),
-        "flux_h": readings.flux.tolist(),
+        "high_hz": readings.high.hz,
+        "high_volts_per_ampere_real": readings.high.volts.real.tolist(),
+        "high_volts_per_ampere_imag": readings.high.volts.imag.tolist(),
+        "high_noise": readings.high.spread.tolist(),
     }
     return json.dumps(found, indent=1).encode()
 
@@ -57,15 +60,17 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
     try:
         hz = np.array(found["frequencies_hz"], np.float64)
         shape = (hz.size, count, count)
-        real, imag, noise, flux = (
-            np.array(found[key], np.float64)
-            for key in ("volts_per_ampere_real", "volts_per_ampere_imag", "noise", "flux_h")
+        keys = ("volts_per_ampere_real", "volts_per_ampere_imag", "noise")
+        low, high = (
+            [np.array(found[begins + key], np.float64) for key in keys] for begins in ("", "high_")
         )
-        seconds = float(found["seconds"])
+        seconds, high_hz = float(found["seconds"]), float(found["high_hz"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(str(path), f"{error}", "what calibrate --readings writes") from None
-    fits = hz.ndim == 1 and flux.shape == shape[1:]
-    fits = fits and all(own.shape == shape for own in (real, imag, noise))
-    if not fits or not all(np.all(np.isfinite(own)) for own in (hz, real, imag, noise, flux)):
+    fits = hz.ndim == 1 and hz.size > 0 and high_hz > 0.0 and bool(np.all(hz > 0.0))
+    fits = fits and all(own.shape == shape for own in low)
+    fits = fits and all(own.shape == shape[1:] for own in high)
+    if not fits or not all(np.all(np.isfinite(own)) for own in (*low, *high)):
         raise InputError(str(path), "damaged readings", f"numbers of {count} coils")
-    return CoilReadings(hz, real + 1j * imag, noise, flux, seconds)
+    at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2])
+    return CoilReadings(hz, low[0] + 1j * low[1], low[2], at_high, seconds)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.hidden import HiddenPlate
-from chladni.drives.scoring.tolerances import COIL_PLACE, DRAWN_TOLERANCE
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.errors import MissingError
 from chladni.sim.fields.board_plate import plate_model
@@ -47,30 +47,41 @@ FULL_SCALE = 0.95
 """Of what a converter takes, that a sine may reach."""
 CONVERTER_NOISE, CONVERTER_BEND = 4.0, 4.0
 """Steps, RMS and at most: an ESP32's converter after its own calibration."""
-WINDING_ERROR, MOVING = 0.05, 0.1
-"""Of flux that is reckoned from the drawing; and how much one coil's motion at 6 kHz moves another,
-over its own: solved boards have 0.02 to 0.17 (`phone5`)."""
-HEARD = 6.0
-"""Standard deviations from which something was read."""
-MODEL_ERROR = 0.005
-"""Of every reading: what the fields that it is compared with are not exact."""
+
+
+@dataclass(frozen=True)
+class ReadAt:
+    """What coils read at one frequency.
+
+    Attributes
+    ----------
+    hz
+        Frequency.
+    volts
+        Per ampere that was meant, (listening, playing).
+    spread
+        One standard deviation of its real and imaginary parts, by the converter's noise.
+    """
+
+    hz: float
+    volts: ComplexArray
+    spread: FloatArray
 
 
 @dataclass(frozen=True)
 class CoilReadings:
-    """What coils read of each other.
+    """What coils read of each other, by motion and flux together.
 
     Attributes
     ----------
     frequencies_hz
         Shape (frequencies,).
     volts
-        Per ampere that was meant, motion alone, (frequencies, listening, playing), 0 on the
-        diagonals.
+        Per ampere that was meant, (frequencies, listening, playing), 0 on the diagonals.
     noise
         One standard deviation of its real and imaginary parts, the same shape.
-    flux
-        Inductances that were taken off, H, (listening, playing).
+    high
+        At 6 kHz, where flux is most of it.
     seconds
         That the device took.
     """
@@ -78,8 +89,19 @@ class CoilReadings:
     frequencies_hz: FloatArray
     volts: ComplexArray
     noise: FloatArray
-    flux: FloatArray
+    high: ReadAt
     seconds: float
+
+    @classmethod
+    def of(cls, low: Sequence[ReadAt], high: ReadAt, seconds: float) -> CoilReadings:
+        """Of what was read at each frequency."""
+        return cls(
+            np.array([own.hz for own in low]),
+            np.array([own.volts for own in low]),
+            np.array([own.spread for own in low]),
+            high,
+            seconds,
+        )
 
 
 def reading_frequencies() -> FloatArray:
@@ -129,17 +151,19 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
     both = (at_high + 2j * np.pi * high * unlike * turned) * flows
     share = fitting_share(gain * both)
     read, spread = _lock_in(share * gain * both, FLUX_MULTIPLE, periods, rng)
-    flux = ReadAt(high, read / (share * current), spread / (share * current))
+    off = ~np.eye(len(turned), dtype=bool)
+    flux = ReadAt(high, off * read / (share * current), spread / (share * current))
     moved = []
     frequencies = reading_frequencies()
     for multiple, frequency, induced in zip(MULTIPLES, frequencies.tolist(), low, strict=True):
         both = (induced + 2j * np.pi * frequency * turned) * flows
         share = fitting_share(gain * both)
         read, spread = _lock_in(share * gain * both, multiple, periods, rng)
-        moved.append(ReadAt(frequency, read / (share * current), spread / (share * current)))
+        volts, noise = off * read / (share * current), spread / (share * current)
+        moved.append(ReadAt(frequency, volts, noise))
     count = len(board.actuators)
     each = periods * BASE_SAMPLES / SAMPLE_HZ + SETTLE
-    return without_flux(board, moved, flux, count * (count - 1) * (len(MULTIPLES) + 1) * each)
+    return CoilReadings.of(moved, flux, count * (count - 1) * (len(MULTIPLES) + 1) * each)
 
 
 def hidden_voltages(hidden: HiddenPlate, multiples: Sequence[int]) -> ComplexArray:
@@ -158,99 +182,6 @@ def turned_inductances(hidden: HiddenPlate) -> FloatArray:
     """Of every pair of coils as they are connected, H: a dead one has none led to the amplifier."""
     strength = np.outer(hidden.strengths, hidden.strengths)
     return np.asarray(np.sign(strength) * shared_inductances(hidden.board))
-
-
-@dataclass(frozen=True)
-class ReadAt:
-    """What coils read at one frequency.
-
-    Attributes
-    ----------
-    hz
-        Frequency.
-    volts
-        Per ampere that was meant, (listening, playing).
-    spread
-        One standard deviation of its real and imaginary parts, by the converter's noise.
-    """
-
-    hz: float
-    volts: ComplexArray
-    spread: FloatArray
-
-
-def without_flux(
-    board: Board, moved: Sequence[ReadAt], flux: ReadAt, seconds: float
-) -> CoilReadings:
-    """Motion alone: the flux is taken off.
-
-    It is known twice: from the windings and how far apart coils are drawn, and from a reading at
-    6 kHz, where little moves. Coils that touch are told by the reading, those far apart by the
-    drawing.
-    """
-    read = flux.volts.imag / (2.0 * np.pi * flux.hz)
-    unsure = np.hypot(flux.spread / (2.0 * np.pi * flux.hz), _moving_inductance(board, flux.hz))
-    drawn, off_drawn = _drawn_inductances(board)
-    off = ~np.eye(len(read), dtype=bool)
-    is_heard = np.any([np.abs(own.volts) > HEARD * own.spread for own in (*moved, flux)], axis=0)
-    signs = _signs(np.where(off & is_heard, read * drawn, 0.0))
-    believed = np.outer(signs, signs) * drawn
-    # A flux that is not known from the drawing has no say.
-    weight = np.where(is_heard, 1.0 / (1.0 + (off_drawn / unsure) ** 2), 0.0)
-    inductances = weight * believed + (1.0 - weight) * read
-    left = np.sqrt(1.0 - weight) * unsure
-    volts, noise = [], []
-    for own in moved:
-        taken = 2j * np.pi * own.hz * inductances
-        volts.append(own.volts - taken)
-        noise.append(
-            np.sqrt(
-                own.spread**2
-                + (MODEL_ERROR * np.abs(volts[-1])) ** 2
-                + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
-                + (2.0 * np.pi * own.hz * left) ** 2
-            )
-        )
-    return CoilReadings(
-        np.array([own.hz for own in moved]),
-        np.array(volts) * off,
-        np.array(noise),
-        inductances * off,
-        seconds,
-    )
-
-
-def _drawn_inductances(board: Board) -> tuple[FloatArray, FloatArray]:
-    """Of every pair, H, and their deviation: windings, and coils that lie elsewhere."""
-    drawn = shared_inductances(board)
-    if board.winding is None:
-        return drawn, np.full(drawn.shape, np.inf)
-    places = np.array([actuator.at for actuator in board.actuators])
-    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
-    np.fill_diagonal(apart, np.inf)
-    # Far apart, flux goes with the cube of the distance, and nearer by less.
-    moved = np.minimum(3.0 * COIL_PLACE * np.sqrt(2.0 / 3.0) / apart, 0.5)
-    return drawn, np.abs(drawn) * np.hypot(WINDING_ERROR, moved)
-
-
-def _moving_inductance(board: Board, hz: float) -> float:
-    """What motion adds to a reading of the flux, H, one deviation: a share of the most there is."""
-    coil, magnet, plate = board.coil, board.magnet, board.plate
-    if coil is None:
-        raise MissingError("[coil]", "its force factor says what motion induces")
-    omega = 2.0 * np.pi * hz
-    # An endless plate (Cremer, Heckl and Petersson, Structure-Borne Sound), or the magnet's mass.
-    per_area = plate.density * plate.thickness
-    moves = 1.0 / (8.0 * omega * np.sqrt(plate.bending_stiffness * per_area))
-    mass = 0.0 if magnet is None else magnet.areal_mass * np.pi * magnet.radius**2
-    held = 1.0 / (mass * omega**2) if mass else np.inf
-    return float(MOVING * coil.force_factor**2 * min(moves, held))
-
-
-def _signs(agrees: FloatArray) -> FloatArray:
-    """How coils are turned, by what each pair of readings says: 1 or -1, up to one sign for all."""
-    _, vectors = np.linalg.eigh(agrees + agrees.T)
-    return np.where(vectors[:, -1] < 0.0, -1.0, 1.0)
 
 
 def fitting_share(volts: ComplexArray) -> float:

@@ -739,19 +739,19 @@ template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 5, from.count.value);
 }
 struct Entry {
-  static constexpr uint32_t kBytes = 15U;
+  static constexpr uint32_t kBytes = 17U;
   struct Coil { uint8_t value; } coil;  // Channel that was listened to; 16: a known share of the voltage of channel 0, while that plays.
-  struct InPhaseQ12 { int32_t value; } in_phase_q12;  // Amplitude in phase with the duty.
-  struct QuadratureQ12 { int32_t value; } quadrature_q12;  // A quarter ahead of it.
-  struct MeanQ2 { int16_t value; } mean_q2;  // Over the middle of the converter's range.
-  struct PowerQ4 { uint32_t value; } power_q4;  // Mean square, over the same.
+  struct InPhaseQ5 { int32_t value; } in_phase_q5;  // Of values times the cosine that the duty is, 32 for 1.
+  struct QuadratureQ5 { int32_t value; } quadrature_q5;  // The same of the cosine a quarter ahead.
+  struct Sum { int32_t value; } sum;  // Of values.
+  struct SquaresBy256 { uint32_t value; } squares_by_256;  // Of their squares, over 256.
 };
 template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
   put(to + 0, from.coil.value);
-  put(to + 1, from.in_phase_q12.value);
-  put(to + 5, from.quadrature_q12.value);
-  put(to + 9, from.mean_q2.value);
-  put(to + 11, from.power_q4.value);
+  put(to + 1, from.in_phase_q5.value);
+  put(to + 5, from.quadrature_q5.value);
+  put(to + 9, from.sum.value);
+  put(to + 13, from.squares_by_256.value);
 }
 }  // namespace sensed
 

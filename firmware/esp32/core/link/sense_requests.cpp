@@ -37,9 +37,8 @@ Status Requests::put_sensed() {
         A::Count{static_cast<uint8_t>(count)}});
   for (uint32_t k = 0; k < count; ++k) {
     const CoilReading& own = sense.at(k);
-    put(E{E::Coil{own.coil}, E::InPhaseQ12{own.found.in_phase_q12()},
-          E::QuadratureQ12{own.found.quadrature_q12()},
-          E::MeanQ2{static_cast<int16_t>(own.found.mean_q2())}, E::PowerQ4{own.found.power_q4()}});
+    put(E{E::Coil{own.coil}, E::InPhaseQ5{own.in_phase_q5}, E::QuadratureQ5{own.quadrature_q5},
+          E::Sum{own.sum}, E::SquaresBy256{own.squares_by_256}});
   }
   return Status::kOk;
 }

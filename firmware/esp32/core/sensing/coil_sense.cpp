@@ -13,6 +13,9 @@ namespace f = link_format;
 // 80 MHz / 4096 / 488, of which what is played is a multiple.
 constexpr uint32_t kPeriodValues = 2U * f::kSenseValues;
 constexpr uint32_t kUnitMillihertz = 40023;
+// 2^32 by that many values, and what is left of it.
+constexpr uint32_t kUnitStep = 2200290, kUnitRest = 1216;
+static_assert(static_cast<uint64_t>(kUnitStep) * kPeriodValues + kUnitRest == uint64_t{1} << 32);
 // From one coil to the next: the multiplexer's input, and what the converter has not handed out.
 constexpr uint32_t kSettleMs = 3;
 // The converter goes on for so long after a request.
@@ -38,8 +41,8 @@ void CoilSense::start(const Config& config) {
 void CoilSense::ask(const SenseRequest& request, uint32_t now_ms) {
   request_ = request;
   asked_ms_ = now_ms;
-  const uint64_t turn = static_cast<uint64_t>(request.multiple) << 32;
-  step_u32_ = static_cast<uint32_t>((turn + kPeriodValues / 2U) / kPeriodValues);
+  step_u32_ = request.multiple * kUnitStep +
+              (request.multiple * kUnitRest + kPeriodValues / 2U) / kPeriodValues;
   state_ = SenseState::kRunning;
   stage_ = Stage::kToPlay;
   is_too_loud_ = false;
@@ -120,10 +123,10 @@ void CoilSense::take(uint16_t value) {
       is_running() && stage_ == Stage::kListening && static_cast<int32_t>(now - from_) >= 0;
   if (!is_own) return;
   if (value == 0 || value >= kHighest) is_too_loud_ = true;
-  LockIn& found = readings_[count_].found;
-  found.add(value - kMiddle, step_u32_ * (now - phase_from_));
-  if (found.count() < request_.readings * f::kSenseValues) return;
-  ++count_;
+  found_.add(value - kMiddle, step_u32_ * (now - phase_from_));
+  if (found_.count() < request_.readings * f::kSenseValues) return;
+  readings_[count_++] = {static_cast<uint8_t>(coil_), found_.in_phase_q5(), found_.quadrature_q5(),
+                         found_.sum(), found_.squares_by_256()};
   ++coil_;
   stage_ = Stage::kToSelect;
 }
@@ -142,8 +145,7 @@ void CoilSense::select_next(const Hal& hal, const Synthesis& synthesis) {
     end(hal, SenseState::kNoExpander);
     return;
   }
-  readings_[count_] = CoilReading{};
-  readings_[count_].coil = static_cast<uint8_t>(coil_);
+  found_.clear();
   const uint32_t settle_ms = count_ == 0 ? request_.settle_ms + kSettleMs : kSettleMs;
   from_ = ((synthesis.samples() - begun_at_) << sample_bits_) + values_in(settle_ms);
   stage_ = Stage::kListening;

@@ -26,8 +26,11 @@ struct SenseRequest {
 
 // What one coil read.
 struct CoilReading {
-  uint8_t coil = 0;
-  LockIn found;
+  uint8_t coil;
+  int32_t in_phase_q5;
+  int32_t quadrature_q5;
+  int32_t sum;
+  uint32_t squares_by_256;
 };
 
 class CoilSense {
@@ -89,6 +92,7 @@ class CoilSense {
   uint32_t phase_from_ = 0;  // the value with which the coil began, whose phase is 0
   uint32_t from_ = 0;        // the value with which listening begins
   uint32_t coil_ = 0;
+  LockIn found_;
   uint32_t count_ = 0;                                // coils that were listened to
   std::array<CoilReading, kMaxChannels> readings_{};  // a playing coil's place is the reference's
 };

@@ -30,6 +30,8 @@ RING_UP_MS, FLUX_RING_UP_MS = 25, 5
 FLUX_READINGS = 1
 ASK_AGAIN_S = 0.005
 HALVINGS = 6
+COSINE = 32767.0 / 1024.0
+"""What a cosine of 1 is in the device's sums."""
 
 
 class ReadingError(ChladniError):
@@ -145,11 +147,11 @@ def sense(device: Device, **asked: int) -> list[Heard] | None:
     duty = answer.fields["amplitude_q16"] / 65536.0
     values = asked["readings"] * SENSE_VALUES
     heard = []
-    for listening, in_phase, quadrature, mean_q2, power_q4 in rows:
-        steps = complex(in_phase, quadrature) / 4096.0
-        variance = power_q4 / 16.0 - (mean_q2 / 4.0) ** 2 - abs(steps) ** 2 / 2.0
-        # A sixteenth: what whole numbers in the answer round away.
-        noise = max(variance, 1.0 / 16.0) ** 0.5
+    for listening, in_phase, quadrature, total, squares in rows:
+        steps = complex(in_phase, quadrature) * 2.0 / (COSINE * values)
+        variance = 256.0 * squares / values - (total / values) ** 2 - abs(steps) ** 2 / 2.0
+        # No less than what whole numbers leave.
+        noise = max(variance, 1.0 / 12.0) ** 0.5
         session = answer.fields["session"]
         heard.append(
             Heard(

@@ -287,13 +287,15 @@ MESSAGES = (
              Field("session", "u16", "Readings of one have the converter's delay in common."),
              Field("amplitude_q16", "u16", "Of the duty, 65536 for 1."),
              Field("count", "u8", "That follow.")),
-            "each: coil u8, in_phase_q12 i32, quadrature_q12 i32, mean_q2 i16, power_q4 u32",
-            "What coils read while the last that was asked for played, in the converter's steps.",
+            "each: coil u8, in_phase_q5 i32, quadrature_q5 i32, sum i32, squares_by_256 u32",
+            "What coils read while the last that was asked for played: sums over 976 values for "
+            "each reading, in the converter's steps from the middle of its range.",
             each=(Field("coil", "u8", f"Channel that was listened to; {REFERENCE}: a known share "
                         "of the voltage of channel 0, while that plays."),
-                  Field("in_phase_q12", "i32", "Amplitude in phase with the duty."),
-                  Field("quadrature_q12", "i32", "A quarter ahead of it."),
-                  Field("mean_q2", "i16", "Over the middle of the converter's range."),
-                  Field("power_q4", "u32", "Mean square, over the same."))),
+                  Field("in_phase_q5", "i32", "Of values times the cosine that the duty is, 32 "
+                        "for 1."),
+                  Field("quadrature_q5", "i32", "The same of the cosine a quarter ahead."),
+                  Field("sum", "i32", "Of values."),
+                  Field("squares_by_256", "u32", "Of their squares, over 256."))),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

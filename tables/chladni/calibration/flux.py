@@ -1,0 +1,128 @@
+"""What coils read of each other's motion: the flux that they share is taken off.
+
+It is known twice: from the windings and how far apart coils are drawn, and from a reading at 6 kHz,
+where little moves. Of coils that nearly touch the reading tells it, of those far apart the drawing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chladni.calibration.sensing import FLUX_ERROR, CoilReadings
+from chladni.drives.scoring.tolerances import COIL_PLACE
+from chladni.sim.board.board import Board
+from chladni.sim.errors import MissingError
+from chladni.sim.fields.induced import shared_inductances
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+MODEL_ERROR = 0.005
+"""Of every reading: what the fields that it is compared with are not exact."""
+WINDING_ERROR, REVERBERATION = 0.05, 3.0
+"""Of flux that is reckoned from the drawing; and how much more than on an endless plate one coil
+moves another at 6 kHz, where `phone5` has 1 to 6 times as much."""
+
+
+@dataclass(frozen=True)
+class MotionReadings:
+    """What motion alone induces.
+
+    Attributes
+    ----------
+    frequencies_hz
+        Shape (frequencies,).
+    volts
+        Per ampere, (frequencies, listening, playing), 0 on the diagonals.
+    noise
+        One standard deviation of its real and imaginary parts, the same shape.
+    flux
+        Inductances that were taken off, H, (listening, playing).
+    """
+
+    frequencies_hz: FloatArray
+    volts: ComplexArray
+    noise: FloatArray
+    flux: FloatArray
+
+
+def motion_of(board: Board, readings: CoilReadings, signs: FloatArray) -> MotionReadings:
+    """Take the flux off.
+
+    Parameters
+    ----------
+    board
+        As it is drawn.
+    signs
+        How its coils are turned: 1, −1, or 0 for one that is dead, (actuators,).
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    high = readings.high
+    read = high.volts.imag / (2.0 * np.pi * high.hz)
+    unsure = np.hypot(high.spread / (2.0 * np.pi * high.hz), moving_inductance(board, high.hz))
+    drawn, off_drawn = drawn_inductances(board)
+    off = ~np.eye(len(read), dtype=bool)
+    turned = np.outer(signs, signs)
+    ratio = np.divide(off_drawn, unsure, out=np.zeros_like(read), where=off)
+    # A flux that the drawing does not tell has an endless deviation, and a dead coil none at all.
+    weight = np.where(off & (turned != 0.0), 1.0 / (1.0 + ratio**2), 0.0)
+    flux = off * np.where(turned != 0.0, weight * turned * drawn + (1.0 - weight) * read, 0.0)
+    left = np.sqrt(1.0 - weight) * unsure
+    taken = 2j * np.pi * readings.frequencies_hz[:, None, None] * flux
+    volts = readings.volts - taken
+    noise = np.sqrt(
+        readings.noise**2
+        + (MODEL_ERROR * np.abs(volts)) ** 2
+        + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
+        + (2.0 * np.pi * readings.frequencies_hz[:, None, None] * left) ** 2
+    )
+    return MotionReadings(readings.frequencies_hz, volts * off, noise, flux)
+
+
+def drawn_inductances(board: Board) -> tuple[FloatArray, FloatArray]:
+    """Of every pair, H, and their deviation: windings, and coils that lie elsewhere."""
+    drawn = shared_inductances(board)
+    if board.winding is None:
+        return drawn, np.full(drawn.shape, np.inf)
+    # Far apart, flux goes with the cube of the distance, and nearer by less.
+    moved = np.minimum(3.0 * COIL_PLACE * np.sqrt(2.0 / 3.0) / _apart(board), 0.5)
+    return drawn, np.abs(drawn) * np.hypot(WINDING_ERROR, moved)
+
+
+def moving_inductance(board: Board, hz: float) -> FloatArray:
+    """What motion adds to a reading of the flux, H, one deviation, of every pair.
+
+    A wave on an endless plate, from a point to another one (Cremer, Heckl and Petersson,
+    Structure-Borne Sound), whose magnets hold both still, and which edges send back.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    coil, magnet, plate = board.coil, board.magnet, board.plate
+    if coil is None:
+        raise MissingError("[coil]", "its force factor says what motion induces")
+    omega = 2.0 * np.pi * hz
+    heavy = plate.density * plate.thickness
+    mobility = 1.0 / (8.0 * np.sqrt(plate.bending_stiffness * heavy))
+    mass = 0.0 if magnet is None else magnet.areal_mass * np.pi * magnet.radius**2
+    held = 1.0 + (omega * mass * mobility) ** 2
+    along = (heavy * omega**2 / plate.bending_stiffness) ** 0.25 * _apart(board)
+    spread = np.minimum(np.sqrt(2.0 / (np.pi * along)), 1.0)
+    return np.asarray(REVERBERATION * coil.force_factor**2 * mobility * spread / (omega * held))
+
+
+def _apart(board: Board) -> FloatArray:
+    """Of every pair of coils, m; endless on the diagonal."""
+    places = np.array([actuator.at for actuator in board.actuators])
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    return np.asarray(apart)
