@@ -3,7 +3,7 @@
     python bench/calibration/hidden_boards.py BOARD SEEDS ROWS.jsonl
     python bench/calibration/hidden_boards.py ROWS.jsonl
 
-The first form calibrates hidden boards 1 to SEEDS and keeps what came out, those that are there
+The first form calibrates hidden boards 1 to SEEDS through an emulated device and keeps what came out, those that are there
 already left out; the second prints a table of all that is there.
 """
 
@@ -16,8 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from chladni.calibration import Truth, fit_board, hidden_plate, read_hidden
+from chladni.calibration import Truth, fit_board, hidden_plate
 from chladni.drives.scoring.tolerances import SOFT_SCREW
+from chladni.host.device.coil_readings import read_coils
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 
@@ -29,7 +33,8 @@ def calibrated(name: str, seed: int) -> dict[str, Any]:
     board = load_board(name)
     hidden = hidden_plate(board, seed)
     row: dict[str, Any] = {"board": name, "seed": seed}
-    readings = read_hidden(hidden)
+    with Device(EmulatorWire(emulator_on(board, hidden))) as device:
+        readings = read_coils(device, board)
     try:
         found = fit_board(board, readings)
     except InputError as error:

@@ -7,11 +7,11 @@ import subprocess
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
-MEASURED = re.compile(r"^(\w+_a)\s*=\s*(\S+)", re.MULTILINE)
+MEASURED = re.compile(r"^(\w+_[av])\s*=\s*(\S+)", re.MULTILINE)
 
 
 def simulate(netlist: str, folder: Path, **parameters: float) -> dict[str, float]:
-    """Currents by the names of a netlist's `.meas` lines, A.
+    """Currents (A) and voltages (V) by the names of a netlist's `.meas` lines.
 
     Parameters
     ----------
@@ -34,4 +34,4 @@ def simulate(netlist: str, folder: Path, **parameters: float) -> dict[str, float
     found = {name: float(value) for name, value in MEASURED.findall(run.stdout)}
     assert found, run.stdout + run.stderr
     # ngspice counts a source's current into its positive end.
-    return found | {"supply_a": -found["supply_a"]}
+    return {name: -value if name == "supply_a" else value for name, value in found.items()}

@@ -38,7 +38,7 @@ class MotionReadings:
     volts
         Per ampere, (frequencies, listening, playing), 0 on the diagonals.
     noise
-        One standard deviation of its real and imaginary parts, the same shape.
+        One standard deviation of its real and imaginary parts, the same shape; 1 on the diagonals.
     flux
         Inductances that were taken off, H, (listening, playing).
     """
@@ -83,6 +83,7 @@ def motion_of(board: Board, readings: CoilReadings, signs: FloatArray) -> Motion
         + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
         + (2.0 * np.pi * readings.frequencies_hz[:, None, None] * left) ** 2
     )
+    noise = np.where(off, noise, 1.0)
     return MotionReadings(readings.frequencies_hz, volts * off, noise, flux)
 
 

@@ -39,7 +39,7 @@ SETTLE = 5e-3
 """s from one coil or frequency to the next, before a reading begins."""
 LEVEL = 0.8
 """Of the current that a coil's supply allows around a bias of the same size."""
-AMPLIFIER = 200.0
+AMPLIFIER = 187.0
 GAIN_ERROR, FLUX_ERROR = 0.01, 0.01
 """Of the amplifier (common to all coils), and of the flux at 6 kHz against that at 160 Hz."""
 CONVERTER_V, CONVERTER_STEPS = 3.1, 4096

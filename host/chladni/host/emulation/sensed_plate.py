@@ -47,7 +47,7 @@ PERIODS = 4
 SOLVED = (*MULTIPLES, FLUX_MULTIPLE)
 RESONANCES_HZ, DAMPING = (110.0, 240.0, 500.0, 6000.0), 0.3
 """Of what goes through the frequencies that are read."""
-LOW_PASS_HZ = (15.9e3, 15e3)
+LOW_PASS_HZ = (15.9e3, 15.8e3)
 """Of the amplifier: a resistor and a capacitor at its input, and two poles behind
 (docs/hardware.md)."""
 CONVERSION_HZ, CONVERSIONS = 80e6 / 1024.0, 4
