@@ -18,6 +18,8 @@ from chladni.sim.errors import InputError
 from chladni.sim.files import read_text
 
 KIND = "chladni coil readings"
+MOST_BYTES = 1_000_000
+"""Sixteen coils take 150,000."""
 
 
 def readings_file(readings: CoilReadings, board: Board) -> bytes:
@@ -48,7 +50,7 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         No such file, or it is damaged, or of another board.
     """
     try:
-        found: Any = json.loads(read_text(path))
+        found: Any = json.loads(read_text(path, "--readings", MOST_BYTES))
     except json.JSONDecodeError as error:
         raise InputError(str(path), f"{error}", "JSON", hint="calibrate --port writes it") from None
     if not isinstance(found, dict) or found.get("kind") != KIND:

@@ -131,7 +131,7 @@ def sense(device: Device, **asked: int) -> list[Heard] | None:
     LinkError
         The device refuses it: it has no sensing pin, or something else plays.
     """
-    device.link.request("sense", **asked)
+    device.link.request("sense", b"", **asked)
     while True:
         answer = device.link.request("sensed")
         state = SENSE_STATE.text(answer.fields["state"])

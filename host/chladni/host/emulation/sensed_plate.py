@@ -111,7 +111,7 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     if coil is None:
         raise MissingError("[coil]", "its force factor says what motion induces")
     length = PERIODS * BASE_SAMPLES * CONVERSIONS
-    hz = np.fft.rfftfreq(length, 1.0 / CONVERSION_HZ)
+    hz = np.asarray(np.fft.rfftfreq(length, 1.0 / CONVERSION_HZ), np.float64)
     s = 2j * np.pi * hz
     share = 1.0 + GAIN_ERROR * rng.standard_normal()
     unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)

@@ -10,12 +10,15 @@ from datetime import date
 from functools import cache
 from pathlib import Path
 
-from chladni.host.manufacture.wiring_parts import Part
+from chladni.host.manufacture.part import Part
 from chladni.sim.files import read_text
 
 PRICES = Path(__file__).with_name("prices.toml")
 MOST_BYTES = 65_536
-RESISTORS = ("gate resistor", "gate pull-down", "EN pull-down", "bus pull-up")
+RESISTORS = (
+    "gate resistor", "gate pull-down", "EN pull-down", "bus pull-up", "sensing resistor",
+    "reference resistor", "nSLEEP pull-up", "coil pull-down",
+)  # fmt: skip
 """Parts that are resistors by another name."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from chladni.host.manufacture.channels import channels
+from chladni.host.manufacture.part import Part
 from chladni.host.manufacture.wiring_bridge import draw_bridge_rows, draw_full_bridge, sign_y
 from chladni.host.manufacture.wiring_layout import (
     BLOCK_WIDTH,
@@ -32,7 +33,8 @@ from chladni.host.manufacture.wiring_layout import (
     say_actuator,
     say_headings,
 )
-from chladni.host.manufacture.wiring_parts import Part, engineering, parts_list
+from chladni.host.manufacture.wiring_parts import engineering, parts_list
+from chladni.host.manufacture.wiring_sensing import HEIGHT, draw_sensing, sensing_notes
 from chladni.host.manufacture.wiring_symbols import PLAIN, THICK, Sheet
 from chladni.host.manufacture.wiring_values import Values, wiring_values
 from chladni.sim.board.board import Board
@@ -73,12 +75,19 @@ def wiring_figure(board: Board) -> Figure:
     _draw_link(sheet, board)
     if board.panel:
         _draw_panel(sheet, board.panel, parts)
+    if board.sensing is not None:
+        draw_sensing(sheet, board, _panel_end(board) - 2.2)
     sheet.lines(-0.4, lowest - 1.6, _notes(board))
     return figure
 
 
 def _left_end(board: Board) -> float:
-    """The lowest wire on the ESP32's left."""
+    """How far down the ESP32's left side goes."""
+    return _panel_end(board) - (0.0 if board.sensing is None else HEIGHT + 0.4)
+
+
+def _panel_end(board: Board) -> float:
+    """The lowest wire of the panel, or of the link without one."""
     if board.panel is None:
         return SERIAL_Y - PIN_PITCH
     return PANEL_Y - BUS_PITCH - PIN_PITCH * len(_single_lines(board.panel))
@@ -267,7 +276,8 @@ def _notes(board: Board) -> list[str]:
         "Values follow from the board file; a module without a development board needs its own "
         "capacitors at 3V3 and EN.",
     ]
-    if board.electronics.is_bridge:
+    notes += sensing_notes(board)
+    if board.electronics.is_bridge and board.sensing is None:
         notes.insert(
             0,
             "nSLEEP of all bridges is tied to 3.3 V. If a pin of your own drives it, that line is "

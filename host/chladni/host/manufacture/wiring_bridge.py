@@ -46,7 +46,8 @@ def draw_full_bridge(sheet: Sheet, board: Board, values: Values) -> None:
     sheet.ground(PULL_DOWN_X, gate - 2.4)
     sheet.wire((LOGIC_X, BRIDGE_TOP), (LOGIC_X, BRIDGE_TOP + 0.6))
     sheet.rail(LOGIC_X, BRIDGE_TOP + 0.6, "3.3 V")
-    sheet.text(BRIDGE_X + 0.2, BRIDGE_TOP - 0.4, "VCC, nSLEEP")
+    said = "VCC, nSLEEP" if board.sensing is None else "VCC"
+    sheet.text(BRIDGE_X + 0.2, BRIDGE_TOP - 0.4, said)
     sheet.wire((supply_x, BRIDGE_TOP), (supply_x, 0.0))
     sheet.dot(supply_x, 0.0, SUPPLY)
     sheet.text(right - 0.4, BRIDGE_TOP - 0.4, "VM", left=False)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from chladni.host.manufacture.part import Part
+from chladni.host.manufacture.wiring_sensing import sensing_parts
 from chladni.host.manufacture.wiring_values import (
     BRIDGE_INPUT_OHM,
     BYPASS_F,
@@ -19,20 +21,6 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import CLOCK_HZ
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
-
-
-@dataclass(frozen=True)
-class Part:
-    """A line of the parts list: what, how many, which value, and what the value follows from.
-
-    `mass_g` is that of one, where it is known.
-    """
-
-    part: str
-    count: int
-    value: str
-    why: str
-    mass_g: float | None = None
 
 
 def engineering(value: float, unit: str) -> str:
@@ -75,7 +63,12 @@ def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
         Of this very board, where they are known already.
     """
     own = values or wiring_values(board)
-    return (*_supply_parts(board, own), *_channel_parts(board, own), *_panel_parts(board, own))
+    return (
+        *_supply_parts(board, own),
+        *_channel_parts(board, own),
+        *_panel_parts(board, own),
+        *sensing_parts(board),
+    )
 
 
 def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:

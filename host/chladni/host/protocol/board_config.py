@@ -78,6 +78,8 @@ def board_settings(board: Board) -> dict[str, Any]:
         "lost_ns": round(electronics.lost_ns) if electronics.is_bridge else 0,
         "sign_pins": (*signs, *(NOT_WIRED,) * (MAX_ACTUATORS - len(signs))),
     }
+    if board.sensing is not None:
+        values["sense_pin"] = board.sensing.pin
     panel = board.panel
     if panel is not None:
         values |= {

@@ -115,7 +115,7 @@ class Board(BoardParts):
         """By which tables of 0.2.0 know their board: names are in it, and image points are not."""
         left_out = (
             "name", "electronics", "image", "coil", "winding", "panel", "active", "fingers",
-            "measured",
+            "measured", "sensing",
         )  # fmt: skip
         physical = {key: own for key, own in to_document(self).items() if key not in left_out}
         physical |= _of_layer_and_coils(self)
@@ -258,6 +258,7 @@ def to_document(board: Board) -> dict[str, Any]:
         "coil",
         "winding",
         "panel",
+        "sensing",
         "foundation",
         "finger",
         "focus",

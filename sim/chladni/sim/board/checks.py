@@ -59,6 +59,7 @@ def _check_ranges(board: BoardParts) -> None:
         "coil",
         "winding",
         "panel",
+        "sensing",
         "foundation",
         "finger",
         "drive",

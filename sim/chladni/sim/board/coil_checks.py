@@ -196,8 +196,14 @@ def check_pins(board: BoardParts) -> None:
         raise InputError(
             "electronics.chip", chip, expected, hint=f"it has {CHIPS[chip].channels}{others}"
         )
-    bus = {} if panel is None else panel.pins
+    bus = {} if panel is None else dict(panel.pins)
+    if board.sensing is not None:
+        if panel is None:
+            expected = "a board with [panel]: what chooses a coil is on its bus"
+            raise InputError("sensing", "no panel", expected)
+        bus["sense"] = board.sensing.pin
     fault = pin_fault(gates, signs=own.sign_pins, chip=chip, **bus)
     if fault is not None:
         section = "electronics" if fault.key.endswith("s") else "panel"
-        raise InputError(f"{section}.{fault.key}", fault.pin, fault.expected, hint=fault.hint)
+        key = "sensing.pin" if fault.key == "sense_pin" else f"{section}.{fault.key}"
+        raise InputError(key, fault.pin, fault.expected, hint=fault.hint)

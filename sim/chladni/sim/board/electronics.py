@@ -111,6 +111,16 @@ class Electronics:
 
 
 @dataclass(frozen=True)
+class Sensing:
+    """Coils that measure each other: the GPIO of the chip's converter 1 where they are listened to.
+
+    What chooses a coil, a port expander, is on the panel's bus (docs/hardware.md).
+    """
+
+    pin: int = quantity("pin", 1.0, 0, 48, integer=True)
+
+
+@dataclass(frozen=True)
 class Panel:
     """The touch panel over the board. Metres; pixels; GPIO numbers, 255 for a line not wired.
 

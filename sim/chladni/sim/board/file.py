@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import with_grommets, with_material, with_rubber_parts
 from chladni.sim.board.coil_checks import check_driver
-from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
+from chladni.sim.board.electronics import Coil, Electronics, Panel, Sensing, Winding
 from chladni.sim.board.fingers import Active, Focus, SeveralFingers, finger_from
 from chladni.sim.board.foundation import CutOut, Foundation, Patch, Strips
 from chladni.sim.board.gpio import CHIPS
@@ -52,6 +52,7 @@ OPTIONAL_SECTIONS = {
     "coil": Coil,
     "winding": Winding,
     "panel": Panel,
+    "sensing": Sensing,
     "foundation": Foundation,
     "focus": Focus,
     "active": Active,

@@ -66,6 +66,7 @@ _ABSENT = "this chip has no such pin"
 _FLASH = "it is the flash chip's"
 _LINK = "it is UART0's, the link's own line"
 _BUS = "it is left for the panel's bus"
+_NO_CONVERTER = "converter 1 does not reach it"
 _BEYOND = "all signs are set by one write, which reaches GPIO 0 to 31"
 MOST_BRIDGES = 8
 """On either chip: an ESP32-S3 has eight PWM channels, and an ESP32's 17 gates, two for each bridge,
@@ -239,6 +240,8 @@ def pin_fault(
         if pin not in allowed:
             is_beyond = allowed is own.signs and pin in own.gates
             why = _BEYOND if is_beyond else own.reasons.get(pin, _ABSENT)
+            if allowed is own.converters and pin in own.inputs:
+                why = _NO_CONVERTER
             return PinFault(role, pin, why, free)
         if pin in taken[:k]:
             other = roles[taken.index(pin)][0]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from chladni.sim.board.electronics import Coil, Electronics, Panel, Winding
+from chladni.sim.board.electronics import Coil, Electronics, Panel, Sensing, Winding
 from chladni.sim.board.fingers import Active, Finger, Focus, SeveralFingers
 from chladni.sim.board.foundation import CutOut, Foundation
 from chladni.sim.board.quantity import MM, quantity
@@ -263,6 +263,7 @@ class BoardParts:
     coil: Coil | None = None
     winding: Winding | None = None
     panel: Panel | None = None
+    sensing: Sensing | None = None
     foundation: Foundation | None = None
     finger: Finger | None = None
     focus: Focus | None = None
