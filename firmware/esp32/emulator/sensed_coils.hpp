@@ -31,6 +31,8 @@ class SensedCoils {
   void set_responses(uint32_t channels, std::vector<float> responses, double noise, double bend,
                      double begin_us, uint32_t seed);
   SensingFaults& faults() { return faults_; }
+  // The expander's second eight outputs, a bit each: which bridges are awake.
+  uint32_t awake() const { return registers_[3]; }
 
   // The expander's registers; nothing is read of it.
   BusStatus transfer(const uint8_t* written, uint32_t count);

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from chladni.calibration.sensing import (
     BASE_SAMPLES,
-    FLUX_MULTIPLE,
+    FLUX_MULTIPLES,
     MULTIPLES,
     SAMPLE_HZ,
     CoilReadings,
@@ -87,7 +87,7 @@ def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilRea
     if len({own.session for own in heard}) > 1:
         hint = "the device was busy with something else: calibrate again"
         raise InputError("readings", "several sessions", "one", hint=hint)
-    flux, *moved = (_read_at(board, heard, own) for own in (FLUX_MULTIPLE, *MULTIPLES))
+    flux, *moved = (_read_at(board, heard, own) for own in (flux_multiple(board), *MULTIPLES))
     return CoilReadings.of(moved, flux, seconds)
 
 
@@ -105,7 +105,7 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
     per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * duty_volts(board))
     per_ampere = per_volt * (duty_volts(board) / coil_impedance(board, hz))
     volts = np.zeros((count, count), np.complex128)
-    spread = np.zeros((count, count))
+    spread = np.ones((count, count))
     for listening, playing in np.argwhere(~np.eye(count, dtype=bool)).tolist():
         one = pairs.get((listening, playing))
         if one is None:
@@ -115,6 +115,11 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
         volts[listening, playing] = one.steps / one.duty / per_ampere
         spread[listening, playing] = one.spread / one.duty / abs(per_ampere)
     return ReadAt(hz, volts, spread)
+
+
+def flux_multiple(board: Board) -> int:
+    """At which flux is read: below half the rate of samples, which a finer carrier lowers."""
+    return FLUX_MULTIPLES[board.electronics.pwm_bits]
 
 
 def duty_volts(board: Board) -> float:

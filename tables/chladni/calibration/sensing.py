@@ -33,6 +33,8 @@ BASE_SAMPLES = 488
 """25 ms: two periods of the lowest frequency. All frequencies are multiples of its inverse."""
 MULTIPLES, FLUX_MULTIPLE = (2, 4, 6), 150
 """80, 160 and 240 Hz, and 6 kHz."""
+FLUX_MULTIPLES = {10: FLUX_MULTIPLE, 11: 100, 12: 50}
+"""By the carrier's bits: 6, 4 and 2 kHz, which samples of 19.5, 9.8 and 4.9 kHz can make."""
 MOST_SECONDS, FEW_COILS = (10.0, 30.0), 8
 """A reading lasts so long at most, on boards of so few coils and on larger ones."""
 SETTLE = 5e-3

@@ -58,7 +58,7 @@ void Device::start(const Hal& hal, const FirstCounts& first) {
   input_.start(config(), touch_timeout_us());
   input_.follow_all(table().has_responses());
   panel_watch_.start(config());
-  sense_.start(config());
+  sense_.start(config(), now_ms());
   settle();
 }
 

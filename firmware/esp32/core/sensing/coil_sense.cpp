@@ -31,7 +31,8 @@ constexpr uint32_t values_in(uint32_t milliseconds) { return milliseconds * 7812
 
 }  // namespace
 
-void CoilSense::start(const Config& config) {
+void CoilSense::start(const Config& config, uint32_t now_ms) {
+  woken_ms_ = now_ms - kRetryMs;  // at once
   is_wired_ = has_sensing_pin(config) && config.panel != 0;
   has_bridges_ = config.driver == kBridge;
   channels_ = config.channels;

@@ -35,7 +35,7 @@ struct CoilReading {
 
 class CoilSense {
  public:
-  void start(const Config& config);
+  void start(const Config& config, uint32_t now_ms);
   bool is_wired() const { return is_wired_; }
   SenseState state() const { return state_; }
   bool is_running() const { return state_ == SenseState::kRunning; }

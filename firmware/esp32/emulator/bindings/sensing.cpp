@@ -41,6 +41,7 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
            nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
            "What a duty makes each coil read, steps, (heard and reference, playing, conversions, "
            "duties).")
+      .def_prop_ro("bridges_awake", [](Emulator& self) { return self.coils().awake(); })
       .def_prop_ro(
           "sensing_faults", [](Emulator& self) -> SensingFaults& { return self.coils().faults(); },
           nb::rv_policy::reference_internal);

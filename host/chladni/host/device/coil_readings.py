@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from chladni.calibration.device_readings import Heard, readings_of
+from chladni.calibration.device_readings import Heard, flux_multiple, readings_of
 from chladni.calibration.sensing import (
     FEW_COILS,
-    FLUX_MULTIPLE,
     LEVEL,
     MOST_SECONDS,
     MULTIPLES,
@@ -26,6 +25,8 @@ SENSE_MINOR = 8
 READING_S = SENSE_VALUES * 1024 / 80e6
 SETTLE_S, OVERHEAD_S = 0.003, 0.045
 """From coil to coil, and from one that plays to the next, its ring-up included."""
+TOO_LOUD_S = 1.6
+"""For finding how loud coils may play."""
 RING_UP_MS, FLUX_RING_UP_MS = 25, 5
 FLUX_READINGS = 1
 ASK_AGAIN_S = 0.005
@@ -50,9 +51,10 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
     """
     count = len(board.actuators)
     _check(device, board)
-    reader = _Reader(device, readings_each(count))
+    high = flux_multiple(board)
+    reader = _Reader(device, readings_each(count), high)
     for coil in range(count):
-        for multiple in (*MULTIPLES, FLUX_MULTIPLE):
+        for multiple in (*MULTIPLES, high):
             reader.read(coil, multiple)
         if progress:
             progress(coil + 1, count)
@@ -62,7 +64,7 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
 def readings_each(count: int) -> int:
     """Of 12.5 ms, of each pair of coils, within the time that a board may take."""
     requests = count * (len(MULTIPLES) + 1)
-    most = MOST_SECONDS[count > FEW_COILS] - requests * OVERHEAD_S
+    most = MOST_SECONDS[count > FEW_COILS] - requests * OVERHEAD_S - TOO_LOUD_S
     pairs = count * (count - 1) + 1  # the reference with them
     flux_s = pairs * (SETTLE_S + FLUX_READINGS * READING_S)
     each = (most - flux_s) / (len(MULTIPLES) * pairs) - SETTLE_S
@@ -86,11 +88,11 @@ def _check(device: Device, board: Board) -> None:
 class _Reader:
     """Has coils read, each as loud as the converter takes."""
 
-    def __init__(self, device: Device, readings: int) -> None:
-        self.device, self.readings = device, readings
+    def __init__(self, device: Device, readings: int, high: int) -> None:
+        self.device, self.readings, self.high = device, readings, high
         self.heard: list[Heard] = []
         self.seconds = 0.0
-        self._levels = dict.fromkeys((*MULTIPLES, FLUX_MULTIPLE), LEVEL)
+        self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
 
     def read(self, coil: int, multiple: int) -> None:
         """Listen to all others; what was too loud once is played at half from then on.
@@ -100,7 +102,7 @@ class _Reader:
         ReadingError
             It was not read to the end.
         """
-        is_flux = multiple == FLUX_MULTIPLE
+        is_flux = multiple == self.high
         begun = self.device.wire.now_s()
         for halving in range(HALVINGS + 1):
             found = sense(

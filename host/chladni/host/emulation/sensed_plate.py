@@ -10,6 +10,8 @@ are left out; so are the multiplexer's settling and the carrier's residue, which
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,7 @@ from chladni.calibration.device_readings import (
     UNIT_HZ,
     coil_impedance,
     duty_volts,
+    flux_multiple,
 )
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
@@ -28,7 +31,6 @@ from chladni.calibration.sensing import (
     CONVERTER_STEPS,
     CONVERTER_V,
     FLUX_ERROR,
-    FLUX_MULTIPLE,
     GAIN_ERROR,
     MULTIPLES,
     hidden_voltages,
@@ -44,7 +46,6 @@ ComplexArray = NDArray[np.complex128]
 
 PERIODS = 4
 """Of 25 ms, that a response lasts: all frequencies that are read have whole numbers of them."""
-SOLVED = (*MULTIPLES, FLUX_MULTIPLE)
 RESONANCES_HZ, DAMPING = (110.0, 240.0, 500.0, 6000.0), 0.3
 """Of what goes through the frequencies that are read."""
 LOW_PASS_HZ = (15.9e3, 15.8e3)
@@ -118,7 +119,8 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     # What is heard at high frequencies is not quite what is heard at low ones.
     rising = 1.0 + (unlike - 1.0) * np.minimum(hz / 6000.0, 1.0)
     flux = s * turned_inductances(hidden)[..., None] * rising
-    volts = _between(hz, hidden_voltages(hidden, SOLVED)) + flux
+    solved = (*MULTIPLES, flux_multiple(board))
+    volts = _between(hz, solved, hidden_voltages(hidden, solved)) + flux
     ohms = (hidden.ohms[:, None] - 1.0) * coil.resistance
     read = volts / (coil_impedance(board, hz) + ohms)
     reference = np.zeros_like(read[:1])
@@ -142,13 +144,13 @@ def amplifier_gain(hz: FloatArray) -> ComplexArray:
     return np.asarray(AMPLIFIER / ((1.0 + s / first) * butterworth))
 
 
-def _between(hz: FloatArray, read: ComplexArray) -> ComplexArray:
+def _between(hz: FloatArray, solved: Sequence[int], read: ComplexArray) -> ComplexArray:
     """Motion's voltages at all frequencies, as of resonances that go through those that are read.
 
     Any that fit would do, but they must be those of something that moves after it is pushed, and
     dies away: a curve drawn freely would be heard before the coil plays.
     """
-    known = UNIT_HZ * np.array(SOLVED)
+    known = UNIT_HZ * np.array(solved)
     compliance = read / (2j * np.pi * known[:, None, None])
     # Two real numbers for each resonance, two for each complex one that is read.
     shapes = _resonances(known)

@@ -1,0 +1,243 @@
+"""What a device's firmware reads of its coils, on plates that only the emulated hardware knows."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calibration.small_board import small_board
+from chladni.calibration import fit_board, hidden_plate, read_hidden
+from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
+from chladni.calibration.hidden import HiddenPlate
+from chladni.calibration.readings_file import load_readings, readings_file
+from chladni.calibration.sensing import (
+    MULTIPLES,
+    CoilReadings,
+    hidden_voltages,
+    turned_inductances,
+)
+from chladni.host.device.coil_readings import ReadingError, read_coils, sense
+from chladni.host.device.device import Device
+from chladni.host.device.link import LinkError
+from chladni.host.device.wire import EmulatorWire
+from chladni.host.emulation.emulator import Emulator, TouchEvent
+from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
+from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import DriverKind
+from chladni.sim.errors import ChladniError, InputError
+
+ASKED = {"playing": 0, "multiple": 4, "level_q15": 20_000, "settle_ms": 10, "readings": 4}
+REVERSED = 4
+"""Seed of a plate with a reversed coil."""
+
+
+@pytest.fixture(scope="module")
+def board() -> Board:
+    return small_board()
+
+
+def driven_by(board: Board, drive: DriverKind, bits: int) -> Board:
+    return dataclasses.replace(
+        board, electronics=dataclasses.replace(board.electronics, drive=drive, pwm_bits=bits)
+    )
+
+
+def read(board: Board, hidden: HiddenPlate) -> CoilReadings:
+    with Device(EmulatorWire(emulator_on(board, hidden))) as device:
+        return read_coils(device, board)
+
+
+def device_on(board: Board, seed: int = 1) -> tuple[Device, Emulator]:
+    emulator = emulator_on(board, hidden_plate(board, seed))
+    return Device(EmulatorWire(emulator)), emulator
+
+
+@pytest.mark.parametrize(
+    ("drive", "bits", "seed"), [("switch", 10, 1), ("switch", 12, REVERSED), ("bridge", 11, 8)]
+)
+def test_the_firmware_reads_what_the_arithmetic_says(
+    board: Board, drive: DriverKind, bits: int, seed: int
+) -> None:
+    """The same plate by two ways: firmware, carrier and impulse responses, and sines alone.
+
+    Left are both ways' gain (1 %), flux (1 %), resistances at another impedance (2 %), and noise.
+    """
+    own = driven_by(board, drive, bits)
+    hidden = hidden_plate(own, seed)
+    found, expected = read(own, hidden), read_hidden(hidden)
+    assert found.frequencies_hz == pytest.approx(expected.frequencies_hz)
+    apart = found.volts - expected.volts
+    allowed = 5.0 * np.hypot(found.noise, expected.noise) + 0.05 * np.abs(expected.volts)
+    assert np.all(np.abs(apart) <= allowed)
+    whole = np.linalg.norm(apart) / np.linalg.norm(expected.volts)
+    assert whole < 0.03
+    assert found.seconds <= 10.0
+    assert np.all(np.diagonal(found.volts, axis1=1, axis2=2) == 0.0)
+
+
+def test_a_board_is_found_by_its_device(board: Board) -> None:
+    """With a coil that is the wrong way round and one that is dead."""
+    hidden = hidden_plate(board, REVERSED)
+    strengths = hidden.strengths.copy()
+    strengths[2] = 0.0
+    hidden = dataclasses.replace(hidden, strengths=strengths)
+    readings = read(board, hidden)
+    found = fit_board(board, readings)
+    assert found.wiring.signs.tolist() == np.sign(strengths).tolist()
+    alive = strengths != 0.0
+    assert found.strengths[alive] == pytest.approx(np.abs(strengths[alive]), abs=0.1)
+
+
+def test_the_reference_is_a_known_share_of_the_duty(board: Board) -> None:
+    """Whatever the level, and of the first coil alone."""
+    device, _ = device_on(board)
+    for level in (5_000, 20_000):
+        heard = sense(device, **ASKED | {"level_q15": level})
+        assert heard is not None
+        assert [own.listening for own in heard] == [1, 2, 3, 4, 5, REFERENCE]
+        duty = level / 32767.0 * (0.5 - 3.0 / 1024.0)
+        assert heard[-1].duty == pytest.approx(duty, abs=1e-4)
+        volts = duty * (board.electronics.supply_v + board.electronics.diode_v) / 2001.0
+        assert abs(heard[-1].steps) == pytest.approx(volts * 187.0 * 4096.0 / 3.1, rel=0.03)
+    others = sense(device, **ASKED | {"playing": 3})
+    assert others is not None
+    assert [own.listening for own in others] == [0, 1, 2, 4, 5]
+
+
+def test_what_is_too_loud_is_said_and_read_at_half(board: Board) -> None:
+    assert board.coil is not None
+    loud = dataclasses.replace(board, coil=dataclasses.replace(board.coil, force_factor=3.0))
+    hidden = hidden_plate(loud, 1)
+    device = Device(EmulatorWire(emulator_on(loud, hidden)))
+    assert sense(device, **ASKED | {"multiple": 6, "level_q15": 32767}) is None
+    readings = read_coils(device, loud)
+    assert readings.seconds <= 11.0
+    assert readings.volts == pytest.approx(read_hidden(hidden).volts, rel=0.1, abs=2e-3)
+
+
+def test_a_finger_ends_a_reading_at_once(board: Board) -> None:
+    device, emulator = device_on(board)
+    emulator.touch(TouchEvent(emulator.core.now_us / 1e3 + 60.0, (0.0, 0.0)))
+    with pytest.raises(ReadingError, match="touched"):
+        read_coils(device, board)
+    emulator.run(30.0)
+    assert emulator.run(20.0).duty_steps.max() == 0
+    assert device.info()["state"] == "fault"  # no table
+
+
+@pytest.mark.parametrize(
+    ("fault", "value", "said"),
+    [
+        ("is_expander_absent", True, "expander missing"),
+        ("is_converter_dead", True, "converter fails"),
+        ("is_pin_open", True, "no reference at .* its driver"),
+    ],
+)
+def test_parts_that_are_missing_are_named(board: Board, fault: str, value: int, said: str) -> None:
+    device, emulator = device_on(board)
+    setattr(emulator.core.sensing_faults, fault, value)
+    with pytest.raises(ChladniError) as caught:
+        read_coils(device, board)
+    assert re.search(said, f"{caught.value} {caught.value.hint}")
+    emulator.run(30.0)
+    assert emulator.run(5.0).duty_steps.max() == 0
+
+
+def test_an_address_line_that_is_stuck_is_noticed(board: Board) -> None:
+    device, emulator = device_on(board)
+    emulator.core.sensing_faults.stuck_address = 1
+    with pytest.raises(ChladniError):
+        fit_board(board, read_coils(device, board))
+
+
+def test_bridges_are_awake_before_and_after_whatever_happens(board: Board) -> None:
+    own = driven_by(board, "bridge", 10)
+    device, emulator = device_on(own)
+    core = emulator.core
+    device.link.request("sense", b"", **ASKED)
+    emulator.run(60.0)
+    assert core.bridges_awake == 1  # the one that plays
+    core.restart("watchdog")
+    emulator.run(20.0)
+    assert core.bridges_awake == 0xFF
+    assert sense(device, **ASKED) is not None
+    assert core.bridges_awake == 0xFF
+    device.link.request("sense", b"", **ASKED)
+    emulator.run(60.0)
+    assert core.bridges_awake == 1
+    core.update_begin()
+    emulator.run(10.0)
+    assert core.bridges_awake == 0xFF
+    assert not emulator.run(5.0).duty_steps.any()
+
+
+def test_a_device_that_cannot_is_told_so(board: Board) -> None:
+    plain = Device(EmulatorWire(Emulator(board, None, must_play=False)))
+    with pytest.raises(LinkError, match="no sensing pin") as caught:
+        read_coils(plain, board)
+    assert "[sensing]" in caught.value.hint
+    fewer = dataclasses.replace(board, actuators=board.actuators[:5])
+    device, _ = device_on(board)
+    with pytest.raises(InputError, match="device: expected 5, as small has, got '6 coils'"):
+        read_coils(device, fewer)
+    for wrong in ({"playing": 6}, {"multiple": 3}, {"multiple": 202}, {"readings": 0}):
+        with pytest.raises(LinkError, match="invalid fields"):
+            sense(device, **ASKED | wrong)
+    device.link.request("sense", b"", **ASKED)
+    with pytest.raises(LinkError, match="not in this state"):
+        device.link.request("stream_begin", b"", target=64, is_signed=0)
+
+
+def test_a_chip_without_a_free_pin_is_named(board: Board) -> None:
+    chip = dataclasses.replace(
+        board.electronics, chip="esp32s3", pwm_pins=(1, 2, 4, 5, 6, 7), supply_limit_ma=900.0
+    )
+    settings = sensing_settings(dataclasses.replace(board, electronics=chip))
+    assert settings == {"sense_pin": 10}
+
+
+def test_readings_are_kept_in_a_file(board: Board, tmp_path: Path) -> None:
+    readings = read_hidden(hidden_plate(board, 1))
+    path = tmp_path / "r.json"
+    path.write_bytes(readings_file(readings, board))
+    again = load_readings(path, board)
+    assert again.volts == pytest.approx(readings.volts)
+    assert again.high.volts == pytest.approx(readings.high.volts)
+    assert again.noise == pytest.approx(readings.noise)
+    thick = dataclasses.replace(board, plate=dataclasses.replace(board.plate, thickness=0.5e-3))
+    with pytest.raises(InputError, match="those of small, as it is drawn now"):
+        load_readings(path, thick)
+    for text, said in (
+        ("{", "JSON"),
+        ("[]", "its kind"),
+        (path.read_text().replace('"noise"', '"nose"'), "calibrate --readings writes"),
+        (path.read_text().replace("[", "[[", 1).replace("]", "]]", 1), "numbers of 6 coils"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=said):
+            load_readings(path, board)
+
+
+def test_flux_at_6_khz_is_read_as_it_is(board: Board) -> None:
+    """Of coils 11 mm apart, and with it what moves there, which solving tells."""
+    places = [(-11.0, -10.0), (0.0, -10.0), (11.0, -10.0), (-11.0, 8.0), (0.0, 8.0), (11.0, 8.0)]
+    close = dataclasses.replace(
+        board,
+        actuators=tuple(
+            dataclasses.replace(own, at=(1e-3 * x, 1e-3 * y))
+            for own, (x, y) in zip(board.actuators, places, strict=True)
+        ),
+    )
+    hidden = hidden_plate(close, 1)
+    found = read(close, hidden).high
+    flux = 2j * np.pi * found.hz * turned_inductances(hidden)
+    both = hidden_voltages(hidden, (150,))[0] + flux
+    near = np.abs(flux) > 0.5 * np.abs(flux).max()
+    off = np.linalg.norm(found.volts[near] - both[near])
+    assert off < 0.04 * np.linalg.norm(both[near])
+    assert found.hz == pytest.approx(150 * UNIT_HZ)
+    assert MULTIPLES == (2, 4, 6)
