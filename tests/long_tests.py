@@ -102,6 +102,7 @@ LONG = (
     "firmware/test_processors.py::test_stacks_stay_as_small_as_the_documentation_says",
     "firmware/test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new",
     "firmware/test_bank_store.py::test_a_cut_at_any_byte_leaves_the_old_bank_or_the_new",
+    "host/test_calibrate.py::test_a_device_on_a_port_measures_its_board",
     "host/figures/test_wide_boards.py",
     "host/manufacture/test_drawing.py::test_a_drawing_is_the_same_bytes_in_every_run",
     "host/manufacture/test_wiring.py::test_texts_lie_on_nothing_and_wires_are_straight",

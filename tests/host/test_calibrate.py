@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
+from chladni.host.device.virtual_port import VirtualPort
+from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine
@@ -96,11 +99,54 @@ def test_bad_input_is_named_and_nothing_is_written(
         (("--board", drawn, "-o", output, "--emulator", "--hidden", "-1"), "--hidden"),
         (("--board", "none", *here), "board"),
         (("--board", no_coil, *here), "[coil]"),
+        (("--board", drawn, *here, "--port", "none"), "--emulator does not go with --port"),
+        (("--board", drawn, "-o", output, "--port", tmp_path / "none"), "no such port"),
+        (("--board", drawn, "-o", output, "--udp", "127.0.0.1"), "--key is required"),
+        (("--board", drawn, "-o", output, "--readings", tmp_path / "r.txt"), "--readings"),
+        (("--board", drawn, "-o", output, "--readings", no_coil.with_suffix(".json")), "r"),
+        (
+            ("--board", drawn, *here, "--microphone", "--readings", tmp_path / "r.json"),
+            "--readings",
+        ),
+        (("--board", drawn, "-o", output, "--port", "p", "--hidden", "1"), "--hidden"),
     ):
         refused = chladni("calibrate", *map(str, arguments))
         assert refused.code == 2, arguments
         assert said in refused.err, (arguments, refused.err)
     assert not output.exists()
+
+
+def test_a_device_on_a_port_measures_its_board(
+    chladni: CommandLine, drawn: Path, tmp_path: Path
+) -> None:
+    """Ten seconds of real time, as on a desk; the scores are of the board that was found."""
+    hidden = hidden_plate(small_board(), SEED)
+    port = VirtualPort(emulator_on(small_board(), hidden))
+    ends = threading.Event()
+    served = threading.Thread(target=port.serve, args=(ends.is_set,))
+    served.start()
+    try:
+        output, read = tmp_path / "measured.toml", tmp_path / "read.json"
+        done = chladni(
+            "calibrate", "--board", drawn, "--port", port.port, "--readings", read,
+            "--sets", "2", "-o", output, "--json",
+        )  # fmt: skip
+    finally:
+        ends.set()
+        served.join()
+        port.close()
+    assert done.code == 0, done.err
+    signs = [own["polarity"] for own in done.json["coils"]]
+    assert signs == [-1 if strength < 0.0 else 1 for strength in hidden.strengths]
+    assert done.json["by"] == "its own coils"
+    assert done.json["device_seconds"] <= 15.0
+    # What was read is fitted again without a device, to the same board.
+    again = chladni(
+        "calibrate", "--board", drawn, "--readings", read, "--sets", "2", "-o", output, "--json"
+    )
+    assert again.code == 0, again.err
+    assert again.json["parameters"] == done.json["parameters"]
+    assert again.json["by"] == "its own coils, read.json"
 
 
 @pytest.mark.parametrize(
