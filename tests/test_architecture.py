@@ -19,7 +19,7 @@ CORE = ROOT / "firmware" / "esp32" / "core"
 CORE_SOURCES = sorted([*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")])
 ROOMS = (
     "generated", "hal.hpp", "base", "synthesis", "table", "fingers", "touch", "effects", "storage",
-    "limits", "device", "link",
+    "sensing", "limits", "device", "link",
 )  # fmt: skip
 IN_SINGLE_PRECISION = {
     *(path for path in CORE_SOURCES if path.relative_to(CORE).parts[0] in ("fingers", "effects")),

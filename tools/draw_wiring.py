@@ -16,8 +16,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from chladni.host.figures.fields import save
-from chladni.host.manufacture.wiring import wiring_figure
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.figure import wiring_figure
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 

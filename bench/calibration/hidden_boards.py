@@ -3,8 +3,8 @@
     python bench/calibration/hidden_boards.py BOARD SEEDS ROWS.jsonl
     python bench/calibration/hidden_boards.py ROWS.jsonl
 
-The first form calibrates hidden boards 1 to SEEDS through an emulated device and keeps what came out, those that are there
-already left out; the second prints a table of all that is there.
+The first form calibrates hidden boards 1 to SEEDS through an emulated device and keeps what came
+out, those that are there already left out; the second prints a table of all that is there.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ import numpy as np
 
 from chladni.calibration import Truth, fit_board, hidden_plate
 from chladni.drives.scoring.tolerances import SOFT_SCREW
-from chladni.host.device.coil_readings import read_coils
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 

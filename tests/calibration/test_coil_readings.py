@@ -20,12 +20,12 @@ from chladni.calibration.sensing import (
     hidden_voltages,
     turned_inductances,
 )
-from chladni.host.device.coil_readings import ReadingError, read_coils, sense
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
+from chladni.host.measuring.coil_readings import ReadingError, read_coils, sense
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DriverKind
 from chladni.sim.errors import ChladniError, InputError

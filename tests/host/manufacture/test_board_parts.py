@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from chladni.host.manufacture.board_parts import board_parts, mechanical_parts, moving_mass_g
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Panel
 from chladni.sim.board.file import load_board

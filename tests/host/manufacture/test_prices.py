@@ -7,8 +7,8 @@ import re
 import pytest
 
 from chladni.host.manufacture.board_parts import board_parts
-from chladni.host.manufacture.part import Part
 from chladni.host.manufacture.prices import price_list
+from chladni.host.manufacture.wiring.part import Part
 from chladni.sim.board.file import load_board, parse_board, shipped_boards
 from conftest import ROOT, CommandLine
 

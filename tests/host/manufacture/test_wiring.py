@@ -16,9 +16,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Bbox
 
 from chladni.host.figures.fields import save
-from chladni.host.manufacture.channels import channels
-from chladni.host.manufacture.wiring import wiring_figure
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.channels import channels
+from chladni.host.manufacture.wiring.figure import wiring_figure
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import CHIPS
 from conftest import ROOT, CommandLine

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from chladni.host.manufacture.wiring import wiring_figure
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.figure import wiring_figure
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.host.protocol.board_config import config_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import Sensing

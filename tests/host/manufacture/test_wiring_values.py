@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chladni.host.manufacture.part import Part
-from chladni.host.manufacture.wiring_parts import engineering, parts_list
-from chladni.host.manufacture.wiring_values import pull_down_ohm, wiring_values
+from chladni.host.manufacture.wiring.part import Part
+from chladni.host.manufacture.wiring.parts import engineering, parts_list
+from chladni.host.manufacture.wiring.values import pull_down_ohm, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import PANEL_KINDS, PanelKind
 from chladni.sim.board.file import load_board

@@ -55,11 +55,11 @@ from chladni.host.cli.common.ranges import PITCHES, within
 from chladni.host.cli.common.verdicts import of_board, of_prices, of_tolerances, price_text
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
-from chladni.host.manufacture.channels import channels
 from chladni.host.manufacture.drawing import board_drawing
 from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.channels import channels
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.panel_layer import layered_plate
@@ -248,7 +248,7 @@ def board_wiring(
 ) -> None:
     """Draw how a board is wired, and list its parts with their values."""
     from chladni.host.figures.fields import save  # noqa: PLC0415
-    from chladni.host.manufacture.wiring import wiring_figure  # noqa: PLC0415
+    from chladni.host.manufacture.wiring.figure import wiring_figure  # noqa: PLC0415
 
     check_output(output, "-o", (".png", ".pdf", ".svg"))
     loaded = load_board(board)

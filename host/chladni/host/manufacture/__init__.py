@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
     from chladni.host.manufacture.drawing import board_drawing
     from chladni.host.manufacture.drawing_files import save_drawing
-    from chladni.host.manufacture.wiring import wiring_figure
+    from chladni.host.manufacture.wiring.figure import wiring_figure
 
 _PLACES = {
     "board_drawing": "drawing",
     "save_drawing": "drawing_files",
-    "wiring_figure": "wiring",
+    "wiring_figure": "wiring.figure",
 }
 
 __all__ = ["board_drawing", "save_drawing", "wiring_figure"]

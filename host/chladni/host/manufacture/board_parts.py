@@ -6,8 +6,8 @@ import math
 from collections import Counter
 from dataclasses import replace
 
-from chladni.host.manufacture.part import Part
-from chladni.host.manufacture.wiring_parts import parts_list
+from chladni.host.manufacture.wiring.part import Part
+from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET
 from chladni.sim.board.foundation import MATERIALS

@@ -10,7 +10,7 @@ from datetime import date
 from functools import cache
 from pathlib import Path
 
-from chladni.host.manufacture.part import Part
+from chladni.host.manufacture.wiring.part import Part
 from chladni.sim.files import read_text
 
 PRICES = Path(__file__).with_name("prices.toml")

@@ -31,10 +31,10 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar, w
 from chladni.host.cli.common.ranges import SEEDS, within
 from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
-from chladni.host.device.coil_readings import read_coils
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Measured, MeasuredValue
@@ -105,17 +105,8 @@ def calibrate(
     named = required("--board", board, "what is calibrated")
     check_output(output, "-o", (".toml",))
     check_figure(figure)
-    is_device = emulator or port is not None or udp is not None
-    check_one_of(
-        "what is read",
-        emulator=emulator,
-        port=port is not None,
-        udp=udp is not None,
-        recording=recording is not None,
-        readings=readings is not None and not is_device,
-    )
-    if readings is not None:
-        check_output(readings, "--readings", (".json",))
+    way = {"emulator": emulator, "port": port is not None, "udp": udp is not None}
+    _check_ways(way, recording, readings)
     begun, drawn = time.monotonic(), load_board(named)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
@@ -124,13 +115,13 @@ def calibrate(
         plate = hidden_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
     elif hidden is not None or microphone:
         raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
-    if recording is not None or microphone:
-        if readings is not None:
-            raise ConflictError("--readings", "a recording")
-        found = _heard(drawn, plate, recording)
-    else:
-        device = Connection(port=port, udp=udp, key=key) if port or udp else None
+    device = Connection(port=port, udp=udp, key=key) if port or udp else None
+    if recording is None and not microphone:
         found = _read(drawn, plate, device, readings)
+    elif readings is not None:
+        raise ConflictError("--readings", "a recording")
+    else:
+        found = _heard(drawn, plate, recording)
     measured = _with_origin(found)
     before, after = _scores(drawn, measured, plate, sets)
     write_whole(output, board_file(measured, _about(drawn, found)))
@@ -154,6 +145,14 @@ def calibrate(
         as_json=as_json,
         title=f"{drawn.name}: calibrated{' (simulated)' if plate else ''}",
     )
+
+
+def _check_ways(device: dict[str, bool], recording: Path | None, readings: Path | None) -> None:
+    """One source, and readings that can be kept or are kept already."""
+    kept = readings is not None and not any(device.values())
+    check_one_of("what is read", **device, recording=recording is not None, readings=kept)
+    if readings is not None:
+        check_output(readings, "--readings", (".json",))
 
 
 def _heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> _Calibrated:

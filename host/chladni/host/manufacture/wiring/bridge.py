@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from chladni.host.manufacture.channels import Channel, channels
-from chladni.host.manufacture.wiring_layout import (
+from chladni.host.manufacture.wiring.channels import Channel, channels
+from chladni.host.manufacture.wiring.layout import (
     BUS_X,
     FIRST_SIGN,
     gate_start,
@@ -11,9 +11,9 @@ from chladni.host.manufacture.wiring_layout import (
     say_actuator,
     say_headings,
 )
-from chladni.host.manufacture.wiring_parts import engineering
-from chladni.host.manufacture.wiring_symbols import Sheet
-from chladni.host.manufacture.wiring_values import BYPASS_F, Values
+from chladni.host.manufacture.wiring.parts import engineering
+from chladni.host.manufacture.wiring.symbols import Sheet
+from chladni.host.manufacture.wiring.values import BYPASS_F, Values
 from chladni.sim.board.board import Board
 
 BRIDGE = "#e3efe0"

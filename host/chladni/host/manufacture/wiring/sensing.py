@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from chladni.host.manufacture.part import Part
-from chladni.host.manufacture.wiring_layout import BLOCK_WIDTH, BLOCK_X, CHIP_X, PIN_PITCH
-from chladni.host.manufacture.wiring_symbols import Sheet
+from chladni.host.manufacture.wiring.layout import BLOCK_WIDTH, BLOCK_X, CHIP_X, PIN_PITCH
+from chladni.host.manufacture.wiring.part import Part
+from chladni.host.manufacture.wiring.symbols import Sheet
 from chladni.sim.board.board import Board
 
 FILL = "#dbe9f6"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from chladni.host.manufacture.channels import Channel
-from chladni.host.manufacture.wiring_symbols import PLAIN, Sheet
+from chladni.host.manufacture.wiring.channels import Channel
+from chladni.host.manufacture.wiring.symbols import PLAIN, Sheet
 from chladni.sim.board.board import Board
 
 # Columns, from the left.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from chladni.host.manufacture.part import Part
-from chladni.host.manufacture.wiring_sensing import sensing_parts
-from chladni.host.manufacture.wiring_values import (
+from chladni.host.manufacture.wiring.part import Part
+from chladni.host.manufacture.wiring.sensing import sensing_parts
+from chladni.host.manufacture.wiring.values import (
     BRIDGE_INPUT_OHM,
     BYPASS_F,
     LOGIC_V,

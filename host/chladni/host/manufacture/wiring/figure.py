@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from chladni.host.manufacture.channels import channels
-from chladni.host.manufacture.part import Part
-from chladni.host.manufacture.wiring_bridge import draw_bridge_rows, draw_full_bridge, sign_y
-from chladni.host.manufacture.wiring_layout import (
+from chladni.host.manufacture.wiring.bridge import draw_bridge_rows, draw_full_bridge, sign_y
+from chladni.host.manufacture.wiring.channels import channels
+from chladni.host.manufacture.wiring.layout import (
     BLOCK_WIDTH,
     BLOCK_X,
     BUS_PITCH,
@@ -33,10 +32,11 @@ from chladni.host.manufacture.wiring_layout import (
     say_actuator,
     say_headings,
 )
-from chladni.host.manufacture.wiring_parts import engineering, parts_list
-from chladni.host.manufacture.wiring_sensing import HEIGHT, draw_sensing, sensing_notes
-from chladni.host.manufacture.wiring_symbols import PLAIN, THICK, Sheet
-from chladni.host.manufacture.wiring_values import Values, wiring_values
+from chladni.host.manufacture.wiring.part import Part
+from chladni.host.manufacture.wiring.parts import engineering, parts_list
+from chladni.host.manufacture.wiring.sensing import HEIGHT, draw_sensing, sensing_notes
+from chladni.host.manufacture.wiring.symbols import PLAIN, THICK, Sheet
+from chladni.host.manufacture.wiring.values import Values, wiring_values
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import NOT_WIRED, Panel
 from chladni.sim.board.gpio import CHIPS
