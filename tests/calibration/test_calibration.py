@@ -101,7 +101,8 @@ def test_flux_is_taken_off_and_would_be_noticed(board: Board) -> None:
     motion = motion_of(board, read_hidden(hidden), np.sign(hidden.strengths))
     hz = motion.frequencies_hz[1]
     flux = 2.0 * np.pi * hz * np.abs(motion.flux)
-    assert flux.max() > 3.0 * motion.noise[1].max()
+    off = ~np.eye(len(flux), dtype=bool)
+    assert flux.max() > 3.0 * motion.noise[1][off].max()
     assert motion.flux == pytest.approx(turned_inductances(hidden), rel=0.2)
 
 
@@ -175,9 +176,9 @@ def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
     assert own.value == pytest.approx(true, rel=0.05)
 
 
-@pytest.mark.parametrize(("volts", "share"), [(7e-3, 1.0), (7.4e-3, 0.5), (30e-3, 0.125)])
+@pytest.mark.parametrize(("volts", "share"), [(7.8e-3, 1.0), (7.9e-3, 0.5), (32e-3, 0.125)])
 def test_a_loud_coil_is_read_at_less_current(volts: float, share: float) -> None:
-    """200 times 7.36 mV is 0.95 of the 1.55 V to either side that the converter takes."""
+    """187 times 7.87 mV is 0.95 of the 1.55 V to either side that the converter takes."""
     assert fitting_share(np.array([[0.0, -1j * volts], [volts / 2.0, 0.0]])) == share
 
 
