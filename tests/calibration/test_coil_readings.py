@@ -28,6 +28,7 @@ from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
 from chladni.host.measuring.coil_readings import ReadingError, read_coils, sense
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DriverKind
+from chladni.sim.board.file import load_board
 from chladni.sim.errors import ChladniError, InputError
 
 ASKED = {"playing": 0, "multiple": 4, "level_q15": 20_000, "settle_ms": 10, "readings": 4}
@@ -192,12 +193,16 @@ def test_a_device_that_cannot_is_told_so(board: Board) -> None:
         device.link.request("stream_begin", b"", target=64, is_signed=0)
 
 
-def test_a_chip_without_a_free_pin_is_named(board: Board) -> None:
-    chip = dataclasses.replace(
-        board.electronics, chip="esp32s3", pwm_pins=(1, 2, 4, 5, 6, 7), supply_limit_ma=900.0
-    )
-    settings = sensing_settings(dataclasses.replace(board, electronics=chip))
-    assert settings == {"sense_pin": 10}
+def test_boards_of_either_chip_have_a_pin_left() -> None:
+    for name, pin in (("phone5", 32), ("quiet16", 35), ("phone8", 10)):
+        board = load_board(name)
+        settings = sensing_settings(board)
+        assert settings == {"sense_pin": pin}
+        emulator = Emulator(board, None, must_play=False, **settings)
+        assert emulator.core.config_status == "ok"
+    taken = dataclasses.replace(board.electronics, pwm_pins=(1, 2, 4, 5, 6, 7, 10, 11))
+    with pytest.raises(InputError, match="no pin left to listen with"):
+        sensing_settings(dataclasses.replace(board, electronics=taken))
 
 
 def test_readings_are_kept_in_a_file(board: Board, tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def emulator_on(board: Board, hidden: HiddenPlate, seed: int = 0) -> Emulator:
         The board has no `[coil]`.
     """
     rng = np.random.default_rng((hidden.seed, seed, 45))
-    emulator = Emulator(emulated_config(board, **sensing_settings(board)), None, must_play=False)
+    emulator = Emulator(board, None, must_play=False, **sensing_settings(board))
     responses = coil_responses(hidden, rng)
     emulator.core.set_coil_responses(
         np.ascontiguousarray(responses, np.float32),
