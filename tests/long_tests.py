@@ -16,6 +16,8 @@ LONG = (
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils0]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils1]",
     "calibration/test_calibration.py::test_slopes_are_differences_of_solved_plates",
+    "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
+    "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
     "calibration/test_sound.py::test_foam_is_found_by_ear",
     "chain/test_all_regions.py",

@@ -54,6 +54,7 @@ ELSEWHERE = {
     "nanobind": "BSD-3-Clause",
     "atheris": "Apache-2.0",
     "sounddevice": "MIT",
+    "pyuff": "MIT",
 }
 
 

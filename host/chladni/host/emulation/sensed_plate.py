@@ -11,6 +11,7 @@ are left out; so are the multiplexer's settling and the carrier's residue, which
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ def emulator_on(board: Board, hidden: HiddenPlate, seed: int = 0) -> Emulator:
     return emulator
 
 
-def sensing_settings(board: Board) -> dict[str, int]:
+def sensing_settings(board: Board) -> dict[str, Any]:
     """A pin of the chip's converter that nothing else has."""
     own = emulated_config(board)
     chip = board.electronics.chip

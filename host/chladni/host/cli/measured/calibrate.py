@@ -14,6 +14,8 @@ import typer
 from chladni.calibration.fit import BoardFit, Parameter, fit_board
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
+from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
+from chladni.calibration.laboratory.measured_files import read_measured
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.restored import SETS, Restored, Truth
@@ -43,6 +45,8 @@ from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
+LABORATORY = 30
+"""Plates that are solved for a laboratory's fields."""
 EXPECTED_SOLUTIONS = 12
 """Of a plate: five to begin with, six or seven on the way."""
 
@@ -60,7 +64,7 @@ class _Calibrated:
     parameters: tuple[Parameter, ...]
     by: str
     device_seconds: float | None
-    coils: BoardFit | None = None
+    coils: BoardFit | FieldsFit | None = None
 
 
 def calibrate(
@@ -87,6 +91,18 @@ def calibrate(
         Path | None,
         typer.Option(help="What coils read (.json): written with a device, read without one."),
     ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(
+            help="What a laboratory measured (.csv, .npz, .uff): coils' fields at places."
+        ),
+    ] = None,
+    response: Annotated[
+        str | None, typer.Option(help="What it measured: displacement, velocity or acceleration.")
+    ] = None,
+    per: Annotated[
+        str | None, typer.Option(help="Over what: force, current or voltage of a coil.")
+    ] = None,
     hidden: Annotated[
         int | None, typer.Option(callback=SEEDS, help="Seed of the plate that only it knows.")
     ] = None,
@@ -106,7 +122,8 @@ def calibrate(
     check_output(output, "-o", (".toml",))
     check_figure(figure)
     way = {"emulator": emulator, "port": port is not None, "udp": udp is not None}
-    _check_ways(way, recording, readings)
+    kept = {"recording": recording is not None, "measured": measured is not None}
+    _check_ways(way, kept, readings)
     begun, drawn = time.monotonic(), load_board(named)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
@@ -116,26 +133,28 @@ def calibrate(
     elif hidden is not None or microphone:
         raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
     device = Connection(port=port, udp=udp, key=key) if port or udp else None
-    if recording is None and not microphone:
+    if measured is not None:
+        found = _in_laboratory(drawn, measured, response, per)
+    elif recording is None and not microphone:
         found = _read(drawn, plate, device, readings)
     elif readings is not None:
-        raise ConflictError("--readings", "a recording")
+        raise ConflictError("--readings", "--microphone")
     else:
         found = _heard(drawn, plate, recording)
-    measured = _with_origin(found)
-    before, after = _scores(drawn, measured, plate, sets)
-    write_whole(output, board_file(measured, _about(drawn, found)))
+    known = _with_origin(found)
+    before, after = _scores(drawn, known, plate, sets)
+    write_whole(output, board_file(known, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
         from chladni.host.figures.calibration import calibration_figure  # noqa: PLC0415
 
-        write_figure(calibration_figure(drawn, measured, found.by, before, after), figure)
+        write_figure(calibration_figure(drawn, known, found.by, before, after), figure)
     answer(
         {
             "verdict": verdict(drawn, found, before, after),
             "path": str(output),
             "by": found.by,
-            "coils": _coils(measured),
+            "coils": _coils(known),
             "parameters": [asdict(own) for own in found.parameters],
             "before": asdict(before),
             "after": asdict(after),
@@ -147,10 +166,12 @@ def calibrate(
     )
 
 
-def _check_ways(device: dict[str, bool], recording: Path | None, readings: Path | None) -> None:
+def _check_ways(device: dict[str, bool], files: dict[str, bool], readings: Path | None) -> None:
     """One source, and readings that can be kept or are kept already."""
-    kept = readings is not None and not any(device.values())
-    check_one_of("what is read", **device, recording=recording is not None, readings=kept)
+    is_kept = readings is not None and not any((device | files).values())
+    check_one_of("what is read", **device, **files, readings=is_kept)
+    if readings is not None and any(files.values()):
+        raise ConflictError("--readings", "a recording or fields")
     if readings is not None:
         check_output(readings, "--readings", (".json",))
 
@@ -166,6 +187,14 @@ def _heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> _
         levels = heard_levels(samples, rate_hz, len(drawn.actuators))
         heard = fit_sound(drawn, levels, progress)
     return _Calibrated(heard.board, (heard.parameter,), by, samples.size / rate_hz)
+
+
+def _in_laboratory(drawn: Board, path: Path, response: str | None, per: str | None) -> _Calibrated:
+    """What instruments tell of coils' fields."""
+    fields = read_measured(path, drawn, response, per)
+    with progress_bar("plates") as progress:
+        found = fit_fields(drawn, fields, lambda done: progress(done, max(done + 1, LABORATORY)))
+    return _Calibrated(found.board, found.parameters, f"a laboratory, {path.name}", None, found)
 
 
 def _read(
