@@ -26,10 +26,13 @@ from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
 from chladni.host.measuring.coil_readings import ReadingError, read_coils, sense
+from chladni.host.protocol.codes import SENSE_STATE
+from chladni.host.protocol.link import BY_NAME
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DriverKind
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ChladniError, InputError
+from made_up import make_table
 
 ASKED = {"playing": 0, "multiple": 4, "level_q15": 20_000, "settle_ms": 10, "readings": 4}
 REVERSED = 4
@@ -176,6 +179,89 @@ def test_bridges_are_awake_before_and_after_whatever_happens(board: Board) -> No
     assert not emulator.run(5.0).duty_steps.any()
 
 
+def test_what_ends_a_reading_ends_all_of_it(board: Board) -> None:
+    """Also where the same turn of the main loop hears of its end and of another host's drive."""
+    fields = {"sense": ASKED, "stream_end": {}, "stream_begin": {"target": 64, "is_signed": 0}}
+    gains = b"".join(BY_NAME["live"].entry.pack(0, 0) for _ in board.actuators)
+    for running_us in (0, 60_000):
+        device, emulator = device_on(board)
+        link = device.link
+        link.send(BY_NAME["sense"], b"", ASKED)
+        emulator.core.run_us(running_us)
+        for name in ("stream_end", "stream_begin"):
+            link.send(BY_NAME[name], b"", fields[name])
+        emulator.run(40.0)
+        assert emulator.core.state == "streaming"
+        assert not emulator.run(5.0).duty_steps.any()
+        assert SENSE_STATE.text(link.request("sensed").fields["state"]) == "stopped"
+        assert emulator.core.state == "streaming"
+        link.request("stream_end")
+        link.request("live", gains, millihertz=160_000, waveform=0)
+        assert emulator.core.state == "streaming"
+
+
+def test_the_next_touch_plays_the_tables_frequency_again(board: Board) -> None:
+    table = make_table(np.ones((1, 6)))
+    emulator = Emulator(board, table, **sensing_settings(board))
+    device = Device(EmulatorWire(emulator))
+    for ends in (False, True):
+        device.link.request("sense", b"", **ASKED | {"multiple": 12})
+        emulator.run(30.0 if ends else 400.0)
+        if ends:
+            device.link.request("stream_end")
+            emulator.run(20.0)
+        device.touch(0.0, 0.0)
+        emulator.run(30.0)
+        duty = emulator.run(100.0).duty[:, 0]
+        crossings = np.count_nonzero(np.diff(np.sign(duty - duty.mean())) != 0)
+        assert crossings == pytest.approx(32, abs=1)
+        device.lift()
+        emulator.run(20.0)
+
+
+def test_values_that_were_lost_end_the_session(board: Board) -> None:
+    """A main loop that hangs for 30 ms: the converter's driver keeps 26, and tells no more."""
+    device, emulator = device_on(board)
+    first = sense(device, **ASKED)
+    assert first is not None
+    device.link.request("sense", b"", **ASKED)
+    emulator.run(60.0)
+    emulator.core.hang_main_loop(True)
+    emulator.run(30.0)
+    emulator.core.hang_main_loop(False)
+    emulator.run(5.0)
+    assert SENSE_STATE.text(device.link.request("sensed").fields["state"]) == "samples lost"
+    assert not emulator.run(10.0).duty_steps[-100:].any()
+    again = sense(device, **ASKED)
+    assert again is not None
+    assert {own.session for own in first + again} == {1, 2}
+
+
+def test_sixteen_coils_have_one_reference() -> None:
+    board = load_board("quiet16")
+    device = Device(EmulatorWire(Emulator(board, None, must_play=False, **sensing_settings(board))))
+    for playing, expected in ((0, [*range(1, 16), REFERENCE]), (3, [0, 1, 2, *range(4, 16)])):
+        heard = sense(device, **ASKED | {"playing": playing, "readings": 1})
+        assert heard is not None
+        assert [own.listening for own in heard] == expected
+
+
+def test_a_bus_that_is_stuck_is_noted_and_bridges_wake_when_it_is_free(board: Board) -> None:
+    own = driven_by(board, "bridge", 10)
+    device, emulator = device_on(own)
+    core = emulator.core
+    device.link.request("sense", b"", **ASKED)
+    emulator.run(60.0)
+    core.panel_faults.pulses_until_free = 10_000
+    device.link.request("stream_end")
+    emulator.run(600.0)
+    assert core.bridges_awake == 1
+    assert [cause for cause, _, _ in core.faults].count("expander missing") == 1
+    core.panel_faults.pulses_until_free = 0
+    emulator.run(600.0)
+    assert core.bridges_awake == 0xFF
+
+
 def test_a_device_that_cannot_is_told_so(board: Board) -> None:
     plain = Device(EmulatorWire(Emulator(board, None, must_play=False)))
     with pytest.raises(LinkError, match="no sensing pin") as caught:
@@ -219,6 +305,10 @@ def test_readings_are_kept_in_a_file(board: Board, tmp_path: Path) -> None:
     for text, said in (
         ("{", "JSON"),
         ("[]", "its kind"),
+        ("[" * 100_000, "JSON"),
+        ('{"a": ' + "1" * 5000 + "}", "JSON"),
+        (path.read_text().replace('"noise": [', '"noise": [[[-1]], '), "numbers of 6 coils|writes"),
+        (re.sub(r'"seconds": [^,]*', '"seconds": NaN', path.read_text()), "numbers of 6 coils"),
         (path.read_text().replace('"noise"', '"nose"'), "calibrate --readings writes"),
         (path.read_text().replace("[", "[[", 1).replace("]", "]]", 1), "numbers of 6 coils"),
     ):

@@ -102,12 +102,16 @@ def test_bad_input_is_named_and_nothing_is_written(
         (("--board", drawn, *here, "--port", "none"), "--emulator does not go with --port"),
         (("--board", drawn, "-o", output, "--udp", "127.0.0.1"), "--key is required"),
         (("--board", drawn, "-o", output, "--readings", tmp_path / "r.txt"), "--readings"),
-        (("--board", drawn, "-o", output, "--readings", no_coil.with_suffix(".json")), "r"),
+        (
+            ("--board", drawn, "-o", output, "--readings", no_coil.with_suffix(".json")),
+            "plain.json",
+        ),
         (
             ("--board", drawn, *here, "--microphone", "--readings", tmp_path / "r.json"),
             "--readings",
         ),
         (("--board", drawn, "-o", output, "--port", "p", "--hidden", "1"), "--hidden"),
+        (("--board", drawn, "-o", output, "--emulator", "--port", ""), "--port"),
     ):
         refused = chladni("calibrate", *map(str, arguments))
         assert refused.code == 2, arguments

@@ -42,7 +42,9 @@ void Emulator::add_bus(Hal& hal) {
     const uint32_t bytes = 1 + write_count + (read_count > 0 ? 1 + read_count : 0);
     const double bits = kBitsPerByte * bytes + kFrameBits * (read_count > 0 ? 2 : 1);
     self.advance(bits * 1e3 / self.device_.config().i2c_khz);
-    if (address == expander::kAddress) return self.coils_.transfer(written, write_count);
+    if (address == expander::kAddress && !self.panel_.is_stuck()) {
+      return self.coils_.transfer(written, write_count);
+    }
     return self.panel_.transfer(address, written, write_count, read, read_count);
   };
   hal.recover_bus = [](void* context) {

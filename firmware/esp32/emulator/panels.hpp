@@ -52,6 +52,8 @@ class Panel {
   // Whether a place lies on the active area.
   bool sees(double x_mm, double y_mm) const;
   PanelFaults& faults() { return faults_; }
+  // It holds the bus.
+  bool is_stuck() const { return faults_.pulses_until_free > 0; }
   uint8_t peek(uint32_t place) const { return registers_[place % kRegisters]; }
 
  private:

@@ -13,7 +13,8 @@ constexpr uint32_t kConversionBits = 10;  // … and 80 MHz / 2^10 conversions
 constexpr uint32_t kConversions = 4;
 constexpr size_t kMostKept = 2048;  // as chip/sensing/converter.cpp
 constexpr double kFarAway = 1e6;    // steps
-constexpr double kMiddle = 2048.0, kHighest = 4095.0;
+// The amplifier's 1.3 V, of a converter that reads 3.1 V as 4096.
+constexpr double kMiddle = 1717.7, kHighest = 4095.0, kHalf = 2048.0;
 constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
 constexpr double kTwoPi = 6.283185307179586;
 
@@ -124,7 +125,7 @@ double SensedCoils::random() {
 
 uint16_t SensedCoils::convert(double steps) {
   const double noise = noise_ * std::sqrt(-2.0 * std::log(random())) * std::cos(kTwoPi * random());
-  const double place = steps < -kMiddle ? -0.5 : (steps > kMiddle ? 0.5 : steps / (2.0 * kMiddle));
+  const double place = steps < -kHalf ? -0.5 : (steps > kHalf ? 0.5 : steps / (2.0 * kHalf));
   // A cubic that leaves both ends and the middle where they are.
   const double bend = bend_ * (4.0 * place * place * place - place) / 0.19;
   const double value = std::nearbyint(kMiddle + steps + bend + noise);

@@ -30,7 +30,7 @@ ComplexArray = NDArray[np.complex128]
 
 UNIT_HZ = SAMPLE_HZ / BASE_SAMPLES
 """Of which all frequencies are multiples, 40 Hz."""
-REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2000.0
+REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2001.0
 """Listened to as a coil of that number: so much of the first coil's own voltage, by two resistors
 (docs/hardware.md)."""
 CLEAR = 6.0
@@ -52,9 +52,9 @@ class Heard:
     steps
         Amplitude in the converter's steps, by the phase of the duty.
     noise
-        Standard deviation of a value, steps, whatever is no sine of that frequency.
+        Standard deviation of a pair's mean, steps, whatever is no sine of that frequency.
     values
-        Of which `steps` is the mean product.
+        Pairs of conversions, of which `steps` is the mean product.
     session
         Of the converter, which began once in it.
     """
@@ -102,7 +102,9 @@ def _read_at(board: Board, heard: Sequence[Heard], multiple: int) -> ReadAt:
         hint = "look at its driver and at the resistors that lead to the multiplexer"
         raise InputError("readings", f"no reference at {hz:.0f} Hz", expected, hint=hint)
     # What a volt at a coil makes the device read, its phase and the late converter's with it.
-    per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * duty_volts(board))
+    driver = board.electronics.driver_ohm
+    across = duty_volts(board) * (1.0 - driver / coil_impedance(board, hz))
+    per_volt = reference.steps / reference.duty / (REFERENCE_SHARE * across)
     per_ampere = per_volt * (duty_volts(board) / coil_impedance(board, hz))
     volts = np.zeros((count, count), np.complex128)
     spread = np.ones((count, count))

@@ -51,7 +51,7 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
     """
     try:
         found: Any = json.loads(read_text(path, "--readings", MOST_BYTES))
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(str(path), f"{error}", "JSON", hint="calibrate --port writes it") from None
     if not isinstance(found, dict) or found.get("kind") != KIND:
         raise InputError(str(path), "another kind of file", f"{KIND!r} as its kind")
@@ -69,10 +69,12 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         seconds, high_hz = float(found["seconds"]), float(found["high_hz"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(str(path), f"{error}", "what calibrate --readings writes") from None
-    fits = hz.ndim == 1 and hz.size > 0 and high_hz > 0.0 and bool(np.all(hz > 0.0))
+    fits = hz.ndim == 1 and hz.size > 0 and bool(np.all(hz > 0.0))
+    fits = fits and 0.0 < high_hz < np.inf and 0.0 <= seconds < np.inf
     fits = fits and all(own.shape == shape for own in low)
     fits = fits and all(own.shape == shape[1:] for own in high)
-    if not fits or not all(np.all(np.isfinite(own)) for own in (*low, *high)):
+    fits = fits and all(np.all(np.isfinite(own)) for own in (hz, *low, *high))
+    if not fits or not (np.all(low[2] > 0.0) and np.all(high[2] > 0.0)):
         raise InputError(str(path), "damaged readings", f"numbers of {count} coils")
     at_high = ReadAt(high_hz, high[0] + 1j * high[1], high[2])
     return CoilReadings(hz, low[0] + 1j * low[1], low[2], at_high, seconds)

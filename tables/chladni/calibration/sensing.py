@@ -45,10 +45,11 @@ AMPLIFIER = 187.0
 GAIN_ERROR, FLUX_ERROR = 0.01, 0.01
 """Of the amplifier (common to all coils), and of the flux at 6 kHz against that at 160 Hz."""
 CONVERTER_V, CONVERTER_STEPS = 3.1, 4096
-FULL_SCALE = 0.95
-"""Of what a converter takes, that a sine may reach."""
+REACH_V, FULL_SCALE = 1.1, 0.95
+"""About the amplifier's middle of 1.3 V, where an ESP32's converter is straight; and how much of
+that a sine may take."""
 CONVERTER_NOISE, CONVERTER_BEND = 4.0, 4.0
-"""Steps, RMS and at most: an ESP32's converter after its own calibration."""
+"""Steps, RMS and at most, within that reach."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +194,7 @@ def fitting_share(volts: ComplexArray) -> float:
     much; that period is not counted.
     """
     share, loudest = 1.0, float(np.abs(volts).max(initial=0.0))
-    while AMPLIFIER * share * loudest > FULL_SCALE * CONVERTER_V / 2.0:
+    while AMPLIFIER * share * loudest > FULL_SCALE * REACH_V:
         share /= 2.0
     return share
 

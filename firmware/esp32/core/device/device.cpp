@@ -266,6 +266,7 @@ bool Device::host_begins() {
 
 // Fingers get the table's frequency and the configured wave again.
 void Device::host_ends() {
+  sense_.end(hal_, SenseState::kStopped);
   if (!host_.end()) return;
   synthesis_.set_frequency(timing_of(table()).frequency_millihertz);
   synthesis_.set_waveform(static_cast<Waveform>(config().waveform));

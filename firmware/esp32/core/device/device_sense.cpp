@@ -13,15 +13,15 @@ link_format::Status Device::sense(const SenseRequest& request) {
   return Status::kOk;
 }
 
+// Whoever ends the host's drive ends a reading with it (host_ends).
 void Device::advance_sense() {
-  if (sense_.is_running() && state_ != DeviceState::kStreaming) {
-    sense_.end(hal_, SenseState::kStopped);
-  } else if (sense_.is_running() && input_.is_touched()) {
+  if (sense_.is_running() && input_.is_touched()) {
     sense_.end(hal_, SenseState::kTouched);
     stream_end();
   }
   const bool did_run = sense_.is_running();
   sense_.turn(hal_, synthesis_, now_ms());
+  if (sense_.take_missing()) note(FaultCause::kExpanderMissing, 0);
   if (!did_run) return;
   if (!sense_.is_running()) {
     stream_end();

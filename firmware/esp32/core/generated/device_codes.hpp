@@ -234,8 +234,9 @@ enum class FaultCause : uint8_t {
   kNetworkHeld,  // the last start crashed, or several did not last; detail: ResetCause
   kBankRefused,  // outputs stay off; detail: BankStatus
   kOlderBank,  // the newest is damaged; the older one plays
+  kExpanderMissing,  // it chooses the coil that is listened to, and may have left bridges asleep
 };
-constexpr uint32_t kFaultCauses = 22U;
+constexpr uint32_t kFaultCauses = 23U;
 
 constexpr const char* to_text(FaultCause value) {
   switch (value) {
@@ -261,6 +262,7 @@ constexpr const char* to_text(FaultCause value) {
     case FaultCause::kNetworkHeld: return "network held back";
     case FaultCause::kBankRefused: return "effect bank refused";
     case FaultCause::kOlderBank: return "older effect bank";
+    case FaultCause::kExpanderMissing: return "expander missing";
   }
   return "unknown";
 }

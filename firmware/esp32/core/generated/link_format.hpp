@@ -11,7 +11,9 @@ namespace chladni::link_format {
 constexpr uint32_t kVersionMajor = 2U;
 constexpr uint32_t kVersionMinor = 8U;
 constexpr uint32_t kMaxPayload = 1024U;
-constexpr uint32_t kSenseValues = 976U;
+constexpr uint32_t kSensePairs = 488U;
+constexpr uint32_t kSenseMillihertz = 40023U;
+constexpr uint32_t kReference = 16U;
 constexpr uint32_t kLeastMultiple = 2U;
 constexpr uint32_t kMostMultiple = 200U;
 constexpr uint32_t kMostRead = 32U;

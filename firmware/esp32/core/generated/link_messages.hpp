@@ -726,24 +726,28 @@ template <typename Take> Request read_request(const uint8_t* from, Take take) {
 namespace sensed {
 constexpr uint32_t kCode = 39U;
 struct Answer {
-  static constexpr uint32_t kBytes = 6U;
+  static constexpr uint32_t kBytes = 9U;
   struct State { uint8_t value; } state;  // 0 none, 1 running, 2 done, 3 too loud, 4 touched, 5 expander missing, 6 converter fails, 7 samples lost, 8 stopped.
+  struct Playing { uint8_t value; } playing;  // As it was asked for.
+  struct Multiple { uint16_t value; } multiple;  // The same.
   struct Session { uint16_t value; } session;  // Readings of one have the converter's delay in common.
   struct AmplitudeQ16 { uint16_t value; } amplitude_q16;  // Of the duty, 65536 for 1.
   struct Count { uint8_t value; } count;  // That follow.
 };
 template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
   put(to + 0, from.state.value);
-  put(to + 1, from.session.value);
-  put(to + 3, from.amplitude_q16.value);
-  put(to + 5, from.count.value);
+  put(to + 1, from.playing.value);
+  put(to + 2, from.multiple.value);
+  put(to + 4, from.session.value);
+  put(to + 6, from.amplitude_q16.value);
+  put(to + 8, from.count.value);
 }
 struct Entry {
   static constexpr uint32_t kBytes = 17U;
   struct Coil { uint8_t value; } coil;  // Channel that was listened to; 16: a known share of the voltage of channel 0, while that plays.
-  struct InPhaseQ5 { int32_t value; } in_phase_q5;  // Of values times the cosine that the duty is, 32 for 1.
+  struct InPhaseQ5 { int32_t value; } in_phase_q5;  // Of pairs times the cosine that the duty is, 32 for 1.
   struct QuadratureQ5 { int32_t value; } quadrature_q5;  // The same of the cosine a quarter ahead.
-  struct Sum { int32_t value; } sum;  // Of values.
+  struct Sum { int32_t value; } sum;  // Of pairs.
   struct SquaresBy256 { uint32_t value; } squares_by_256;  // Of their squares, over 256.
 };
 template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {

@@ -32,6 +32,8 @@ Status Requests::put_sensed() {
   const CoilSense& sense = device_.coil_sense();
   const uint32_t count = sense.state() == SenseState::kDone ? sense.count() : 0U;
   put(A{A::State{static_cast<uint8_t>(sense.state())},
+        A::Playing{static_cast<uint8_t>(sense.request().playing)},
+        A::Multiple{static_cast<uint16_t>(sense.request().multiple)},
         A::Session{static_cast<uint16_t>(sense.session())},
         A::AmplitudeQ16{static_cast<uint16_t>(sense.amplitude_q16())},
         A::Count{static_cast<uint8_t>(count)}});

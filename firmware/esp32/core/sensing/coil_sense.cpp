@@ -10,24 +10,27 @@ namespace {
 
 namespace f = link_format;
 
-// 80 MHz / 4096 / 488, of which what is played is a multiple.
-constexpr uint32_t kPeriodValues = 2U * f::kSenseValues;
-constexpr uint32_t kUnitMillihertz = 40023;
-// 2^32 by that many values, and what is left of it.
-constexpr uint32_t kUnitStep = 2200290, kUnitRest = 1216;
-static_assert(static_cast<uint64_t>(kUnitStep) * kPeriodValues + kUnitRest == uint64_t{1} << 32);
+// Of the slowest sine, of which what is played is a multiple.
+constexpr uint32_t kPeriodPairs = 2U * f::kSensePairs;
+// 2^32 by that many pairs, and what is left of it.
+constexpr uint32_t kUnitStep = 4400580, kUnitRest = 1216;
+static_assert(static_cast<uint64_t>(kUnitStep) * kPeriodPairs + kUnitRest == uint64_t{1} << 32);
 // From one coil to the next: the multiplexer's input, and what the converter has not handed out.
 constexpr uint32_t kSettleMs = 3;
 // The converter goes on for so long after a request.
 constexpr uint32_t kSilenceMs = f::kTouchSilenceMs;
 constexpr uint32_t kRetryMs = 250;
 constexpr int32_t kMiddle = 2048;
-constexpr uint16_t kHighest = 4095;
+// An ESP32's converter is straight from 0.15 to 2.45 V (its data sheet), 200 to 3240 steps.
+constexpr uint16_t kLowest = 200, kHighest = 3240;
+// Values that may be on their way once all that has come was fetched: two frames of the DMA, a turn
+// of the main loop, and the converter's start.
+constexpr int32_t kMostOnTheWay = 320;
 constexpr uint32_t kAtOnce = 128;
 // Values of a turn: eight times as many as come in its millisecond.
 constexpr uint32_t kMostInTurn = 640;
 
-constexpr uint32_t values_in(uint32_t milliseconds) { return milliseconds * 78125U / 1000U; }
+constexpr uint32_t pairs_in(uint32_t milliseconds) { return milliseconds * 39063U / 1000U; }
 
 }  // namespace
 
@@ -36,22 +39,22 @@ void CoilSense::start(const Config& config, uint32_t now_ms) {
   is_wired_ = has_sensing_pin(config) && config.panel != 0;
   has_bridges_ = config.driver == kBridge;
   channels_ = config.channels;
-  sample_bits_ = config.pwm_bits - 8U;
+  sample_bits_ = config.pwm_bits - 9U;
 }
 
 void CoilSense::ask(const SenseRequest& request, uint32_t now_ms) {
   request_ = request;
   asked_ms_ = now_ms;
   step_u32_ = request.multiple * kUnitStep +
-              (request.multiple * kUnitRest + kPeriodValues / 2U) / kPeriodValues;
+              (request.multiple * kUnitRest + kPeriodPairs / 2U) / kPeriodPairs;
   state_ = SenseState::kRunning;
   stage_ = Stage::kToPlay;
-  is_too_loud_ = false;
+  is_too_loud_ = has_reference_ = false;
   count_ = 0;
   coil_ = 0;
 }
 
-uint32_t CoilSense::frequency_millihertz() const { return request_.multiple * kUnitMillihertz; }
+uint32_t CoilSense::frequency_millihertz() const { return request_.multiple * f::kSenseMillihertz; }
 
 void CoilSense::note_play(uint32_t amplitude_q16) {
   amplitude_q16_ = amplitude_q16;
@@ -64,7 +67,7 @@ void CoilSense::turn(const Hal& hal, const Synthesis& synthesis, uint32_t now_ms
     if (is_listening_ && now_ms - asked_ms_ >= kSilenceMs) stop_listening(hal);
     if (!are_awake_ && now_ms - woken_ms_ >= kRetryMs) wake_all(hal, now_ms);
   }
-  if (is_listening_) read(hal);
+  if (is_listening_) read(hal, synthesis);
   if (!is_running()) return;
   asked_ms_ = now_ms;
   if (stage_ == Stage::kToPlay) {
@@ -86,6 +89,7 @@ void CoilSense::end(const Hal& hal, SenseState state) {
 void CoilSense::wake_all(const Hal& hal, uint32_t now_ms) {
   woken_ms_ = now_ms;
   are_awake_ = expander::set(hal, 0, expander::kAllAwake);
+  is_missing_ = !are_awake_;
 }
 
 bool CoilSense::listen(const Hal& hal, const Synthesis& synthesis) {
@@ -103,29 +107,46 @@ void CoilSense::stop_listening(const Hal& hal) {
   is_listening_ = false;
 }
 
-void CoilSense::read(const Hal& hal) {
+// What has come since, and whether as much has come as must have: a converter that stands still,
+// goes at another pace or was not listened to for too long does not tell so.
+void CoilSense::read(const Hal& hal, const Synthesis& synthesis) {
   std::array<uint16_t, kAtOnce> values;
-  for (uint32_t done = 0; done < kMostInTurn; done += kAtOnce) {
-    const uint32_t count = hal.heard(hal.context, values.data(), kAtOnce);
-    if (count == kValuesLost) {
-      stop_listening(hal);
-      end(hal, SenseState::kLost);
-      return;
-    }
+  uint32_t count = kAtOnce;
+  for (uint32_t done = 0; done < kMostInTurn && count == kAtOnce; done += kAtOnce) {
+    count = hal.heard(hal.context, values.data(), kAtOnce);
+    if (count == kValuesLost) return lose(hal);
     for (uint32_t k = 0; k < count; ++k) take(values[k]);
-    if (is_too_loud_) end(hal, SenseState::kTooLoud);
-    if (count < kAtOnce || !is_listening_) break;
+  }
+  const uint32_t due = (synthesis.samples() - begun_at_) << (sample_bits_ + 1U);
+  const auto late = static_cast<int32_t>(due - values_);
+  if (late < -kMostOnTheWay || (count < kAtOnce && late > kMostOnTheWay)) return lose(hal);
+  if (is_too_loud_) end(hal, SenseState::kTooLoud);
+}
+
+void CoilSense::lose(const Hal& hal) {
+  stop_listening(hal);
+  end(hal, SenseState::kLost);
+}
+
+// By pairs: some chips hand them over the wrong way round, which then changes nothing.
+void CoilSense::take(uint16_t value) {
+  if (stage_ == Stage::kListening && (value < kLowest || value > kHighest)) {
+    is_too_loud_ = is_running() && static_cast<int32_t>(values_ / 2U - from_) >= 0;
+  }
+  const uint32_t now = values_++;
+  if (now % 2U == 0) {
+    first_of_pair_ = value;
+  } else {
+    take_pair(first_of_pair_ + value - 2 * kMiddle, now / 2U);
   }
 }
 
-void CoilSense::take(uint16_t value) {
-  const uint32_t now = values_++;
+void CoilSense::take_pair(int32_t pair, uint32_t now) {
   const bool is_own =
       is_running() && stage_ == Stage::kListening && static_cast<int32_t>(now - from_) >= 0;
   if (!is_own) return;
-  if (value == 0 || value >= kHighest) is_too_loud_ = true;
-  found_.add(value - kMiddle, step_u32_ * (now - phase_from_));
-  if (found_.count() < request_.readings * f::kSenseValues) return;
+  found_.add(pair, step_u32_ * (now - phase_from_));
+  if (found_.count() < request_.readings * f::kSensePairs) return;
   readings_[count_++] = {static_cast<uint8_t>(coil_), found_.in_phase_q5(), found_.quadrature_q5(),
                          found_.sum(), found_.squares_by_256()};
   ++coil_;
@@ -134,11 +155,14 @@ void CoilSense::take(uint16_t value) {
 
 void CoilSense::select_next(const Hal& hal, const Synthesis& synthesis) {
   if (coil_ == request_.playing) ++coil_;
-  if (coil_ == channels_ && request_.playing == 0) coil_ = expander::kReference;
-  if (coil_ >= channels_ && coil_ != expander::kReference) {
+  // Behind the last coil, where the first one plays.
+  const bool is_reference = coil_ >= channels_ && request_.playing == 0 && !has_reference_;
+  if (coil_ >= channels_ && !is_reference) {
     end(hal, SenseState::kDone);
     return;
   }
+  if (is_reference) coil_ = expander::kReference;
+  has_reference_ = is_reference;
   const auto awake =
       static_cast<uint8_t>(has_bridges_ ? 1U << request_.playing : uint32_t{expander::kAllAwake});
   are_awake_ = awake == expander::kAllAwake;
@@ -148,7 +172,7 @@ void CoilSense::select_next(const Hal& hal, const Synthesis& synthesis) {
   }
   found_.clear();
   const uint32_t settle_ms = count_ == 0 ? request_.settle_ms + kSettleMs : kSettleMs;
-  from_ = ((synthesis.samples() - begun_at_) << sample_bits_) + values_in(settle_ms);
+  from_ = ((synthesis.samples() - begun_at_) << sample_bits_) + pairs_in(settle_ms);
   stage_ = Stage::kListening;
 }
 

@@ -21,7 +21,7 @@ struct SenseRequest {
   uint32_t multiple;   // of 40 Hz, even (docs/link-protocol.md)
   uint32_t level_q15;  // 32767 for full amplitude
   uint32_t settle_ms;  // before the first coil is listened to
-  uint32_t readings;   // of kSenseValues values, for each coil
+  uint32_t readings;   // of kSensePairs pairs of conversions, for each coil
 };
 
 // What one coil read.
@@ -54,6 +54,13 @@ class CoilSense {
   // It ends, or is ended, if one runs.
   void end(const Hal& hal, SenseState state);
 
+  // Whether it was to be told, and did not answer, for the first time since start.
+  bool take_missing() {
+    const bool is_new = is_missing_ && !was_told_;
+    was_told_ = was_told_ || is_missing_;
+    return is_new;
+  }
+
   uint32_t session() const { return session_; }
   uint32_t amplitude_q16() const { return amplitude_q16_; }
   uint32_t count() const { return count_; }
@@ -64,7 +71,9 @@ class CoilSense {
 
   bool listen(const Hal& hal, const Synthesis& synthesis);
   void stop_listening(const Hal& hal);
-  void read(const Hal& hal);
+  void read(const Hal& hal, const Synthesis& synthesis);
+  void lose(const Hal& hal);
+  void take_pair(int32_t pair, uint32_t now);
   void take(uint16_t value);
   void select_next(const Hal& hal, const Synthesis& synthesis);
   void wake_all(const Hal& hal, uint32_t now_ms);
@@ -72,11 +81,11 @@ class CoilSense {
   bool is_wired_ = false;
   bool has_bridges_ = false;
   uint32_t channels_ = 0;
-  uint32_t sample_bits_ = 2;  // a sample of the outputs has so many conversions, as a power of two
+  uint32_t sample_bits_ = 1;  // a sample of the outputs has so many pairs, as a power of two
   SenseState state_ = SenseState::kNone;
   Stage stage_ = Stage::kToPlay;
   SenseRequest request_{};
-  uint32_t step_u32_ = 0;  // of a conversion
+  uint32_t step_u32_ = 0;  // of a pair of conversions
   uint32_t asked_ms_ = 0;
   uint32_t amplitude_q16_ = 0;
 
@@ -85,13 +94,17 @@ class CoilSense {
   uint32_t session_ = 0;
   uint32_t begun_at_ = 0;  // the sample when it was started
   uint32_t values_ = 0;    // since then
+  int32_t first_of_pair_ = 0;
   bool is_too_loud_ = false;
   bool are_awake_ = false;
+  bool is_missing_ = false;  // the expander
+  bool was_told_ = false;
   uint32_t woken_ms_ = 0;
 
-  uint32_t phase_from_ = 0;  // the value with which the coil began, whose phase is 0
-  uint32_t from_ = 0;        // the value with which listening begins
+  uint32_t phase_from_ = 0;  // the pair with which the coil began, whose phase is 0
+  uint32_t from_ = 0;        // the pair with which listening begins
   uint32_t coil_ = 0;
+  bool has_reference_ = false;
   LockIn found_;
   uint32_t count_ = 0;                                // coils that were listened to
   std::array<CoilReading, kMaxChannels> readings_{};  // a playing coil's place is the reference's

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/generated/link_format.hpp"
 #include "core/hal.hpp"
 
 namespace chladni::expander {
@@ -15,7 +16,7 @@ constexpr uint8_t kAddress = 0x20;
 constexpr uint8_t kOutputs = 0x02, kDirections = 0x06;
 constexpr uint8_t kAllAwake = 0xFF;
 // A known share of the first coil's own voltage, in place of a coil.
-constexpr uint8_t kReference = 16;
+constexpr uint8_t kReference = link_format::kReference;
 
 // The levels first, so that no bridge falls asleep on the way.
 inline bool set(const Hal& hal, uint8_t source, uint8_t awake) {

@@ -10,8 +10,8 @@ namespace chladni {
 class LockIn {
  public:
   void clear() { *this = LockIn{}; }
-  // A value of 12 bits from the middle of its range; `phase` is the playing coil's, whose duty goes
-  // with its cosine.
+  // Two values of 12 bits, from 2048 each; `phase` is the playing coil's, whose duty goes with its
+  // cosine.
   void add(int32_t value, uint32_t phase) {
     const SineCosine wave = sine_cosine(phase);
     in_phase_ += value * wave.cosine_q15;

@@ -123,9 +123,11 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     solved = (*MULTIPLES, flux_multiple(board))
     volts = _between(hz, solved, hidden_voltages(hidden, solved)) + flux
     ohms = (hidden.ohms[:, None] - 1.0) * coil.resistance
-    read = volts / (coil_impedance(board, hz) + ohms)
+    impedance = coil_impedance(board, hz) + ohms
+    read = volts / impedance
     reference = np.zeros_like(read[:1])
-    reference[0, 0] = REFERENCE_SHARE * share
+    # Across the first coil, behind its driver.
+    reference[0, 0] = REFERENCE_SHARE * share * (1.0 - board.electronics.driver_ohm / impedance[0])
     steps = duty_volts(board) * amplifier_gain(hz) * CONVERTER_STEPS / CONVERTER_V
     responses = np.concatenate((read, reference)) * steps
     # Late enough that what is cut off above does not ring before its time.

@@ -14,7 +14,7 @@ from chladni.calibration.sensing import (
 )
 from chladni.host.device.device import Device
 from chladni.host.protocol.codes import SENSE_STATE
-from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_VALUES
+from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_PAIRS
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ChladniError, InputError
 
@@ -22,7 +22,7 @@ Report = Callable[[int, int], None]
 
 SENSE_MINOR = 8
 """Of the link: older devices know no such requests."""
-READING_S = SENSE_VALUES * 1024 / 80e6
+READING_S = 2 * SENSE_PAIRS * 1024 / 80e6
 SETTLE_S, OVERHEAD_S = 0.003, 0.045
 """From coil to coil, and from one that plays to the next, its ring-up included."""
 TOO_LOUD_S = 1.6
@@ -144,16 +144,18 @@ def sense(device: Device, **asked: int) -> list[Heard] | None:
         return None
     if state != "done":
         raise ReadingError(f"coil {asked['playing']} was not read: {state}", hint=_HINTS[state])
+    if any(answer.fields[key] != asked[key] for key in ("playing", "multiple")):
+        raise ReadingError("another program reads coils too", hint="end it, and calibrate again")
     entry = BY_NAME["sensed"].entry
     rows = [entry.unpack_from(answer.tail, k * entry.size) for k in range(answer.fields["count"])]
     duty = answer.fields["amplitude_q16"] / 65536.0
-    values = asked["readings"] * SENSE_VALUES
+    values = asked["readings"] * SENSE_PAIRS
     heard = []
     for listening, in_phase, quadrature, total, squares in rows:
-        steps = complex(in_phase, quadrature) * 2.0 / (COSINE * values)
-        variance = 256.0 * squares / values - (total / values) ** 2 - abs(steps) ** 2 / 2.0
-        # No less than what whole numbers leave.
-        noise = max(variance, 1.0 / 12.0) ** 0.5
+        steps = complex(in_phase, quadrature) / (COSINE * values)
+        variance = 64.0 * squares / values - (total / values / 2.0) ** 2 - abs(steps) ** 2 / 2.0
+        # No less than what whole numbers leave of two.
+        noise = max(variance, 1.0 / 24.0) ** 0.5
         session = answer.fields["session"]
         heard.append(
             Heard(

@@ -146,6 +146,8 @@ FAULT_CAUSE = Codes("FaultCause", "What went wrong.", (
          "the last start crashed, or several did not last; detail: ResetCause"),
     Code("kBankRefused", "effect bank refused", "outputs stay off; detail: BankStatus"),
     Code("kOlderBank", "older effect bank", "the newest is damaged; the older one plays"),
+    Code("kExpanderMissing", "expander missing",
+         "it chooses the coil that is listened to, and may have left bridges asleep"),
 ), is_counted=True)  # fmt: skip
 WAVEFORM = Codes(
     "Waveform",

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
+from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
+from chladni.calibration.sensing import BASE_SAMPLES
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.protocol.codes import AREA_EVENT, SENSE_STATE, numbered
 from chladni.sim.board.electronics import DRIVER_KINDS
@@ -39,16 +41,13 @@ TOUCH_SILENCE_MS = 800
 RESPONSE = 0x80
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
-SENSE_VALUES = 976
-"""Of a converter, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays has
+SENSE_PAIRS = BASE_SAMPLES
+"""Of conversions, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays has
 whole periods then, half of a multiple of them."""
 LEAST_MULTIPLE, MOST_MULTIPLE = 2, 200
-"""Of 80 MHz / 4096 / 488, 40 Hz, which a playing coil may have; even ones only."""
-REFERENCE = 16
+"""Of 40 Hz, which a playing coil may have; even ones only."""
 MOST_READ = 32
 """Such readings in a row for each coil."""
-SENSE_HZ = 80e6 / 1024 / (2 * SENSE_VALUES)
-"""40 Hz, of which all that coils play then are multiples."""
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
 
@@ -274,7 +273,7 @@ MESSAGES = (
             "Where the table's board is. A place off it plays as the nearest on it."),
     Message(38, "sense",
             (Field("playing", "u8", "Channel of the coil that plays."),
-             Field("multiple", "u16", f"Of {SENSE_HZ:.6g} Hz, what it plays: even, "
+             Field("multiple", "u16", f"Of {UNIT_HZ:.6g} Hz, what it plays: even, "
                    f"{LEAST_MULTIPLE} to {MOST_MULTIPLE}."),
              Field("level_q15", "u16", "32767 for full amplitude."),
              Field("settle_ms", "u8", "Before the first coil is listened to."),
@@ -284,18 +283,19 @@ MESSAGES = (
             "with the next."),
     Message(39, "sensed", (), "",
             (Field("state", "u8", f"{numbered(c.text for c in SENSE_STATE.members)}."),
+             Field("playing", "u8", "As it was asked for."), Field("multiple", "u16", "The same."),
              Field("session", "u16", "Readings of one have the converter's delay in common."),
              Field("amplitude_q16", "u16", "Of the duty, 65536 for 1."),
              Field("count", "u8", "That follow.")),
             "each: coil u8, in_phase_q5 i32, quadrature_q5 i32, sum i32, squares_by_256 u32",
-            "What coils read while the last that was asked for played: sums over 976 values for "
-            "each reading, in the converter's steps from the middle of its range.",
+            "What coils read while the last that was asked for played: sums over "
+            f"{SENSE_PAIRS} pairs of conversions for each reading, both in steps from 2048.",
             each=(Field("coil", "u8", f"Channel that was listened to; {REFERENCE}: a known share "
                         "of the voltage of channel 0, while that plays."),
-                  Field("in_phase_q5", "i32", "Of values times the cosine that the duty is, 32 "
+                  Field("in_phase_q5", "i32", "Of pairs times the cosine that the duty is, 32 "
                         "for 1."),
                   Field("quadrature_q5", "i32", "The same of the cosine a quarter ahead."),
-                  Field("sum", "i32", "Of values."),
+                  Field("sum", "i32", "Of pairs."),
                   Field("squares_by_256", "u32", "Of their squares, over 256."))),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

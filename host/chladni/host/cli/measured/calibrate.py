@@ -132,7 +132,8 @@ def calibrate(
         plate = hidden_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
     elif hidden is not None or microphone:
         raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
-    device = Connection(port=port, udp=udp, key=key) if port or udp else None
+    is_real = port is not None or udp is not None
+    device = Connection(port=port, udp=udp, key=key) if is_real else None
     if measured is not None:
         found = _in_laboratory(drawn, measured, response, per)
     elif recording is None and not microphone:

@@ -45,13 +45,15 @@ class BridgePart:
     volts: float
     ohm: float
     sheet: str
+    can_sleep: bool
 
 
 BRIDGE_PARTS = (
-    BridgePart("DRV8838", 1.8, 11.0, 0.28, "TI SLVSBA4"),
-    BridgePart("half a DRV8835, its MODE high", 1.5, 11.0, 0.305, "TI SLVSB18"),
+    BridgePart("DRV8838", 1.8, 11.0, 0.28, "TI SLVSBA4", can_sleep=True),
+    BridgePart("half a DRV8835, its MODE high", 1.5, 11.0, 0.305, "TI SLVSB18", can_sleep=False),
 )
-"""Most current and supply, and the typical resistance of high and low side together."""
+"""Most current and supply, the typical resistance of high and low side together, and whether one
+bridge can be put to sleep by itself."""
 
 
 def parts_list(board: Board, values: Values | None = None) -> tuple[Part, ...]:
@@ -124,7 +126,9 @@ def _bridge_parts(board: Board, own: Values) -> tuple[Part, ...]:
     able = [
         part
         for part in BRIDGE_PARTS
-        if part.ampere >= own.switch_a and part.volts >= settings.supply_v
+        if part.ampere >= own.switch_a
+        and part.volts >= settings.supply_v
+        and (part.can_sleep or board.sensing is None)
     ]
     named = " or ".join(part.name for part in able) or "none is known here that bears it"
     sheets = "; ".join(

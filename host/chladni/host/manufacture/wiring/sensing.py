@@ -17,7 +17,8 @@ def sensing_parts(board: Board) -> tuple[Part, ...]:
     if board.sensing is None:
         return ()
     count, is_bridge = len(board.actuators), board.electronics.is_bridge
-    ends = 2 * count if is_bridge else count + 1
+    # And the reference's.
+    ends = 2 * count + 2 if is_bridge else count + 2
     multiplexer = (
         Part("multiplexer, 8 to 1", 2, "CD74HCT4051, 5 V", "one for each end of the coils")
         if is_bridge
@@ -27,7 +28,7 @@ def sensing_parts(board: Board) -> tuple[Part, ...]:
         (
             Part("nSLEEP pull-up", count, "10 kΩ", "bridges are awake unless the expander says so"),
             Part(
-                "coil to ground", count, "100 kΩ", "where a sleeping bridge leaves both ends open"
+                "coil pull-down", count, "100 kΩ", "where a sleeping bridge leaves both ends open"
             ),
         )
         if is_bridge
@@ -41,9 +42,14 @@ def sensing_parts(board: Board) -> tuple[Part, ...]:
         Part("instrumentation amplifier", 1, "INA826, 3.3 V",
              "20 times with 2.61 kΩ; TI SBOS562"),
         Part("operational amplifier", 1, "MCP6022, 3.3 V",
-             "−10 times, two poles at 15.8 kHz; its other half makes 1.65 V"),
+             "−10 times, two poles at 15.8 kHz; its other half makes 1.3 V"),
         Part("sensing resistor", ends, "10 kΩ", "5.5 V into a multiplexer of 5 V: 50 µA"),
-        Part("reference resistor", 3, "1 kΩ, 2 × 1 MΩ", "1/2001 of the first coil's voltage; 1 %"),
+        Part("reference resistor", 3, "100 Ω, 2 × 100 kΩ",
+             "1/2001 of the first coil's voltage; 1 %"),
+        Part("amplifier resistor", 9, "2.61 kΩ, 3 × 1 kΩ, 10 kΩ, 2 × 150 kΩ, 13 kΩ, 20 kΩ",
+             "tests/spice/sensing.cir; the last two make 1.3 V"),
+        Part("amplifier capacitor", 8, "2 × 1 nF, 2 × 100 nF, 15 nF, 680 pF, 10 nF, 100 nF",
+             "the same; C0G where below 100 nF"),
         *sleeping,
     )  # fmt: skip
 
