@@ -237,6 +237,24 @@ def test_values_that_were_lost_end_the_session(board: Board) -> None:
     assert {own.session for own in first + again} == {1, 2}
 
 
+@pytest.mark.parametrize("between", [False, True])
+def test_values_that_no_one_misses_end_the_session_too(board: Board, between: bool) -> None:
+    """Five milliseconds of them: phases would be wrong from then on."""
+    device, emulator = device_on(board)
+    assert sense(device, **ASKED) is not None
+    if not between:
+        device.link.request("sense", b"", **ASKED)
+        emulator.run(60.0)
+    emulator.core.sensing_faults.lost_values = 400
+    emulator.run(20.0)
+    if not between:
+        state = device.link.request("sensed").fields["state"]
+        assert SENSE_STATE.text(state) == "samples lost"
+    again = sense(device, **ASKED)
+    assert again is not None
+    assert {own.session for own in again} == {2}
+
+
 def test_sixteen_coils_have_one_reference() -> None:
     board = load_board("quiet16")
     device = Device(EmulatorWire(Emulator(board, None, must_play=False, **sensing_settings(board))))

@@ -142,7 +142,9 @@ void SensedCoils::begin_period(uint64_t period, const Pwm& pwm) {
   if (!is_listening_ || period < from_period_) return;
   const auto first = static_cast<uint32_t>((period << pwm.bits()) >> kConversionBits);
   for (uint32_t k = 0; k < 1U << (pwm.bits() - kConversionBits); ++k) {
-    if (values_.size() < kMostKept) {
+    if (faults_.lost_values > 0) {
+      --faults_.lost_values;
+    } else if (values_.size() < kMostKept) {
       values_.push_back(convert(steps_[(first + k) % kConversions]));
     } else {
       has_lost_ = true;

@@ -21,6 +21,7 @@ struct SensingFaults {
   bool is_converter_dead = false;
   bool is_pin_open = false;    // it reads the middle of its range, and noise
   uint32_t stuck_address = 0;  // bits of the multiplexer's address that are always 1
+  uint32_t lost_values = 0;    // so many of the next never come, and no one says so
 };
 
 class SensedCoils {

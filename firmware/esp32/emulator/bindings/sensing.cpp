@@ -35,7 +35,8 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
       .def_rw("is_expander_absent", &SensingFaults::is_expander_absent)
       .def_rw("is_converter_dead", &SensingFaults::is_converter_dead)
       .def_rw("is_pin_open", &SensingFaults::is_pin_open)
-      .def_rw("stuck_address", &SensingFaults::stuck_address);
+      .def_rw("stuck_address", &SensingFaults::stuck_address)
+      .def_rw("lost_values", &SensingFaults::lost_values);
   emulator
       .def("set_coil_responses", &set_responses, nb::arg("responses"), nb::kw_only(),
            nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),

@@ -113,6 +113,7 @@ class SensingFaults:
     is_converter_dead: bool
     is_pin_open: bool
     stuck_address: int
+    lost_values: int
 
 class Emulator:
     def __init__(self, hardware: Hardware) -> None: ...
