@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,8 @@ from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate, read_hidden
 from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
 from chladni.calibration.hidden import HiddenPlate
-from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.sensing import (
+    BASE_SAMPLES,
     MULTIPLES,
     CoilReadings,
     hidden_voltages,
@@ -26,6 +25,7 @@ from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
 from chladni.host.emulation.sensed_plate import emulator_on, sensing_settings
 from chladni.host.measuring.coil_readings import ReadingError, read_coils, sense
+from chladni.host.protocol import link
 from chladni.host.protocol.codes import SENSE_STATE
 from chladni.host.protocol.link import BY_NAME
 from chladni.sim.board.board import Board
@@ -185,18 +185,18 @@ def test_what_ends_a_reading_ends_all_of_it(board: Board) -> None:
     gains = b"".join(BY_NAME["live"].entry.pack(0, 0) for _ in board.actuators)
     for running_us in (0, 60_000):
         device, emulator = device_on(board)
-        link = device.link
-        link.send(BY_NAME["sense"], b"", ASKED)
+        wire = device.link
+        wire.send(BY_NAME["sense"], b"", ASKED)
         emulator.core.run_us(running_us)
         for name in ("stream_end", "stream_begin"):
-            link.send(BY_NAME[name], b"", fields[name])
+            wire.send(BY_NAME[name], b"", fields[name])
         emulator.run(40.0)
         assert emulator.core.state == "streaming"
         assert not emulator.run(5.0).duty_steps.any()
-        assert SENSE_STATE.text(link.request("sensed").fields["state"]) == "stopped"
+        assert SENSE_STATE.text(wire.request("sensed").fields["state"]) == "stopped"
         assert emulator.core.state == "streaming"
-        link.request("stream_end")
-        link.request("live", gains, millihertz=160_000, waveform=0)
+        wire.request("stream_end")
+        wire.request("live", gains, millihertz=160_000, waveform=0)
         assert emulator.core.state == "streaming"
 
 
@@ -309,32 +309,6 @@ def test_boards_of_either_chip_have_a_pin_left() -> None:
         sensing_settings(dataclasses.replace(board, electronics=taken))
 
 
-def test_readings_are_kept_in_a_file(board: Board, tmp_path: Path) -> None:
-    readings = read_hidden(hidden_plate(board, 1))
-    path = tmp_path / "r.json"
-    path.write_bytes(readings_file(readings, board))
-    again = load_readings(path, board)
-    assert again.volts == pytest.approx(readings.volts)
-    assert again.high.volts == pytest.approx(readings.high.volts)
-    assert again.noise == pytest.approx(readings.noise)
-    thick = dataclasses.replace(board, plate=dataclasses.replace(board.plate, thickness=0.5e-3))
-    with pytest.raises(InputError, match="those of small, as it is drawn now"):
-        load_readings(path, thick)
-    for text, said in (
-        ("{", "JSON"),
-        ("[]", "its kind"),
-        ("[" * 100_000, "JSON"),
-        ('{"a": ' + "1" * 5000 + "}", "JSON"),
-        (path.read_text().replace('"noise": [', '"noise": [[[-1]], '), "numbers of 6 coils|writes"),
-        (re.sub(r'"seconds": [^,]*', '"seconds": NaN', path.read_text()), "numbers of 6 coils"),
-        (path.read_text().replace('"noise"', '"nose"'), "calibrate --readings writes"),
-        (path.read_text().replace("[", "[[", 1).replace("]", "]]", 1), "numbers of 6 coils"),
-    ):
-        path.write_text(text)
-        with pytest.raises(InputError, match=said):
-            load_readings(path, board)
-
-
 def test_flux_at_6_khz_is_read_as_it_is(board: Board) -> None:
     """Of coils 11 mm apart, and with it what moves there, which solving tells."""
     places = [(-11.0, -10.0), (0.0, -10.0), (11.0, -10.0), (-11.0, 8.0), (0.0, 8.0), (11.0, 8.0)]
@@ -354,3 +328,8 @@ def test_flux_at_6_khz_is_read_as_it_is(board: Board) -> None:
     assert off < 0.04 * np.linalg.norm(both[near])
     assert found.hz == pytest.approx(150 * UNIT_HZ)
     assert MULTIPLES == (2, 4, 6)
+
+
+def test_the_link_says_what_the_arithmetic_takes() -> None:
+    assert (REFERENCE, pytest.approx(UNIT_HZ)) == (link.REFERENCE, link.UNIT_HZ)
+    assert link.SENSE_PAIRS == BASE_SAMPLES

@@ -200,55 +200,29 @@ def write_uff(path: Path, fields: MeasuredFields, board: Board, **others: int) -
     path.unlink(missing_ok=True)
     file = pyuff.UFF(str(path))
     places, number = np.unique(fields.places, axis=0, return_inverse=True)
-    drawn = np.array([own.at for own in board.actuators])
-    nodes = np.concatenate((places, drawn))
-    numbers = [*range(1, len(places) + 1), *range(1001, 1001 + len(drawn))]
-    zeros = np.zeros(len(nodes))
-    file.write_sets(
-        {
-            "type": 15,
-            "node_nums": numbers,
-            "def_cs": zeros,
-            "disp_cs": zeros,
-            "color": zeros,
-            "x": nodes[:, 0],
-            "y": nodes[:, 1],
-            "z": zeros,
-        },
-        "overwrite",
-    )
-    for coil in range(len(drawn)):
+    nodes = np.concatenate((places, [own.at for own in board.actuators]))
+    numbers = [*range(1, len(places) + 1), *range(1001, 1001 + len(board.actuators))]
+    zeros = dict.fromkeys(("def_cs", "disp_cs", "color", "z"), np.zeros(len(nodes)))
+    nodes_set = {"type": 15, "node_nums": numbers, "x": nodes[:, 0], "y": nodes[:, 1]} | zeros
+    file.write_sets(nodes_set, "overwrite")
+    texts = dict.fromkeys(("id1", "id2", "id3", "id4", "id5"), "")
+    names = dict.fromkeys(("rsp_ent_name", "ref_ent_name"), "NONE")
+    kinds = {"ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13, "ord_data_type": 5}
+    usual: dict[str, object] = {
+        "type": 58,
+        "func_type": 4,
+        "binary": 0,
+        "ver_num": 0,
+        "load_case_id": 0,
+    }
+    usual |= texts | names | kinds | {"abscissa_spec_data_type": 18, "rsp_dir": 3, "ref_dir": 3}
+    for coil in range(len(board.actuators)):
         for place in range(len(places)):
             at = (fields.coils == coil) & (number.ravel() == place)
             values, hz = fields.values[at], fields.hz[at]
-            file.write_sets(
-                {
-                    "type": 58,
-                    "func_type": 4,
-                    "binary": 0,
-                    "ver_num": 0,
-                    "load_case_id": 0,
-                    "id1": "",
-                    "id2": "",
-                    "id3": "",
-                    "id4": "",
-                    "id5": "",
-                    "rsp_node": place + 1,
-                    "rsp_dir": 3,
-                    "ref_node": 1001 + coil,
-                    "ref_dir": 3,
-                    "rsp_ent_name": "NONE",
-                    "ref_ent_name": "NONE",
-                    "data": values * (2j * np.pi * hz) ** 2,
-                    "x": hz,
-                    "ordinate_spec_data_type": 12,
-                    "orddenom_spec_data_type": 13,
-                    "abscissa_spec_data_type": 18,
-                    "ord_data_type": 5,
-                }
-                | others,
-                "add",
-            )
+            own: dict[str, object] = {"rsp_node": place + 1, "ref_node": 1001 + coil, "x": hz}
+            own |= {"data": values * (2j * np.pi * hz) ** 2}
+            file.write_sets(usual | own | others, "add")
 
 
 def test_uff_is_read_with_its_nodes_and_its_kind(
@@ -286,7 +260,7 @@ def test_uff_is_read_with_its_nodes_and_its_kind(
         ("m.csv", "a,b\n1,2", f"columns.*{HEADER}"),
         ("m.csv", f"{HEADER}\n1,0,0,160,x,0", "line 2.*numbers"),
         ("m.csv", f"{HEADER}\n1,0,0,160,1", "line 2.*6 numbers"),
-        ("m.csv", f"{HEADER}\n", "0 rows"),
+        ("m.csv", f"{HEADER}\n", "rows: .*got '0'"),
         ("m.csv", f"{HEADER}\n7,0,0,160,1,0", "coil of row 1.*1 to 6, got 7"),
         ("m.csv", f"{HEADER}\n1,0,0,0,1,0", "frequency of row 1"),
         ("m.csv", f"{HEADER}\n1,0,0,160,nan,0", "value of row 1"),
@@ -333,4 +307,4 @@ def test_the_command_writes_the_board(
     assert "is dead" in done.json["verdict"]
     refused = chladni("calibrate", "--board", drawn, "--measured", table, "-o", output)
     assert refused.code == 2
-    assert "say which with --response and --per" in refused.err
+    assert "say which response it is, and per what" in refused.err

@@ -91,7 +91,7 @@ def test_bad_input_is_named_and_nothing_is_written(
     for arguments, said in (
         (
             ("--board", drawn, "-o", output),
-            "--emulator, --port, --udp, --recording and --readings is required",
+            "--emulator, --port, --udp, --recording, --measured and --readings is required",
         ),
         (("--board", drawn, "-o", output, "--emulator"), "--hidden is required"),
         (here, "--board is required"),

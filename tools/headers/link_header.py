@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from headers import cpp_text
 
-from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
 from chladni.host.protocol import link as link_protocol
 from chladni.host.protocol import network as network_format
 from chladni.host.protocol.config import DeviceConfig
@@ -18,8 +17,8 @@ def link_header() -> str:
         "kVersionMinor": link_protocol.VERSION_MINOR,
         "kMaxPayload": link_protocol.MAX_PAYLOAD,
         "kSensePairs": link_protocol.SENSE_PAIRS,
-        "kSenseMillihertz": round(1e3 * UNIT_HZ),
-        "kReference": REFERENCE,
+        "kSenseMillihertz": round(1e3 * link_protocol.UNIT_HZ),
+        "kReference": link_protocol.REFERENCE,
         "kLeastMultiple": link_protocol.LEAST_MULTIPLE,
         "kMostMultiple": link_protocol.MOST_MULTIPLE,
         "kMostRead": link_protocol.MOST_READ,

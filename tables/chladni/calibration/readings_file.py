@@ -50,9 +50,11 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         No such file, or it is damaged, or of another board.
     """
     try:
-        found: Any = json.loads(read_text(path, "--readings", MOST_BYTES))
+        found: Any = json.loads(read_text(path, "readings", MOST_BYTES))
     except (ValueError, RecursionError) as error:
-        raise InputError(str(path), f"{error}", "JSON", hint="calibrate --port writes it") from None
+        raise InputError(
+            str(path), f"{error}", "JSON", hint="`chladni calibrate` writes it"
+        ) from None
     if not isinstance(found, dict) or found.get("kind") != KIND:
         raise InputError(str(path), "another kind of file", f"{KIND!r} as its kind")
     if found.get("fingerprint") != f"{board.fingerprint():#018x}":
@@ -68,7 +70,7 @@ def load_readings(path: Path, board: Board) -> CoilReadings:
         )
         seconds, high_hz = float(found["seconds"]), float(found["high_hz"])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(str(path), f"{error}", "what calibrate --readings writes") from None
+        raise InputError(str(path), f"{error}", "what `chladni calibrate` writes") from None
     fits = hz.ndim == 1 and hz.size > 0 and bool(np.all(hz > 0.0))
     fits = fits and 0.0 < high_hz < np.inf and 0.0 <= seconds < np.inf
     fits = fits and all(own.shape == shape for own in low)

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
-from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
-from chladni.calibration.sensing import BASE_SAMPLES
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.protocol.codes import AREA_EVENT, SENSE_STATE, numbered
 from chladni.sim.board.electronics import DRIVER_KINDS
@@ -41,13 +39,16 @@ TOUCH_SILENCE_MS = 800
 RESPONSE = 0x80
 SIGNAL_SAMPLES = 128
 """That a device keeps of each."""
-SENSE_PAIRS = BASE_SAMPLES
+SENSE_PAIRS = 488
 """Of conversions, 78,125 a second: the least that a reading of coils takes, 12.5 ms. What plays has
 whole periods then, half of a multiple of them."""
 LEAST_MULTIPLE, MOST_MULTIPLE = 2, 200
 """Of 40 Hz, which a playing coil may have; even ones only."""
 MOST_READ = 32
 """Such readings in a row for each coil."""
+REFERENCE = 16
+"""In place of a coil. A test compares these with `chladni.calibration`, which loads more."""
+UNIT_HZ = 80e6 / 4096 / SENSE_PAIRS
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
 

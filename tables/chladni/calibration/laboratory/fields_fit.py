@@ -176,7 +176,7 @@ class _Search:
         size = float(np.median(ratios))
         if not 1.0 / FAR_OFF < size < FAR_OFF:
             expected = "displacement, velocity or acceleration over force, current or voltage in SI"
-            hint = "say which with --response and --per; are they millimetres?"
+            hint = "say which response it is, and per what; are they millimetres?"
             given = f"{size:.3g} times what {self._unknowns.board.name} does"
             raise InputError("responses", given, expected, hint=hint)
 

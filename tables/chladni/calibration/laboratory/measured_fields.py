@@ -78,7 +78,7 @@ def checked(fields: MeasuredFields, board: Board, file: str) -> MeasuredFields:
     """
     rows = fields.hz.size
     if not 1 <= rows <= MOST_ROWS:
-        raise InputError("--measured", f"{rows} rows", f"1 to {MOST_ROWS}", file=file)
+        raise InputError("rows", f"{rows}", f"1 to {MOST_ROWS}", file=file)
     for name, own, fits in (
         ("frequency", fields.hz, (fields.hz > 0.0) & (fields.hz < 1e6)),
         ("value", fields.values, np.isfinite(fields.values)),

@@ -49,13 +49,13 @@ def read_measured(
     InputError
         Another ending, no such file, or nothing in it that tells a coil's field; says why.
     """
-    for option, own, known in (("--response", response, RESPONSES), ("--per", per, PERS)):
+    for option, own, known in (("response", response, RESPONSES), ("per", per, PERS)):
         if own is not None and own not in known:
             raise InputError(option, own, f"one of: {', '.join(known)}")
     readers = {".csv": _read_csv, ".npz": _read_npz, ".uff": _read_uff, ".unv": _read_uff}
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise InputError("--measured", str(path), f"a file that ends in {', '.join(ENDINGS)}")
+        raise InputError("measured", str(path), f"a file that ends in {', '.join(ENDINGS)}")
     asked = cast("Response | None", response), cast("Per | None", per)
     return checked(reader(path, board, *asked), board, str(path))
 
@@ -64,7 +64,7 @@ def _read_csv(
     path: Path, board: Board, response: Response | None, per: Per | None
 ) -> MeasuredFields:
     del board
-    rows = csv.reader(io.StringIO(read_text(path, "--measured", MOST_BYTES)))
+    rows = csv.reader(io.StringIO(read_text(path, "measured", MOST_BYTES)))
     header = [name.strip() for name in next(rows, [])]
     if header != list(COLUMNS):
         expected = f"a first line {','.join(COLUMNS)}"
@@ -88,13 +88,13 @@ def _read_npz(
 ) -> MeasuredFields:
     del board
     try:
-        arrays = read_arrays(path, "--measured", MOST_BYTES)
+        arrays = read_arrays(path, "measured", MOST_BYTES)
         columns = [np.asarray(arrays[name], np.float64).ravel() for name in COLUMNS]
     except KeyError as error:
         given = ", ".join(sorted(arrays))
         raise InputError("arrays", given, f"{error.args[0]} too", file=str(path)) from None
     except (ValueError, TypeError) as error:
-        raise InputError("--measured", f"{error}", "arrays of numbers", file=str(path)) from None
+        raise InputError("measured", f"{error}", "arrays of numbers", file=str(path)) from None
     if len({own.size for own in columns}) != 1:
         sizes = ", ".join(str(own.size) for own in columns)
         raise InputError("arrays", sizes, "as many values of each", file=str(path))
@@ -128,9 +128,9 @@ def _read_uff(
         import pyuff  # noqa: PLC0415
     except ImportError:
         hint = "pip install chladni[laboratory]"
-        raise InputError("--measured", path.suffix, "a file that needs pyuff", hint=hint) from None
+        raise InputError("measured", path.suffix, "a file that needs pyuff", hint=hint) from None
     if not path.is_file():
-        raise InputError("--measured", str(path), "a file that is there")
+        raise InputError("measured", str(path), "a file that is there")
     try:
         # Some sets are printed as they are read.
         with contextlib.redirect_stdout(io.StringIO()):
