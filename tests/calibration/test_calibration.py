@@ -9,7 +9,7 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import CoilReadings, Truth, fit_board, hidden_plate, read_hidden
-from chladni.calibration.flux import drawn_inductances, motion_of, moving_inductance
+from chladni.calibration.flux import drawn_inductances, drawn_motion, motion_of, moving_inductance
 from chladni.calibration.hidden import (
     FOAM_SOFTEST,
     FOAM_STIFFEST,
@@ -107,13 +107,13 @@ def test_flux_is_taken_off_and_would_be_noticed(board: Board) -> None:
 
 
 def test_flux_of_coils_that_touch_is_read_and_of_others_is_drawn() -> None:
-    """What moves at 6 kHz is solved; `strip5`'s coils lie 10 mm apart, `phone5`'s 50."""
+    """What moves at 7.6 kHz is solved; `strip5`'s coils lie 10 mm apart, `phone5`'s 50."""
     board = load_board("strip5")
-    moving = moving_inductance(board, 6004.0)
+    moving = moving_inductance(board, 7604.0)
     drawn, off_drawn = drawn_inductances(board)
     beside = np.eye(5, k=1, dtype=bool)
     assert np.all(off_drawn[beside] > 10.0 * moving[beside])
-    coils = open_coils(board, 6004.0, tolerance=1e-3)
+    coils = open_coils(board, 7604.0, tolerance=1e-3)
     assert board.coil is not None
     solved = np.abs(board.coil.force_factor**2 * coils.compliance)
     apart = ~np.eye(5, dtype=bool)
@@ -121,8 +121,21 @@ def test_flux_of_coils_that_touch_is_read_and_of_others_is_drawn() -> None:
     assert np.all(drawn[apart] < 0.0)
     phone = load_board("phone5")
     assert np.all(
-        drawn_inductances(phone)[1][apart] < 0.5 * moving_inductance(phone, 6004.0)[apart]
+        drawn_inductances(phone)[1][apart] < 0.5 * moving_inductance(phone, 7604.0)[apart]
     )
+
+
+def test_without_windings_the_drawn_motion_is_taken_off_the_flux() -> None:
+    """`prototype` has none: what is read at 7.6 kHz is motion alone."""
+    board = load_board("prototype")
+    hidden = hidden_plate(board, 3)
+    readings, signs = read_hidden(hidden), np.sign(hidden.strengths)
+    moving = drawn_motion(board, readings.high.hz)
+    assert moving is not None
+    assert drawn_motion(load_board("phone5"), readings.high.hz) is None
+    off = ~np.eye(5, dtype=bool)
+    left = [motion_of(board, readings, signs, own).flux[off] for own in (None, moving)]
+    assert np.sqrt(np.mean(left[1] ** 2)) < 0.75 * np.sqrt(np.mean(left[0] ** 2))
 
 
 def test_slopes_are_differences_of_solved_plates(board: Board) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import drawn_strengths, with_coils_known
-from chladni.calibration.flux import drawn_inductances, motion_of
+from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
 from chladni.calibration.unknowns import Unknowns, unknowns_of
@@ -160,7 +160,8 @@ class _Search:
     def __init__(self, unknowns: Unknowns, readings: CoilReadings, progress: Report | None) -> None:
         self._unknowns, self._readings, self._progress = unknowns, readings, progress
         self.wiring = Wiring(np.ones(len(unknowns.board.actuators)))
-        self._motion = motion_of(unknowns.board, readings, self.wiring.signs)
+        self._moving = drawn_motion(unknowns.board, readings.high.hz)
+        self._motion = self._of_motion()
         self.steps = 0
         self._last: tuple[bytes, Board, list[OpenCoils]] | None = None
 
@@ -184,8 +185,11 @@ class _Search:
             if alike > best:
                 best, start, self.wiring, solved = alike, trial, wiring, self._last
         self._last = solved
-        self._motion = motion_of(unknowns.board, self._readings, self.wiring.signs)
+        self._motion = self._of_motion()
         return start
+
+    def _of_motion(self) -> MotionReadings:
+        return motion_of(self._unknowns.board, self._readings, self.wiring.signs, self._moving)
 
     def solve(self, start: FloatArray) -> FloatArray:
         """The most likely values, from a start in units of what they may be off."""

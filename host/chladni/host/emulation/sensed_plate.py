@@ -47,7 +47,7 @@ ComplexArray = NDArray[np.complex128]
 
 PERIODS = 4
 """Of 25 ms, that a response lasts: all frequencies that are read have whole numbers of them."""
-RESONANCES_HZ, DAMPING = (110.0, 240.0, 500.0, 6000.0), 0.3
+RESONANCES_HZ, DAMPING = (110.0, 240.0, 500.0, 7000.0), 0.3
 """Of what goes through the frequencies that are read."""
 LOW_PASS_HZ = (15.9e3, 15.8e3)
 """Of the amplifier: a resistor and a capacitor at its input, and two poles behind
@@ -118,7 +118,7 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
     share = 1.0 + GAIN_ERROR * rng.standard_normal()
     unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)
     # What is heard at high frequencies is not quite what is heard at low ones.
-    rising = 1.0 + (unlike - 1.0) * np.minimum(hz / 6000.0, 1.0)
+    rising = 1.0 + (unlike - 1.0) * np.minimum(hz / 7600.0, 1.0)
     flux = s * turned_inductances(hidden)[..., None] * rising
     solved = (*MULTIPLES, flux_multiple(board))
     volts = _between(hz, solved, hidden_voltages(hidden, solved)) + flux
