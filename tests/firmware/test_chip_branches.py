@@ -7,6 +7,7 @@ from pathlib import Path
 from firmware import test_chip_carrier as carrier
 from firmware import test_chip_crashes as crashes
 from firmware import test_chip_layer as layer
+from firmware import test_chip_sensing as sensing
 from firmware.chip_process import branches
 from firmware.chip_started import on_each_chip
 
@@ -56,5 +57,9 @@ def test_the_fake_reaches_the_branches_of_chip(chip_program: Path) -> None:
         crashes.test_a_start_that_crashes_before_all_else_answers_as_a_blank_device(
             chip_program, call
         )
+    sensing.test_what_the_converter_reads_is_found_by_the_phase_of_the_duty(chip_program)
+    sensing.test_values_that_were_not_fetched_end_the_reading(chip_program)
+    for call in sensing.CALLS:
+        sensing.test_a_converter_that_does_not_start_is_said(chip_program, call)
     taken, total, missed = branches(chip_program)
     assert taken / total >= LEAST[chip_program.name], f"{taken} of {total}: {sorted(missed)}"

@@ -12,7 +12,7 @@ from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation import _emulator
 from chladni.host.emulation.emulator import Emulator, Hardware
 from chladni.host.protocol.config import PANELS, SETTINGS, DeviceConfig, pack_config
-from chladni.sim.board.electronics import ChipName
+from chladni.sim.board.electronics import NOT_WIRED, ChipName
 from chladni.sim.board.gpio import CHIPS, pin_fault
 from chladni.sim.errors import InputError
 from conftest import ROOT, CommandLine
@@ -125,6 +125,8 @@ def drawn(rng: np.random.Generator, chip: ChipName) -> DeviceConfig:
         numbers = rng.integers(setting.low, setting.high + 1, count)
         if setting.field.name.endswith(("pin", "pins")) and rng.random() < 0.8:
             numbers = rng.permutation(own.inputs)[:count]
+        if setting.field.name == "sense_pin" and rng.random() < 0.8:
+            numbers = rng.permutation((0, NOT_WIRED, *own.converters))[:1]
         if setting.field.name == "channels":
             numbers = rng.integers(1, own.channels + 2, 1).clip(max=setting.high)
         values[setting.field.name] = (
