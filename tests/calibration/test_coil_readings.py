@@ -10,11 +10,12 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import fit_board, hidden_plate, read_hidden
-from chladni.calibration.device_readings import REFERENCE, UNIT_HZ
+from chladni.calibration.device_readings import REFERENCE
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.sensing import (
     BASE_SAMPLES,
     MULTIPLES,
+    UNIT_HZ,
     CoilReadings,
     hidden_voltages,
     turned_inductances,

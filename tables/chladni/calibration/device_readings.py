@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.calibration.sensing import (
-    BASE_SAMPLES,
     FLUX_MULTIPLES,
     MULTIPLES,
-    SAMPLE_HZ,
+    UNIT_HZ,
     CoilReadings,
     ReadAt,
 )
@@ -28,8 +27,6 @@ from chladni.sim.errors import InputError, MissingError
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-UNIT_HZ = SAMPLE_HZ / BASE_SAMPLES
-"""Of which all frequencies are multiples, 40 Hz."""
 REFERENCE, REFERENCE_SHARE = 16, 1.0 / 2001.0
 """Listened to as a coil of that number: so much of the first coil's own voltage, by two resistors
 (docs/hardware.md)."""

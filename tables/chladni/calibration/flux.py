@@ -66,7 +66,7 @@ def motion_of(
         How its coils are turned: 1, −1, or 0 for one that is dead, (actuators,).
     moving
         What the drawn board's motion adds to the high reading, H (`drawn_motion`), where it is
-        solved: then as much of it is taken off, and half of it is believed to be left.
+        solved: then as much of it is taken off, and `LEFT_OF_SOLVED` of it is believed to be left.
 
     Raises
     ------

@@ -2,8 +2,8 @@
 
 A model of the whole way from the plate to numbers: coils and flux (`sim/fields/induced.py`), the
 resistance that each coil really has, an amplifier and a 12-bit converter with noise and a bend,
-sampled in step with the carrier, and a lock-in over whole periods. The flux between coils is read
-by itself at some kilohertz, where the sheet's mass keeps it still, and taken off.
+sampled in step with the carrier, and a lock-in over whole periods. It is read once more at some
+kilohertz, where the sheet's mass keeps it still and flux is most of it (`flux.py`).
 
 It leaves out the settling of the multiplexer's input and the carrier's own residue: both are over
 before a period is taken.
@@ -31,6 +31,8 @@ SAMPLE_HZ = 80e6 / 4096.0
 """Every fourth carrier period, as the firmware makes its own samples."""
 BASE_SAMPLES = 488
 """25 ms: two periods of the lowest frequency. All frequencies are multiples of its inverse."""
+UNIT_HZ = SAMPLE_HZ / BASE_SAMPLES
+"""Of which all frequencies are multiples, 40 Hz."""
 MULTIPLES, FLUX_MULTIPLE = (2, 4, 6), 190
 """80, 160 and 240 Hz, and 7.6 kHz."""
 FLUX_MULTIPLES = {10: FLUX_MULTIPLE, 11: 100, 12: 50}
@@ -109,7 +111,7 @@ class CoilReadings:
 
 def reading_frequencies() -> FloatArray:
     """At which coils are read, Hz."""
-    return np.asarray(np.array(MULTIPLES) * SAMPLE_HZ / BASE_SAMPLES)
+    return np.asarray(np.array(MULTIPLES) * UNIT_HZ)
 
 
 def periods_of(board: Board) -> int:
@@ -118,7 +120,7 @@ def periods_of(board: Board) -> int:
     readings = count * (count - 1) * (len(MULTIPLES) + 1)
     most = MOST_SECONDS[count > FEW_COILS]
     each = most / max(readings, 1) - SETTLE
-    return max(1, int(each * SAMPLE_HZ / BASE_SAMPLES))
+    return max(1, int(each * UNIT_HZ))
 
 
 def meant_current(board: Board) -> float:
@@ -147,25 +149,22 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
     # What flows is less where there is more resistance; coils pull and listen by their strength.
     flows = current / hidden.ohms
     periods = periods_of(board)
-    high = FLUX_MULTIPLE * SAMPLE_HZ / BASE_SAMPLES
     unlike = 1.0 + FLUX_ERROR * rng.uniform(-1.0, 1.0)
     turned = turned_inductances(hidden)
-    *low, at_high = hidden_voltages(hidden, (*MULTIPLES, FLUX_MULTIPLE))
-    both = (at_high + 2j * np.pi * high * unlike * turned) * flows
-    share = fitting_share(gain * both)
-    read, spread = _lock_in(share * gain * both, FLUX_MULTIPLE, periods, rng)
     off = ~np.eye(len(turned), dtype=bool)
-    flux = ReadAt(high, off * read / (share * current), spread / (share * current))
-    moved = []
-    frequencies = reading_frequencies()
-    for multiple, frequency, induced in zip(MULTIPLES, frequencies.tolist(), low, strict=True):
-        both = (induced + 2j * np.pi * frequency * turned) * flows
-        share = fitting_share(gain * both)
-        read, spread = _lock_in(share * gain * both, multiple, periods, rng)
-        volts, noise = off * read / (share * current), spread / (share * current)
-        moved.append(ReadAt(frequency, volts, noise))
+
+    def read_at(multiple: int, induced: ComplexArray, inductances: FloatArray) -> ReadAt:
+        hz = multiple * UNIT_HZ
+        both = gain * (induced + 2j * np.pi * hz * inductances) * flows
+        share = fitting_share(both)
+        read, spread = _lock_in(share * both, multiple, periods, rng)
+        return ReadAt(hz, off * read / (share * current), spread / (share * current))
+
+    *low, high = hidden_voltages(hidden, (*MULTIPLES, FLUX_MULTIPLE))
+    flux = read_at(FLUX_MULTIPLE, high, unlike * turned)
+    moved = [read_at(own, induced, turned) for own, induced in zip(MULTIPLES, low, strict=True)]
     count = len(board.actuators)
-    each = periods * BASE_SAMPLES / SAMPLE_HZ + SETTLE
+    each = periods / UNIT_HZ + SETTLE
     return CoilReadings.of(moved, flux, count * (count - 1) * (len(MULTIPLES) + 1) * each)
 
 
@@ -175,7 +174,7 @@ def hidden_voltages(hidden: HiddenPlate, multiples: Sequence[int]) -> ComplexArr
     strength = np.outer(hidden.strengths, hidden.strengths)
     found: list[ComplexArray] = []
     for multiple in multiples:
-        frequency = multiple * SAMPLE_HZ / BASE_SAMPLES
+        frequency = multiple * UNIT_HZ
         try:
             moving = open_coils(hidden.board, frequency, model=model, tolerance=DRAWN_TOLERANCE)
         except ToleranceError:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from chladni.calibration.device_readings import (
     REFERENCE_SHARE,
-    UNIT_HZ,
     coil_impedance,
     duty_volts,
     flux_multiple,
@@ -34,6 +33,7 @@ from chladni.calibration.sensing import (
     FLUX_ERROR,
     GAIN_ERROR,
     MULTIPLES,
+    UNIT_HZ,
     hidden_voltages,
     turned_inductances,
 )

@@ -264,7 +264,7 @@ class _Search:
         return ""
 
     def _fields(self, scales: FloatArray) -> list[ComplexArray]:
-        """Of a newton of each coil, at each frequency; the last boards are kept."""
+        """Of a newton of each coil, at each frequency; solved boards are kept."""
         key = scales.tobytes()
         if key not in self._solved:
             board = self.board_at(scales)
