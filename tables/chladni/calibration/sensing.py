@@ -155,7 +155,7 @@ def read_hidden(hidden: HiddenPlate, seed: int = 0) -> CoilReadings:
 
     def read_at(multiple: int, induced: ComplexArray, inductances: FloatArray) -> ReadAt:
         hz = multiple * UNIT_HZ
-        both = gain * (induced + 2j * np.pi * hz * inductances) * flows
+        both: ComplexArray = np.asarray(gain * (induced + 2j * np.pi * hz * inductances) * flows)
         share = fitting_share(both)
         read, spread = _lock_in(share * both, multiple, periods, rng)
         return ReadAt(hz, off * read / (share * current), spread / (share * current))
