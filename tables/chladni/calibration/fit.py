@@ -69,6 +69,13 @@ class Parameter:
     high: float
     told: bool
 
+    @classmethod
+    def of_logarithm(cls, name: str, value: float, deviation: float, told: bool) -> Parameter:
+        """Of a ratio whose logarithm is known with this deviation."""
+        reach = INTERVAL * deviation
+        found, low, high = np.exp((value, value - reach, value + reach)).tolist()
+        return cls(name, found, low, high, told)
+
 
 @dataclass(frozen=True)
 class BoardFit:
@@ -318,6 +325,4 @@ def _parameters(
         value = float(takes @ values)
         own = float(np.hypot(np.sqrt(takes @ covariance @ takes), UNFITTED.get(name, INEXACT)))
         before = float(np.sqrt(takes**2 @ unknowns.spread**2))
-        low, high = value - INTERVAL * own, value + INTERVAL * own
-        told = own < TOLD_APART * before
-        yield Parameter(name, float(np.exp(value)), float(np.exp(low)), float(np.exp(high)), told)
+        yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from chladni.calibration.fit import INTERVAL, Parameter
+from chladni.calibration.fit import Parameter
 from chladni.calibration.sweep import sweep_frequencies
 from chladni.calibration.unknowns import unknowns_of
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam, with_soft_screws
@@ -124,9 +124,7 @@ def fit_sound(board: Board, levels: FloatArray, progress: Report | None = None) 
             "recording", f"levels {off:.0f} dB off", f"those of {board.name}, as it may come out"
         )
     value = float(fine[best])
-    low, high = value - INTERVAL * deviation, value + INTERVAL * deviation
-    told = deviation < TOLD_APART * spread
-    parameter = Parameter(name, float(np.exp(value)), float(np.exp(low)), float(np.exp(high)), told)
+    parameter = Parameter.of_logarithm(name, value, deviation, deviation < TOLD_APART * spread)
     return Heard(_known(board, name, float(np.exp(value))), parameter, off)
 
 

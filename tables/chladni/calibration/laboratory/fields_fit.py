@@ -15,7 +15,7 @@ from scipy.ndimage import map_coordinates
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import drawn_strengths, with_coils_known
-from chladni.calibration.fit import HELD_BY, INEXACT, INTERVAL, TOLD_APART, UNFITTED, Parameter
+from chladni.calibration.fit import HELD_BY, INEXACT, TOLD_APART, UNFITTED, Parameter
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.unknowns import Unknowns, unknowns_of
 from chladni.calibration.wiring import DEAD, Wiring
@@ -152,10 +152,8 @@ class _Search:
         found = []
         for row, name in enumerate(self._unknowns.scales):
             own = float(np.hypot(np.sqrt(covariance[row, row]), UNFITTED.get(name, INEXACT)))
-            low, high = scales[row] - INTERVAL * own, scales[row] + INTERVAL * own
             told = own < TOLD_APART * float(spread[row])
-            value, least, most = np.exp((scales[row], low, high)).tolist()
-            found.append(Parameter(name, value, least, most, told))
+            found.append(Parameter.of_logarithm(name, float(scales[row]), own, told))
         return found
 
     def forces(self, scales: FloatArray) -> FloatArray:
