@@ -37,7 +37,15 @@ from chladni.tables.table import Limits
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
-from instruction_counts import FIRMWARE, FLAGS, HERE, PROCESSORS, SAMPLES, count, missing  # noqa: E402
+from instruction_counts import (  # noqa: E402
+    FIRMWARE,
+    FLAGS,
+    HERE,
+    PROCESSORS,
+    count,
+    count_writes,
+    missing,
+)
 
 FREQUENCY_HZ = 160.0
 SETTLE = 4_000
@@ -257,6 +265,18 @@ def draw(rows: list[tuple[Variant, Purity, Purity, list[float]]]) -> None:
     save(figure, ROOT / "docs" / "images" / "synthesis.png")
 
 
+ROWS = {
+    "five sines": "sine_steady",
+    "five sines whose currents turn": "sine_turning",
+    "while a drive changes": "sine_ramping",
+    "other waves": "others_steady",
+    "other waves whose currents turn": "others_turning",
+    "other waves, changing": "others_ramping",
+    "with a command to take": "with_news",
+}
+"""By their names on the page; a switch's currents never turn."""
+
+
 def bench_firmware() -> None:
     """The shipped core: purity over the band by level, and all its counts."""
     print("## The firmware's own samples\n")
@@ -267,17 +287,19 @@ def bench_firmware() -> None:
         path = Path(folder) / "t.chl"
         path.write_bytes(pack(table))
         counts = [count(processor, path) for processor in PROCESSORS]
-    names = [
-        "five sines",
-        "while a drive changes",
-        "other waves",
-        "other waves, changing",
-        "with a command to take",
-    ]
-    print("| instructions per five-channel sample, most | Xtensa | RISC-V |")
-    print("|---|---|---|")
-    for name, key in zip(names, SAMPLES, strict=True):
-        print(f"| {name} | " + " | ".join(str(getattr(c, key)) for c in counts) + " |")
+    writes = [count_writes(processor) for processor in PROCESSORS]
+    print(
+        "| instructions per five-channel sample, most | Xtensa | RISC-V | bridges, Xtensa "
+        "| bridges, RISC-V |"
+    )
+    print("|---|---|---|---|---|")
+    for name, key in ROWS.items():
+        cells = [str(getattr(c, key, "–")) for c in counts] + [str(c.bridges[key]) for c in counts]
+        print(f"| {name} | " + " | ".join(cells) + " |")
+    means = [f"{c.sine_mean[k]:.0f}" for k in (0, 1) for c in counts if c.sine_mean is not None]
+    print("| five small sines, on average | " + " | ".join(means) + " |")
+    cells = [str(found[key]) for key in ("writes", "bridge_writes") for found in writes]
+    print("| writing the duties | " + " | ".join(cells) + " |")
     print(
         "\nBudget: 12,288 cycles of 240 MHz per sample. Two seconds of touches give the same "
         "duties on both processors and here.\n"

@@ -74,7 +74,10 @@ PROCESSORS = (
 )  # fmt: skip
 
 
-SAMPLES = ("sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news", "turn")
+SAMPLES = (
+    "sine_steady", "sine_ramping", "others_steady", "others_ramping", "with_news", "turn",
+    "sine_turning", "others_turning",
+)  # fmt: skip
 SAMPLES_OF_VOICES = ("1", "2", "3", "4", "5", "signal", "ramping", "with_news")
 
 
@@ -100,6 +103,8 @@ class Counts:
     """Of the main loop, a millisecond: meter, heat and supply with it."""
     bridges: dict[str, int]
     """Those of `SAMPLES` with bridges; empty for a table of other channels."""
+    sine_mean: tuple[float, float] | None
+    """Of a sine that does not ramp, with switches and with bridges: coils that turn are in it."""
     voices: dict[str, int]
     """Of a sample by the number of voices, on the table's channels; the rest of five."""
 
@@ -189,6 +194,9 @@ def count(
             if said.get(name) != here.get(name):
                 raise ChladniError(f"{processor.name}: other {name} than on this machine")
 
+    def mean(begins: str) -> float:
+        return said[f"{begins}sine_sum"] / said[f"{begins}sine_samples"] / processor.per_instruction
+
     def of_sample(name: str) -> int | None:
         return round(said[name] / processor.per_instruction) if name in said else None
 
@@ -207,6 +215,7 @@ def count(
         bridges={
             name: found for name in SAMPLES if (found := of_sample(f"bridge_{name}")) is not None
         },
+        sine_mean=(mean(""), mean("bridge_")) if "sine_sum" in said else None,
         voices={
             name: found
             for name in SAMPLES_OF_VOICES
@@ -325,6 +334,9 @@ def main() -> int:
             "with news from the main loop"
         )
         print(f"    with bridges: {', '.join(f'{n} {own}' for n, own in found.bridges.items())}")
+        if found.sine_mean is not None:
+            switches, bridges = found.sine_mean
+            print(f"    a sine on average {switches:.1f}, with bridges {bridges:.1f}")
         print(f"    voices: {', '.join(f'{n} {own}' for n, own in found.voices.items())}")
         writes = count_writes(processor)
         print(f"    writing the duties {writes['writes']}, with bridges {writes['bridge_writes']}")

@@ -15,7 +15,7 @@ using namespace chladni;
 SamplePlayer player;
 int main() {
   Hal hal{};
-  hal.set_duties = [](void*, int32_t*) {};
+  hal.set_duties = [](void*, int32_t*, uint32_t) {};
   const uint32_t rate = 19531;  // samples a second at 10 bits
   PlayerSettings settings{};
   settings.channels = 1;

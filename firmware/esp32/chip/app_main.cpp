@@ -41,7 +41,9 @@ TaskHandle_t main_task = nullptr;
 // Keeps its content through a restart, a panic and the watchdogs; the reset pin takes it.
 RTC_NOINIT_ATTR std::array<uint8_t, kRetainedBytes> retained;
 
-void IRAM_ATTR set_duties(void*, int32_t* duties) { chip::pwm_set_duties(duties); }
+void IRAM_ATTR set_duties(void*, int32_t* duties, uint32_t signs) {
+  chip::pwm_set_duties(duties, signs);
+}
 
 ResetCause reset_cause(void*) {
   switch (esp_reset_reason()) {

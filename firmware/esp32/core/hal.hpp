@@ -46,10 +46,11 @@ struct Hal {
 
   // Duties of the configuration's channels in steps of the carrier, 0 to 2^bits - 1, taken over at
   // the next carrier period. Called at most once per carrier period, from the sample interrupt. The
-  // duty of a channel that cannot take one now becomes the one that it keeps. A bridge's may be
-  // negative: its sign pin follows at once, and stays for a duty of 0. It never changes
-  // under a duty of more than three eighths, whose pulse may last until duties are set.
-  void (*set_duties)(void* context, int32_t* duties);
+  // duty of a channel that cannot take one now becomes the one that it keeps. `signs` are bits of
+  // GPIO 0 to 31: the sign pins of bridges that are to be high. They follow at once, but for a
+  // channel that takes no duty. None changes under a duty of more than three eighths, whose pulse
+  // may last until duties are set.
+  void (*set_duties)(void* context, int32_t* duties, uint32_t signs);
 
   // Take the gates from the PWM and hold them low, until the next start. From the main loop, when
   // the interrupt is no longer heard of.

@@ -19,9 +19,14 @@ Hal Emulator::hal() {
     const Emulator& self = from(context);
     return static_cast<uint32_t>(self.now_us() + self.hardware_.first_us);
   };
-  hal.set_duties = [](void* context, int32_t* duties) {
+  hal.set_duties = [](void* context, int32_t* duties, uint32_t pins) {
     Emulator& self = from(context);
-    self.note(self.pwm_.write(self.period_, duties, self.pwm_.channels()));
+    const uint32_t channels = self.pwm_.channels();
+    uint32_t signs = 0;
+    for (uint32_t k = 0; k < channels; ++k) {
+      signs |= ((pins >> (self.device_.config().sign_pins[k] & 31U)) & 1U) << k;
+    }
+    self.note(self.pwm_.write(self.period_, duties, signs, channels));
   };
   hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void* context) { from(context).pwm_.cut(); };

@@ -19,27 +19,31 @@ class Pwm {
   Pwm(uint32_t channels, uint32_t bits, bool has_signs = false)
       : channels_(channels), bits_(bits), has_signs_(has_signs) {}
 
-  // Write all duties in carrier period `period`; they are latched when the next one begins. A
-  // channel that takes none now keeps its own, which is put in place of what was written.
-  // Returns what is wrong, or an empty string.
-  std::string write(uint64_t period, int32_t* duties, uint32_t count) {
+  // Write all duties in carrier period `period`; they are latched when the next one begins. Signs,
+  // a bit for each channel, change at once. A channel that takes none now keeps its own duty, which
+  // is put in place of what was written, and its sign. Returns what is wrong, or an empty string.
+  std::string write(uint64_t period, int32_t* duties, uint32_t signs, uint32_t count) {
     if (count != channels_) return "duties for " + std::to_string(count) + " channels";
     if (written_ == period) {
       return "duties written twice in carrier period " + std::to_string(period);
     }
     written_ = period;
+    if (signs != 0 && !has_signs_) return "a negative duty of a switch";
     for (uint32_t k = 0; k < count; ++k) {
-      if (std::abs(duties[k]) >= (1 << bits_)) {
+      if (duties[k] < 0 || duties[k] >= (1 << bits_)) {
         return "duty " + std::to_string(duties[k]) + " overflows the timer";
       }
-      if (duties[k] < 0 && !has_signs_) return "a negative duty of a switch";
-      // A sign changes at once: the pulse that is on would drive the other way.
-      const bool does_turn = duties[k] * latched_[k] < 0;
-      if (does_turn && std::abs(latched_[k]) > 3 << (bits_ - 3)) {
+      if (((deaf_ >> k) & 1U) != 0) {
+        duties[k] = std::abs(next_[k]);
+        continue;
+      }
+      const uint32_t sign = (signs >> k) & 1U;
+      // The pulse that is on would drive the other way.
+      if (sign != ((signs_ >> k) & 1U) && std::abs(latched_[k]) > 3 << (bits_ - 3)) {
         return "the sign of channel " + std::to_string(k) + " changes within a pulse";
       }
-      if (((deaf_ >> k) & 1U) != 0) duties[k] = next_[k];
-      next_[k] = duties[k];
+      signs_ = (signs_ & ~(1U << k)) | sign << k;
+      next_[k] = sign != 0 ? -duties[k] : duties[k];
     }
     deaf_ = 0;
     return {};
@@ -64,6 +68,7 @@ class Pwm {
   // Every output low, as a reset leaves them.
   void reset() {
     next_.fill(0);
+    signs_ = 0;
     written_ = kNever;
     is_cut_ = false;
   }
@@ -84,6 +89,7 @@ class Pwm {
   bool has_signs_;
   std::array<int32_t, kMaxChannels> next_{};
   std::array<int32_t, kMaxChannels> latched_{};
+  uint32_t signs_ = 0;
   uint64_t written_ = kNever;
   bool is_cut_ = false;
   uint32_t deaf_ = 0;

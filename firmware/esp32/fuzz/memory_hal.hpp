@@ -91,7 +91,7 @@ inline Hal make_hal(Board& board) {
   Hal hal{};
   hal.context = &board;
   hal.now_us = [](void* context) { return board_of(context).now_us; };
-  hal.set_duties = [](void*, int32_t*) {};
+  hal.set_duties = [](void*, int32_t*, uint32_t) {};
   hal.stack_free = [](void*) -> uint32_t { return 0; };
   hal.cut_outputs = [](void*) {};
   hal.retained = [](void* context) { return board_of(context).retained.data(); };

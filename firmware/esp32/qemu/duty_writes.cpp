@@ -23,16 +23,17 @@ void count(bool has_bridges, const char* begins) {
   chladni::chip::pwm_start(config);
   uint32_t most = 0;
   // Every mixture of signs; one duty is 0.
-  for (uint32_t signs = 0; signs < 1U << kChannels; ++signs) {
+  for (uint32_t mixture = 0; mixture < 1U << kChannels; ++mixture) {
     int32_t duties[kChannels];
+    uint32_t signs = 0;
     for (uint32_t k = 0; k < kChannels; ++k) {
-      const auto size = static_cast<int32_t>(k * 100U);
-      duties[k] = has_bridges && ((signs >> k) & 1U) != 0 ? -size : size;
+      duties[k] = static_cast<int32_t>(k * 100U);
+      if (has_bridges && ((mixture >> k) & 1U) != 0) signs |= 1U << config.sign_pins[k];
       LEDC.channel_group[0].channel[k].conf1.val = 0;  // the last duty was taken over
     }
     const uint32_t nothing = counter();
     const uint32_t begin = counter();
-    chladni::chip::pwm_set_duties(duties);
+    chladni::chip::pwm_set_duties(duties, signs);
     const uint32_t taken = counter() - begin - (begin - nothing);
     if (taken > most) most = taken;
   }

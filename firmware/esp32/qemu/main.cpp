@@ -77,9 +77,11 @@ chladni::Table table;
 chladni::Device switches, bridges;
 
 struct Counts {
-  uint32_t most = 0;
+  uint32_t most = 0, sum = 0, number = 0;
   void add(uint32_t count) {
     if (count > most) most = count;
+    sum += count;
+    ++number;
   }
 };
 
@@ -95,12 +97,14 @@ class Scenario {
 
   void run(uint32_t overhead, bool has_bridges) {
     overhead_ = overhead;
+    has_bridges_ = has_bridges;
     chladni::Hal hal{};
     hal.context = this;
     hal.now_us = [](void* context) { return static_cast<Scenario*>(context)->now_us_; };
-    hal.set_duties = [](void* context, int32_t* duties) {
+    hal.set_duties = [](void* context, int32_t* duties, uint32_t signs) {
       auto& own = *static_cast<Scenario*>(context);
       own.duties_ = duties;
+      own.signs_ = signs;
     };
     hal.stack_free = [](void*) -> uint32_t { return 0; };
     hal.cut_outputs = [](void*) {};
@@ -122,17 +126,24 @@ class Scenario {
     device_.start(hal);
     for (uint32_t wave = 0; wave < chladni::kWaveforms; ++wave) {
       device_.set_waveform(static_cast<chladni::Waveform>(wave));
-      play(wave == 0 ? sine_steady : others_steady, wave == 0 ? sine_ramping : others_ramping);
+      if (wave == 0) {
+        play(sine_steady, sine_ramping, sine_turning);
+      } else {
+        play(others_steady, others_ramping, others_turning);
+      }
     }
   }
 
   uint32_t crc() const { return crc_ ^ 0xFFFFFFFFU; }
 
   Counts sine_steady, sine_ramping, others_steady, others_ramping, with_news;
+  // With bridges, of samples in which a coil's current turns or is 0.
+  Counts sine_turning, others_turning;
+  Counts sine;  // steady ones and turning ones
   Counts turn;  // of the main loop, of those without a command
 
  private:
-  void play(Counts& steady, Counts& ramping) {
+  void play(Counts& steady, Counts& ramping, Counts& turning) {
     for (uint32_t sample = 0; sample < kSamplesPerWave; ++sample) {
       const uint32_t since_move = sample % kSamplesPerMove;
       // The last move of a wave is a lift-up.
@@ -145,24 +156,35 @@ class Scenario {
         device_.poll();
         if (since_move != 0) turn.add(counter() - turned - overhead_);
       }
+      const uint32_t signs_before = signs_;
       const uint32_t begin = counter();
       device_.sample(0);
       const uint32_t count = counter() - begin - overhead_;
-      uint8_t bytes[2 * CHANNELS];
+      uint8_t bytes[2 * CHANNELS + 4];
       uint32_t all = 0;
+      bool does_turn = signs_ != signs_before;
       for (uint32_t k = 0; k < CHANNELS; ++k) {
         all |= static_cast<uint32_t>(duties_[k]);
+        does_turn |= duties_[k] == 0;
         bytes[2 * k] = static_cast<uint8_t>(duties_[k]);
         bytes[2 * k + 1] = static_cast<uint8_t>(duties_[k] >> 8);
       }
+      for (uint32_t k = 0; k < 4; ++k) {
+        bytes[2 * CHANNELS + k] = static_cast<uint8_t>(signs_ >> (8 * k));
+      }
       // What the main loop has for the interrupt is taken by the sample after its turn.
-      if (sample % kSamplesPerTurn == 0) {
+      const bool is_steady = since_move >= kSettled && !is_last;
+      const bool has_news = sample % kSamplesPerTurn == 0;
+      if (has_news) {
         with_news.add(count);
-      } else if (since_move >= kSettled && !is_last) {
+      } else if (has_bridges_ && does_turn && all != 0) {
+        turning.add(count);
+      } else if (is_steady) {
         steady.add(count);
       } else if (all != 0) {
         ramping.add(count);
       }
+      if (!has_news && is_steady && &steady == &sine_steady) sine.add(count);
       crc_ = chladni::crc32_feed(crc_, bytes, sizeof bytes);
     }
   }
@@ -173,6 +195,8 @@ class Scenario {
   uint32_t overhead_ = 0;
   uint32_t now_us_ = 0;
   const int32_t* duties_ = nullptr;  // the core's own, until the next sample
+  uint32_t signs_ = 0;
+  bool has_bridges_ = false;
   uint32_t crc_ = chladni::kCrc32Start;
 };
 
@@ -184,6 +208,10 @@ void say_counts(const Scenario& scenario, const char* begins) {
   say("others_steady", scenario.others_steady.most, begins);
   say("others_ramping", scenario.others_ramping.most, begins);
   say("with_news", scenario.with_news.most, begins);
+  say("sine_turning", scenario.sine_turning.most, begins);
+  say("sine_sum", scenario.sine.sum, begins);
+  say("sine_samples", scenario.sine.number, begins);
+  say("others_turning", scenario.others_turning.most, begins);
   say("turn", scenario.turn.most, begins);
   say("duties_crc", scenario.crc(), begins);
 }

@@ -29,7 +29,8 @@ inline __attribute__((used)) void* memset(void* to, int value, size_t count) {
 inline void say(const char* name, uint32_t value, const char* begins = "") {
   char line[64];
   uint32_t at = 0;
-  for (const char* part : {begins, name}) {
+  const char* const parts[] = {begins, name};
+  for (const char* part : parts) {
     for (; *part != 0 && at < 48; ++part) line[at++] = *part;
   }
   line[at++] = ' ';

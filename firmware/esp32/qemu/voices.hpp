@@ -14,7 +14,7 @@ class VoicesScenario {
  public:
   void run(uint32_t overhead) {
     hal_.context = this;
-    hal_.set_duties = [](void* context, int32_t* duties) {
+    hal_.set_duties = [](void* context, int32_t* duties, uint32_t) {
       static_cast<VoicesScenario*>(context)->duties_ = duties;
     };
     SynthesisSettings settings{};

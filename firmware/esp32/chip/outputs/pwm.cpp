@@ -37,15 +37,17 @@ constexpr int32_t kMostLag = 16;
 DRAM_ATTR uint32_t channels = 0;
 DRAM_ATTR uint32_t first_channels = 0;
 DRAM_ATTR uint64_t gates = 0;
-// With bridges: each channel's sign pin as a bit of GPIO 0 to 31, and which are high.
-DRAM_ATTR bool has_bridges = false;
-DRAM_ATTR std::array<uint32_t, kMaxChannels> sign_bits{};
-DRAM_ATTR uint32_t signs = 0;
+// With bridges: all sign pins, as bits of GPIO 0 to 31.
+DRAM_ATTR uint32_t all_signs = 0;
 // What a channel is told so that it takes its duty over, and a low-speed one so that it hears of
 // it: the register's other bits stay as the driver set them. Made once, so that the interrupt
 // stores whole words and reads none back but `conf1`.
-DRAM_ATTR std::array<uint32_t, kMaxChannels> start_words{};
-DRAM_ATTR std::array<uint32_t, kMaxChannels> update_words{};
+struct ChannelWords {
+  uint32_t start;
+  uint32_t update;
+  uint32_t sign_pin;  // its bit
+};
+DRAM_ATTR std::array<ChannelWords, kMaxChannels> words{};
 // Written by the interrupt alone.
 DRAM_ATTR std::atomic<uint32_t> dropped{0};
 DRAM_ATTR std::atomic<uint32_t> written_at{kNeverWritten};
@@ -98,14 +100,16 @@ esp_err_t start_timer(ledc_mode_t mode, uint32_t pwm_bits) {
 void gates_low(const Config& config) {
   gates = pins_of(config.pwm_pins, config.channels);
   if (gates == 0) return;
-  has_bridges = config.driver == kBridge;
-  const uint64_t low = gates | (has_bridges ? pins_of(config.sign_pins, config.channels) : 0U);
+  const bool has_bridges = config.driver == kBridge;
+  all_signs = has_bridges ? static_cast<uint32_t>(pins_of(config.sign_pins, config.channels)) : 0U;
+  const uint64_t low = gates | all_signs;
   // The level first: the register may still hold a 1 from before a software reset.
   for (uint32_t pin = 0; pin < GPIO_NUM_MAX; ++pin) {
     if (((low >> pin) & 1U) != 0) gpio_set_level(static_cast<gpio_num_t>(pin), 0);
   }
-  for (uint32_t k = 0; k < config.channels; ++k) sign_bits[k] = 1U << (config.sign_pins[k] & 31U);
-  signs = 0;
+  for (uint32_t k = 0; k < config.channels; ++k) {
+    words[k].sign_pin = 1U << (config.sign_pins[k] & 31U);
+  }
   gpio_config_t setting{};
   setting.pin_bit_mask = low;
   setting.mode = GPIO_MODE_OUTPUT;
@@ -139,8 +143,8 @@ esp_err_t pwm_start(const Config& config) {
   if (status == ESP_OK) {
     for (uint32_t k = 0; k < wired; ++k) {
       auto& own = LEDC.channel_group[k / kPerGroup].channel[k % kPerGroup];
-      start_words[k] = own.conf1.val | LEDC_DUTY_START_LSCH0;
-      update_words[k] = own.conf0.val | LEDC_PARA_UP_LSCH0;
+      words[k].start = own.conf1.val | LEDC_DUTY_START_LSCH0;
+      words[k].update = own.conf0.val | LEDC_PARA_UP_LSCH0;
     }
     channels = wired;
     first_channels = has_both ? kPerGroup : channels;
@@ -150,57 +154,42 @@ esp_err_t pwm_start(const Config& config) {
 
 namespace {
 
-// The driver's own calls take a spinlock and live in flash, and ledc_ll_set_duty_start waits for
-// the last duty to be taken over: so look first, and never wait. False where the last one is still
-// to be taken, which then stands in place of this one.
-template <ledc_mode_t kMode, typename Channel>
-[[gnu::always_inline]] inline bool write_duty(Channel& own, uint32_t k, int32_t& duty) {
-  if ((own.conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
-    dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
-    duty = static_cast<int32_t>(own.duty.val >> kDutyFractionBits);
-    return false;
-  }
-  own.duty.val = static_cast<uint32_t>(duty) << kDutyFractionBits;
-  own.conf1.val = start_words[k];
-  if (kMode == LEDC_LOW_SPEED_MODE) own.conf0.val = update_words[k];
-  return true;
-}
-
+// Channels from `begin` on, all of a group. The driver's own calls take a spinlock and live in
+// flash, and ledc_ll_set_duty_start waits for the last duty to be taken over: so look first, and
+// never wait. What is still to be taken stands in place of a new duty. Returns the sign pins of
+// such channels.
 template <ledc_mode_t kMode>
-[[gnu::always_inline]] inline void write_group(int32_t* duties, uint32_t begin, uint32_t end) {
+[[gnu::always_inline]] inline uint32_t write_group(int32_t* duties, uint32_t begin, uint32_t end) {
+  uint32_t kept = 0;
   auto* own = &LEDC.channel_group[kMode].channel[0];
-  for (uint32_t k = begin; k < end; ++k, ++own) write_duty<kMode>(*own, k, duties[k]);
-}
-
-// Bridges, all in the first group: the magnitudes, and all signs by one write each.
-[[gnu::always_inline]] inline void write_bridges(int32_t* duties) {
-  constexpr ledc_mode_t kMode = kLedcGroups.front();
-  auto* own = &LEDC.channel_group[kMode].channel[0];
-  uint32_t negative = 0, positive = 0;
-  for (uint32_t k = 0; k < channels; ++k, ++own) {
-    const uint32_t bit = sign_bits[k];
-    const int32_t duty = duties[k];
-    int32_t size = duty < 0 ? -duty : duty;
-    if (!write_duty<kMode>(*own, k, size)) {
-      duties[k] = (signs & bit) != 0 ? -size : size;
+  const ChannelWords* const last = words.data() + end;
+  int32_t* duty = duties + begin;
+  for (const ChannelWords* word = words.data() + begin; word < last; ++word, ++own, ++duty) {
+    if ((own->conf1.val & LEDC_DUTY_START_LSCH0) != 0) {
+      dropped.store(dropped.load(std::memory_order_relaxed) + 1U, std::memory_order_relaxed);
+      *duty = static_cast<int32_t>(own->duty.val >> kDutyFractionBits);
+      kept |= word->sign_pin;
       continue;
     }
-    if (duty < 0) negative |= bit;
-    if (duty > 0) positive |= bit;
+    own->duty.val = static_cast<uint32_t>(*duty) << kDutyFractionBits;
+    own->conf1.val = word->start;
+    if (kMode == LEDC_LOW_SPEED_MODE) own->conf0.val = word->update;
   }
-  signs = (signs | negative) & ~positive;
-  REG_WRITE(GPIO_OUT_W1TS_REG, negative);
-  REG_WRITE(GPIO_OUT_W1TC_REG, positive);
+  return kept;
 }
 
 }  // namespace
 
-void IRAM_ATTR pwm_set_duties(int32_t* duties) {
-  if (has_bridges) {
-    write_bridges(duties);
-  } else {
-    write_group<kLedcGroups.front()>(duties, 0, first_channels);
-    if (kLedcGroups.size() > 1) write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
+void IRAM_ATTR pwm_set_duties(int32_t* duties, uint32_t signs) {
+  const uint32_t kept = write_group<kLedcGroups.front()>(duties, 0, first_channels);
+  if (all_signs != 0) {
+    // Bridges, all in the first group: all signs by one write each. A sign pin keeps its level with
+    // the duty that it belongs to.
+    const uint32_t high = signs & ~kept;
+    REG_WRITE(GPIO_OUT_W1TS_REG, high);
+    REG_WRITE(GPIO_OUT_W1TC_REG, all_signs ^ kept ^ high);
+  } else if (kLedcGroups.size() > 1 && channels > kPerGroup) {
+    write_group<kLedcGroups.back()>(duties, kPerGroup, channels);
   }
   written_at.store(pwm_position(), std::memory_order_relaxed);
 }

@@ -16,8 +16,9 @@ esp_err_t pwm_start(const Config& config);
 
 // Hand over all duties for the next carrier period. Safe with the flash cache off; neither spins
 // nor locks. What a channel has not yet taken is not overwritten: the new one is dropped and
-// counted, and the one that stays takes its place in `duties`.
-void pwm_set_duties(int32_t* duties);
+// counted, and the one that stays takes its place in `duties`. `signs`: the sign pins that are to
+// be high (hal.hpp).
+void pwm_set_duties(int32_t* duties, uint32_t signs);
 
 // Duties dropped since start.
 uint32_t pwm_dropped();

@@ -30,6 +30,7 @@ SynthesisSettings settings_of(const Timing& timing, const Config& config) {
   settings.max_on_us = timing.max_on_us;
   settings.has_bridges = config.driver == kBridge;
   settings.lost_steps = lost_steps(config.lost_ns);
+  settings.sign_pins = config.sign_pins;
   settings.limits.max_duty_q15 = config.max_duty_q15;
   // A step of the carrier is 12.5 ns.
   settings.limits.min_on_steps = (config.min_on_ns * 2U + 24U) / 25U;

@@ -43,10 +43,9 @@ void SamplePlayer::like_with(Wave wave_q15) {
       phase -= static_cast<uint32_t>(channel->second_step) * static_cast<uint32_t>(left);
       if (!kHasBridges) wanted -= channel->bias_step * left;
     }
-    const int32_t before = *duty;
-    meter(*channel, before, 1);
+    meter(*channel, *duty, 1);
     wanted += amplitude * wave_q15(phase);
-    *duty = next_duty<kHasBridges>(shaper, bridge, *channel, before, wanted);
+    set_next<kHasBridges>(shaper, bridge, *channel, *duty, wanted);
   }
 }
 

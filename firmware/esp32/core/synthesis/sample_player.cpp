@@ -30,8 +30,7 @@ void SamplePlayer::sines() {
   int32_t* duty = duties_.data();
   Channel* const end = channels_.data() + settings_.channels;
   for (Channel* channel = channels_.data(); channel != end; ++channel, ++duty) {
-    const int32_t before = *duty;
-    meter(*channel, before, 1);
+    meter(*channel, *duty, 1);
     int32_t in_phase = channel->first, quadrature = channel->second;
     int32_t wanted = kHasBridges ? 0 : channel->bias;
     if (kIsRamping) {
@@ -44,7 +43,7 @@ void SamplePlayer::sines() {
       wanted += *further;
       *further++ = 0;
     }
-    *duty = next_duty<kHasBridges>(shaper, bridge, *channel, before, wanted);
+    set_next<kHasBridges>(shaper, bridge, *channel, *duty, wanted);
   }
 }
 
@@ -69,6 +68,19 @@ void SamplePlayer::next_sines() {
   } else {
     return other_sample();
   }
+  if (kHasBridges && turning_ != nullptr) return finish_turning();
+  finish();
+}
+
+void SamplePlayer::finish_turning() {
+  const Bridge bridge = settings_.bridge;
+  for (Channel* channel = turning_; channel != nullptr; channel = channel->next_turning) {
+    const auto k = static_cast<uint32_t>(channel - channels_.data());
+    const int32_t way = channel->mirror, above = duties_[k] - bridge.first;
+    duties_[k] = bridge.turned(channel->errors, channel->mirror, channel->before, above);
+    if (channel->mirror != way) signs_ ^= 1U << settings_.sign_pins[k];
+  }
+  turning_ = nullptr;
   finish();
 }
 
@@ -107,7 +119,7 @@ void SamplePlayer::settle() {
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     const Channel& own = channels_[k];
     const bool is_silent = own.first == 0 && (own.second == 0 || !plays_sines());
-    if (own.bias == 0 && is_silent && further_.is_silent(k)) channels_[k].errors = {};
+    if (own.bias == 0 && is_silent && further_.is_silent(k)) channels_[k].errors = silence();
   }
 }
 
@@ -149,6 +161,7 @@ void SamplePlayer::other_sample() {
   } else {
     play_mode<false>();
   }
+  if (turning_ != nullptr) return finish_turning();
   finish();
 }
 
@@ -163,9 +176,11 @@ void SamplePlayer::streamed() {
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     // A duty of 15 bits times a gain of 15 is one with 30 bits: a step has the rest.
     const int32_t wanted = frame[k] * gain_q15;
-    duties_[k] = settings_.has_bridges
-                     ? next_duty<true>(shaper, bridge, channels_[k], duties_[k], wanted)
-                     : next_duty<false>(shaper, bridge, channels_[k], duties_[k], wanted);
+    if (settings_.has_bridges) {
+      set_next<true>(shaper, bridge, channels_[k], duties_[k], wanted);
+    } else {
+      set_next<false>(shaper, bridge, channels_[k], duties_[k], wanted);
+    }
   }
 }
 
@@ -286,9 +301,8 @@ void SamplePlayer::aim(Channel& channel, int32_t first, int32_t second, int32_t 
 void SamplePlayer::go_off() {
   meter_all(1);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const uint32_t sum = channels_[k].square_sum;
-    channels_[k] = Channel{};
-    channels_[k].square_sum = sum;
+    Channel& channel = channels_[k];
+    channel = {0, 0, 0, silence(), 0, 0, 0, channel.square_sum, channel.mirror, 0, nullptr};
     duties_[k] = 0;
   }
   further_.go_off(settings_.channels);

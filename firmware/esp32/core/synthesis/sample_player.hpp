@@ -23,6 +23,7 @@ struct PlayerSettings {
   Shaper shaper;
   bool has_bridges;
   Bridge bridge;
+  std::array<uint8_t, kMaxChannels> sign_pins;  // among GPIO 0 to 31
   RampRate fade;
   uint32_t signal_shift;  // of signal_ring.hpp
   // In samples: what the interrupt counts by itself.
@@ -34,7 +35,14 @@ struct PlayerSettings {
 class SamplePlayer {
  public:
   // Main loop, only while outputs are off.
-  void start(const PlayerSettings& settings) { settings_ = settings; }
+  void start(const PlayerSettings& settings) {
+    settings_ = settings;
+    signs_ = 0;
+    for (Channel& channel : channels_) {
+      channel.mirror = 0;
+      channel.errors = silence();
+    }
+  }
   // Main loop, before the first sample: the number that it gets.
   void count_from(uint32_t samples) {
     samples_ = samples;
@@ -82,6 +90,10 @@ class SamplePlayer {
     // Written by the interrupt alone, in one store of a word; as an atomic, each of its accesses
     // would wait for the memory before it.
     uint32_t square_sum;
+    int32_t mirror;  // of a bridge
+    // Of a bridge whose next duty has the other sign: what its pin has, and who else turns.
+    int32_t before;
+    Channel* next_turning;
   };
 
   // What a sample does.
@@ -120,6 +132,11 @@ class SamplePlayer {
     }
   }
   void settle();
+  // What channels have lost that stay at 0.
+  RoundingErrors silence() const {
+    const int32_t lost = settings_.has_bridges ? settings_.bridge.whole : 0;
+    return {lost, lost};
+  }
   // One look for both: neither end is ever half the counter's range away.
   bool is_past_deadline() const {
     return static_cast<int32_t>((quiet_end_ - samples_) | (on_end_ - samples_)) < 0;
@@ -152,7 +169,7 @@ class SamplePlayer {
   [[gnu::always_inline]] void finish() {
     SamplePlayer* own = this;
     asm("" : "+r"(own));
-    own->set_duties_(own->context_, own->duties_.data());
+    own->set_duties_(own->context_, own->duties_.data(), own->signs_);
   }
   // Moved on before the channels are: one address less is needed after them.
   [[gnu::always_inline]] uint32_t next_phase() {
@@ -171,14 +188,29 @@ class SamplePlayer {
   [[gnu::always_inline]] inline void like(Wave wave_q15);
   template <bool kIsRamping, bool kHasBridges, typename Wave>
   [[gnu::always_inline]] inline void like_with(Wave wave_q15);
-  // What a channel's pin gets next, after `before`.
+  // What a channel's pin gets next, in place of what it has.
   template <bool kHasBridges>
-  [[gnu::always_inline]] static int32_t next_duty(const Shaper& shaper, const Bridge& bridge,
-                                                  Channel& channel, int32_t before,
-                                                  int32_t wanted) {
-    if (!kHasBridges) return static_cast<int32_t>(shaper.shape(channel.errors, wanted));
-    return bridge.next(shaper.rounded(channel.errors, wanted), before);
+  [[gnu::always_inline]] void set_next(const Shaper& shaper, const Bridge& bridge, Channel& channel,
+                                       int32_t& duty, int32_t wanted) {
+    if (!kHasBridges) {
+      duty = static_cast<int32_t>(shaper.shape(channel.errors, wanted));
+      return;
+    }
+    const int32_t above = bridge.above_first(channel.errors, channel.mirror, wanted);
+    if (!bridge.is_plain(above)) {
+      if (above == -1) {
+        duty = 0;
+        return;
+      }
+      channel.before = duty;
+      channel.next_turning = turning_;
+      turning_ = &channel;
+    }
+    duty = above + bridge.first;
   }
+  // What such channels get in place of that: not in the loops over channels, which it would cost
+  // registers.
+  [[gnu::noinline]] void finish_turning();
   void streamed();
 
   // What every sample needs, where its instructions reach.
@@ -191,8 +223,10 @@ class SamplePlayer {
   int32_t ramp_left_ = 0;  // samples
   uint32_t phase_u32_ = 0;
   uint32_t phase_step_u32_ = 0;
-  void (*set_duties_)(void* context, int32_t* duties) = nullptr;
+  void (*set_duties_)(void* context, int32_t* duties, uint32_t signs) = nullptr;
   void* context_ = nullptr;
+  uint32_t signs_ = 0;  // of bridges: sign pins that are to be high
+  Channel* turning_ = nullptr;
   std::array<int32_t, kMaxChannels> duties_{};
   std::array<Channel, kMaxChannels> channels_{};
   PlayerSettings settings_{};

@@ -88,14 +88,18 @@ bool Synthesis::start(const Hal& hal, const SynthesisSettings& settings) {
   if (!settings.has_bridges) settings_.lost_steps = 0;
   if (settings.has_bridges) settings_.limits.min_on_steps = 0;
   const auto max_duty = static_cast<int32_t>(max_duty_steps());
+  // Of a bridge, the duty of one step; 0 where a limit allows none.
+  const auto lost = static_cast<int32_t>(settings_.lost_steps);
+  const int32_t first = max_duty > lost ? lost + 1 : 0;
   set_frequency(settings.frequency_millihertz);
   const uint32_t fraction_bits = fraction_bits_of(settings.pwm_bits);
   player_.start({
       settings.channels,
       {fraction_bits, (1 << fraction_bits) - 1, max_duty},
       settings.has_bridges,
-      {static_cast<int32_t>(settings_.lost_steps), max_duty, -max_duty,
-       -static_cast<int32_t>(most_turned_steps(settings.pwm_bits))},
+      {fraction_bits, -(1 << fraction_bits), first, first == 0 ? 0 : max_duty - first,
+       static_cast<int32_t>(most_turned_steps(settings.pwm_bits))},
+      settings.sign_pins,
       ramp_rate(settings.ramp_us),
       kSignalShift - settings.pwm_bits,
       samples_in(settings.touch_timeout_us, settings.pwm_bits),

@@ -28,6 +28,7 @@ struct SynthesisSettings {
   uint32_t max_on_us;             // and after this in any case
   bool has_bridges;               // coils are driven both ways, without a bias
   uint32_t lost_steps;            // of a bridge's pulse
+  std::array<uint8_t, kMaxChannels> sign_pins;
   OutputLimits limits;
 };
 

@@ -71,7 +71,13 @@ void bind_pwm(nb::module_& m) {
       .def(
           "write",
           [](Pwm& self, uint64_t period, std::vector<int32_t> duties) {
-            raise_if(self.write(period, duties.data(), static_cast<uint32_t>(duties.size())));
+            uint32_t signs = 0;
+            for (size_t k = 0; k < duties.size() && k < kMaxChannels; ++k) {
+              if (duties[k] < 0) signs |= 1U << k;
+              duties[k] = std::abs(duties[k]);
+            }
+            const auto count = static_cast<uint32_t>(duties.size());
+            raise_if(self.write(period, duties.data(), signs, count));
           },
           nb::kw_only(), nb::arg("period"), nb::arg("duties"));
 }

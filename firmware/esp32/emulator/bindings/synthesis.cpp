@@ -30,10 +30,11 @@ class SynthesisAlone {
       own.limits.full_current_ma[k] = full_current_ma[k];
     }
     hal_.context = this;
-    hal_.set_duties = [](void* context, int32_t* duties) {
+    hal_.set_duties = [](void* context, int32_t* duties, uint32_t signs) {
       auto& self = *static_cast<SynthesisAlone*>(context);
       for (uint32_t k = 0; k < self.channels_; ++k) {
-        self.record_.push_back(static_cast<int16_t>(duties[k]));
+        const int32_t duty = ((signs >> k) & 1U) != 0 ? -duties[k] : duties[k];
+        self.record_.push_back(static_cast<int16_t>(duty));
       }
     };
     if (!synthesis_.start(hal_, own)) throw nb::value_error("a setting is out of range");
@@ -102,6 +103,9 @@ void bind_synthesis(nb::module_& m) {
             settings.max_on_us = 60000000;
             settings.has_bridges = has_bridges;
             settings.lost_steps = lost_steps;
+            for (uint32_t k = 0; k < kMaxChannels; ++k) {
+              settings.sign_pins[k] = static_cast<uint8_t>(k);
+            }
             settings.limits.supply_ma = supply_ma;
             settings.limits.max_duty_q15 = max_duty_q15;
             settings.limits.min_on_steps = min_on_steps;

@@ -38,29 +38,43 @@ struct Shaper {
   }
 };
 
-// A bridge between its pins and its coil, in duty steps.
+// A bridge between its pins and its coil, in duty steps. What is wanted is mirrored into the way
+// that the sign pin drives the coil (`mirror` is 0, or -1 if the pin is high), where it is hardly
+// ever negative: most samples need not look for a sign. So is what rounding lost; while mirrored it
+// is kept a step lower, so that all duties are rounded up, and a turn leaves no trace.
 struct Bridge {
-  int32_t lost;        // of each pulse
-  int32_t max_duty;    // what is lost included
-  int32_t least_duty;  // the same, negative
-  int32_t least_kept;  // no shorter duty, of the other sign, may stand before one
+  uint32_t fraction_bits;
+  int32_t whole;       // all bits but the fraction's
+  int32_t first;       // the duty of one step: what is lost of each pulse is given back
+  int32_t most;        // steps above the first
+  int32_t least_kept;  // no longer duty may stand before one of the other sign
 
-  // What is lost is given back. A sign changes at once and a duty when the carrier period ends: a
-  // long pulse first ends, in a sample of 0. Each sign has its own way through, since that takes
-  // the fewest instructions.
-  [[gnu::always_inline]] int32_t next(int32_t rounded, int32_t before) const {
-    if (rounded < 0) {
-      if (is_rare(-before < least_kept)) return 0;
-      const int32_t duty = rounded - lost;
-      return duty < least_duty ? least_duty : duty;
-    }
-    if (rounded == 0 || is_rare(before < least_kept)) return 0;
-    const int32_t duty = rounded + lost;
-    return duty > max_duty ? max_duty : duty;
+  // Errors are kept from -1 to 0 of a step, so that 0 alone lies just below a first step.
+  // Returns the steps above the first.
+  [[gnu::always_inline]] int32_t above_first(RoundingErrors& errors, int32_t mirror,
+                                             int32_t wanted) const {
+    int32_t fed = (wanted ^ mirror) - errors.older;
+    const int32_t last = errors.last;
+    errors.older = last;
+    fed += 2 * last;
+    errors.last = fed | whole;
+    return fed >> fraction_bits;
+  }
+  [[gnu::always_inline]] bool is_plain(int32_t above) const {
+    return static_cast<uint32_t>(above) <= static_cast<uint32_t>(most);
   }
 
-  [[gnu::always_inline]] static bool is_rare(bool condition) {
-    return __builtin_expect(static_cast<long>(condition), 0L) != 0L;
+  // The duty where that is neither plain nor 0: too large, or of the other sign. A sign changes at
+  // once and a duty when the carrier period ends: a long pulse `before` first ends, in a sample of
+  // 0.
+  [[gnu::always_inline]] int32_t turned(RoundingErrors& errors, int32_t& mirror, int32_t before,
+                                        int32_t above) const {
+    if (above > most) return first + most;
+    if (before > least_kept) return 0;
+    mirror = ~mirror;
+    errors = {whole - errors.last, whole - errors.older};
+    const int32_t other = -above - 2;
+    return first + (other > most ? most : other);
   }
 };
 
