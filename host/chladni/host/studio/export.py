@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import re
 from pathlib import Path, PurePosixPath
+from posixpath import normpath
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ SPACING_MM = 1.0
 """Between places, where that is no more of them than `MOST_PLACES`."""
 MOST_PLACES = 20_000
 FROM_TABLE = "Drives are as the firmware reads them from the board's table."
-IMPORT = re.compile(r'^import \{([^}]*)\} from "\./([\w/]+)\.js";\n', re.MULTILINE)
+IMPORT = re.compile(r'^import \{([^}]*)\} from "(\.{1,2}/[\w/]+)\.js";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:const|class|function|async function) (\w+))", re.MULTILINE)
 STYLE = '<link rel="stylesheet" href="style.css">'
 SCRIPT = '<script type="module" src="app.js"></script>'
@@ -108,15 +109,19 @@ def bundle(entry: str) -> str:
     return '"use strict";\nconst modules = {};\n' + "".join(parts.values())
 
 
+def _imported(module: PurePosixPath, used: str) -> PurePosixPath:
+    return PurePosixPath(normpath(module.parent / used))
+
+
 def _collect(module: PurePosixPath, parts: dict[str, str]) -> None:
     if str(module) in parts:
         return
     text = (PAGE / f"{module}.js").read_text(encoding="utf-8")
     for _, used in IMPORT.findall(text):
-        _collect(module.parent / used, parts)
+        _collect(_imported(module, used), parts)
     exported = ", ".join(EXPORT.findall(text))
     text = IMPORT.sub(
-        lambda found: f'const {{{found[1]}}} = modules["{module.parent / found[2]}"];\n', text
+        lambda found: f'const {{{found[1]}}} = modules["{_imported(module, found[2])}"];\n', text
     )
     text = EXPORT.sub("", text)
     parts[str(module)] = (

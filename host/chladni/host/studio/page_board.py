@@ -9,6 +9,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
+from chladni.effects.files import shipped_effects
 from chladni.host.studio.boards.builder import BoardBuilder
 from chladni.host.studio.boards.catalogue import Catalogue
 from chladni.host.studio.boards.prepared import BoardChoice, Prepared
@@ -80,6 +81,7 @@ class PageBoard:
                 "ports": ports(self._known_ports),
                 "objectives": list(OBJECTIVES),
                 "methods": list(METHODS),
+                "effects": list(shipped_effects()),
                 "board": choice.board.name,
                 "objective": choice.objective,
                 "method": choice.method,

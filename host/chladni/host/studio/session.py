@@ -19,6 +19,7 @@ from chladni.host.studio.messages.requests import (
     Move,
     Open,
     Order,
+    PlayEffect,
     Request,
     Save,
     Stop,
@@ -30,6 +31,7 @@ from chladni.host.studio.messages.requests import (
 )
 from chladni.host.studio.messages.sender import Sender
 from chladni.host.studio.page_board import PageBoard
+from chladni.host.studio.playing.felt_effect import EffectPlayer
 from chladni.host.studio.playing.player import Player
 from chladni.host.studio.playing.queue import Queue
 from chladni.host.studio.playing.real_device import RealDevice
@@ -75,10 +77,11 @@ class Session:
         self._player = Player(self._queue, sender, self._real_device, self._scorer)
         self._page_board = PageBoard(sender, self._player, builder, catalogue, known_ports)
         self._search = PageSearch(builder.searches, sender)
+        self._effects = EffectPlayer(sender)
 
     async def run(self) -> None:
         """Until the page goes, or is sent away."""
-        followed = (self._scorer, self._real_device, self._search)
+        followed = (self._scorer, self._real_device, self._search, self._effects)
         tasks = [asyncio.create_task(part.follow()) for part in followed]
         try:
             await self._page_board.start(self._catalogue.first)
@@ -94,6 +97,7 @@ class Session:
             await self._page_board.stop()
             self._player.close()
             self._scorer.close()
+            self._effects.close()
             self._search.stop()
 
     async def _listen(self) -> None:
@@ -126,6 +130,8 @@ class Session:
             await self._sender.send(file_message(self._player.shown, request.what))
         elif isinstance(request, (Attach, Order)):
             self._real_device.begin(request, self._player.shown)
+        elif isinstance(request, PlayEffect):
+            self._effects.put(request, self._player.shown)
         elif isinstance(request, Stop):
             self._search.stop()
         elif not self._boards.allows():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ Place = tuple[float, float]
 MOST_BYTES = 2048
 """Of a request, unless it brings a board file or a SPEC."""
 LONGEST = MOST_BYTES + 2 * MOST_BOARD_BYTES
-"""Of one that does: in JSON a quote or the end of a line takes two bytes."""
+"""Of one that does, or an effect: in JSON a quote or the end of a line takes two bytes."""
 LOWEST_TONE_HZ, HIGHEST_TONE_HZ = 20.0, 250.0
 """Of a finger's own signal: what lies below is seen and not felt as a vibration, and plates as ours
 have waves above."""
@@ -48,6 +49,21 @@ class Voice:
     number: int
     finger: int
     tone_hz: float | None
+    level: float
+
+
+@dataclass(frozen=True)
+class PlayEffect:
+    """An effect under a finger: a shipped one by name, or a file by its bytes.
+
+    Another finger may rest at `other_mm`; `level` is of the loudest for the place.
+    """
+
+    number: int
+    name: str
+    data: bytes | None
+    at_mm: Place
+    other_mm: Place | None
     level: float
 
 
@@ -124,7 +140,9 @@ class Order:
     text: str
 
 
-Request = Touch | Voice | Move | Choose | Open | Begin | Stop | Take | Save | Attach | Order
+Request = (
+    Touch | Voice | PlayEffect | Move | Choose | Open | Begin | Stop | Take | Save | Attach | Order
+)
 
 
 def parse(text: str) -> Request:
@@ -145,7 +163,7 @@ def parse(text: str) -> Request:
     kind = message.pop("type", None)
     if not isinstance(kind, str) or kind not in _KINDS:
         raise InputError("type", kind, "one of: " + ", ".join(_KINDS))
-    if kind not in ("open", "design") and size > MOST_BYTES:
+    if kind not in ("open", "design", "effect") and size > MOST_BYTES:
         raise InputError("message", f"{size} bytes", f"at most {MOST_BYTES}")
     known, make = _KINDS[kind]
     for key, value in message.items():
@@ -180,14 +198,29 @@ def _lift(message: dict[str, Any]) -> Touch:
 
 
 def _voice(message: dict[str, Any]) -> Voice:
-    tone_hz, level = message["tone_hz"], _number(message, "level", LEVELS, 1.0)
-    if level < 0.0:
-        raise InputError("level", level, LEVELS)
+    tone_hz, level = message["tone_hz"], _level(message)
     if tone_hz is not None:
         tone_hz = _number(message, "tone_hz", TONES, HIGHEST_TONE_HZ)
         if tone_hz < LOWEST_TONE_HZ:
             raise InputError("tone_hz", tone_hz, TONES)
     return Voice(_whole(message, "number"), _finger(message), tone_hz, level)
+
+
+def _effect(message: dict[str, Any]) -> PlayEffect:
+    other, data = message["other_mm"], message["data"]
+    if data is not None:
+        try:
+            data = base64.b64decode(_text(message, "data"), validate=True)
+        except ValueError:
+            raise InputError("data", data[:40], "a file in base64, or null") from None
+    return PlayEffect(
+        _whole(message, "number"),
+        _text(message, "name"),
+        data,
+        _pair(message, "at_mm"),
+        None if other is None else _pair(message, "other_mm"),
+        _level(message),
+    )
 
 
 def _move(message: dict[str, Any]) -> Move:
@@ -238,6 +271,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], Callable[[dict[str, Any]], Request]]] =
     "press": (("number", "finger", "x_mm", "y_mm"), _press),
     "lift": (("number", "finger"), _lift),
     "voice": (("number", "finger", "tone_hz", "level"), _voice),
+    "effect": (("number", "name", "data", "at_mm", "other_mm", "level"), _effect),
     "move": (("number", "part", "index", "x_mm", "y_mm"), _move),
     "choose": (("board", "objective", "method", "frequency_hz"), _choose),
     "open": (("name", "text"), _open),
@@ -257,6 +291,21 @@ def _place(message: dict[str, Any]) -> Place:
         _number(message, "x_mm", expected, LARGEST_MM),
         _number(message, "y_mm", expected, LARGEST_MM),
     )
+
+
+def _pair(message: dict[str, Any], key: str) -> Place:
+    value = message[key]
+    if not isinstance(value, list) or len(value) != 2:
+        raise InputError(key, value, "two numbers of millimetres")
+    own = dict(zip(("x_mm", "y_mm"), value, strict=True))
+    return _place(own)
+
+
+def _level(message: dict[str, Any]) -> float:
+    level = _number(message, "level", LEVELS, 1.0)
+    if level < 0.0:
+        raise InputError("level", level, LEVELS)
+    return level
 
 
 def _number(message: dict[str, Any], key: str, expected: str, largest: float) -> float:

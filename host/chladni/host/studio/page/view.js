@@ -1,6 +1,7 @@
 // One board on the page: its picture, its marks and its numbers.
 
 import { Design } from "./design.js";
+import { Effects } from "./effects/panel.js";
 import { RealDevice } from "./real_device.js";
 import { micrometres, showCoils, showLatency, showNumbers } from "./scorecard.js";
 import { MovableParts } from "./movable_parts.js";
@@ -16,6 +17,12 @@ import { Touches } from "./touches.js";
 const TOLD_EVERY_MS = 500;
 const KEYS = "Board. Arrow keys move a finger by 1 mm, with Shift by 5 mm. Space puts it down or lifts it. Escape lifts it.";
 const SEVERAL_KEYS = "A adds a finger that stays. Tab selects the next finger, Delete removes it.";
+
+// Messages that are a part's own.
+const OF_PARTS = {
+  device: ["realDevice", "shown"], doing: ["realDevice", "doing"], search: ["design", "shown"],
+  solving: ["effects", "solving"], felt: ["effects", "shown"],
+};
 
 export class View {
   // `source`: a class made with a view as listener, with send(message).
@@ -43,6 +50,7 @@ export class View {
     this.fingers = new Fingers(this);
     this.realDevice = new RealDevice(this);
     this.design = new Design(this);
+    this.effects = new Effects(this);
     this.source = connect(this);
     parts.nocanvas.hidden = this.painter.works;
   }
@@ -98,7 +106,9 @@ export class View {
   }
 
   heard(message) {
-    this[`on_${message.type}`]?.(message);
+    const [part, method] = OF_PARTS[message.type] ?? [];
+    if (part) this[part][method](message);
+    else this[`on_${message.type}`]?.(message);
   }
 
   on_hello(message) {
@@ -108,18 +118,7 @@ export class View {
     this.setup.hello(message);
     this.realDevice.hello(message);
     this.design.hello(message);
-  }
-
-  on_device(message) {
-    this.realDevice.shown(message);
-  }
-
-  on_search(message) {
-    this.design.shown(message);
-  }
-
-  on_doing(message) {
-    this.realDevice.doing(message);
+    this.effects.hello(message);
   }
 
   on_file(message) {
@@ -167,6 +166,7 @@ export class View {
     this.shownPress = this.scoredPress = 0;
     this.latency = undefined;
     this.fingers.reset();
+    this.effects.forget();
     this.isSum = false;
     this.tone = undefined;
     parts.hint.textContent = "Press the board.";
@@ -239,6 +239,7 @@ export class View {
   }
 
   on_refused({ number, text }) {
+    if (this.effects.refused(number, text)) return;
     this.queue.answered(number);
     this.scoredPress = Math.max(this.scoredPress, number ?? 0);
     this.say(text);
