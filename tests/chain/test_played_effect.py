@@ -167,6 +167,8 @@ def test_the_command_plays_and_draws(chladni: CommandLine, table: Table, tmp_pat
         (("click", "--at", "0"), "--at: expected two numbers"),
         (("click", "--at", "0,15", "--other", "0,16"), "--other: expected 5 mm or more"),
         (("click", "--at", "0,300"), "expected"),
+        (("click", "--at", "0,15", "--level-um", "0"), "--level-um: expected 0.01 to 655.35 µm"),
+        (("click", "--at", "0,15", "--level-um", "3", "--level-db", "-3"), "--level-um: "),
     ):
         refused = chladni("play", *words, *where)
         assert (refused.code, said in refused.err) == (2, True), refused.err
@@ -184,17 +186,19 @@ def test_a_tone_of_less_level_is_as_much_weaker(
 
 
 @pytest.mark.parametrize("other", [None, THERE])
-def test_an_area_in_micrometres_moves_a_finger_by_as_much(
+def test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much(
     table: Table, board: Board, solved: list[SolvedBoard], other: tuple[float, float] | None
 ) -> None:
     """By the plate that is solved with the fingers on it; the device knows it from its table."""
     tone = Effect("tone", (Tone(0.0, 0.2, Curve.constant(1.0), Curve.constant(160.0)),))
     for um in (2.0, 6.0):
         bank = pack_bank(Bank("b", {"tone": tone}, (Area("all", press="tone", level_um=um),)))
-        found = play_effect(table, board, tone, HERE, other_mm=other, bank=bank, solved=solved)
-        # Where a tone begins and ends it swings over.
-        steady = np.abs(found.own_um[(found.t_s > 0.08) & (found.t_s < 0.16)]).max()
-        assert 20.0 * np.log10(steady / um) == pytest.approx(0.0, abs=1.0)
+        kept = play_effect(table, board, tone, HERE, other_mm=other, bank=bank, solved=solved)
+        sent = play_effect(table, board, tone, HERE, other_mm=other, level_um=um, solved=solved)
+        for found in (kept, sent):
+            # Where a tone begins and ends it swings over.
+            steady = np.abs(found.own_um[(found.t_s > 0.08) & (found.t_s < 0.16)]).max()
+            assert 20.0 * np.log10(steady / um) == pytest.approx(0.0, abs=1.0)
 
 
 def test_a_board_without_a_coil_is_refused(table: Table, board: Board) -> None:

@@ -221,6 +221,36 @@ def test_an_effect_is_played_by_its_name(table: Table) -> None:
         device.stream_signal(np.zeros((2, 2)), (0.0, 0.0), rate_hz=4000.0)
 
 
+def test_a_host_says_how_far_its_signal_moves_a_finger(table: Table) -> None:
+    """As it knows from responses and a coil's force; duties go with it."""
+    emulator = Emulator(device_of(table, full_force_mn=300), table)
+    device, most = Device(EmulatorWire(emulator)), {}
+    for level_um in (0.5, 1.0, 600.0, None):
+        emulator.core.take_duties()
+        device.fingers.play_effect("pulse", (-18.0, 30.0), level_um=level_um)
+        most[level_um] = np.ptp(emulator.core.take_duties(), axis=0).max()
+    assert most[0.5] == pytest.approx(0.5 * most[1.0], rel=0.1)
+    assert most[1.0] < 0.9 * most[None]
+    assert most[600.0] == most[None]
+    for level_um in (0.0, -1.0, 656.0, float("nan")):
+        with pytest.raises(ArgumentError, match=r"level_um: expected 0\.01 to 655\.35"):
+            device.play("click", (0.0, 0.0), level_um=level_um)
+    assert device.fingers.all() == []
+
+
+@pytest.mark.parametrize("has_responses", [True, False])
+def test_a_device_that_knows_no_micrometres_says_so(table: Table, has_responses: bool) -> None:
+    own = table if has_responses else make_table(np.ones((1, 5)))
+    settings = {} if has_responses else {"full_force_mn": 300}
+    device = Device(EmulatorWire(Emulator(device_of(own, **settings), own)))
+    with pytest.raises(
+        LinkError, match=r"no micrometres.*responses in its table and a coil's force"
+    ):
+        device.play("click", (0.0, 0.0), level_um=1.0)
+    assert device.fingers.all() == []
+    assert device.info()["state"] == "idle"
+
+
 @pytest.mark.parametrize(
     "places", [("0,0", "0,90"), ("50,0", "20,0"), ("-36,0", "0,0"), ("0,0", "0,-73.36")]
 )

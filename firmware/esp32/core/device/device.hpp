@@ -61,6 +61,13 @@ class Device {
     touch_.set_voice(finger, settings);
     if (settings.has_signal && !has_bank_finger(finger)) signal(finger).begin();
   }
+  // How far its signal may move a finger, 0.01 µm; false if the device does not know how far it
+  // does.
+  bool limit_signal(uint32_t finger, uint32_t most_10nm) {
+    if (!table().has_responses() || config().full_force_mn == 0) return false;
+    touch_.limit_signal(finger, most_10nm);
+    return true;
+  }
   // Its ring has the bank's samples, and takes none of a host's.
   bool has_bank_finger(uint32_t finger) const {
     return is_of_a_finger() && touch_.plays_bank(finger);

@@ -196,12 +196,14 @@ bool TouchPlayback::brings_bias(const Config& config, const Table& table) const 
   return false;
 }
 
-// Where it is known how far a finger is moved at full level: no further than its area allows.
+// Where it is known how far a finger is moved at full level: no further than its area allows, or
+// the host of its signal.
 uint32_t TouchPlayback::limited_level(uint32_t slot, uint32_t level_q15, const Drive& drive,
                                       const Table& table, const Config& config) const {
   const FingerVoice& finger = fingers_[slot];
-  if (finger.most_10nm == 0 || !finger.plays_bank) return level_q15;
-  const FingerDrives::Reach reach{finger.most_10nm, config.full_force_mn};
+  const uint32_t most_10nm = finger.plays_bank ? finger.most_10nm : finger.settings.most_10nm;
+  if (most_10nm == 0) return level_q15;
+  const FingerDrives::Reach reach{most_10nm, config.full_force_mn};
   return is_alone_with(table) ? drives_.level_within(reach, level_q15, drive, finger.place, table)
                               : drives_.level_within(reach, level_q15, slot);
 }

@@ -28,6 +28,7 @@ struct VoiceSettings {
   uint32_t frequency_millihertz = 0;  // 0: the table's
   uint32_t level_q15 = 32767;         // of the configured one; 0: it feels, and is not heard
   bool has_signal = false;            // what is pushed for it, in place of the configured wave
+  uint32_t most_10nm = 0;             // a signal moves it no further; 0: as far as it can
 
   // No host has asked for anything.
   bool are_own() const { return frequency_millihertz == 0 && level_q15 == 32767 && !has_signal; }
@@ -74,6 +75,7 @@ class TouchPlayback {
 
   // From a finger's next touch on.
   void set_voice(uint32_t slot, const VoiceSettings& settings) { wanted_[slot] = settings; }
+  void limit_signal(uint32_t slot, uint32_t most_10nm) { wanted_[slot].most_10nm = most_10nm; }
   // Whether a finger plays effects of the bank: if there is one, and no host asked for a tone or a
   // signal of its own.
   bool plays_bank(uint32_t slot) const {

@@ -42,7 +42,7 @@ struct Config {
   uint16_t lift_level_q15 = 26214;  // Loudness of this pulse.
   uint16_t lift_hold_ms = 0;  // A shorter lift-up does not count.
   uint16_t max_duty_q15 = 32768;  // Ceiling of every duty.
-  uint16_t min_on_ns = 100;  // Shortest pulse of a wave.
+  uint16_t min_on_ns = 100;  // Shortest pulse of a switch's wave.
   uint16_t supply_ma = 1000;  // Delivered to all coils in any 64 ms, a mean.
   std::array<uint16_t, 16> full_current_ma = {333, 333, 333, 333, 333, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};  // A channel's at a duty of 1.
   std::array<uint16_t, 16> full_rise_dk = {1000, 1000, 1000, 1000, 1000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};  // Its coil's rise at duty 1, 0.1 K.

@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 8U;
+constexpr uint32_t kVersionMinor = 9U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kSensePairs = 488U;
 constexpr uint32_t kSenseMillihertz = 40023U;

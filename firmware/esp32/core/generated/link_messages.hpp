@@ -759,4 +759,19 @@ template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
 }
 }  // namespace sensed
 
+namespace signal_limit {
+constexpr uint32_t kCode = 40U;
+struct Request {
+  static constexpr uint32_t kBytes = 3U;
+  uint8_t finger;  // 0 to 4.
+  uint16_t most_10nm;  // 0.01 µm that an amplitude of 1 may move a finger.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.finger);
+  take(from + 1, found.most_10nm);
+  return found;
+}
+}  // namespace signal_limit
+
 }  // namespace chladni::link_format

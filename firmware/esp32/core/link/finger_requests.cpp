@@ -42,6 +42,19 @@ Status Requests::lift_finger(const Request& request) {
   return Status::kOk;
 }
 
+Status Requests::handle_finger(uint32_t kind, const Request& request) {
+  switch (kind) {
+    case f::touches::kCode: return put_touches();
+    case f::voice::kCode: return set_voice(request);
+    case f::signal_voice::kCode: return set_signal_voice(request);
+    case f::signal_limit::kCode: return limit_signal(request);
+    case f::signal_data::kCode: return take_signal(request);
+    case f::finger_touch::kCode: return touch_finger(request);
+    case f::finger_lift::kCode: return lift_finger(request);
+    default: return handle_sense(kind, request);
+  }
+}
+
 Status Requests::set_voice(const Request& request) {
   namespace m = f::voice;
   namespace t = table_format;
@@ -63,6 +76,14 @@ Status Requests::set_signal_voice(const Request& request) {
   if (asked.finger >= kMaxFingers || asked.level_q15 > 32767U) return Status::kMalformed;
   device_.set_voice(asked.finger, {0, asked.level_q15, true});
   return Status::kOk;
+}
+
+Status Requests::limit_signal(const Request& request) {
+  namespace m = f::signal_limit;
+  if (request.size != m::Request::kBytes) return Status::kMalformed;
+  const m::Request asked = m::read_request(request.fields, Take{});
+  if (asked.finger >= kMaxFingers) return Status::kMalformed;
+  return device_.limit_signal(asked.finger, asked.most_10nm) ? Status::kOk : Status::kNotNow;
 }
 
 // As much as the ring has room for: the host sends the rest later.

@@ -137,12 +137,6 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
       device_.lift();
       put(f::lift::Answer{f::lift::Answer::PlayedMs{device_.played_ms()}});
       return Status::kOk;
-    case f::touches::kCode: return put_touches();
-    case f::voice::kCode: return set_voice(request);
-    case f::signal_voice::kCode: return set_signal_voice(request);
-    case f::signal_data::kCode: return take_signal(request);
-    case f::finger_touch::kCode: return touch_finger(request);
-    case f::finger_lift::kCode: return lift_finger(request);
     case f::frequency::kCode: return select_frequency(request);
     case f::waveform::kCode: return select_waveform(request);
     case f::driver_change::kCode: return allow_driver(request);
@@ -152,7 +146,7 @@ Status Requests::handle_host(uint32_t kind, const Request& request) {
     case f::stream_data::kCode: return take_stream(request);
     case f::stream_end::kCode: device_.stream_end(); return Status::kOk;
     case f::live::kCode: return take_live(request);
-    default: return handle_sense(kind, request);
+    default: return handle_finger(kind, request);
   }
 }
 

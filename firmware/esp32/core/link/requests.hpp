@@ -61,6 +61,7 @@ class Requests {
   link_format::Status lift_finger(const Request& request);
   link_format::Status set_voice(const Request& request);
   link_format::Status set_signal_voice(const Request& request);
+  link_format::Status limit_signal(const Request& request);
   link_format::Status take_signal(const Request& request);
   link_format::Status put_touches();
 
@@ -77,6 +78,7 @@ class Requests {
   link_format::Status put_area_events(const Request& request);
 
   // Of coils that measure each other (sense_requests.cpp).
+  link_format::Status handle_finger(uint32_t kind, const Request& request);
   link_format::Status handle_sense(uint32_t kind, const Request& request);
   link_format::Status sense(const Request& request);
   link_format::Status put_sensed();

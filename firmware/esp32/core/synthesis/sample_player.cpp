@@ -103,8 +103,10 @@ void SamplePlayer::sample_with_news(uint32_t missed) {
     }
     handover_.command_waits.store(0, std::memory_order_release);
     handover_.must_stop.store(Stop::kNo, std::memory_order_release);
+  } else if (handover_.command_waits.load(std::memory_order_acquire) != 0) {
+    // Not in a sample that went off: duties are 0 there, and pins have still their pulses.
+    consider_command();
   }
-  if (handover_.command_waits.load(std::memory_order_acquire) != 0) consider_command();
   if (ramp_left_ == 0) settle();
   if (is_past_deadline()) return sample_at_deadline();
   other_sample();
@@ -117,9 +119,9 @@ void SamplePlayer::settle() {
   const bool is_one_sine = !further_.are_sounding() && !has_signal_;
   if (mode_ == Mode::kVoices && is_playing() && is_one_sine) mode_ = Mode::kSines;
   for (uint32_t k = 0; k < settings_.channels; ++k) {
-    const Channel& own = channels_[k];
+    Channel& own = channels_[k];
     const bool is_silent = own.first == 0 && (own.second == 0 || !plays_sines());
-    if (own.bias == 0 && is_silent && further_.is_silent(k)) channels_[k].errors = silence();
+    if (own.bias == 0 && is_silent && further_.is_silent(k)) own.errors = silence(own.mirror);
   }
 }
 
@@ -302,7 +304,8 @@ void SamplePlayer::go_off() {
   meter_all(1);
   for (uint32_t k = 0; k < settings_.channels; ++k) {
     Channel& channel = channels_[k];
-    channel = {0, 0, 0, silence(), 0, 0, 0, channel.square_sum, channel.mirror, 0, nullptr};
+    const RoundingErrors errors = silence(channel.mirror);
+    channel = {0, 0, 0, errors, 0, 0, 0, channel.square_sum, channel.mirror, 0, nullptr};
     duties_[k] = 0;
   }
   further_.go_off(settings_.channels);

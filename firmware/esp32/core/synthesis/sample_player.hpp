@@ -40,7 +40,7 @@ class SamplePlayer {
     signs_ = 0;
     for (Channel& channel : channels_) {
       channel.mirror = 0;
-      channel.errors = silence();
+      channel.errors = silence(0);
     }
   }
   // Main loop, before the first sample: the number that it gets.
@@ -132,9 +132,9 @@ class SamplePlayer {
     }
   }
   void settle();
-  // What channels have lost that stay at 0.
-  RoundingErrors silence() const {
-    const int32_t lost = settings_.has_bridges ? settings_.bridge.whole : 0;
+  // What a channel has lost that stays at 0, its bridge's way.
+  RoundingErrors silence(int32_t mirror) const {
+    const int32_t lost = settings_.has_bridges && mirror == 0 ? settings_.bridge.whole : 0;
     return {lost, lost};
   }
   // One look for both: neither end is ever half the counter's range away.

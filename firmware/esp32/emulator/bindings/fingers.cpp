@@ -129,6 +129,11 @@ void set_signal_voice(Emulator& self, uint32_t finger, uint32_t level_q15) {
   self.device().set_voice(finger, {0, level_q15, true});
 }
 
+bool limit_signal(Emulator& self, uint32_t finger, uint32_t most_10nm) {
+  check_finger(finger);
+  return self.device().limit_signal(finger, most_10nm);
+}
+
 uint32_t push_signal(Emulator& self, uint32_t finger, const std::vector<int16_t>& samples) {
   check_finger(finger);
   uint32_t taken = 0;
@@ -158,6 +163,7 @@ void bind_voices(nb::class_<Emulator>& emulator) {
       .def("set_voice", &set_voice, nb::arg("finger"), nb::arg("frequency_millihertz"),
            nb::arg("level_q15"))
       .def("set_signal_voice", &set_signal_voice, nb::arg("finger"), nb::arg("level_q15"))
+      .def("limit_signal", &limit_signal, nb::arg("finger"), nb::arg("most_10nm"))
       .def("push_signal", &push_signal, nb::arg("finger"), nb::arg("samples"),
            "So many were taken.")
       .def("touches", &touches, "(is down, x um, y um, isolation, of loudest in 1/1000) by slot.");

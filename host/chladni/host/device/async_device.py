@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from chladni.host.device.device import Device
 from chladni.host.device.device_effects import TURN_S, AreaEvent
-from chladni.host.device.device_fingers import PlayedSignal
+from chladni.host.device.stream_sources import PlayedSignal
 from chladni.host.device.upload import Flashed, Progress
 from chladni.host.device.wire import Wire
 from chladni.host.protocol.config import DeviceConfig
@@ -106,10 +106,10 @@ class AsyncDevice:
         return await self.do(Device.lift)
 
     async def play(
-        self, effect: Effect | str | Path, at: tuple[float, float], *, level_db: float = 0.0
+        self, effect: Effect | str | Path, at: tuple[float, float], **level: Any
     ) -> PlayedSignal:
         """Play an effect under a finger; returns once it is over."""
-        return await self.do(lambda device: device.play(effect, at, level_db=level_db))
+        return await self.do(lambda device: device.play(effect, at, **level))
 
     async def stream_signal(
         self,
@@ -117,11 +117,11 @@ class AsyncDevice:
         at: tuple[float, float],
         *,
         rate_hz: float,
-        level_db: float = 0.0,
+        **level: Any,
     ) -> PlayedSignal:
         """Play a live signal under a finger; its rows are asked for in the device's own thread."""
         return await self.do(
-            lambda device: device.stream_signal(signal, at, rate_hz=rate_hz, level_db=level_db)
+            lambda device: device.stream_signal(signal, at, rate_hz=rate_hz, **level)
         )
 
     async def area_events(self) -> AsyncIterator[AreaEvent]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.host.device.device_effects import DeviceEffects
-from chladni.host.device.device_fingers import DeviceFingers, PlayedSignal
+from chladni.host.device.device_fingers import DeviceFingers
 from chladni.host.device.link import (
     BRIEF_TRIES,
     BRIEF_WAIT_S,
@@ -21,6 +21,7 @@ from chladni.host.device.link import (
     Link,
     LinkError,
 )
+from chladni.host.device.stream_sources import PlayedSignal
 from chladni.host.device.streaming import BUFFER_S, StreamStep, stream_steps
 from chladni.host.device.table_check import check_table
 from chladni.host.device.touch_keeper import TouchKeeper
@@ -159,10 +160,10 @@ class Device:
         return found["x_um"] / 1e3, found["y_um"] / 1e3
 
     def play(
-        self, effect: Effect | str | Path, at: tuple[float, float], *, level_db: float = 0.0
+        self, effect: Effect | str | Path, at: tuple[float, float], **level: Any
     ) -> PlayedSignal:
-        """An effect under a finger, as `DeviceFingers.play_effect`."""
-        return self.fingers.play_effect(effect, at, level_db=level_db)
+        """An effect under a finger, as `DeviceFingers.play_effect`: `level_db` or `level_um`."""
+        return self.fingers.play_effect(effect, at, **level)
 
     def stream_signal(
         self,
@@ -170,10 +171,10 @@ class Device:
         at: tuple[float, float],
         *,
         rate_hz: float,
-        level_db: float = 0.0,
+        **level: Any,
     ) -> PlayedSignal:
         """A live signal under a finger, as `DeviceFingers.stream_signal`."""
-        return self.fingers.stream_signal(signal, at, rate_hz=rate_hz, level_db=level_db)
+        return self.fingers.stream_signal(signal, at, rate_hz=rate_hz, **level)
 
     def lift(self) -> float:
         """Let go; how long it played, s."""

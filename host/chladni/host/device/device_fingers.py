@@ -8,16 +8,16 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.effects.bank.areas import level_within
-from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.areas import LEAST_UM, MOST_UM, level_within
+from chladni.effects.bank.layout import SIGNAL_HZ, UM_STEPS
 from chladni.host.device.link import Link, LinkError
+from chladni.host.device.stream_sources import PlayedSignal, SignalSource
 from chladni.host.device.touch_keeper import TouchKeeper
 from chladni.host.protocol.link import BY_NAME, MAX_PAYLOAD, SIGNAL_SAMPLES, Status
 from chladni.sim.errors import ArgumentError, ChladniError
@@ -36,53 +36,6 @@ LIVE_SAMPLES = 80
 """That a device is to keep of a live signal: 33 ms, twice what a turn takes at 115,200 baud."""
 AFTER_S = 0.05
 """For which a finger stays behind its signal, so that the last of it rings on."""
-
-
-@dataclass(frozen=True)
-class PlayedSignal:
-    """How a signal went.
-
-    Attributes
-    ----------
-    place_mm
-        Where it played: the nearest place on the board.
-    samples
-        That were sent.
-    fewest_waiting
-        The fewest that waited on the device before the last were sent; at 0 there was a gap.
-    """
-
-    place_mm: tuple[float, float]
-    samples: int
-    fewest_waiting: int
-
-
-class _Source:
-    """Samples out of blocks, which wait until the device has room for them."""
-
-    def __init__(self, blocks: Iterable[FloatArray]) -> None:
-        self._blocks = iter(blocks)
-        self._waiting = np.zeros(0)
-        self._has_more = True
-
-    @property
-    def is_over(self) -> bool:
-        """Whether there are none any more."""
-        self.next(1)
-        return not self._has_more and not len(self._waiting)
-
-    def next(self, count: int) -> FloatArray:
-        """As many, or all that are left."""
-        while self._has_more and len(self._waiting) < count:
-            block = next(self._blocks, None)
-            if block is None:
-                self._has_more = False
-            else:
-                self._waiting = np.concatenate((self._waiting, np.asarray(block, dtype=float)))
-        return self._waiting[:count]
-
-    def drop(self, count: int) -> None:
-        self._waiting = self._waiting[count:]
 
 
 class DeviceFingers:
@@ -148,6 +101,24 @@ class DeviceFingers:
         check_finger(finger)
         self._link.request("signal_voice", finger=finger, level_q15=level_q15_of(level))
 
+    def limit_signal(self, finger: int, most_um: float) -> None:
+        """Let it move its finger no further, from the next touch on; after `set_signal`.
+
+        Raises
+        ------
+        LinkError
+            The device does not know how far it moves one.
+        """
+        if not LEAST_UM <= most_um <= MOST_UM:
+            raise ArgumentError("level_um", most_um, f"{LEAST_UM:g} to {MOST_UM:g}")
+        try:
+            self._link.request("signal_limit", finger=finger, most_10nm=round(UM_STEPS * most_um))
+        except LinkError as error:
+            if error.status not in (Status.NOT_NOW, Status.UNKNOWN):
+                raise
+            hint = "it needs responses in its table and a coil's force in its configuration"
+            raise LinkError("the device knows no micrometres", error.status, hint=hint) from error
+
     def send(self, finger: int, samples: Sequence[float] | FloatArray) -> tuple[int, int]:
         """Send a finger's next samples, -1 to 1, `SIGNAL_HZ` of which are played in a second.
 
@@ -170,6 +141,7 @@ class DeviceFingers:
         *,
         finger: int = 0,
         level: float = 1.0,
+        most_um: float | None = None,
     ) -> PlayedSignal:
         """Put a finger down, play a signal under it, and lift it once that is over.
 
@@ -183,13 +155,17 @@ class DeviceFingers:
             0 to 4. Others that are held stay, and are left still where the table has responses.
         level
             Of the configured level, 0 to 1.
+        most_um
+            An amplitude of 1 moves the finger no further, where the device knows how far it does.
 
         Raises
         ------
         LinkError
-            The device has no table, or ended the touch.
+            The device has no table, knows no micrometres, or ended the touch.
         """
-        return self.stream([samples], at_mm, finger=finger, level=level, ahead=SIGNAL_SAMPLES)
+        return self.stream(
+            [samples], at_mm, finger=finger, level=level, most_um=most_um, ahead=SIGNAL_SAMPLES
+        )
 
     def stream(
         self,
@@ -198,6 +174,7 @@ class DeviceFingers:
         *,
         finger: int = 0,
         level: float = 1.0,
+        most_um: float | None = None,
         ahead: int = LIVE_SAMPLES,
     ) -> PlayedSignal:
         """The same for a signal that comes block by block, for as long as it does.
@@ -212,7 +189,9 @@ class DeviceFingers:
         """
         self.set_signal(finger, level)
         try:
-            played = self._streamed(_Source(blocks), at_mm, finger, ahead)
+            if most_um is not None:
+                self.limit_signal(finger, most_um)
+            played = self._streamed(SignalSource(blocks), at_mm, finger, ahead)
         except BaseException:
             # Whatever came in between, also from who makes the blocks.
             with contextlib.suppress(ChladniError):
@@ -225,7 +204,7 @@ class DeviceFingers:
         return played
 
     def _streamed(
-        self, source: _Source, at_mm: tuple[float, float], finger: int, ahead: int
+        self, source: SignalSource, at_mm: tuple[float, float], finger: int, ahead: int
     ) -> PlayedSignal:
         sent, filled = self.send(finger, source.next(ahead))
         source.drop(sent)
@@ -257,6 +236,7 @@ class DeviceFingers:
         at_mm: tuple[float, float],
         *,
         level_db: float = 0.0,
+        level_um: float | None = None,
         finger: int = 0,
     ) -> PlayedSignal:
         """The same for an effect.
@@ -267,11 +247,13 @@ class DeviceFingers:
             An effect, the name of a shipped one, or its file.
         level_db
             Against the loudest for that place, 0 or less.
+        level_um
+            As much, wherever the place allows it and the device knows it.
 
         Raises
         ------
         InputError
-            There is no such effect.
+            There is no such effect, or a level cannot be.
         LinkError
             As of `play`.
         """
@@ -281,7 +263,8 @@ class DeviceFingers:
 
         own = effect if isinstance(effect, Effect) else read_effect(effect).effect
         level = level_within(level_db)
-        return self.play(own.samples(SIGNAL_HZ), at_mm, finger=finger, level=level)
+        samples = own.samples(SIGNAL_HZ)
+        return self.play(samples, at_mm, finger=finger, level=level, most_um=level_um)
 
     def stream_signal(
         self,
@@ -290,6 +273,7 @@ class DeviceFingers:
         *,
         rate_hz: float,
         level_db: float = 0.0,
+        level_um: float | None = None,
         finger: int = 0,
     ) -> PlayedSignal:
         """The same for a live signal, which is low-passed at 250 Hz on its way.
@@ -315,7 +299,7 @@ class DeviceFingers:
 
         rows = [signal] if isinstance(signal, np.ndarray) else signal
         samples, level = signal_samples(rows, rate_hz, SIGNAL_HZ), level_within(level_db)
-        return self.stream(samples, at_mm, finger=finger, level=level)
+        return self.stream(samples, at_mm, finger=finger, level=level, most_um=level_um)
 
     def all(self) -> list[dict[str, Any]]:
         """Those that are down, with places and what their drives come to.

@@ -1,11 +1,12 @@
-"""What `chladni device stream` plays: a drive, the rows of a CSV file, or a script's function."""
+"""What is streamed: a drive, the rows of a CSV file, a script's function, a finger's samples."""
 
 from __future__ import annotations
 
 import cmath
 import io
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -128,3 +129,51 @@ def _message(error: BaseException) -> str:
     line = getattr(error, "lineno", None)
     where = f" in line {line}" if line else ""
     return f"{type(error).__name__}{where}: {error}"
+
+
+@dataclass(frozen=True)
+class PlayedSignal:
+    """How a signal went.
+
+    Attributes
+    ----------
+    place_mm
+        Where it played: the nearest place on the board.
+    samples
+        That were sent.
+    fewest_waiting
+        The fewest that waited on the device before the last were sent; at 0 there was a gap.
+    """
+
+    place_mm: tuple[float, float]
+    samples: int
+    fewest_waiting: int
+
+
+class SignalSource:
+    """A finger's samples out of blocks, which wait until the device has room for them."""
+
+    def __init__(self, blocks: Iterable[FloatArray]) -> None:
+        self._blocks = iter(blocks)
+        self._waiting = np.zeros(0)
+        self._has_more = True
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there are none any more."""
+        self.next(1)
+        return not self._has_more and not len(self._waiting)
+
+    def next(self, count: int) -> FloatArray:
+        """As many, or all that are left."""
+        while self._has_more and len(self._waiting) < count:
+            block = next(self._blocks, None)
+            if block is None:
+                self._has_more = False
+            else:
+                self._waiting = np.concatenate((self._waiting, np.asarray(block, dtype=float)))
+        return self._waiting[:count]
+
+    def drop(self, count: int) -> None:
+        """Forget the first of them: they were sent."""
+        self._waiting = self._waiting[count:]

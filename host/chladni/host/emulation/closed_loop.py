@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import solved_board
+from chladni.host.emulation._emulator import lost_steps
 from chladni.host.emulation.demodulate import edge_sfdr_db, first_change, sfdr_db
 from chladni.host.emulation.emulator import (
     LEVEL,
@@ -131,7 +132,11 @@ def run_loop(
     promised = table.drive_at(section, *reported_um(emulated_config(board), last.target_mm))
     wanted = target_field(board, last.target_mm, model=solved.model, allow_unmet=True).values[0]
     play = last.play
-    purity = [measure(recording, play, section.frequency_hz) for measure in (sfdr_db, edge_sfdr_db)]
+    lost = lost_steps(round(board.electronics.lost_ns)) if board.electronics.is_bridge else 0
+    purity = [
+        measure(recording, play, section.frequency_hz, lost_steps=lost)
+        for measure in (sfdr_db, edge_sfdr_db)
+    ]
     return recording, LoopReport(
         latency_ms=changed / recording.carrier_hz * 1e3 - first_ms,
         channels=_channels(last.drive, promised, section.full_scale_gain, purity),

@@ -94,7 +94,7 @@ def hold(frequency_hz: float, carrier_hz: float) -> complex:
 def drive_phasors(
     recording: Recording, play: Play, frequency_hz: float, *, level: float
 ) -> ComplexArray:
-    """The drive that was really played, in units of the table's full scale, shape (channels,).
+    """What switches really played, in units of the table's full scale, shape (channels,).
 
     Its common phase is that of the recording's clock; only phases between channels mean anything.
     """
@@ -134,27 +134,34 @@ def _made(
     return np.asarray(section.full_scale_gain * found / np.array(coil_gains(board)))
 
 
-def sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+def sfdr_db(
+    recording: Recording, play: Play, frequency_hz: float, *, lost_steps: int = 0
+) -> list[float | None]:
     """Spurious-free dynamic range of each channel's duty, 20–1000 Hz, dB below the carrier wave.
+
+    `lost_steps`: what a bridge loses of each pulse, which its duties give back.
 
     None for a channel that is silent, or where the capture is shorter than 2^19 carrier periods
     (docs/metrics.md: settled, mean removed, seven-term Blackman–Harris, fundamental ± 8 bins out).
     """
     return [
         None if bins is None else float(20.0 * np.log10(bins.own.max() / bins.rest.max()))
-        for bins in _band(recording, play, frequency_hz)
+        for bins in _band(recording, play, frequency_hz, lost_steps)
     ]
 
 
-def edge_sfdr_db(recording: Recording, play: Play, frequency_hz: float) -> list[float | None]:
+def edge_sfdr_db(
+    recording: Recording, play: Play, frequency_hz: float, *, lost_steps: int = 0
+) -> list[float | None]:
     """As `sfdr_db`, of the pulses themselves: each begins with its carrier period.
 
-    Such pulses carry the duty less half the rate of its square: a second harmonic that no shaping
-    of the duties removes (hardware.md). Exact to (2πf/carrier)², 6e-3 at 1000 Hz.
+    Such pulses carry the duty less half the rate of its square, of a bridge its square with its
+    sign: a second harmonic, or a third, that no shaping of the duties removes (hardware.md). Exact
+    to (2πf/carrier)², 6e-3 at 1000 Hz.
     """
     return [
         None if bins is None else float(20.0 * np.log10(bins.own.max() / bins.rest.max()))
-        for bins in _band(recording, play, frequency_hz, of_edges=True)
+        for bins in _band(recording, play, frequency_hz, lost_steps, of_edges=True)
     ]
 
 
@@ -185,12 +192,18 @@ class _Band:
 
 
 def _band(
-    recording: Recording, play: Play, frequency_hz: float, *, of_edges: bool = False
+    recording: Recording,
+    play: Play,
+    frequency_hz: float,
+    lost_steps: int = 0,
+    *,
+    of_edges: bool = False,
 ) -> list[_Band | None]:
     channels = recording.duty_steps.shape[1]
     if play.stop - play.start < PURITY_PERIODS:
         return [None] * channels
-    duty = recording.duty[play.stop - PURITY_PERIODS : play.stop]
+    steps = recording.duty_steps[play.stop - PURITY_PERIODS : play.stop]
+    duty = (steps - lost_steps * np.sign(steps)) / float(1 << recording.pwm_bits)
     window = _window(BLACKMAN_HARRIS_7, PURITY_PERIODS)
     bins_hz = np.arange(PURITY_PERIODS // 2 + 1) * recording.carrier_hz / PURITY_PERIODS
     fundamental = round(frequency_hz * PURITY_PERIODS / recording.carrier_hz)
@@ -205,7 +218,7 @@ def _band(
         spectrum = np.fft.rfft((channel - channel.mean()) * window)
         if of_edges:
             # ∫ of a pulse of width d: its spectrum is d − iωd²/2 + …, ω per carrier period.
-            square = channel**2
+            square = channel * np.abs(channel)
             turn = 2.0 * np.pi * bins_hz / recording.carrier_hz
             spectrum = spectrum - 0.5j * turn * np.fft.rfft((square - square.mean()) * window)
         size = np.abs(spectrum)

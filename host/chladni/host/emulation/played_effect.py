@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.areas import level_of
-from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.layout import SIGNAL_HZ, UM_STEPS
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import Effect
 from chladni.effects.flatten import flattened
@@ -31,7 +31,7 @@ from chladni.host.protocol.config import BIAS_RAMP_MS
 from chladni.host.protocol.link import SIGNAL_SAMPLES
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError, ChladniError, MissingError
+from chladni.sim.errors import ArgumentError, ChladniError, ConflictError, MissingError
 from chladni.sim.image.finger import threshold_um
 from chladni.sim.image.metrics import decibel
 from chladni.tables.table import Table
@@ -46,6 +46,7 @@ TURN_MS = 10.0
 """Between two sendings of samples."""
 AFTER_S = 0.1
 ENVELOPE_POINTS = 200
+NO_UM = "the device knows micrometres from responses: `chladni table build BOARD --for fingers`"
 LATEST_S = 2e-3
 """By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 
@@ -108,6 +109,7 @@ def play_effect(
     *,
     other_mm: tuple[float, float] | None = None,
     level: float = 1.0,
+    level_um: float | None = None,
     newtons: float = PRESS,
     bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
@@ -125,6 +127,8 @@ def play_effect(
         Of another, which rests there before and is silent.
     level
         Of the loudest that the place allows, 0 to 1.
+    level_um
+        As far as the device, which knows it from the table's responses, may move the finger.
     newtons
         How hard each presses.
     bank
@@ -153,7 +157,7 @@ def play_effect(
     samples = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     recording, begins, reported = _recorded(
-        emulator, samples, at_mm, other_mm, None if bank else level
+        emulator, samples, at_mm, other_mm, None if bank else (level, level_um)
     )
     forces = forces_of(board, recording)
     first = round(begins * RATE_HZ)
@@ -242,20 +246,25 @@ def _recorded(
     samples: FloatArray,
     at_mm: tuple[float, float],
     other_mm: tuple[float, float] | None,
-    level: float | None,
+    levels: tuple[float, float | None] | None,
 ) -> tuple[Recording, float, float]:
     """The pins from power-on until the effect is over; when the finger touched, and was seen, s.
 
-    Samples are sent at a level; without one the device has the effect itself.
+    Samples are sent at a level, or micrometres; without both the device has the effect itself.
     """
     slot = 0
     if other_mm is not None:
         emulator.core.set_voice(0, 0, 0)
         emulator.touch(TouchEvent(1.0, other_mm, 7))
         slot = 1
-    words = [] if level is None else [round(32767.0 * float(one)) for one in samples]
-    if level is not None:
+    words = [] if levels is None else [round(32767.0 * float(one)) for one in samples]
+    if levels is not None:
+        level, most_um = levels
         emulator.core.set_signal_voice(slot, round(32767.0 * level))
+        if most_um is not None:
+            known = emulator.core.limit_signal(slot, round(UM_STEPS * most_um))
+            if not known:
+                raise ConflictError("level_um", "a table without responses", hint=NO_UM)
     sent = emulator.core.push_signal(slot, words[:SIGNAL_SAMPLES])
     parts = [emulator.run(REST_MS)]
     begins = parts[0].duty_steps.shape[0] / parts[0].carrier_hz

@@ -101,7 +101,7 @@ SETTINGS = (
     _setting("lift_level_q15", "u16", 0, 32767, 26214, "Loudness of this pulse."),
     _setting("lift_hold_ms", "u16", 0, 200, 0, "A shorter lift-up does not count."),
     _setting("max_duty_q15", "u16", 1638, 32768, 32768, "Ceiling of every duty."),
-    _setting("min_on_ns", "u16", 0, 5000, 100, "Shortest pulse of a wave."),
+    _setting("min_on_ns", "u16", 0, 5000, 100, "Shortest pulse of a switch's wave."),
     _setting("supply_ma", "u16", 1, 20_000, 1000, "Delivered to all coils in any 64 ms, a mean."),
     _setting("full_current_ma", "u16x16", 0, 4095, each(333), "A channel's at a duty of 1."),
     _setting("full_rise_dk", "u16x16", 0, 65535, each(1000), "Its coil's rise at duty 1, 0.1 K."),

@@ -21,7 +21,7 @@ from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 8
+VERSION_MAJOR, VERSION_MINOR = 2, 9
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -188,7 +188,8 @@ MESSAGES = (
             (Field("target", "u16", f"Frames kept in the ring, {LEAST_TARGET} to {MOST_TARGET}."),
              Field("is_signed", "u8", "1: frames for bridges, two's complement. Left out: 0.")),
             "", (), "", "Takes over from a finger. Refuses frames for the other driver."),
-    Message(16, "stream_data", (), "frames of duties, 10 bits each, packed from the lowest bit",
+    Message(16, "stream_data", (), "frames of duties, 10 bits each, packed from the lowest bit: "
+            "0 to 1023 over 1024, for bridges -512 to 511 over 512",
             (Field("taken", "u16", "Frames."), Field("filled", "u16", "Frames in the ring.")), "",
             "As many as the ring has room for."),
     Message(17, "stream_end", (), "", (), "", ""),
@@ -298,5 +299,9 @@ MESSAGES = (
                   Field("quadrature_q5", "i32", "The same of the cosine a quarter ahead."),
                   Field("sum", "i32", "Of pairs."),
                   Field("squares_by_256", "u32", "Of their squares, over 256."))),
+    Message(40, "signal_limit", (_FINGER, Field("most_10nm", "u16", "0.01 µm that an amplitude "
+                                                "of 1 may move a finger.")),
+            "", (), "", "Of a slot's fingers from their next touch on, after `signal_voice`. Not "
+            "now: the table has no responses, or the configuration no coil's force."),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

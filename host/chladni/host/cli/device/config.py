@@ -135,7 +135,7 @@ def _set(
         before = device.config()
         after = before.with_values(**wanted)
         after.check_pins(chip)
-        _check_signs(wanted, after)
+        _check_driver_settings(wanted, after)
         if connection.udp is None:
             after = after.by_wire()
         changed = changes(before, after)
@@ -160,8 +160,11 @@ def _set(
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
 
 
-def _check_signs(wanted: dict[str, Any], after: DeviceConfig) -> None:
-    """Raise `InputError` for sign pins that nothing would use."""
+def _check_driver_settings(wanted: dict[str, Any], after: DeviceConfig) -> None:
+    """Raise `InputError` for what nothing would use: the other driver's settings."""
+    if after.has_bridges and wanted.get("min_on_ns"):
+        hint = "of a bridge it is lost_ns"
+        raise InputError("min_on_ns", wanted["min_on_ns"], "0: this device has bridges", hint=hint)
     signs = wanted.get("sign_pins", ())
     if not after.has_bridges and any(pin != NOT_WIRED for pin in signs):
         raise InputError(

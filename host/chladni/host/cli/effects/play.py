@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
+from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
@@ -68,6 +69,13 @@ def play(
         float,
         typer.Option(callback=within(-60.0, 0.0, "dB"), help="Below the loudest for that place."),
     ] = 0.0,
+    level_um: Annotated[
+        float | None,
+        typer.Option(
+            callback=within(LEAST_UM, MOST_UM, "µm"),
+            help="As many for an amplitude of 1, where the place allows them.",
+        ),
+    ] = None,
     press: Annotated[
         float,
         typer.Option(
@@ -90,8 +98,11 @@ def play(
     check_one_of(
         "what to play", EFFECT=effect is not None, bank=connection.emulated_bank is not None
     )
-    if connection.emulated_bank is not None and level_db < 0.0:
-        raise ConflictError("--level-db", "--bank", hint="its areas have levels of their own")
+    if level_um is not None and level_db < 0.0:
+        raise ConflictError("--level-um", "--level-db", hint="one of them is the level")
+    if connection.emulated_bank is not None and (level_db < 0.0 or level_um is not None):
+        option = "--level-db" if level_um is None else "--level-um"
+        raise ConflictError(option, "--bank", hint="its areas have levels of their own")
     if effect is None:
         _from_bank(connection, place, beside, press, figure, as_json=as_json)
         return
@@ -103,7 +114,8 @@ def play(
     if not connection.emulator:
         if figure is not None:
             raise ConflictError("--figure", "--port or --udp", hint="only emulated pins are scored")
-        answer(_on_device(connection, read, place, beside, level), as_json=as_json, title="Played")
+        rows = _on_device(connection, read, place, beside, (level, level_um))
+        answer(rows, as_json=as_json, title="Played")
         return
     table, board = _table(connection)
     say_waves(board)
@@ -115,6 +127,7 @@ def play(
             place,
             other_mm=beside,
             level=level,
+            level_um=level_um,
             newtons=press,
             progress=progress,
         )
@@ -190,15 +203,20 @@ def _table(connection: Connection) -> tuple[Table, Board]:
 
 
 def _on_device(
-    connection: Connection, read: ReadEffect, place: Place, beside: Place | None, level: float
+    connection: Connection,
+    read: ReadEffect,
+    place: Place,
+    beside: Place | None,
+    levels: tuple[float, float | None],
 ) -> dict[str, Any]:
+    """`levels`: of the loudest, and in µm."""
     samples = read.effect.samples(SIGNAL_HZ)
     with connection.device() as device:
         check_ready(device.info())
         if beside is not None:
             device.fingers.set_voice(1, level=0.0)
             device.fingers.touch(1, *beside)
-        played = device.fingers.play(samples, place, level=level)
+        played = device.fingers.play(samples, place, level=levels[0], most_um=levels[1])
         device.lift()
     if math.dist(played.place_mm, place) > MOVED_MM:
         say(f"{place[0]:g}, {place[1]:g} mm lies off the board: the nearest place plays")
