@@ -20,6 +20,8 @@ SHEETS: dict[str, dict[str, float]] = {
                   "loss_factor": 0.002},
     "steel": {"youngs_modulus_gpa": 200.0, "poissons_ratio": 0.29, "density_kg_m3": 7850.0,
               "loss_factor": 0.002},
+    "stainless-steel": {"youngs_modulus_gpa": 193.0, "poissons_ratio": 0.29,
+                        "density_kg_m3": 8000.0, "loss_factor": 0.002},
     "glass": {"youngs_modulus_gpa": 70.0, "poissons_ratio": 0.23, "density_kg_m3": 2500.0,
               "loss_factor": 0.002},
     "polycarbonate": {"youngs_modulus_gpa": 2.35, "poissons_ratio": 0.37, "density_kg_m3": 1200.0,
@@ -30,7 +32,8 @@ SHEETS: dict[str, dict[str, float]] = {
             "loss_factor": 0.02},
 }  # fmt: skip
 """Moduli and densities as data sheets of usual sheets have them, FR4 as in the paper's board; FR4
-differs by ±20 % among makers and directions of the weave. Loss factors are estimates, glued parts
+differs by ±20 % among makers and directions of the weave. Stainless steel is AISI 304, hardly
+magnetic; ferritic kinds are magnetic as plain steel is. Loss factors are estimates, glued parts
 and mounts not counted."""
 
 

@@ -59,7 +59,7 @@ def say_panel(plate: LayeredPlate) -> None:
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
 
 
-METALS = ("steel", "aluminium")
+METALS = ("steel", "stainless-steel", "aluminium")
 """Sheets that conduct."""
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
@@ -73,7 +73,10 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
     if not is_held(board):
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
     if board.plate.material == "steel":
-        say("steel is magnetic, and forces are computed as if it were not: measure a coil on it")
+        say(
+            "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "
+            "or take stainless-steel"
+        )
     if panel is not None and board.plate.material in METALS and panel.place != "beside":
         say(
             f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
