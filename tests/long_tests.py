@@ -121,6 +121,7 @@ LONG = (
     "host/test_solver_commands.py",
     "host/test_streaming.py::test_a_host_that_is_later",
     "host/test_tables_for_people.py::test_tables_speak_no_python[board",
+    "host/test_verdicts.py::test_a_board_is_tried_on_other_sheets_and_foams",
     "sim/test_crowded.py::test_a_board_that_cannot_be_followed_names_what_nearly_touches",
     "sim/test_crowded.py::test_estimates_hold_where_features_nearly_touch",
     "sim/test_crowded.py::test_memory_is_told_beforehand",

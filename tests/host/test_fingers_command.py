@@ -32,7 +32,7 @@ def test_it_answers_with_the_keys_of_the_contract(chladni: CommandLine, tmp_path
         assert 0.0 <= own["unfelt_pressing"] <= own["unfelt"] <= 1.0
     assert two["perturbed"].keys() >= {"samples", "seed"}
     assert figure.read_bytes().startswith(b"\x89PNG")
-    assert "Two fingers, 16 mm apart or more: each gets" in answer.err
+    assert answer.json["verdict"].startswith("Two fingers, 16 mm apart or more: each gets")
 
 
 def test_people_read_a_table(chladni: CommandLine) -> None:

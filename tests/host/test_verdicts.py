@@ -8,11 +8,28 @@ from typing import Any
 
 import pytest
 
+from chladni.drives.scoring.board_score import score_board, usual_pitch
+from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.host.cli.common.output import answer
-from chladni.host.cli.common.verdicts import of_board, of_place, of_places
+from chladni.host.cli.common.verdicts import (
+    of_board,
+    of_design,
+    of_effect,
+    of_methods,
+    of_place,
+    of_places,
+    of_table,
+)
+from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from conftest import CommandLine
+
+
+@pytest.fixture(scope="module")
+def strip() -> Board:
+    return load_board("strip5")
 
 
 def spread(median: float, p10: float) -> Spread:
@@ -58,35 +75,71 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("spacing", "foam", "wave", "words"),
+    ("spacing", "tried", "words"),
     [
-        (48.0, None, 90.0, "Instead of coils 48 mm apart take coils about 12 mm apart"),
-        (None, None, 90.0, "Instead of one coil"),
-        (12.0, None, 90.0, "Waves travel on this plate"),
-        (12.0, 8.0, None, "All coils make nearly one field"),
-        (12.0, 3.0, None, "Places between the coils are lost"),
-        (12.0, 6.0, None, ""),
+        (48.0, None, "Instead of coils 48 mm apart take coils about 12 mm apart"),
+        (None, None, "Instead of one coil"),
+        (12.0, None, ""),
+        (48.0, 5.25, "Tried on it: softer foam makes that 5.2 dB less."),
+        (12.0, 1.5, "Tried on it: softer foam helps most, 1.5 dB less, which does not do."),
+        (48.0, -3.0, "No thinner sheet nor other foam helps, as tried. Instead of coils 48"),
     ],
 )
-def test_what_would_help_follows_from_coils_and_foam(
-    spacing: float | None, foam: float | None, wave: float | None, words: str
-) -> None:
+def test_what_would_help_was_tried(spacing: float | None, tried: float | None, words: str) -> None:
     def told(level: float, *, for_fingers: bool = False) -> str:
-        score: Any = SimpleNamespace(
-            **vars(statistics(level, level)),
-            coil_spacing_mm=spacing,
-            foam_length_mm=foam,
-            half_wavelength_mm=wave,
-        )
+        score: Any = SimpleNamespace(**vars(statistics(level, level)), coil_spacing_mm=spacing)
         two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
-        return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers)
+        remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
+        return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
 
     assert words in told(0.0)
+    assert ("Instead" in told(0.0)) == (spacing != 12.0 and tried != 5.25)
     assert "two pressing fingers 31 dB apart at the median, 12 at the worst tenth" in told(0.0)
     # A board that focuses needs no help, and one for several fingers begins with them.
     assert told(9.0).endswith("12 at the worst tenth.")
     assert told(0.0, for_fingers=True).startswith("It keeps two pressing fingers")
     assert not words or words not in told(0.0, for_fingers=True)
+
+
+def test_a_board_is_tried_on_other_sheets_and_foams(strip: Board) -> None:
+    """Each as if its file had said so; a board on no foam has no foam to try."""
+    steps: list[tuple[int, int]] = []
+    found = tried_remedies(strip, progress=lambda *step: steps.append(step))
+    assert [len(found), steps[-1]] == [4, (4, 4)]
+    assert found == sorted(found, key=lambda one: -one.second_finger_20mm_db)
+    known = {one.change: one.second_finger_20mm_db for one in found}
+    thin = replace(strip, plate=replace(strip.plate, thickness=0.5 * strip.plate.thickness))
+    score = score_board(thin, pitch=2.0 * usual_pitch(thin), samples=0)
+    assert score.second_finger_20mm_db is not None
+    assert known["a sheet half as thick"] == score.second_finger_20mm_db.median
+
+
+def test_methods_effects_designs_and_tables_are_summed_up() -> None:
+    best = {"method": "phasor", "objective": "focus", "second_finger_db": -1.0}
+    assert of_methods([best, best], best) == (
+        "Of 2 methods phasor at focus is the one for this board: it does not focus, another finger "
+        "12 mm away gets 1.0 dB more at the median; fingers notice 2.3 dB."
+    )
+    own: Any = SimpleNamespace(
+        peak_um=21.0, other_peak_um=0.3, just_felt_um=0.36, isolation_db=36.9
+    )
+    assert of_effect(own) == (
+        "The finger gets 21 µm at most, the other 37 dB less, which a resting finger does not feel."
+    )
+    own.other_peak_um, own.isolation_db = 30.0, -3.0
+    assert "3 dB more, which a resting finger feels" in of_effect(own)
+    own.other_peak_um = None
+    assert of_effect(own) == "The finger gets 21 µm at most."
+    found = {"finger_um": None, "second_finger_20mm_db": 17.0}
+    assert of_design(found, for_fingers={}).startswith("It focuses: within tolerances another")
+    found |= {"second_finger_20mm_db": -1.36, "finger_um": 3.04}
+    told = of_design(found, for_fingers={})
+    assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
+    assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
+    assert "keeps 2 fingers 41 dB apart" in of_design(found, for_fingers={2: 41.2})
+    assert "Its drives are those that focus best" in of_table("focus", 0, 9)
+    assert "At 3 of 9 places its maximum" in of_table("ssim", 3, 9)
+    assert "best at contrast" in of_table("contrast", 0, 9)
 
 
 def test_a_place_is_judged_by_its_maximum_too() -> None:

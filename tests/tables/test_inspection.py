@@ -55,6 +55,16 @@ def test_a_table_has_the_board_that_it_was_made_for(table: Table, prototype: Boa
         board_for(dataclasses.replace(table, board_name="mine"))
 
 
+def test_a_spec_beside_a_table_is_no_board(table: Table, prototype: Board, tmp_path: Path) -> None:
+    """The answer of a design has the SPEC's name, and lies beside it."""
+    own = dataclasses.replace(table, board_name="mine")
+    (tmp_path / "mine.toml").write_text("[design]\ncoils = 5\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"no mine\.toml is beside the table"):
+        board_for(own, file=str(tmp_path / "t.chl"))
+    (tmp_path / "t.toml").write_bytes(board_file(prototype))
+    assert board_for(own, file=str(tmp_path / "t.chl")) == prototype
+
+
 @pytest.mark.parametrize("name", ["mine.toml", "t.toml"])
 def test_a_board_file_beside_its_table_is_found(
     table: Table, prototype: Board, tmp_path: Path, name: str

@@ -14,7 +14,8 @@ from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
-from chladni.drives.scoring.board_score import PITCH, score_board
+from chladni.drives.scoring.board_score import PITCH, BoardScore, score_board
+from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.small_amplitude import soft_wave
@@ -68,6 +69,7 @@ from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
+from chladni.sim.image.finger import NOTICED_DB
 
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
@@ -162,20 +164,20 @@ def board_score(
             progress=progress,
         )
     say_unmet(score.error_estimate, TOLERANCE)
-    if figure is not None:
-        from chladni.host.figures.boards import score_figure  # noqa: PLC0415
-
-        write_figure(score_figure(loaded, score), figure)
     two = _two_fingers(loaded, seed)
-    for_fingers = loaded.fingers is not None and loaded.focus is None
     frequency_hz = loaded.drive.frequency_hz
     verdict = of_board(
         score,
         two,
         frequency_hz=frequency_hz,
-        for_fingers=for_fingers,
+        for_fingers=loaded.is_for_several,
         has_fingers=loaded.fingers is not None,
+        tried=_tried(loaded, score),
     )
+    if figure is not None:
+        from chladni.host.figures.boards import score_figure  # noqa: PLC0415
+
+        write_figure(score_figure(loaded, score, verdict), figure)
     result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
     keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
@@ -195,6 +197,15 @@ def board_score(
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
     answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
+
+
+def _tried(board: Board, score: BoardScore) -> list[Remedy]:
+    """Other sheets and foams, where a board that is to focus does not."""
+    known = score.second_finger_20mm_db
+    if board.is_for_several or known is None or known.median >= NOTICED_DB:
+        return []
+    with progress_bar("other sheets and foams") as progress:
+        return tried_remedies(board, progress=progress)
 
 
 def _two_fingers(board: Board, seed: int) -> CountScore | None:

@@ -10,7 +10,7 @@ import typer
 from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry
 from chladni.design.search import Design, design
-from chladni.design.spec import read_spec
+from chladni.design.spec import FINGER_TERMS, Spec, read_spec
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
@@ -26,8 +26,11 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
+from chladni.host.cli.common.verdicts import of_design
+from chladni.sim.board.board import Board
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
+from chladni.sim.fields.static import is_held
 from chladni.sim.files import write_whole
 
 TOML = (".toml",)
@@ -111,9 +114,21 @@ def design_board(
 
         write_figure(front_figure(found), figure)
     remove_checkpoint(kept)
-    answer(_result(found, entries, output), as_json=as_json, title=f"{output} answers {spec}")
+    result = _result(found, asked, entries, output)
+    answer(result, as_json=as_json, title=f"{output} answers {spec}")
+    _say_what_is_missing(found.board)
     if not as_json:
         say(f"`chladni board score {output}` says more.")
+
+
+def _say_what_is_missing(board: Board) -> None:
+    if board.magnet is None or board.winding is None:
+        say(
+            "the board has no magnets or no windings: nothing weighs on the plate, and no force is "
+            "known; give the SPEC [magnet] and [winding], as boards/strip5.toml has them"
+        )
+    if not is_held(board):
+        say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
 
 
 def _about(found: Design, spec: str) -> list[str]:
@@ -133,8 +148,18 @@ def _about_entry(entry: Entry) -> list[str]:
     ]
 
 
-def _result(found: Design, entries: list[dict[str, Any]], output: Path) -> dict[str, Any]:
+def _result(
+    found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path
+) -> dict[str, Any]:
     return {
+        "verdict": of_design(
+            found.best.summary,
+            for_fingers={
+                count: found.best.evaluation.terms[name]
+                for name, count in FINGER_TERMS.items()
+                if name in spec.weights
+            },
+        ),
         "path": str(output),
         "score": found.best.evaluation.score,
         "robust_score": found.best.evaluation.robust_score,

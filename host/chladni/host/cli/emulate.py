@@ -119,6 +119,7 @@ def emulate(
         _serve(_device(table, board, level, flash, network), ms, port_link, as_json=as_json)
         return
     # Scores take half a second to load, and a device that is served gives none.
+    from chladni.host.cli.common.verdicts import of_place  # noqa: PLC0415
     from chladni.host.emulation.closed_loop import run_loop  # noqa: PLC0415
 
     loaded = read_table(required("TABLE", table, "a table file (.chl)"))
@@ -136,7 +137,11 @@ def emulate(
     result = _scored(owner, report) | played
     if not as_json:
         result["touches"] = [{name: touch[name] for name in SHOWN} for touch in result["touches"]]
-    answer(result, as_json=as_json, title=f"{table} on the emulated board")
+    told = of_place(report.touches[-1].card, frequency_hz=loaded.section(frequency).frequency_hz)
+    if level < 1.0 and result["finger_um"] is not None:
+        at_level = level * result["finger_um"]
+        told += f" That is at full level; it played {level:g} of it, {at_level:.2g} µm."
+    answer({"verdict": told} | result, as_json=as_json, title=f"{table} on the emulated board")
 
 
 def _events(touches: list[str], lifts: list[float]) -> list[TouchEvent]:

@@ -38,7 +38,7 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )
-from chladni.host.cli.common.output import answer, progress_bar, say, say_unmet, write_figure
+from chladni.host.cli.common.output import answer, progress_bar, say_unmet, write_figure
 from chladni.host.cli.common.ranges import within
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -143,8 +143,6 @@ def fingers(
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
         _draw(figure, loaded, score)
-    for own in score.counts:
-        say(sentence(own, apart))
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         with progress_bar(f"sets of {keys['fingers']} fingers as built") as progress:
@@ -153,6 +151,7 @@ def fingers(
             )
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
+        "verdict": " ".join(sentence(own, apart) for own in score.counts),
         "name": loaded.name,
         "apart_mm": apart,
         "newtons": press,

@@ -207,22 +207,34 @@ def sweep(
         drawn = sweep_figure(loaded.coil, frequencies, curves, on_plate, title=title)
         write_figure(drawn, figure)
     loudest = int(on_plate.acceleration.argmax())
-    own_modes = model.natural_frequencies(10)
+    own_modes = model.natural_frequencies(10).tolist()
+    among = [one for one in own_modes if start_hz <= one <= stop_hz]
     result = {
         "name": loaded.name,
         "plate": {
             "actuator": loaded.actuators[index].name,
             "loudest_hz": float(coarse[loudest]),
             "loudest_m_s2": float(on_plate.acceleration[loudest]),
-            "modes_hz": [one for one in own_modes.tolist() if start_hz <= one <= stop_hz],
+            "modes_hz": among,
         },
         "waves": [_wave(wave, frequencies, curve) for wave, curve in curves.items()],
     }
-    if not any(start_hz <= one <= stop_hz for one in own_modes.tolist()):
-        first = next((one for one in own_modes.tolist() if one > stop_hz), None)
-        beyond = "" if first is None else f"; the next one is {first:.4g} Hz"
-        say(f"none of the plate's natural frequencies is among these{beyond}")
+    if not among:
+        _say_none(own_modes, stop_hz)
+    _say_end(coarse, loudest)
     answer(result, as_json=as_json, title=f"Sweep of {loaded.name}")
+
+
+def _say_none(modes_hz: list[float], stop_hz: float) -> None:
+    first = next((one for one in modes_hz if one > stop_hz), None)
+    beyond = "" if first is None else f"; the next one is {first:.4g} Hz"
+    say(f"none of the plate's natural frequencies is among these{beyond}")
+
+
+def _say_end(frequencies: NDArray[np.float64], loudest: int) -> None:
+    if loudest in (0, len(frequencies) - 1):
+        end = f"{frequencies[loudest]:g} Hz"
+        say(f"{end} is an end of what was looked at: the plate may be louder beyond")
 
 
 def _wave(wave: str, frequencies_hz: NDArray[np.float64], curve: WaveResponse) -> dict[str, Any]:

@@ -104,10 +104,13 @@ def solve_command(
             allow_unmet=True,
         )
     card = score(solution, loaded)
+    hz = loaded.drive.frequency_hz
+    verdict = of_place(card, frequency_hz=hz, for_fingers=loaded.is_for_several)
     if figure is not None:
         from chladni.host.figures.solutions import solution_figure  # noqa: PLC0415
 
-        write_figure(solution_figure(loaded, solution, card, trace=trace), figure)
+        drawn = solution_figure(loaded, solution, card, trace=trace, verdict=verdict)
+        write_figure(drawn, figure)
     report = solution_report(loaded, solution, card)
     if report["remark"]:
         report["remark"] += " " + remedy(focusing_objective(solved_board(loaded).problem(place)))
@@ -122,9 +125,8 @@ def solve_command(
             sys.stderr.write(f"chladni: {gives_way}\n")
     if loaded.coil is None:
         sys.stderr.write(f"chladni: {NO_COIL}\n")
-    verdict = {"verdict": of_place(card, frequency_hz=loaded.drive.frequency_hz)}
     title = f"{loaded.name}: the drive for {target} mm"
-    answer(verdict | report, as_json=as_json, title=title)
+    answer({"verdict": verdict} | report, as_json=as_json, title=title)
 
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:

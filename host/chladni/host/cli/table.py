@@ -255,11 +255,11 @@ def score(
             f"the table's drives are best at {found.objective}, and {owner.name} is for {own}: "
             "`chladni table build` without --objective makes them so"
         )
+    verdict = of_places(found, frequency_hz=found.frequency_hz)
     if figure is not None:
         from chladni.host.figures.boards import score_figure  # noqa: PLC0415
 
-        write_figure(score_figure(owner, found), figure)
-    verdict = of_places(found, frequency_hz=found.frequency_hz)
+        write_figure(score_figure(owner, found, verdict), figure)
     result = {"name": owner.name, "verdict": verdict} | asdict(found)
     del result["maps"]
     answer(result, as_json=as_json, title=f"{table}: what the pins make of it on {owner.name}")

@@ -23,6 +23,7 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say_unmet
 from chladni.host.cli.common.ranges import TABLE_FREQUENCIES
+from chladni.host.cli.common.verdicts import of_table
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
 from chladni.sim.fields.transfer import TOLERANCE
@@ -96,7 +97,22 @@ def build(
         )
     write_whole(output, pack(table))
     remove_checkpoint(partial)
-    answer(_told(drives, responses), as_json=as_json, title=f"Table {output} for {loaded.name}")
+    verdict = {"verdict": _verdict(drives, responses)}
+    answer(
+        verdict | _told(drives, responses),
+        as_json=as_json,
+        title=f"Table {output} for {loaded.name}",
+    )
+
+
+def _verdict(drives: TableReport | None, responses: ResponsesReport | None) -> str:
+    told = []
+    if drives is not None:
+        misled = drives.fingers.looks_better_than_it_is
+        told.append(of_table(drives.objective, misled, drives.fingers.places))
+    if responses is not None:
+        told.append("It gives each of several fingers a signal of its own (`chladni fingers`).")
+    return " ".join(told)
 
 
 def _told(drives: TableReport | None, responses: ResponsesReport | None) -> dict[str, Any]:

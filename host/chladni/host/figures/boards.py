@@ -20,6 +20,7 @@ from chladni.host.figures.fields import (
     explain_marks,
     picture_inches,
     pictures,
+    with_verdict,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -31,6 +32,8 @@ ROOM = 0.25
 """Inches that a number takes."""
 NONE_DB = 299.0
 """Where there is no second finger so far away, a ratio is 300."""
+MOST_SHOWN = 95.0
+"""Percentile of places at which a map's colours end."""
 PANELS = (
     ("level_db", "level under the finger, |dB|"),
     ("ssim", "SSIM"),
@@ -75,8 +78,11 @@ MAPS = (
 """Number, title and unit."""
 
 
-def score_figure(board: Board, score: Score) -> Figure:
-    """A board's focus by place: second finger, focal error and level, over its parts."""
+def score_figure(board: Board, score: Score, verdict: str = "") -> Figure:
+    """A board's focus by place: second finger, focal error and level, over its parts.
+
+    `verdict` is what it comes to, in words, above the maps.
+    """
     figure, panels = pictures(board, len(MAPS))
     inch = picture_inches(board)[0] / board.plate.size[0]
     for axes, (name, title, unit) in zip(panels, MAPS, strict=True):
@@ -92,23 +98,31 @@ def score_figure(board: Board, score: Score) -> Figure:
         image = axes.pcolormesh(*edges, known.T, **(_about_zero(known) if is_level else {}))
         draw_board(axes, board, ink=INK, small=True)
         axes.set_title(title, fontsize=9, color=INK)
+        if is_level and min(known.shape) > 1 and known.count():
+            across, along = score.maps.x_mm, score.maps.y_mm
+            levels = [-NOTICED_DB, NOTICED_DB]
+            axes.contour(across, along, known.T, levels=levels, colors=INK, linewidths=0.8)
         if known.count():
             label = f"{unit}\nlines: a finger notices {NOTICED_DB:g}" if is_level else unit
-            bar = figure.colorbar(image, ax=axes, label=label, shrink=0.8)
+            bar = figure.colorbar(
+                image, ax=axes, label=label, shrink=0.8, extend="both" if is_level else "neither"
+            )
             for level in (-NOTICED_DB, NOTICED_DB) if is_level else ():
                 bar.ax.axhline(level, color=INK, linewidth=1.0)
         if score.places <= LABELLED and inch * min(score.maps.cell_mm) * MM >= ROOM:
             _label(axes, score, known)
     explain_marks(figure, board)
     above = f"{100.0 * score.above_second_finger:.0f} % of {score.places} places"
-    title = f"{board.name}: {above} above every second finger\n"
-    figure.suptitle(title, fontsize=11, color=INK, linespacing=0.5)
+    title = f"{board.name}: {above} above every second finger"
+    figure.suptitle(with_verdict(figure, title, verdict), fontsize=10, color=INK)
     return figure
 
 
 def _about_zero(levels: np.ma.MaskedArray) -> dict[str, Any]:
     """Colours with 0 dB in their middle: blue where the finger gets more, red where others do."""
-    largest = float(np.abs(levels).max()) if levels.count() else 0.0
+    sizes = np.abs(levels.compressed())
+    # One cell at a screw is no scale for all others.
+    largest = float(np.percentile(sizes, MOST_SHOWN)) if sizes.size else 0.0
     return {"cmap": "RdBu", "norm": CenteredNorm(0.0, max(largest, 2.0 * NOTICED_DB))}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from pathlib import Path
 
 import matplotlib as mpl
@@ -77,6 +78,16 @@ def picture_inches(board: Board) -> tuple[float, float]:
     """Width and height of one of several pictures of a board."""
     most = (SHORT_INCHES, LONG_INCHES)
     return board_inches(board, most[::-1] if is_wide(board) else most)
+
+
+CHARACTERS_PER_INCH = 13.0
+"""Of a title of 10 points."""
+
+
+def with_verdict(figure: Figure, title: str, verdict: str) -> str:
+    """A title, and below it what the figure comes to, in lines that fit."""
+    lines = textwrap.wrap(verdict, max(int(CHARACTERS_PER_INCH * figure.get_figwidth()), 30))
+    return "\n".join([title, *lines])
 
 
 def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:

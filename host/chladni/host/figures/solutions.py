@@ -19,18 +19,25 @@ from chladni.host.figures.fields import (
     explain_marks,
     is_wide,
     maximum_mm,
+    with_verdict,
 )
 from chladni.host.figures.searches import draw_trace
 from chladni.sim.board.board import Board
 
 LARGEST_INCHES = (5.0, 5.4)
 """Of a picture of the board."""
+PUSHED = "Target: the finger's place pushed.\nThe plate's own shape may move the maximum."
 NUMBERS_INCHES = 4.4
 """Width of coils and scorecard."""
 
 
 def solution_figure(
-    board: Board, solution: Solution, card: Scorecard, *, trace: Path | None = None
+    board: Board,
+    solution: Solution,
+    card: Scorecard,
+    *,
+    trace: Path | None = None,
+    verdict: str = "",
 ) -> Figure:
     """Target image, the drive's image, gains and phases of the coils, and the scorecard.
 
@@ -40,6 +47,8 @@ def solution_figure(
         Of the solution.
     trace
         File of an annealing's trace, to be drawn below.
+    verdict
+        What it comes to, in words, for above.
     """
     width, height = board_inches(board, LARGEST_INCHES)
     count = (2, 1) if is_wide(board) else (1, 2)
@@ -55,7 +64,7 @@ def solution_figure(
         upper.subfigures(1, 2, width_ratios=[size[0], NUMBERS_INCHES])
     ).tolist()
     images = np.asarray(left.subplots(*count)).tolist()
-    titles = ("Target image", "Made by the coils")
+    titles = (PUSHED, "Made by the coils")
     for axes, field, title in zip(
         images, (solution.target_field, solution.field), titles, strict=True
     ):
@@ -67,11 +76,10 @@ def solution_figure(
     explain_marks(left, board, target=True, maximum=True)
     coils, sheet = np.asarray(right.subplots(2, 1, height_ratios=[1.0, 1.3])).tolist()
     _draw_coils(coils, board, solution)
-    _write_scorecard(sheet, card)
+    _write_scorecard(sheet, solution, card)
     x, y = solution.target_mm
-    figure.suptitle(
-        f"{board.name}: {solution.method} for ({x:g}, {y:g}) mm", fontsize=11, color=INK
-    )
+    title = f"{board.name}: {solution.method} for ({x:g}, {y:g}) mm"
+    figure.suptitle(with_verdict(figure, title, verdict), fontsize=10, color=INK)
     return figure
 
 
@@ -98,11 +106,9 @@ def _draw_coils(axes: Axes, board: Board, solution: Solution) -> None:
     axes.set_title("Coils, and their phases", fontsize=10, color=INK)
 
 
-def _write_scorecard(axes: Axes, card: Scorecard) -> None:
+def _write_scorecard(axes: Axes, solution: Solution, card: Scorecard) -> None:
     """The scorecard's numbers, with what each is."""
     rows = [
-        ("SSIM", f"{card.ssim:.3f}"),
-        ("SSIM of the nearest coil alone", f"{card.nulls.nearest_actuator:.3f}"),
         ("distance from target to maximum", f"{card.focal_error_mm:.1f} mm"),
         ("level over any other finger", f"{card.second_finger_db:+.1f} dB"),
         ("contrast", f"{card.contrast_db:.1f} of {card.contrast_limit_db:.1f} dB"),
@@ -116,6 +122,12 @@ def _write_scorecard(axes: Axes, card: Scorecard) -> None:
         ]
     if felt is not None and felt.sensation_db is not None:
         rows.append(("level above the threshold of feeling", f"{felt.sensation_db:+.1f} dB"))
+    images = [
+        ("SSIM", f"{card.ssim:.3f}"),
+        ("SSIM of the nearest coil alone", f"{card.nulls.nearest_actuator:.3f}"),
+    ]
+    # An image comes first where it is what was asked for.
+    rows = images + rows if solution.objective == "ssim" else rows + images
     axes.set_axis_off()
     table = axes.table(
         [[name, value] for name, value in rows],

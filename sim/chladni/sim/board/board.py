@@ -83,6 +83,11 @@ class Board(BoardParts):
         return float(2.0 * np.pi * (own.bending_stiffness / own.areal_mass / omega**2) ** 0.25)
 
     @property
+    def is_for_several(self) -> bool:
+        """Whether it is made for several fingers, and for none alone."""
+        return self.fingers is not None and self.focus is None
+
+    @property
     def has_magnetic_coupling(self) -> bool:
         """Whether it is known what coils and magnets do to those of other actuators."""
         return bool(

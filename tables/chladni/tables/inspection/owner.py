@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 from chladni.sim.board.board import Board, fingerprint_text, is_of
-from chladni.sim.board.file import load_board, shipped_boards
+from chladni.sim.board.file import MOST_BYTES, load_board, shipped_boards
 from chladni.sim.errors import InputError, MissingArgumentError
+from chladni.sim.files import read_text
 from chladni.tables.table import Table, limits_of
 
 
@@ -49,15 +51,23 @@ def board_for(table: Table, board: str | Path | None = None, *, file: str | None
 def known_board(table: Table, file: str | None) -> str | Path | None:
     """What names a table's board: a shipped one's name, or its file beside the table's.
 
-    A file beside is of the board's name, or of the table's own.
+    A file beside is of the table's own name, or of the board's; a SPEC of a design is none.
     """
     if table.board_name in shipped_boards():
         return table.board_name
     if file is None:
         return None
     own = Path(file)
-    beside = [own.with_name(f"{table.board_name}.toml"), own.with_suffix(".toml")]
-    return next((path for path in beside if path.is_file()), None)
+    beside = [own.with_suffix(".toml"), own.with_name(f"{table.board_name}.toml")]
+    return next((path for path in beside if path.is_file() and not _is_spec(path)), None)
+
+
+def _is_spec(path: Path) -> bool:
+    """Whether a file has a block that no board has; one that cannot be read is a board's."""
+    try:
+        return "design" in tomllib.loads(read_text(path, "board", MOST_BYTES))
+    except (InputError, tomllib.TOMLDecodeError):
+        return False
 
 
 def _is_its_board(table: Table, board: Board) -> bool:

@@ -43,6 +43,8 @@ WORDS = {
     "force": "force over the drawn one",
     "dead": "makes no force",
     "told": "determined by the readings",
+    "score": "score: what [design.weights] adds up, dB",
+    "robust_score": "score within tolerances, dB",
     "beside_mm": "fingers lie beside their places",
     "unfelt": "share that feels nothing of the others, at rest",
     "unfelt_pressing": "share that feels nothing of the others, pressing",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from chladni.drives.scoring.board_score import BoardScore
+from chladni.drives.scoring.remedies import Remedy
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
@@ -12,11 +14,11 @@ from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
+if TYPE_CHECKING:
+    from chladni.host.emulation.played_effect import PlayedEffect
+
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
-LONG, SHORT = 0.6, 0.3
-"""Foam lengths over the coils' spacing at which all coils make nearly one field, and at which
-places between them are lost (docs/focus.md)."""
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
@@ -77,6 +79,7 @@ def of_board(
     frequency_hz: float,
     for_fingers: bool = False,
     has_fingers: bool = True,
+    tried: Sequence[Remedy] = (),
 ) -> str:
     """The same of a board's best drives; what keeps two fingers apart, and what would help.
 
@@ -88,6 +91,8 @@ def of_board(
         Whether the board is for several: then that comes first, and no remedy for one focus.
     has_fingers
         Whether its tables have what several need.
+    tried
+        What could help, the best first.
     """
     focus, known = of_places(score, frequency_hz=frequency_hz), score.second_finger_20mm_db
     apart = ""
@@ -102,29 +107,38 @@ def of_board(
         return f"{apart} {focus}".strip()
     if known is None or known.median >= NOTICED_DB:
         return f"{focus} {apart}".strip()
-    return " ".join(filter(None, (focus, apart, _remedy(score))))
+    return " ".join(filter(None, (focus, apart, _remedy(score, tried))))
 
 
-def _remedy(score: BoardScore) -> str:
-    """What keeps a board from focusing, as docs/focus.md has it; nothing if none of that does."""
-    spacing, foam = score.coil_spacing_mm, score.foam_length_mm
-    if spacing is None or spacing > WIDE_MM:
-        own = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
-        return (
-            f"Instead of {own} take coils about 12 mm apart: more of them, or a board as much "
-            "smaller."
+def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
+    """What makes a board focus, of what was tried; else how far off it is, and coils nearer."""
+    best, own = (tried[0] if tried else None), score.second_finger_20mm_db
+    if best is not None and best.second_finger_20mm_db >= NOTICED_DB:
+        return f"Tried on it: {best.change} makes that {_less(best.second_finger_20mm_db)}."
+    told = ""
+    if best is not None and own is not None:
+        helps = best.second_finger_20mm_db > own.median + SAME_DB
+        told = (
+            f"Tried on it: {best.change} helps most, {_less(best.second_finger_20mm_db)}, which "
+            "does not do. "
+            if helps
+            else "No thinner sheet nor other foam helps, as tried. "
         )
-    if score.half_wavelength_mm is not None:
-        return "Waves travel on this plate: take a thinner sheet on soft foam."
-    if foam is not None and foam > LONG * spacing:
-        return "All coils make nearly one field: take harder foam or a thinner sheet."
-    if foam is not None and foam < SHORT * spacing:
-        return "Places between the coils are lost: take softer foam or a thicker sheet."
-    return ""
+    spacing = score.coil_spacing_mm
+    if spacing is None or spacing > WIDE_MM:
+        coils = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
+        told += (
+            f"Instead of {coils} take coils about 12 mm apart, more of them or a board as much "
+            "smaller; `chladni design` finds the sheet and the foam for them."
+        )
+    return told.rstrip()
 
 
-def of_place(card: Scorecard, *, frequency_hz: float) -> str:
-    """Whether one drive focuses, and whether a finger feels it."""
+def of_place(card: Scorecard, *, frequency_hz: float, for_fingers: bool = False) -> str:
+    """Whether one drive focuses, and whether a finger feels it.
+
+    `for_fingers`: the board is for several, and this is of one alone.
+    """
     if not card.movable:
         return "No drive of these coils moves this place."
     off, less = card.focal_error_mm, card.second_finger_db
@@ -141,7 +155,75 @@ def of_place(card: Scorecard, *, frequency_hz: float) -> str:
         told += f", one 20 mm away {_less(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
-    return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}".rstrip()
+    several = SEVERAL if for_fingers else ""
+    return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}{several}".rstrip()
+
+
+SEVERAL = (
+    " The board is for several fingers, and this is one alone: `chladni fingers` says how far "
+    "apart it keeps them."
+)
+
+
+def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) -> str:
+    """What the best of several methods comes to, at the median of its targets."""
+    name = best["method"]
+    if name == "phasor":
+        name += f" at {best['objective']}"
+    told = f"Of {len(entries)} methods {name} is the one for this board"
+    less = best["second_finger_db"]
+    if less is None:
+        return f"{told}."
+    start = "it focuses" if less >= NOTICED_DB else "it does not focus"
+    return (
+        f"{told}: {start}, another finger 12 mm away gets {_less(less)} at the median; fingers "
+        f"notice {NOTICED_DB:g} dB."
+    )
+
+
+def of_effect(played: PlayedEffect) -> str:
+    """What fingers have of an effect."""
+    own = f"The finger gets {played.peak_um:.2g} µm at most"
+    other, least = played.other_peak_um, played.just_felt_um
+    if other is None or played.isolation_db is None:
+        return f"{own}."
+    feels = "feels" if least is not None and other > least else "does not feel"
+    apart = f"{abs(played.isolation_db):.0f} dB {'less' if played.isolation_db >= 0.0 else 'more'}"
+    return f"{own}, the other {apart}, which a resting finger {feels}."
+
+
+def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> str:
+    """What the best board of a search comes to at the worst tenth, within tolerances.
+
+    Parameters
+    ----------
+    found
+        Its summary.
+    for_fingers
+        Isolation by number of fingers, where a search weighed it.
+    """
+    um = found["finger_um"]
+    felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
+    if for_fingers:
+        told = ", ".join(
+            f"{number} fingers {db:.0f} dB apart" for number, db in for_fingers.items()
+        )
+        return f"Within tolerances it keeps {told} at nine of ten places.{felt}"
+    db = found["second_finger_20mm_db"]
+    start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
+    at = f"within tolerances another finger 20 mm away gets {_less(db)}"
+    return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
+
+
+def of_table(objective: str, misled: int, places: int) -> str:
+    """What a table of drives is for; whether it focuses is another command's to say."""
+    if objective == "focus":
+        told = "Its drives are those that focus best."
+    elif misled:
+        told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
+    else:
+        told = f"Its drives are best at {objective}."
+    return f"{told} `chladni table score` says what fingers feel of it."
 
 
 def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:

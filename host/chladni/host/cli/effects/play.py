@@ -31,6 +31,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
+from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
 from chladni.host.cli.effects.remarks import say_filtered, say_waves
@@ -189,7 +190,8 @@ def _tell(
         key: value for key, value in asdict(found).items() if not isinstance(value, np.ndarray)
     }
     rows.pop("other_um", None)
-    answer(known | rows, as_json=as_json, title="Played (emulated)")
+    verdict = {"verdict": of_effect(found)}
+    answer(verdict | known | rows, as_json=as_json, title="Played (emulated)")
 
 
 def _table(connection: Connection) -> tuple[Table, Board]:

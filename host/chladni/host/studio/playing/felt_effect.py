@@ -20,6 +20,7 @@ from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
 from chladni.host.studio.messages.requests import PlayEffect
 from chladni.host.studio.messages.sender import Sender
 from chladni.sim.errors import ArgumentError, ChladniError, InputError, MissingError
+from chladni.sim.files import write_whole
 
 FloatArray = NDArray[np.float64]
 PROGRESS_S = 0.2
@@ -117,7 +118,7 @@ def _read(request: PlayEffect) -> ReadEffect:
         raise ArgumentError("name", request.name, f"a name that ends in {', '.join(READERS)}")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"effect{ending}"
-        path.write_bytes(request.data)
+        write_whole(path, request.data)
         try:
             return read_effect(path)
         except InputError as error:

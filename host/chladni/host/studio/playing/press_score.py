@@ -41,6 +41,8 @@ def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
     numbers["maximum_mm"] = [float(solved.fields.x[i] / MM), float(solved.fields.y[j] / MM)]
     numbers["second_finger_mm"] = _second_finger_mm(problem, played)
     numbers["words"] = in_words(card, solved.fields.frequency_hz)
+    if ready.board.is_for_several:
+        numbers["words"] += " " + WORDS["several"]
     return numbers
 
 
@@ -70,6 +72,7 @@ WORDS = {
     "alike": "A second finger 12 mm away or more can feel as much.",
     "louder": "It is no focus: a second finger elsewhere gets {db} dB more.",
     "quieter": "A second finger 12 mm away or more gets at least {db} dB less.",
+    "several": "The board is for several fingers: add one, and see what each has of the others.",
 }
 """What a press comes to; a page without a server says it by the same words."""
 
