@@ -232,6 +232,13 @@ def test_all_that_is_wrong_with_a_spec_is_named_at_once() -> None:
     assert "'coils', perhaps" in str(caught.value)
 
 
+def test_a_value_that_a_search_could_choose_is_told_so() -> None:
+    for wrong in ("fre", {"form": 0.1, "to": 0.4}):
+        with pytest.raises(InputError, match=r'or "free", \{ any = ') as caught:
+            spec_of(small(plate={"thickness_mm": wrong}))
+        assert caught.value.field == "plate.thickness_mm"
+
+
 def test_the_smallest_spec_of_the_page_runs() -> None:
     """The first block of docs/design.md: one board of it, scored as a search does."""
     page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")

@@ -85,6 +85,26 @@ def test_all_that_is_wrong_is_named_at_once_each_on_its_line(
     assert len(lines) == len(fields)
 
 
+@pytest.mark.parametrize(
+    ("sheet", "said"),
+    [
+        ('material = "FR44"', "plate.material: expected one of: 'FR4', "),
+        ("", "plate.material is required: 'FR4', 'aluminium', "),
+    ],
+)
+def test_an_unknown_sheet_hides_nothing_else(
+    tmp_path: Path, chladni: CommandLine, sheet: str, said: str
+) -> None:
+    path = tmp_path / "bad.toml"
+    assert 'material = "FR4"' in SMALLEST
+    text = SMALLEST.replace('material = "FR4"', f'{sheet}\nedges = "fre"\nloss_factor = -1')
+    path.write_text(text.replace("size_mm = [", "size_mm = [-1, ", 1), encoding="utf-8")
+    told = chladni("board", "show", path).err
+    assert said in told
+    for field in ("plate.edges", "plate.loss_factor", "plate.size_mm"):
+        assert f"{path}, {field}" in told
+
+
 def test_what_does_not_fit_is_named_at_once_too() -> None:
     wrong = set_key("actuators.1.at_mm", [99.0, 0.0])
     wrong["electronics"]["pwm_pins"] = [2, 4]

@@ -59,6 +59,11 @@ class InputError(ChladniError):
         self._tell()
         return self
 
+    def hinted(self, hint: str) -> None:
+        """Say from now on what to do about it."""
+        self.hint = hint
+        self._tell()
+
     def on_command_line(self, options: Mapping[str, str]) -> None:
         """Speak of options, where a command line gave what Python gives as arguments.
 

@@ -68,3 +68,14 @@ def _may_be_bridges(electronics: Mapping[str, Any]) -> bool:
     drive = electronics.get("drive", "switch")
     options = drive.get("any", []) if isinstance(drive, dict) else [drive]
     return isinstance(options, list) and "bridge" in options
+
+
+def with_derived(board: Document) -> Document:
+    """What follows from the rest where it is left out: the image's points, and the GPIOs."""
+    own: Document = {"electronics": {}} | board
+    electronics = own["electronics"]
+    if isinstance(electronics, dict):
+        own["electronics"] = with_pins(electronics, own.get("panel"))
+    if "image" not in own:
+        own["image"] = {"points": None}
+    return own

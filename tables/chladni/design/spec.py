@@ -9,8 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.pins import chip_of, of_its_driver, with_pins
-from chladni.design.variables import Choice, Document, Variable, filled, range_of, variables_of
+from chladni.design.pins import chip_of, of_its_driver, with_derived
+from chladni.design.variables import (
+    Choice,
+    Document,
+    Variable,
+    filled,
+    openings_told,
+    range_of,
+    variables_of,
+)  # fmt: skip
 from chladni.sim.board.file import (
     file_of,
     parse_document,
@@ -182,7 +190,7 @@ def spec_of(document: Document) -> Spec:
     keep_out, weights = own.pop("keep_out", []), own.pop("weights", None)
     symmetric = own.pop("symmetric", None)
     own.setdefault("coil_spacing_mm", _spacing_mm(board))
-    board = _with_derived(board)
+    board = with_derived(board)
     keys = [one.key for one in quantities(DesignSettings).values()]
     with faults.kept():
         check_keys(own, [*keys, *BESIDE_SETTINGS], required=[], where="design.")
@@ -228,19 +236,9 @@ def _variables(board: Document) -> tuple[Variable, ...]:
     if isinstance(electronics, dict):
         is_open = any(own.where == ("electronics", "drive") for own in found)
         one["electronics"] = of_its_driver(electronics, 0, is_open=is_open)
-    parts_of(one)
+    with openings_told():
+        parts_of(one)
     return found
-
-
-def _with_derived(board: Document) -> Document:
-    """What follows from the rest where it is left out: the image's points, and the GPIOs."""
-    own: Document = {"electronics": {}} | board
-    electronics = own["electronics"]
-    if isinstance(electronics, dict):
-        own["electronics"] = with_pins(electronics, own.get("panel"))
-    if "image" not in own:
-        own["image"] = {"points": None}
-    return own
 
 
 def _with_purpose(board: Document, weights: Mapping[str, float]) -> Document:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any
 
 from chladni.sim.board.catalogue import SHEETS
 from chladni.sim.board.foundation import MATERIALS
-from chladni.sim.errors import InputError
+from chladni.sim.errors import FaultsError, InputError
 
 Document = dict[str, Any]
 Where = tuple[str | int, ...]
@@ -141,3 +142,16 @@ def key_of(where: Where) -> str:
     """A place in a document as errors name it: `plate.size_mm[1]`."""
     text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in where)
     return text.lstrip(".")
+
+
+@contextlib.contextmanager
+def openings_told() -> Iterator[None]:
+    """Let errors of a board's values say what a SPEC may have in their place."""
+    try:
+        yield
+    except InputError as error:
+        for own in error.errors if isinstance(error, FaultsError) else [error]:
+            if isinstance(own.value, str | dict) and "number" in own.expected:
+                own.hinted('or "free", { any = […] } or { from = …, to = … }, to be searched')
+        error.hinted(error.hint)
+        raise

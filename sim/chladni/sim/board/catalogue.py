@@ -9,7 +9,7 @@ from typing import Any
 
 from chladni.sim.board.parts import Spring
 from chladni.sim.board.quantity import MM, near_name
-from chladni.sim.errors import Faults, InputError
+from chladni.sim.errors import Faults, InputError, MissingError
 
 LABEL_PATTERN = re.compile(r"[\w .,+/()-]{0,40}")
 
@@ -45,16 +45,18 @@ def with_material(plate: Any) -> Any:
     Raises
     ------
     InputError
-        There is no such material, and a number of it is left out.
+        There is no such material, or none, and a number of it is left out.
     """
-    if not isinstance(plate, dict) or "material" not in plate:
+    if not isinstance(plate, dict):
         return plate
-    name = plate["material"]
+    name = plate.get("material")
     if isinstance(name, str) and name in SHEETS:
         return SHEETS[name] | plate
     lacking = [key for key in SHEETS["FR4"] if key not in plate and key != "loss_factor"]
+    known = ", ".join(map(repr, SHEETS))
+    if lacking and "material" not in plate:
+        raise MissingError("plate.material", f"{known}; or {', '.join(lacking)}")
     if lacking:
-        known = ", ".join(map(repr, SHEETS))
         close = near_name(name, SHEETS)
         raise InputError(
             "plate.material",

@@ -9,7 +9,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import with_grommets, with_material, with_rubber_parts
+from chladni.sim.board.catalogue import (
+    SHEETS,
+    with_grommets,
+    with_material,
+    with_rubber_parts,
+)
 from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Sensing, Winding
 from chladni.sim.board.fingers import Active, Focus, SeveralFingers, finger_from
@@ -214,10 +219,15 @@ def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
     A block in which that fails is left out, so that no more of it is found wrong.
     """
     document = {"drive": {}, "regions": {}, "electronics": {}} | document
+    if "plate" in document:
+        sheet = None
+        with faults.kept():
+            sheet = with_material(document["plate"])
+        # Any sheet's numbers, where its own are not known: all else of the plate is looked at.
+        document["plate"] = sheet if sheet is not None else SHEETS["FR4"] | document["plate"]
     for complete, block in (
         (_with_points, "image"),
         (_with_panel, "panel"),
-        (_with_sheet, "plate"),
         (_with_winding, "coil"),
         (with_rubber_parts, "springs"),
         (with_grommets, "screws"),
@@ -227,13 +237,6 @@ def _completed(document: dict[str, Any], faults: Faults) -> dict[str, Any]:
             continue
         document.pop(block, None)
     return document
-
-
-def _with_sheet(document: dict[str, Any]) -> dict[str, Any]:
-    """With the numbers of the plate's material."""
-    return (
-        document | {"plate": with_material(document["plate"])} if "plate" in document else document
-    )
 
 
 def _with_points(document: dict[str, Any]) -> dict[str, Any]:

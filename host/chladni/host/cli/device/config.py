@@ -23,7 +23,7 @@ from chladni.host.protocol.settings import (
     parse_setting,
 )
 from chladni.sim.board.board import Board, is_of
-from chladni.sim.board.electronics import NOT_WIRED
+from chladni.sim.board.electronics import NOT_WIRED, Electronics
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -123,6 +123,8 @@ def _set(
     as_json: bool,
 ) -> None:
     board = None if source is None else _board(source)
+    if board is not None:
+        _say_least_duty(board.electronics)
     wanted: dict[str, Any] = {} if board is None else board_settings(board)
     for name in names:
         wanted |= parse_setting(name)
@@ -158,6 +160,15 @@ def _set(
     if as_json and source is None:
         result |= for_json(wanted)
     answer(result if as_json else _in_words(result), as_json=as_json, title="Written")
+
+
+def _say_least_duty(own: Electronics) -> None:
+    """A pulse that a file asks for may be shorter than what keeps a coil's current flowing."""
+    if own.shortest_on_ns > own.min_on_ns and not own.is_bridge:
+        say(
+            f"min_on_ns is {own.shortest_on_ns:.0f}, not {own.min_on_ns:g}: least_duty, "
+            f"{own.least_duty:g}, needs pulses as long"
+        )
 
 
 def _check_driver_settings(wanted: dict[str, Any], after: DeviceConfig) -> None:

@@ -28,7 +28,12 @@ export function showLatency(table, latencyMs) {
   const row = makeRow(own);
   const before = table.tBodies[0].querySelector('[data-key="latency_ms"]');
   if (before) before.replaceWith(row);
-  else table.tBodies[0].append(row);
+  else {
+    const last = table.tBodies[0].rows[table.tBodies[0].rows.length - 1];
+    // Where SSIM is not what was asked for, it stays the last.
+    if (last?.dataset.key === "ssim") last.before(row);
+    else table.tBodies[0].append(row);
+  }
 }
 
 export function showCoils(table, actuators, drive) {

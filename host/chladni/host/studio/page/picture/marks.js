@@ -27,7 +27,12 @@ export class Marks {
       return { x, y, arrow: draw(this.all, "path", { d: "" }, "phasor") };
     });
     const radius = board.fingertip_mm;
-    this.second = this.place("second", [["circle", { r: radius, "stroke-dasharray": "6 5" }]]);
+    // Of a finger that would lie half off the board, what lies on it is seen.
+    Marks.made = (Marks.made ?? 0) + 1;
+    const clip = element(this.all, "clipPath", { id: `board-${Marks.made}` });
+    element(clip, "rect", { x: -width / 2, y: -height / 2, width, height });
+    const onBoard = group(this.all, { "clip-path": `url(#board-${Marks.made})` });
+    this.second = this.place("second", [["circle", { r: radius, "stroke-dasharray": "6 5" }]], onBoard);
     const d = 2 * unit;
     this.maximum = this.place("maximum", [["path", { d: `M0 ${d}L${d} 0L0 ${-d}L${-d} 0Z` }]]);
     this.finger = this.place("finger", [
@@ -44,8 +49,8 @@ export class Marks {
     });
   }
 
-  place(name, shapes) {
-    const own = group(this.all, { class: `place-${name}`, visibility: "hidden" });
+  place(name, shapes, parent = this.all) {
+    const own = group(parent, { class: `place-${name}`, visibility: "hidden" });
     for (const [kind, attributes] of shapes) draw(own, kind, attributes);
     return own;
   }
