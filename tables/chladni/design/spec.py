@@ -18,7 +18,7 @@ from chladni.design.variables import (
     openings_told,
     range_of,
     variables_of,
-)  # fmt: skip
+)
 from chladni.sim.board.file import (
     file_of,
     parse_document,
