@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 from chladni.drives.problem.problem import solved_board
-from chladni.drives.problem.search_cost import LARGE, for_focus, search_cost
+from chladni.drives.problem.search_cost import LARGE, field_cost, for_focus, search_cost
 from chladni.drives.solve import solve
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image
 from chladni.sim.board.writing import board_file
+from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.image.energy import compose
 from chladni.sim.image.metrics import FingertipDiscs
@@ -66,6 +67,33 @@ def test_usual_images_are_neither_refused_nor_announced(prototype: Board) -> Non
     assert cost.seconds == 0.0
     large = search_cost(with_points(prototype, 401, 801), 0.0)
     assert large.seconds > 1.0
+
+
+def test_a_field_is_counted_too(chladni: CommandLine, prototype: Board, tmp_path: Path) -> None:
+    """2.8 GB without a word before; arrays of 8 million points, counted by numpy, are less."""
+    path = written(with_points(prototype, 4901, 4901), tmp_path)
+    done = chladni("field", path, "--target", "10,25", "-o", tmp_path / "f.npz")
+    assert done.code == 2
+    assert "a field on 24,019,801 image points takes about 2.8 GB, more than 2" in done.err
+    least = 16 + 8 + 16 + 8  # a response and its image, and both as they are written
+    counted = field_cost(with_points(prototype, 401, 801)).bytes / (401 * 801)
+    assert least < counted < 3 * least
+
+
+def test_a_board_is_scored_for_a_focus_on_less(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(with_points(shipped_board("strip5"), 501, 2001), tmp_path)
+    asked: list[Board] = []
+
+    def scored(board: Board, **_: object) -> None:
+        asked.append(board)
+        raise InputError("stop", 1, "no score")
+
+    monkeypatch.setattr("chladni.host.cli.board.score_board", scored)
+    done = chladni("board", "score", path)
+    assert "a focus needs no image of 501 × 2001 points: 29 × 121 are used" in done.err
+    assert asked[0].image.points == (29, 121)
 
 
 def test_a_focus_needs_no_larger_image(prototype: Board) -> None:

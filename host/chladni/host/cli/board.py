@@ -34,7 +34,7 @@ from chladni.host.cli.common.board_reports import (
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
-from chladni.host.cli.common.drive_options import OwnObjectiveOption
+from chladni.host.cli.common.drive_options import OwnObjectiveOption, on_less
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -151,6 +151,7 @@ def board_score(
     check_request("phasor", objective or "ssim", seed, None, None)
     started, loaded = time.perf_counter(), load_board(board)
     rated = objective or default_objective(loaded)
+    loaded = on_less(loaded) if rated == "focus" else loaded
     if objective is None and loaded.focus is None and loaded.fingers is None:
         say_purpose(rated)
     with progress_bar("boards") as progress:
@@ -165,11 +166,10 @@ def board_score(
         )
     say_unmet(score.error_estimate, TOLERANCE)
     two = _two_fingers(loaded, seed)
-    frequency_hz = loaded.drive.frequency_hz
     verdict = of_board(
         score,
         two,
-        frequency_hz=frequency_hz,
+        frequency_hz=loaded.drive.frequency_hz,
         for_fingers=loaded.is_for_several,
         has_fingers=loaded.fingers is not None,
         tried=_tried(loaded, score),

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from chladni.drives.problem.search_cost import field_cost
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -36,6 +37,7 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.actuator import WaveResponse, wave_response
 from chladni.sim.coil.waveforms import WAVEFORMS
+from chladni.sim.cost import begin
 from chladni.sim.errors import InputError, MissingError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.coil_on_plate import PlateCurve, acceleration_on_plate
@@ -82,6 +84,7 @@ def field(
     index = _index_of(loaded, actuator) if actuator is not None else None
     amplitudes, marked = _read_drive(drive, loaded) if drive is not None else (None, None)
     started = time.perf_counter()
+    begin(field_cost(loaded))
     found: Response | TransferFields
     if place is not None:
         found = target_field(loaded, place, tolerance=tolerance, allow_unmet=True)

@@ -69,7 +69,7 @@ def with_focus(
         given["floor_um"] = floor_um
     objective = objective or objective_of(board, method)
     if objective == "focus":
-        board = _on_less(board)
+        board = on_less(board)
     if not given:
         return board, objective
     if objective != "focus":
@@ -81,7 +81,7 @@ def with_focus(
     return replace(board, focus=replace(board.focus or Focus(), **given)), objective
 
 
-def _on_less(board: Board) -> Board:
+def on_less(board: Board) -> Board:
     """With an image that a focus needs; says so where it is not the board's own."""
     less = for_focus(board)
     if less is not board:
