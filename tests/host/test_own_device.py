@@ -21,7 +21,7 @@ from chladni.sim.errors import InputError
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
 from chladni.tables.table import Table
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 
 OWN = Path(__file__).parent / "own.toml"
 
@@ -252,3 +252,20 @@ def test_a_board_without_pins_or_with_others_than_the_chip_has_is_refused(
         done = chladni("device", "config", "set", "--from", file, "--yes", "--emulator")
         assert done.code == 2
         assert words in " ".join(done.err.split()), done.err
+
+
+def test_a_pulse_that_is_longer_than_the_file_says_is_told_why(chladni: CommandLine) -> None:
+    """A switch's current stops below `least_duty`; a bridge's does not."""
+    template = ROOT / "boards" / "template.toml"
+    told = chladni("device", "config", "set", "--from", template, "--yes", "--emulator")
+    assert told.code == 0
+    assert "min_on_ns is 1088, not 100: least_duty, 0.085, needs pulses as long" in told.err
+    bridges = chladni("device", "config", "set", "--from", "strip5", "--yes", "--emulator")
+    assert "least_duty" not in bridges.err
+
+
+def test_a_bridge_is_given_no_shortest_pulse(chladni: CommandLine) -> None:
+    at = ("--board", "strip5", "--emulator", "--yes")
+    refused = chladni("device", "config", "set", "min_on_ns=200", *at)
+    assert refused.code == 2
+    assert "min_on_ns: expected 0: this device has bridges, got 200; of a bridge" in refused.err
