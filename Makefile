@@ -115,6 +115,7 @@ UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build
 	test_flash_wear.py::test_credit_ends_at_sixty \
 	test_boot_log.py::test_crashes_are_forgotten_after_a_good_while \
 	test_limits_walk.py::test_no_order_of_few_requests_lifts_a_limit[1] \
+	test_limits_walk.py::test_no_order_of_few_requests_lifts_a_limit[2] \
 	test_pins.py::test_both_sides_judge_five_thousand_configurations_alike \
 	test_heat.py::test_play_until_hot_restart_and_again \
 	test_heat.py::test_any_order_of_touches_streams_and_resets[2-False] \

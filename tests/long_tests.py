@@ -29,6 +29,7 @@ LONG = (
     "chain/test_examples.py::test_the_device_on_a_port_plays",
     "chain/test_felt.py::test_tables_comparisons_and_touches_speak_of_them_too",
     "chain/test_played_effect.py::test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still",
+    "chain/test_played_effect.py::test_a_finger_alone_is_emulated_by_responses_too",
     "chain/test_played_effect.py::test_a_switchs_bias_stands_before_an_effect_and_is_told_apart",
     "chain/test_played_effect.py::test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much",
     "chain/test_played_effect.py::test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says",

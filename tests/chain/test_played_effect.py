@@ -15,6 +15,8 @@ from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Area, Bank, Curve, Effect, Tone, shipped_effects
 from chladni.effects.bank.pack import pack_bank
 from chladni.host.emulation import felt_over_time
+from chladni.host.emulation.closed_loop import run_alone
+from chladni.host.emulation.emulator import TouchEvent
 from chladni.host.emulation.felt_over_time import (
     GRID_HZ,
     RATE_HZ,
@@ -199,6 +201,29 @@ def test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much(
             # Where a tone begins and ends it swings over.
             steady = np.abs(found.own_um[(found.t_s > 0.08) & (found.t_s < 0.16)]).max()
             assert 20.0 * np.log10(steady / um) == pytest.approx(0.0, abs=1.0)
+
+
+def test_a_finger_alone_is_emulated_by_responses_too(
+    chladni: CommandLine, table: Table, board: Board, tmp_path: Path
+) -> None:
+    """The loudest drive for its place, by what the plate's own fields say."""
+    touch = TouchEvent(10.0, HERE)
+    recording, report = run_alone(table, board, [touch], 150.0)
+    assert recording.duty_steps.any()
+    assert 0.0 < report.latency_ms < 13.0
+    at = solved_board(board).problem(HERE).at_target
+    loudest = at.conj() / np.linalg.norm(at)
+    assert abs(np.vdot(loudest, report.drive)) / np.linalg.norm(report.drive) > 0.97
+    path, out = tmp_path / "t.chl", tmp_path / "e.npz"
+    path.write_bytes(pack(table))
+    at_place = f"{HERE[0]:g},{HERE[1]:g}@10"
+    where = ("emulate", path, "--board", "strip5", "--ms", "150", "-o", out)
+    found = chladni(*where, "--touch", at_place, "--json").json
+    assert found["finger_um"] == pytest.approx(report.card.felt.finger_um)  # type: ignore[union-attr]
+    assert found["objective"] == "only responses"
+    assert "for several fingers, and this is one alone" in found["verdict"]
+    short = chladni(*where, "--touch", f"{HERE[0]:g},{HERE[1]:g}@145")
+    assert (short.code, "a last touch that then plays" in short.err) == (2, True)
 
 
 def test_a_board_without_a_coil_is_refused(table: Table, board: Board) -> None:

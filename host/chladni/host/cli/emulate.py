@@ -29,7 +29,7 @@ from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
 if TYPE_CHECKING:
-    from chladni.host.emulation.closed_loop import LoopReport
+    from chladni.host.emulation.closed_loop import AloneReport, LoopReport
     from chladni.host.emulation.touches import TouchScore
 
 ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
@@ -120,7 +120,7 @@ def emulate(
         return
     # Scores take half a second to load, and a device that is served gives none.
     from chladni.host.cli.common.verdicts import of_place  # noqa: PLC0415
-    from chladni.host.emulation.closed_loop import run_loop  # noqa: PLC0415
+    from chladni.host.emulation.closed_loop import run_alone, run_loop  # noqa: PLC0415
 
     loaded = read_table(required("TABLE", table, "a table file (.chl)"))
     touches = required("--touch", touch, "X,Y@MS: a place in mm and a time in ms")
@@ -131,6 +131,12 @@ def emulate(
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
     events = _events(touches, lift or [])
     owner = board_for(loaded, board, file=str(table))
+    if not loaded.sections:
+        recording, alone = run_alone(loaded, owner, events, run_ms, level=level)
+        write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
+        result = _alone(owner, alone) | {"objective": "only responses", "path": str(file)}
+        answer(result, as_json=as_json, title=f"{table} on the emulated board")
+        return
     recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
     played = {"objective": loaded.section(frequency).objective, "path": str(file)}
@@ -142,6 +148,18 @@ def emulate(
         at_level = level * result["finger_um"]
         told += f" That is at full level; it played {level:g} of it, {at_level:.2g} µm."
     answer({"verdict": told} | result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _alone(board: Board, report: AloneReport) -> dict[str, Any]:
+    """One finger by a table of responses: a verdict, and its scorecard."""
+    from chladni.host.cli.common.verdicts import of_place  # noqa: PLC0415
+
+    card = asdict(report.card)
+    felt: dict[str, Any] = card.pop("felt")
+    baselines = card.pop("nulls")
+    told = of_place(report.card, frequency_hz=board.drive.frequency_hz, for_fingers=True)
+    place = {"latency_ms": report.latency_ms, "target_mm": list(report.target_mm)}
+    return {"verdict": told} | place | card | felt | {"baselines": baselines}
 
 
 def _events(touches: list[str], lifts: list[float]) -> list[TouchEvent]:

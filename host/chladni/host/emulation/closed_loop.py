@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.problem import Problem, solved_board
+from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
 from chladni.host.emulation._emulator import lost_steps
-from chladni.host.emulation.demodulate import edge_sfdr_db, first_change, sfdr_db
+from chladni.host.emulation.demodulate import Play, edge_sfdr_db, first_change, phasors, sfdr_db
 from chladni.host.emulation.emulator import (
     LEVEL,
+    Emulator,
     Recording,
     TouchEvent,
     emulate,
@@ -27,7 +29,9 @@ from chladni.host.emulation.touches import (
     playing_finger,
     score_touches,
 )
+from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
+from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.errors import ArgumentError, MissingArgumentError
 from chladni.sim.fields.transfer import check_target, target_field
 from chladni.sim.image import metrics
@@ -35,6 +39,8 @@ from chladni.sim.image.energy import compose
 from chladni.tables.table import Table
 
 ComplexArray = NDArray[np.complex128]
+REPORTED_MS = 16.0
+"""At most from a touch to its drive: a panel's report, and the solver's slices."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +156,68 @@ def run_loop(
         target_field=wanted,
         touches=scores,
     )
+
+
+@dataclass(frozen=True)
+class AloneReport:
+    """The last touch of one finger by a table of responses alone, of which a device makes drives.
+
+    Attributes
+    ----------
+    latency_ms
+        From the first touch to the first changed duty on a pin.
+    target_mm
+        Of the last touch.
+    drive
+        That the pins made, shape (actuators,), in units of a duty of 1.
+    card
+        Of its field.
+    """
+
+    latency_ms: float
+    target_mm: tuple[float, float]
+    drive: ComplexArray
+    card: Scorecard
+
+
+def run_alone(
+    table: Table,
+    board: Board,
+    touches: Sequence[TouchEvent],
+    milliseconds: float,
+    *,
+    level: float = LEVEL,
+) -> tuple[Recording, AloneReport]:
+    """As `run_loop` for a table without drives, in which no promise stands to be compared with.
+
+    Raises
+    ------
+    InputError
+        As of `run_loop`.
+    """
+    _check_events(board, touches, milliseconds)
+    emulator = Emulator(board, table, level=level)
+    for touch in touches:
+        emulator.touch(touch)
+    recording = emulator.run(milliseconds)
+    first_ms, last_ms = _first_and_last(touches)
+    changed = first_change(recording, int(first_ms * 1e-3 * recording.carrier_hz))
+    hz = table.responses[0].frequency_hz
+    ramp_ms, wave_ms = table.limits.ramp_us / 1e3, SHORTEST_WAVES / hz * 1e3
+    settled_ms = last_ms + REPORTED_MS + ramp_ms
+    if changed is None or settled_ms + wave_ms > milliseconds:
+        expected = f"a last touch that then plays {REPORTED_MS + ramp_ms + wave_ms:.1f} ms"
+        raise ArgumentError("touches, milliseconds", f"{last_ms:g}, {milliseconds:g} ms", expected)
+    play = Play(round(settled_ms * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
+    drive = phasors(recording, play, hz, circuit_of(board)) / np.array(coil_gains(board))
+    place_mm = [own for _, own in playing_finger(touches) if own is not None][-1]
+    solved = solved_board(board).at_frequency(hz)
+    wanted = target_field(board, place_mm, model=solved.model, allow_unmet=True).values[0]
+    problem = Problem(solved, place_mm, wanted)
+    field = compose(solved.fields.values, drive)
+    card = score_on(problem, field, null_models(problem), drive=drive)
+    latency_ms = changed / recording.carrier_hz * 1e3 - first_ms
+    return recording, AloneReport(latency_ms, place_mm, np.asarray(drive), card)
 
 
 def _check_events(board: Board, events: Sequence[TouchEvent], milliseconds: float) -> None:
