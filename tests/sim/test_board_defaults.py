@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
+from chladni.design.spec import parse_spec
 from chladni.sim.board.board import to_document
 from chladni.sim.board.file import board_from_document, load_board
 from chladni.sim.errors import MOST_FAULTS, FaultsError, InputError
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 from prototype_document import document, set_key
 
 SMALLEST = """
@@ -67,7 +68,7 @@ def test_all_that_is_wrong_is_named_at_once_each_on_its_line(
     path = tmp_path / "bad.toml"
     path.write_text(
         SMALLEST.replace("thickness_mm = 0.2", "thicknes_mm = 0.2\npoissons_ratio = 7.0")
-        .replace('name = "least"', "")
+        .replace('name = "least"', "name = 3")
         .replace("at_mm = [0.0, 10.0]", "at_mm = 3")
         + "[drive]\nfrequency_hz = 0.0\n[magnet]\nradius_mm = 3.0\n[motor]\n",
         encoding="utf-8",
@@ -79,10 +80,30 @@ def test_all_that_is_wrong_is_named_at_once_each_on_its_line(
     assert all(line.startswith(start) for line in lines)
     fields = {line.removeprefix(start).split(" ")[0].rstrip(":") for line in lines}
     assert fields == {
-        "name", "motor", "plate.thicknes_mm", "plate.thickness_mm", "plate.poissons_ratio",
-        "drive.frequency_hz", "magnet.height_mm", "actuators[1].at_mm",
-    }  # fmt: skip
+        "motor",
+        "plate.thicknes_mm",
+        "plate.thickness_mm",
+        "plate.poissons_ratio",
+        "drive.frequency_hz",
+        "magnet.height_mm",
+        "actuators[1].at_mm",
+    }
     assert len(lines) == len(fields)
+
+
+def test_a_board_without_a_name_is_called_like_its_file(tmp_path: Path) -> None:
+    """Where that can be a name: letters, digits, - and _, fifteen at most."""
+    text = SMALLEST.replace('name = "least"', "")
+    (tmp_path / "own-pad_2.toml").write_text(text, encoding="utf-8")
+    assert load_board(tmp_path / "own-pad_2.toml").name == "own-pad_2"
+    assert load_board(tmp_path / "own-pad_2").name == "own-pad_2"
+    (tmp_path / "own pad.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="name is required"):
+        load_board(tmp_path / "own pad.toml")
+    spec = (ROOT / "docs" / "design.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
+    assert (
+        parse_spec(spec.replace('name = "my-strip"', ""), file="a/b.toml").document["name"] == "b"
+    )
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from chladni.design.variables import (
     range_of,
     variables_of,
 )
+from chladni.sim.board.checks import named
 from chladni.sim.board.file import (
     file_of,
     parse_document,
@@ -174,7 +175,7 @@ def parse_spec(text: str, *, file: str) -> Spec:
 
 def _in_file(document: Document, file: str) -> Spec:
     try:
-        return spec_of(document)
+        return spec_of(named(document, file))
     except InputError as error:
         raise error.in_file(file) from None
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime
 import re
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -237,3 +239,9 @@ _OF_THE_WHOLE = (
     check_coil, check_supports, check_panel, _check_focus, check_actuators, _check_driver,
     check_pins, _check_places, _check_foundation, _check_sizes, _check_measured,
 )  # fmt: skip
+
+
+def named(document: dict[str, Any], file: str) -> dict[str, Any]:
+    """A board called like its file, where it has no name of its own and that can be one."""
+    stem = Path(file).stem
+    return {"name": stem} | document if NAME_PATTERN.fullmatch(stem) else document

@@ -15,6 +15,7 @@ from chladni.sim.board.catalogue import (
     with_material,
     with_rubber_parts,
 )
+from chladni.sim.board.checks import named
 from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Sensing, Winding
 from chladni.sim.board.fingers import Active, Focus, SeveralFingers, finger_from
@@ -138,7 +139,7 @@ def parse_board(text: str, *, file: str) -> Board:
     """
     document = parse_document(text, file=file)
     try:
-        return board_from_document(document)
+        return board_from_document(named(document, file))
     except InputError as error:
         raise error.in_file(file) from None
 
