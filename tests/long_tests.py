@@ -13,6 +13,7 @@ LONG = (
     "calibration/test_calibration.py::test_a_file_that_knows_its_coils_already_is_started_from",
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[4]",
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[8]",
+    "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils0]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils1]",
     "calibration/test_calibration.py::test_slopes_are_differences_of_solved_plates",
