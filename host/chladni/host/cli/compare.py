@@ -35,6 +35,7 @@ from chladni.host.cli.common.output import (
     progress_bar,
     say_unmet,
     sheet,
+    without_rounding,
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, STEPS
@@ -52,8 +53,6 @@ SHOWN = {
     "second_finger_db": "2nd finger dB", "spot_mm2": "spot mm²", "finger_um": "finger µm",
     "evaluations": "evaluations", "seconds": "seconds",
 }  # fmt: skip
-LEAST = 1e-9
-"""What is smaller, in whatever unit, is what rounding leaves of 0."""
 WIDTH = 150
 """Columns of text where there is no terminal to ask."""
 
@@ -154,7 +153,9 @@ def _print(entries: list[dict[str, Any]], title: str, own: str) -> None:
         name = entry["method"]
         if name == "phasor":
             name += f" {entry['objective']}"
-        cells = ["–" if entry[key] is None else f"{_cleaned(entry[key]):.3g}" for key in SHOWN]
+        cells = [
+            "–" if entry[key] is None else f"{without_rounding(entry[key]):.3g}" for key in SHOWN
+        ]
         table.add_row(name, *cells)
     console = Console()
     # What the board is for, if that is compared, else what looks best.
@@ -163,7 +164,3 @@ def _print(entries: list[dict[str, Any]], title: str, own: str) -> None:
     (console if console.is_terminal else Console(width=WIDTH)).print(table)
     if best["remark"]:
         console.print(f"{best['method']} {best['objective']}: {best['remark']}")
-
-
-def _cleaned(value: float) -> float:
-    return 0.0 if abs(value) < LEAST else value

@@ -14,6 +14,7 @@ from chladni.design.spec import FINGER_TERMS, Spec, read_spec
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
+from chladni.host.cli.common.board_reports import say_unheld
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -30,7 +31,6 @@ from chladni.host.cli.common.verdicts import of_design
 from chladni.sim.board.board import Board
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
-from chladni.sim.fields.static import is_held
 from chladni.sim.files import write_whole
 
 TOML = (".toml",)
@@ -127,8 +127,7 @@ def _say_what_is_missing(board: Board) -> None:
             "the board has no magnets or no windings: nothing weighs on the plate, and no force is "
             "known; give the SPEC [magnet] and [winding], as boards/strip5.toml has them"
         )
-    if not is_held(board):
-        say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+    say_unheld(board)
 
 
 def _about(found: Design, spec: str) -> list[str]:

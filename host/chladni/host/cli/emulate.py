@@ -29,7 +29,7 @@ from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
 if TYPE_CHECKING:
-    from chladni.host.emulation.closed_loop import AloneReport, LoopReport
+    from chladni.host.emulation.closed_loop import LoopReport
     from chladni.host.emulation.touches import TouchScore
 
 ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
@@ -131,35 +131,27 @@ def emulate(
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
     events = _events(touches, lift or [])
     owner = board_for(loaded, board, file=str(table))
-    if not loaded.sections:
+    result: dict[str, Any]
+    if loaded.sections:
+        recording, report = run_loop(
+            loaded, owner, events, run_ms, level=level, frequency_hz=frequency
+        )
+        section = loaded.section(frequency)
+        told = of_place(report.touches[-1].card, frequency_hz=section.frequency_hz)
+        result = _scored(owner, report) | {"objective": section.objective}
+        if level < 1.0 and result["finger_um"] is not None:
+            at_level = level * result["finger_um"]
+            told += f" That is at full level; it played {level:g} of it, {at_level:.2g} µm."
+        if not as_json:
+            result["touches"] = [{name: own[name] for name in SHOWN} for own in result["touches"]]
+    else:
         recording, alone = run_alone(loaded, owner, events, run_ms, level=level)
-        write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
-        result = _alone(owner, alone) | {"objective": "only responses", "path": str(file)}
-        answer(result, as_json=as_json, title=f"{table} on the emulated board")
-        return
-    recording, report = run_loop(loaded, owner, events, run_ms, level=level, frequency_hz=frequency)
+        told = of_place(alone.card, frequency_hz=owner.drive.frequency_hz, for_fingers=True)
+        result = {"latency_ms": alone.latency_ms, "target_mm": list(alone.target_mm)}
+        result |= alone.card.by_key() | {"objective": "only responses"}
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
-    played = {"objective": loaded.section(frequency).objective, "path": str(file)}
-    result = _scored(owner, report) | played
-    if not as_json:
-        result["touches"] = [{name: touch[name] for name in SHOWN} for touch in result["touches"]]
-    told = of_place(report.touches[-1].card, frequency_hz=loaded.section(frequency).frequency_hz)
-    if level < 1.0 and result["finger_um"] is not None:
-        at_level = level * result["finger_um"]
-        told += f" That is at full level; it played {level:g} of it, {at_level:.2g} µm."
-    answer({"verdict": told} | result, as_json=as_json, title=f"{table} on the emulated board")
-
-
-def _alone(board: Board, report: AloneReport) -> dict[str, Any]:
-    """One finger by a table of responses: a verdict, and its scorecard."""
-    from chladni.host.cli.common.verdicts import of_place  # noqa: PLC0415
-
-    card = asdict(report.card)
-    felt: dict[str, Any] = card.pop("felt")
-    baselines = card.pop("nulls")
-    told = of_place(report.card, frequency_hz=board.drive.frequency_hz, for_fingers=True)
-    place = {"latency_ms": report.latency_ms, "target_mm": list(report.target_mm)}
-    return {"verdict": told} | place | card | felt | {"baselines": baselines}
+    result = {"verdict": told} | result | {"path": str(file)}
+    answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
 def _events(touches: list[str], lifts: list[float]) -> list[TouchEvent]:
@@ -190,16 +182,12 @@ def _scored(board: Board, report: LoopReport) -> dict[str, Any]:
 
 def _touch(touch: TouchScore) -> dict[str, Any]:
     """One touch of many, with its scorecard as `chladni solve --json` names it."""
-    card = asdict(touch.card)
-    felt, baselines = card.pop("felt"), card.pop("nulls")
     return {
         "at_ms": touch.at_ms,
         "target_mm": list(touch.target_mm),
         "region": touch.region,
         "settled": touch.settled,
-        **card,
-        **felt,
-        "baselines": baselines,
+        **touch.card.by_key(),
     }
 
 

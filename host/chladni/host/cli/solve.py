@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -131,15 +130,14 @@ def solve_command(
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:
     """A solution and its scorecard as `chladni solve --json` prints them."""
-    card = asdict(scored)
-    baselines, felt = card.pop("nulls"), card.pop("felt")
+    known = scored.by_key()
+    baselines = known.pop("baselines")
     return {
         "target_mm": list(solution.target_mm),
         "method": solution.method,
         "objective": solution.objective,
         "drive": drive_entries(board, solution.drive),
-        **card,
-        **felt,
+        **known,
         "error_estimate": solution.error_estimate,
         "tolerance_met": solution.tolerance_met,
         "seconds": solution.seconds,

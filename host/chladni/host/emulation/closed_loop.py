@@ -10,8 +10,14 @@ from numpy.typing import NDArray
 
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
-from chladni.host.emulation._emulator import lost_steps
-from chladni.host.emulation.demodulate import Play, edge_sfdr_db, first_change, phasors, sfdr_db
+from chladni.host.emulation.demodulate import (
+    Play,
+    board_lost_steps,
+    edge_sfdr_db,
+    first_change,
+    phasors,
+    sfdr_db,
+)
 from chladni.host.emulation.emulator import (
     LEVEL,
     Emulator,
@@ -138,7 +144,7 @@ def run_loop(
     promised = table.drive_at(section, *reported_um(emulated_config(board), last.target_mm))
     wanted = target_field(board, last.target_mm, model=solved.model, allow_unmet=True).values[0]
     play = last.play
-    lost = lost_steps(round(board.electronics.lost_ns)) if board.electronics.is_bridge else 0
+    lost = board_lost_steps(board)
     purity = [
         measure(recording, play, section.frequency_hz, lost_steps=lost)
         for measure in (sfdr_db, edge_sfdr_db)

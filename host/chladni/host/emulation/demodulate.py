@@ -82,7 +82,13 @@ def span_steps(board: Board) -> int:
     own = board.electronics
     if not own.is_bridge:
         return half_span_steps(own.pwm_bits)
-    return full_span_steps(own.pwm_bits, lost_steps(round(own.lost_ns)))
+    return full_span_steps(own.pwm_bits, board_lost_steps(board))
+
+
+def board_lost_steps(board: Board) -> int:
+    """What a board's bridges lose of each pulse, duty steps; 0 with switches."""
+    own = board.electronics
+    return lost_steps(round(own.lost_ns)) if own.is_bridge else 0
 
 
 def hold(frequency_hz: float, carrier_hz: float) -> complex:

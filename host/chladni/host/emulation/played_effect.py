@@ -257,8 +257,9 @@ def _recorded(
         emulator.core.set_voice(0, 0, 0)
         emulator.touch(TouchEvent(1.0, other_mm, 7))
         slot = 1
-    words = [] if levels is None else [round(32767.0 * float(one)) for one in samples]
+    words: list[int] = []
     if levels is not None:
+        words = [round(32767.0 * float(one)) for one in samples]
         level, most_um = levels
         emulator.core.set_signal_voice(slot, round(32767.0 * level))
         if most_um is not None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,12 @@ class Scorecard:
     nulls: NullModels
     remark: str | None
     felt: Felt | None
+
+    def by_key(self) -> dict[str, Any]:
+        """Its numbers as `--json` has them: what a finger feels among them, and `baselines`."""
+        card = asdict(self)
+        felt, nulls = card.pop("felt"), card.pop("nulls")
+        return card | (felt or {}) | {"baselines": nulls}
 
 
 def score(solution: Solution, board: Board) -> Scorecard:

@@ -67,11 +67,16 @@ NEAR_MODE = 0.1
 """Share by which a latch's resonance may be beside a mode of the plate and pass for it."""
 
 
+def say_unheld(board: Board) -> None:
+    """Remark on a plate that lies on nothing."""
+    if not is_held(board):
+        say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+
+
 def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
-    if not is_held(board):
-        say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+    say_unheld(board)
     if board.plate.material == "steel":
         say(
             "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "

@@ -109,11 +109,16 @@ def _text(key: str, value: Any) -> str:
     return _with_unit(_number(value), key) if value is not None else "–"
 
 
+def without_rounding(value: float) -> float:
+    """A number, or 0 where only rounding is left of it."""
+    return 0.0 if abs(value) < ROUNDED else value
+
+
 def _number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        value = 0.0 if abs(value) < ROUNDED else value
+        value = without_rounding(value)
         return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
     return str(value)
 

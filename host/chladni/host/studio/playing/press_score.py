@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -34,9 +33,7 @@ def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
     problem = Problem(solved, played.place_mm, wanted.values[0])
     field = compose(solved.fields.values, played.drive)
     card = score_on(problem, field, null_models(problem), drive=played.drive)
-    numbers = asdict(card)
-    felt = numbers.pop("felt") or {}
-    numbers |= felt | {"baselines": numbers.pop("nulls")}
+    numbers = card.by_key()
     i, j = np.unravel_index(int(np.argmax(np.abs(field))), field.shape)
     numbers["maximum_mm"] = [float(solved.fields.x[i] / MM), float(solved.fields.y[j] / MM)]
     numbers["second_finger_mm"] = _second_finger_mm(problem, played)

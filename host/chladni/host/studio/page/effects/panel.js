@@ -1,7 +1,7 @@
 // Effects: one of those that come with Chladni, a file, or an envelope that is drawn here, under the
 // selected finger. The server plays it on an emulated device and says what fingers feel over time.
 
-import { micrometres } from "../scorecard.js";
+import { micrometres, showRows } from "../scorecard.js";
 import { drawCurves } from "./curves.js";
 import { Envelope } from "./envelope.js";
 import { listen } from "./sound.js";
@@ -102,14 +102,7 @@ export class Effects {
     parts.feltBy.hidden = false;
     drawCurves(parts.curves, felt);
     this.say([sentence(felt), ...felt.left_out.map((one) => `Left out: ${one}.`)].join(" "));
-    parts.feltRows.tBodies[0].replaceChildren(...rowsOf(felt).map(([name, value]) => {
-      const row = document.createElement("tr"), head = document.createElement("th"), own = document.createElement("td");
-      head.scope = "row";
-      head.textContent = name;
-      own.textContent = value;
-      row.append(head, own);
-      return row;
-    }));
+    showRows(parts.feltRows, rowsOf(felt));
     parts.effects.dataset.felt = felt.number;
   }
 
