@@ -118,6 +118,23 @@ def test_a_search_that_was_stopped_goes_on(
     assert again.evaluations == whole[0].evaluations
 
 
+def test_a_search_of_few_choices_goes_on(tmp_path: Path) -> None:
+    """Four draws of two thicknesses: a checkpoint that had one of them twice could not be read."""
+    plate = {"thickness_mm": {"any": [0.2, 0.4]}}
+    spec, kept = spec_of(small(design={"evaluations": 40}, plate=plate)), tmp_path / "kept"
+
+    class StopError(Exception):
+        pass
+
+    def stop(*_: int) -> None:
+        raise StopError
+
+    for _ in range(2):
+        with pytest.raises(StopError):
+            design(spec, jobs=1, samples=1, partial_file=kept, progress=stop)
+        assert kept.read_text(encoding="utf-8").count('"layouts ') == 2
+
+
 def test_limits_and_weights_count() -> None:
     spec = spec_of(small(design={"keep_out": [{"at_mm": [0.0, 9.0], "size_mm": [4.0, 4.0]}]}))
     document = spec.document | {

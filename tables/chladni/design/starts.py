@@ -67,7 +67,7 @@ def _reach(spec: Spec, numbers: Sequence[float]) -> Place:
 
 
 def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
-    """Numbers of all variables, spread evenly over what they may be, the middle first."""
+    """Numbers of all variables, each once, spread over what they may be, the middle first."""
     from scipy.stats import qmc  # noqa: PLC0415  (a third of a second to load)
 
     most = np.array([one.most for one in spec.variables])
@@ -78,7 +78,8 @@ def spread_numbers(spec: Spec, seed: int) -> list[tuple[float, ...]]:
     whole = np.array([one.is_whole for one in spec.variables])
     rows = np.vstack([np.full(most.size, 0.5), shares]) * np.where(whole, most, 1.0)
     rows = np.where(whole, np.round(rows), rows)
-    return [tuple(map(float, row)) for row in rows]
+    # Of few choices many draws are the same board.
+    return list(dict.fromkeys(tuple(map(float, row)) for row in rows))
 
 
 def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any]:
