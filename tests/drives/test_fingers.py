@@ -162,8 +162,10 @@ def test_fingers_on_one_spot_and_silent_plates_give_numbers(plate: SixModes) -> 
     np.testing.assert_allclose(found.isolation_db, 0.0, atol=1.0)
 
 
-@pytest.mark.parametrize("fingers", [[], [(0.0, 0.0)] * 6])
-def test_no_finger_and_six_are_refused(plate: SixModes, fingers: list[tuple[float, float]]) -> None:
+@pytest.mark.parametrize("fingers", [[], [(0.0, 0.0)] * 11])
+def test_no_finger_and_eleven_are_refused(
+    plate: SixModes, fingers: list[tuple[float, float]]
+) -> None:
     with pytest.raises(ArgumentError, match="fingers"):
         drives_for(plate, fingers)
 

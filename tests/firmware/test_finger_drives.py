@@ -83,7 +83,7 @@ def test_drives_on_boards_are_the_references_to_60_db(
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    fingers=st.integers(2, 5),
+    fingers=st.integers(2, 10),
     channels=st.integers(1, 16),
     exponent=st.integers(-12, 3),
     is_pressed=st.booleans(),
@@ -202,7 +202,7 @@ NASTY = st.sampled_from(
 
 
 @settings(max_examples=150, deadline=None)
-@given(data=st.data(), fingers=st.integers(1, 5), channels=st.integers(1, 16))
+@given(data=st.data(), fingers=st.integers(1, 10), channels=st.integers(1, 16))
 def test_no_input_makes_a_drive_that_is_no_number(
     data: st.DataObject, fingers: int, channels: int
 ) -> None:
@@ -238,7 +238,7 @@ def test_a_finger_that_makes_the_plate_resonate_does_not_blow_up() -> None:
 @pytest.mark.parametrize(("fingers", "channels"), [(0, 5), (1, 0)])
 def test_an_empty_set_is_refused(fingers: int, channels: int) -> None:
     plate = random_plate(np.random.default_rng(1), fingers, channels)
-    with pytest.raises(ValueError, match="1 to 5 of them, on 1 to 16 channels"):
+    with pytest.raises(ValueError, match="1 to 10 of them, on 1 to 16 channels"):
         _emulator.finger_drives(core_set(plate))
 
 
@@ -317,4 +317,4 @@ def test_a_processor_with_a_floating_point_unit_finds_drives_in_time(
     assert most / 2 < found.one_sum <= most
     assert found.one_sum < found.chosen_sum <= 2 * most
     assert max(found.one_most, found.chosen_most) <= MOST_INSTRUCTIONS_OF_A_SLICE
-    assert found.ram <= 17 * 1024
+    assert found.ram <= 30 * 1024

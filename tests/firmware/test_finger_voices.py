@@ -216,6 +216,34 @@ def test_the_oldest_five_play_wherever_a_panel_lists_the_sixth(table: Table) -> 
     assert reported(emulator) == before
 
 
+def test_a_sixth_finger_is_kept_still_wherever_it_moves(table: Table) -> None:
+    """Against the reference, for which it is a finger that plays nothing."""
+    emulator = board(table)
+    emulator.core.panel_faults.most_listed = 10
+    for number, place in enumerate(PLACES):
+        lay(emulator, 20.0 + 20.0 * number, {number: place})
+    emulator.run(200.0)
+    level = FINGER.full_force_un * 1e-6
+    for at, x in ((210.0, 20.0), (810.0, 10.0)):
+        lay(emulator, at, {5: (x, 3.0)})
+        found = voices(emulator.run(600.0))
+        places = [*reported(emulator).values(), (x, 3.0)]
+        wanted = chosen_drives(
+            TableResponses.of(table),
+            [(x * 1e-3, y * 1e-3) for x, y in places],
+            thresholds=[FINGER.threshold_pm * 1e-12 / 4.0] * 6,
+            levels=[level] * 5 + [0.0],
+            stiffness=FINGER.stiffness,
+        ).found.drives[:5]
+        assert max(off(*pair) for pair in zip(found, wanted, strict=True)) < 0.012
+    # And forgotten once it has left, and heard where another leaves.
+    lay(emulator, 1410.0, {5: None})
+    lay(emulator, 1430.0, {6: (20.0, 3.0)})
+    lay(emulator, 1460.0, {2: None})
+    assert heard(emulator.run(300.0)) == [0, 1, 2, 3, 4]
+    assert reported(emulator)[2] == pytest.approx((20.0, 3.0), abs=0.1)
+
+
 def test_a_palm_silences_all_until_it_has_gone(table: Table) -> None:
     emulator = board(table)
     lay(emulator, 20.0, {0: PLACES[0], 1: PLACES[1]})

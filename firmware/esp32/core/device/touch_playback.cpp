@@ -48,6 +48,7 @@ void TouchPlayback::come(uint32_t slot, Place place, uint32_t now_us) {
 
 void TouchPlayback::begin(const Touches& touches, uint32_t now_us) {
   is_lifted_ = false;
+  bystanders_ = {};
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     fingers_[s] = {};
     if (touches[s].is_down) come(s, touches[s].place, now_us);
@@ -81,6 +82,16 @@ void TouchPlayback::follow(const Touches& touches, const Table& table, bool may_
   }
 }
 
+void TouchPlayback::spare(const Bystanders& bystanders) {
+  bool is_other = bystanders.count != bystanders_.count;
+  for (uint32_t k = 0; k < bystanders.count && !is_other; ++k) {
+    is_other = !is_near(bystanders.places[k], bystanders_.places[k], kStillUm);
+  }
+  if (!is_other) return;
+  bystanders_ = bystanders;
+  if (ask_ == Ask::kNo) ask_ = Ask::kSoon;
+}
+
 void TouchPlayback::lift(uint32_t now_us) {
   is_lifted_ = true;
   lifted_us_ = now_us;
@@ -111,7 +122,8 @@ uint32_t TouchPlayback::bank_fingers() const {
 
 bool TouchPlayback::is_alone_with(const Table& table) const {
   const uint32_t slots = there();
-  return slots != 0 && !are_several(slots) && table.has_drives();
+  const bool is_alone = slots != 0 && !are_several(slots) && bystanders_.count == 0;
+  return is_alone && table.has_drives();
 }
 
 // A finger that came or left is worth beginning again for, a move is not.
@@ -134,7 +146,15 @@ void TouchPlayback::ask_drives(const Table& table, uint32_t now_us) {
     if (finger.settings.level_q15 == 0) silent |= 1U << s;
     if (finger.settings.has_signal) real |= 1U << s;
   }
-  drives_.ask({there(), silent, real}, places);
+  uint32_t everyone = there();
+  for (uint32_t k = 0; k < bystanders_.count; ++k) {
+    const uint32_t beyond = kMaxFingers + k;
+    if (beyond == places.size()) break;
+    places[beyond] = bystanders_.places[k];
+    everyone |= 1U << beyond;
+    silent |= 1U << beyond;
+  }
+  drives_.ask({everyone, silent, real}, places);
 }
 
 // The shortest line of any: then all are on their way, and none is passed over.

@@ -21,7 +21,7 @@
 namespace chladni {
 
 // A finger has one slot everywhere.
-static_assert(kMaxFingers == kMaxVoices && kMaxFingers == fingers::kMostFingers);
+static_assert(kMaxFingers == kMaxVoices && kMostListed == fingers::kMostFingers);
 
 // What a finger plays, by slot.
 struct VoiceSettings {
@@ -43,6 +43,8 @@ class TouchPlayback {
   void begin(const Touches& touches, uint32_t now_us);
   // Each turn in which there are any: others come and leave, and all move if they may.
   void follow(const Touches& touches, const Table& table, bool may_move, uint32_t now_us);
+  // The same of fingers that have no voice, wherever they move.
+  void spare(const Bystanders& bystanders);
   // How far effects of the bank may move a finger from now on, 0.01 µm; 0: as far as they can.
   void limit(uint32_t slot, uint32_t most_10nm) {
     if (fingers_[slot].most_10nm == most_10nm) return;
@@ -146,6 +148,7 @@ class TouchPlayback {
   uint32_t line_end_us_ = 0;
   std::array<FingerVoice, kMaxFingers> fingers_{};
   std::array<VoiceSettings, kMaxFingers> wanted_{};
+  Bystanders bystanders_{};
   FingerDrives drives_;
 };
 

@@ -60,7 +60,7 @@ uint32_t DriveSolver<Real>::next_products() const {
     case Slice::kPush: return 4 * n * c * c + (12 * n + 6 * n * n) * c + 8 * n * n * n;
     case Slice::kLoad: return 8 * points * c + 6 * c;
     case Slice::kTake: return 2 * kPoints * c * c + 24 * c;
-    case Slice::kFirst: return solve;
+    case Slice::kFirst: return set_.fingers[finger_].level_n > Real{} ? solve : 0;
     // The last λ is the smallest, and is refined; with the last finger all is scaled back.
     case Slice::kChoose: {
       const uint32_t refined = solve + 4 * c * c + 8 * points * c + 8 * c;
@@ -154,7 +154,8 @@ bool DriveSolver<Real>::is_open(uint32_t finger) const {
 template <typename Real>
 void DriveSolver<Real>::finish() {
   const Real back = Real(1.0F) / scale_;
-  for (FingerDrive<Real>& drive : drives_) {
+  for (uint32_t k = 0; k < set_.count; ++k) {
+    FingerDrive<Real>& drive = drives_[k];
     for (uint32_t j = 0; j < set_.count; ++j) {
       drive.means[j] = drive.means[j] * back;
       drive.shares[j] = drive.shares[j] * back;

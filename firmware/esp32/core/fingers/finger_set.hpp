@@ -10,7 +10,8 @@
 
 namespace chladni::fingers {
 
-constexpr uint32_t kMostFingers = 5;
+// That a panel lists; those without a voice have a level of 0.
+constexpr uint32_t kMostFingers = 10;
 constexpr uint32_t kMostChannels = table_format::kMaxActuators;
 // The middle of the fingertip, then a ring of six at 5 mm, 60° from one to the next, the first
 // along x (tables/chladni/drives/fingers/silence.py has why).

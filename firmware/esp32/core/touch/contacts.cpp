@@ -93,11 +93,14 @@ void Contacts::take(const PanelReport& report, const PanelMap& map, bool is_news
   for (uint32_t s = 0; s < kMaxFingers; ++s) {
     if (!listed.has(s)) miss(s, now_us);
   }
-  for (uint32_t k = 0; is_news && k < listed.count; ++k) {
-    if (listed.fingers[k].slot == kNoSlot) {
-      begin(listed.fingers[k], now_us);
-    } else {
-      keep(listed.fingers[k], now_us);
+  if (!is_news) return;
+  bystanders_.count = 0;
+  for (uint32_t k = 0; k < listed.count; ++k) {
+    const Found& finger = listed.fingers[k];
+    if (finger.slot != kNoSlot) {
+      keep(finger, now_us);
+    } else if (!begin(finger, now_us)) {
+      bystanders_.places[bystanders_.count++] = finger.place;
     }
   }
 }
@@ -111,14 +114,15 @@ void Contacts::keep(const Found& finger, uint32_t now_us) {
   slot.phase = Phase::kDown;
 }
 
-// In the first free slot; if there is none, it is left out.
-void Contacts::begin(const Found& finger, uint32_t now_us) {
+// In the first free slot.
+bool Contacts::begin(const Found& finger, uint32_t now_us) {
   for (Slot& slot : slots_) {
     if (slot.phase != Phase::kFree) continue;
     const Phase phase = press_reports_ <= 1 ? Phase::kDown : Phase::kPressing;
     slot = {phase, finger.id, 1, finger.place, now_us};
-    return;
+    return true;
   }
+  return false;
 }
 
 void Contacts::miss(uint32_t number, uint32_t now_us) {

@@ -2,7 +2,8 @@
 //
 // Panels number fingers, and swap or change numbers while fingers stay. So a finger is first looked
 // for by its number, then by its place; two that would both have jumped, each to where the other
-// was, have swapped numbers. Of more fingers than there are slots the oldest have them.
+// was, have swapped numbers. Of more fingers than there are slots the oldest have them; the others
+// are bystanders, who feel and have no voice.
 #pragma once
 
 #include <array>
@@ -20,6 +21,12 @@ struct Contact {
   Place place{};
 };
 using Touches = std::array<Contact, kMaxFingers>;
+
+// Where fingers without a slot are. They have no numbers: whoever is there is kept still.
+struct Bystanders {
+  uint32_t count = 0;
+  std::array<Place, kMostListed> places{};
+};
 
 constexpr uint32_t count_of(const Touches& touches) {
   uint32_t count = 0;
@@ -42,6 +49,7 @@ class Contacts {
 
   // A finger that is gone for a moment is still down.
   Touches touches() const;
+  const Bystanders& bystanders() const { return bystanders_; }
   // Also those that do not count yet.
   bool is_any_listed() const;
   // Gone, but perhaps for a moment only.
@@ -90,10 +98,12 @@ class Contacts {
   void follow_places(Listed& listed) const;
   void undo_swaps(Listed& listed) const;
   void keep(const Found& finger, uint32_t now_us);
-  void begin(const Found& finger, uint32_t now_us);
+  // False if no slot is free.
+  bool begin(const Found& finger, uint32_t now_us);
   void miss(uint32_t number, uint32_t now_us);
 
   std::array<Slot, kMaxFingers> slots_{};
+  Bystanders bystanders_{};
   uint32_t timeout_us_ = 100000;
   uint32_t hold_us_ = 0;
   uint32_t press_reports_ = 1;

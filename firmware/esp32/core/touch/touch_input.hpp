@@ -49,6 +49,10 @@ class TouchInput {
   TouchEvent poll(const Hal& hal, uint32_t now_us);
   // The fingers that are down: those that are followed, or that a host holds.
   Touches touches() const;
+  // Of a panel whose fingers are followed: those that are down beside them.
+  Bystanders bystanders() const {
+    return follows_all_ && !is_held() ? contacts_.bystanders() : Bystanders{};
+  }
 
   // A finger that a host or the console holds until it lets go, or a real one comes. A host, which
   // may be any address that is its own, must be heard again and again; a person at the console

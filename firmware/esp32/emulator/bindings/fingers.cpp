@@ -85,7 +85,7 @@ Given given(uint32_t channels, Numbers points, Numbers own, Numbers coupling, Nu
 std::vector<Row> finger_drives(const Given& what) {
   const auto solver = std::make_unique<fingers::DriveSolver<float>>();
   fill(what, solver->set());
-  if (!solver->begin()) throw nb::value_error("fingers: 1 to 5 of them, on 1 to 16 channels");
+  if (!solver->begin()) throw nb::value_error("fingers: 1 to 10 of them, on 1 to 16 channels");
   while (solver->step()) {
   }
   std::vector<Row> rows;
@@ -104,7 +104,7 @@ std::vector<Row> finger_drives(const Given& what) {
 std::vector<CountRow> finger_operations(const Given& what) {
   const auto solver = std::make_unique<fingers::DriveSolver<CountedReal>>();
   fill(what, solver->set());
-  if (!solver->begin()) throw nb::value_error("fingers: 1 to 5 of them, on 1 to 16 channels");
+  if (!solver->begin()) throw nb::value_error("fingers: 1 to 10 of them, on 1 to 16 channels");
   std::vector<CountRow> slices;
   for (bool goes_on = true; goes_on;) {
     CountedReal::counts = {};

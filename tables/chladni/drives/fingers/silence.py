@@ -39,7 +39,9 @@ ComplexArray = NDArray[np.complex128]
 Place = tuple[float, float]
 
 MOST_FINGERS = 5
-"""That a GT911 reports."""
+"""That have voices: so many a GT911 reports as it comes."""
+MOST_LISTED = 10
+"""That a GT911 can be set to list; those beyond the voices have a level of 0."""
 RING_RADIUS, RING_POINTS = 5e-3, 6
 """m. A ring of six at 5 mm and the centre keep a disc of 6 mm still: four points at 4 mm lose
 7 dB at the worst tenth of fingers on `quiet16` and 1 to 2 on other boards, eight gain 0.5 at most
@@ -175,8 +177,8 @@ class PressedPoints:
     ) -> PressedPoints:
         """Of fingers on a plate, as of `drives_for`."""
         centres = np.asarray(fingers, dtype=np.float64).reshape(-1, 2)
-        if not 1 <= len(centres) <= MOST_FINGERS:
-            raise ArgumentError("fingers", len(centres), f"1 to {MOST_FINGERS} of them")
+        if not 1 <= len(centres) <= MOST_LISTED:
+            raise ArgumentError("fingers", len(centres), f"1 to {MOST_LISTED} of them")
         points = loaded_points(plate, centres, stiffness)
         grams = np.einsum("fpa,fpb->fab", points.conj(), points)
         means = np.einsum("p,fpa->fa", disc_weights(), points)
