@@ -20,6 +20,7 @@ from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.image.energy import compose
 from chladni.sim.image.metrics import FingertipDiscs
+from chladni.tables.format import pack, read_table
 from conftest import CommandLine, shipped_board
 
 
@@ -41,7 +42,6 @@ def written(board: Board, folder: Path) -> Path:
         ("board", "score", "BOARD"),
         ("board", "sensitivity", "BOARD"),
         ("table", "build", "BOARD", "-o", "OUT"),
-        ("fingers", "BOARD"),
     ],
     ids=lambda command: " ".join(command[:2]),
 )
@@ -92,8 +92,32 @@ def test_a_board_is_scored_for_a_focus_on_less(
 
     monkeypatch.setattr("chladni.host.cli.board.score_board", scored)
     done = chladni("board", "score", path)
-    assert "a focus needs no image of 501 × 2001 points: 29 × 121 are used" in done.err
+    assert "a finger needs no image of 501 × 2001 points: 29 × 121 are used" in done.err
     assert asked[0].image.points == (29, 121)
+
+
+def test_tables_for_fingers_come_of_less_and_play_on_less(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """And still know the board that has the larger image: it would take 4.1 GB."""
+    board = shipped_board("strip5")
+    few = replace(board, regions=replace(board.regions, pitch=14e-3))
+    path = written(with_points(few, 501, 2001), tmp_path)
+    table = str(tmp_path / "t.chl")
+    assert chladni("table", "build", path, "-o", table).code == 0
+    (tmp_path / "usual").mkdir()
+    usual = str(tmp_path / "usual" / "t.chl")
+    assert chladni("table", "build", written(few, tmp_path / "usual"), "-o", usual).code == 0
+    made = [replace(read_table(Path(one)), board_fingerprint=0) for one in (table, usual)]
+    assert pack(made[0]) == pack(made[1])
+    played = ("--touch", "0,0@20", "--ms", "200", "-o", str(tmp_path / "pins.npz"))
+    for command in (
+        ("emulate", table, "--board", path, *played),
+        ("fingers", path, "--fingers", "2", "--sets", "2", "--samples", "0"),
+    ):
+        done = chladni(*command)
+        assert done.code == 0
+        assert "a finger needs no image of 501 × 2001 points: 29 × 121 are used" in done.err
 
 
 def test_a_focus_needs_no_larger_image(prototype: Board) -> None:

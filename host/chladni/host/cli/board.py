@@ -228,6 +228,7 @@ def board_sensitivity(
     """Show what each part's tolerance does to the focus, the largest effect first."""
     check_figure(figure)
     loaded = load_board(board)
+    loaded = on_less(loaded) if default_objective(loaded) == "focus" else loaded
     started = time.perf_counter()
     with progress_bar("boards") as progress:
         influences = sensitivity(loaded, seed=seed, progress=progress)

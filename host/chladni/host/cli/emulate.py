@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
+from chladni.host.cli.common.drive_options import on_less_for
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
 from chladni.host.cli.common.ranges import LONGEST_S, TABLE_FREQUENCIES, UDP_PORTS, within
@@ -130,7 +131,7 @@ def emulate(
         if not 0.0 <= at < run_ms:
             raise InputError("--lift", at, f"a time from 0 to {run_ms:g} ms")
     events = _events(touches, lift or [])
-    owner = board_for(loaded, board, file=str(table))
+    owner = on_less_for(loaded, board_for(loaded, board, file=str(table)))
     result: dict[str, Any]
     if loaded.sections:
         recording, report = run_loop(

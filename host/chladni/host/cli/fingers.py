@@ -28,6 +28,7 @@ from chladni.drives.scoring.several_fingers.fingers_score import (
 )
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
+from chladni.host.cli.common.drive_options import on_less
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
@@ -122,6 +123,7 @@ def fingers(
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
+    loaded = on_less(loaded)
     drawn: dict[str, Any] = {
         "apart": apart * MM,
         "sets": sets,

@@ -18,6 +18,7 @@ from chladni.drives.scoring.scorecard import focusing_objective
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import turned
 from chladni.host.cli.common.command_group import CommandGroup
+from chladni.host.cli.common.drive_options import on_less_for
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -235,7 +236,7 @@ def score(
     if not loaded.sections:
         expected, hint = "drives to score", "`chladni fingers` scores responses"
         raise InputError("sections", RESPONSES, expected, file=str(table), hint=hint)
-    owner = board_for(loaded, board, file=str(table))
+    owner = on_less_for(loaded, board_for(loaded, board, file=str(table)))
     with progress_bar("boards") as progress:
         found = score_table(
             loaded,

@@ -9,6 +9,7 @@ import numpy as np
 
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.search_cost import for_focus
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
@@ -158,7 +159,7 @@ def _smallest(
         if progress:
             progress(done, SETS * len(frequencies))
 
-    solved = solved_board(board)
+    solved = solved_board(for_focus(board))
     check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
     at_frequencies = [solved.at_frequency(frequency) for frequency in frequencies]
     pairs = [DrawnPairs.of(one, tell) for one in at_frequencies]

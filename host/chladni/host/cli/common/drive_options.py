@@ -15,6 +15,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.fingers import Focus
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError
+from chladni.tables.table import Table
 
 MethodOption = Annotated[str, typer.Option(help="One of: " + ", ".join(METHODS) + ".")]
 OwnObjectiveOption = Annotated[
@@ -81,10 +82,16 @@ def with_focus(
     return replace(board, focus=replace(board.focus or Focus(), **given)), objective
 
 
+def on_less_for(table: Table, board: Board) -> Board:
+    """The same for what a table plays on its board: drives for an image need all of it."""
+    is_of_images = any(section.objective != "focus" for section in table.sections)
+    return board if is_of_images else on_less(board)
+
+
 def on_less(board: Board) -> Board:
     """With an image that a focus needs; says so where it is not the board's own."""
     less = for_focus(board)
     if less is not board:
         own, used = (" × ".join(map(str, one.image.points)) for one in (board, less))
-        say(f"a focus needs no image of {own} points: {used} are used")
+        say(f"a finger needs no image of {own} points: {used} are used")
     return less

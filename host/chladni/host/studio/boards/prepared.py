@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
+from chladni.drives.problem.search_cost import for_focus
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
@@ -45,7 +46,8 @@ class Prepared:
         ToleranceError
             Its fields may be wrong by more than 5 %.
         """
-        solved = solved_board(choice.board)
+        is_focus = choice.objective == "focus"
+        solved = solved_board(for_focus(choice.board) if is_focus else choice.board)
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
         return cls(choice, solved)
 
