@@ -225,7 +225,7 @@ void Device::advance_touch() {
     const Touches down = is_lifted ? Touches{} : input_.touches();
     const Touches heard = effects_.follow(down, touch_.bank_fingers(), now_ms());
     touch_.follow(heard, table(), config().on_move == 0, now_us());
-    touch_.spare(is_lifted ? Bystanders{} : input_.bystanders());
+    touch_.spare(is_lifted ? Bystanders{} : input_.bystanders(), table());
     for (uint32_t s = 0; s < kMaxFingers; ++s) touch_.limit(s, effects_.most_10nm(s));
     touch_.advance(table(), now_us());
     for (uint32_t s = 0; s < kMaxFingers; ++s) {

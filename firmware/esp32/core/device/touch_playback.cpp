@@ -82,7 +82,7 @@ void TouchPlayback::follow(const Touches& touches, const Table& table, bool may_
   }
 }
 
-void TouchPlayback::spare(const Bystanders& bystanders) {
+void TouchPlayback::spare(const Bystanders& bystanders, const Table& table) {
   bool is_other = bystanders.count != bystanders_.count;
   for (uint32_t k = 0; k < bystanders.count && !is_other; ++k) {
     is_other = !is_near(bystanders.places[k], bystanders_.places[k], kStillUm);
@@ -90,6 +90,7 @@ void TouchPlayback::spare(const Bystanders& bystanders) {
   if (!is_other) return;
   bystanders_ = bystanders;
   if (ask_ == Ask::kNo) ask_ = Ask::kSoon;
+  if (is_alone_with(table)) change();
 }
 
 void TouchPlayback::lift(uint32_t now_us) {

@@ -44,7 +44,7 @@ class TouchPlayback {
   // Each turn in which there are any: others come and leave, and all move if they may.
   void follow(const Touches& touches, const Table& table, bool may_move, uint32_t now_us);
   // The same of fingers that have no voice, wherever they move.
-  void spare(const Bystanders& bystanders);
+  void spare(const Bystanders& bystanders, const Table& table);
   // How far effects of the bank may move a finger from now on, 0.01 µm; 0: as far as they can.
   void limit(uint32_t slot, uint32_t most_10nm) {
     if (fingers_[slot].most_10nm == most_10nm) return;
