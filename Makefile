@@ -51,7 +51,8 @@ demo: venv  ## run the whole chain on prototype and strip5; writes out/demo.png
 # What each part of a test run takes, in words and seconds.
 PART = f() { printf '\n== %s\n' "$$1"; shift; begun=$$(date +%s); "$$@" || exit 1; \
 	printf '== done in %s s\n' $$(($$(date +%s) - begun)); }; f
-JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+# nproc would answer with the BLAS threads above.
+JOBS ?= $(shell env -u OMP_NUM_THREADS nproc 2>/dev/null || echo 2)
 # One more than cores: some tests wait for a page or for an emulated device.
 WORKERS ?= $(shell expr $(JOBS) + 1)
 
