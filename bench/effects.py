@@ -3,12 +3,14 @@
     python bench/effects.py [BOARD ...]
 
 A click and a sweep under one finger of each set, 16 mm or more from the other; both press with 1 N,
-on the board as drawn, through the emulated pins.
+on the board as drawn, through the emulated pins. Of switches twice: with the touch, whose bias
+comes first, and after the finger has rested, when that stands.
 """
 
 from __future__ import annotations
 
 import sys
+from itertools import product
 
 import numpy as np
 
@@ -35,7 +37,8 @@ def main() -> None:
         table = build_for(board, "fingers")[0]
         solved = over_frequency(board)
         sets = finger_sets(board, 2, SETS, LEAST_APART, np.random.default_rng(SEED)) / MM
-        for effect in EFFECTS:
+        ways = (False,) if board.electronics.is_bridge else (False, True)
+        for effect, rested in product(EFFECTS, ways):
             found = [
                 play_effect(
                     table,
@@ -43,6 +46,7 @@ def main() -> None:
                     shipped_effects()[effect],
                     (float(own[0]), float(own[1])),
                     other_mm=(float(other[0]), float(other[1])),
+                    rested=rested,
                     solved=solved,
                 )
                 for own, other in sets
@@ -56,7 +60,8 @@ def main() -> None:
                 "first": np.percentile([one.first_ms for one in found], (50.0, 99.0)),
             }
             values = " | ".join(f"{middle:.3g} / {tail:.3g}" for middle, tail in rows.values())
-            print(f"| `{name}` | {effect} | {values} |", flush=True)
+            then = ", rested" if rested else ""
+            print(f"| `{name}` | {effect}{then} | {values} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -80,7 +80,8 @@ def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
     table: Table, board: Board, solved: list[SolvedBoard]
 ) -> None:
     """Half of full scale and what rounding needs; bridges have none."""
-    assert played(table, board, solved, "click").bias_duty is None
+    bridged = played(table, board, solved, "click")
+    assert bridged.bias_duty is None
     own = load_board(SWITCHED / "strip5.toml").electronics
     found = played(table, replace(board, electronics=own), solved, "click")
     assert found.bias_duty is not None
@@ -90,6 +91,25 @@ def test_a_switchs_bias_stands_before_an_effect_and_is_told_apart(
     assert 20.0 < found.rise_ms < 20.0 + 4.7 + 2.1 + 1.0
     assert found.isolation_db > 25.0
     assert found.bias_um < 0.5 * found.peak_um
+    # Its end, which a finger feels with the click, is over once the finger has rested.
+    rested = play_effect(
+        table,
+        replace(board, electronics=own),
+        shipped_effects()["click"],
+        HERE,
+        other_mm=THERE,
+        rested=True,
+        solved=solved,
+    )
+    assert rested.isolation_db is not None
+    assert rested.isolation_db > found.isolation_db + 1.0
+    # A switch has half of a bridge's swing.
+    assert rested.peak_um == pytest.approx(bridged.peak_um / 2.0, rel=0.05)
+    assert rested.bias_um is not None
+    assert rested.bias_um < 0.03 * rested.peak_um
+    # To a hundredth of a click, which begins slowly.
+    assert 0.0 < rested.first_ms < 3.5
+    assert 0.0 < rested.rise_ms < 4.7 + 2.1 + 1.0
 
 
 @pytest.mark.parametrize("name", ["pulse", "sweep"])

@@ -136,7 +136,8 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     told = of_design(found, for_fingers={})
     assert told.startswith("It does not focus everywhere: within tolerances another finger 20 mm")
     assert "1.4 dB more at the worst tenth; fingers notice 2.3 dB. The finger itself m" in told
-    assert "keeps 2 fingers 41 dB apart" in of_design(found, for_fingers={2: 41.2})
+    told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
+    assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each. One" in told
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
     assert "At 3 of 9 places its maximum" in of_table("ssim", 3, 9)
     assert "best at contrast" in of_table("contrast", 0, 9)

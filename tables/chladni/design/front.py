@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from chladni.design.evaluate import NO_NUMBER_DB, Evaluation
+from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS
 from chladni.design.variables import Document
 
 GOALS = {
@@ -35,10 +36,21 @@ class Entry:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """For people: numbers on boards that are off by their tolerances, 10th percentiles."""
+        """For people: numbers on boards that are off by their tolerances, 10th percentiles.
+
+        Of several fingers, where the SPEC weighs that, and of one alone.
+        """
         terms = self.evaluation.terms
         db = terms["finger_db"]
-        return {
+        several = {
+            name: terms[name]
+            for name in FINGER_TERMS
+            if terms.get(name, NO_NUMBER_DB) > NO_NUMBER_DB
+        }
+        each_db = terms.get(FINGER_LEVEL, NO_NUMBER_DB)
+        if several and each_db > NO_NUMBER_DB:
+            several["fingers_um"] = float(10.0 ** (each_db / 20.0))
+        return several | {
             "coils": round(-terms["coils"]),
             "area_cm2": round(-terms["area_cm2"], 3),
             "second_finger_20mm_db": terms["second_finger_20mm_db"],

@@ -7,14 +7,15 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.design.evaluate import completed_board
+from chladni.design.evaluate import completed_board, document_of
 from chladni.design.front import Entry
 from chladni.design.search import Design, design
 from chladni.design.spec import FINGER_TERMS, Spec, read_spec
+from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import say_unheld
+from chladni.host.cli.common.board_reports import say_of_coils, say_unheld
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -28,7 +29,6 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.cli.common.verdicts import of_design
-from chladni.sim.board.board import Board
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -87,6 +87,7 @@ def design_board(
             write_whole(output, board_file(completed_board(entry.document), about))
 
     kept = output.with_name(output.name + PARTIAL)
+    _say_what_is_missing(asked, seed)
     try:
         with progress_bar("boards", kept=kept) as progress:
             found = design(
@@ -116,18 +117,24 @@ def design_board(
     remove_checkpoint(kept)
     result = _result(found, asked, entries, output)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
-    _say_what_is_missing(found.board)
     if not as_json:
         say(f"`chladni board score {output}` says more.")
 
 
-def _say_what_is_missing(board: Board) -> None:
+def _say_what_is_missing(spec: Spec, seed: int) -> None:
+    """Of any board of the SPEC, before it is searched for."""
+    places = [(0.0, 0.0)] if spec.places_are_free else None
+    try:
+        board = completed_board(document_of(spec, spread_numbers(spec, seed)[0], places))
+    except InputError:
+        return  # The search says what is wrong.
+    say_unheld(board)
+    say_of_coils(board)
     if board.magnet is None or board.winding is None:
         say(
             "the board has no magnets or no windings: nothing weighs on the plate, and no force is "
             "known; give the SPEC [magnet] and [winding], as boards/strip5.toml has them"
         )
-    say_unheld(board)
 
 
 def _about(found: Design, spec: str) -> list[str]:
@@ -137,11 +144,20 @@ def _about(found: Design, spec: str) -> list[str]:
 
 def _about_entry(entry: Entry) -> list[str]:
     own = entry.summary
+    scores = (
+        f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
+        "tolerances, where nine of ten places have"
+    )
+    several = [
+        f"{FINGER_TERMS[name]} fingers {own[name]:.1f} dB" for name in FINGER_TERMS if name in own
+    ]
+    if several:
+        each = f", at {own['fingers_um']:.1f} µm or more each" if "fingers_um" in own else ""
+        return [scores, f"{', '.join(several)} apart{each}."]
     um, db = own["finger_um"], own["second_finger_20mm_db"]
     apart = f"at least {db:.1f} dB below" if db >= 0.0 else f"up to {-db:.1f} dB above"
     return [
-        f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
-        "tolerances, where nine of ten places have",
+        scores,
         f"a second finger 20 mm away {apart} the finger"
         + (f", and {um:.1f} µm under it." if um is not None else "."),
     ]

@@ -40,6 +40,8 @@ FloatArray = NDArray[np.float64]
 
 REST_MS = 60.0
 """For which the other finger rests before: its report, and a switch's bias to settle."""
+RESTED_S = 0.1
+"""For which a finger rests before its effect, once a switch's bias is up."""
 PRESSED_MS = 12.0
 """At most from a touch to the first duty: a panel's report, and drives of two fingers."""
 TURN_MS = 10.0
@@ -58,7 +60,8 @@ class PlayedEffect:
     Attributes
     ----------
     t_s
-        From the touch on, shape (times,).
+        From the touch on, or from the effect's beginning under a finger that rested, shape
+        (times,).
     asked
         The effect as it is played, once and at its level, -1 to 1, delayed as it was.
     own_um
@@ -76,7 +79,8 @@ class PlayedEffect:
     bias_duty
         Largest duty that a switch's bias stands at while a finger rests; None with bridges.
     first_ms
-        From the panel's first report of the finger to the first duty.
+        From the panel's first report of the finger to the first duty, or as long after the effect's
+        first sample.
     rise_ms
         From the first duty to 90 % of the peak; a switch's bias comes up in it.
     envelope_error_db
@@ -111,6 +115,7 @@ def play_effect(
     level: float = 1.0,
     level_um: float | None = None,
     newtons: float = PRESS,
+    rested: bool = False,
     bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
     progress: Progress | None = None,
@@ -131,6 +136,9 @@ def play_effect(
         As far as the device, which knows it from the table's responses, may move the finger.
     newtons
         How hard each presses.
+    rested
+        The finger that plays has rested, too: a switch's bias stands when its effect begins. What
+        moved a finger before does not count. Otherwise the effect begins with its touch.
     bank
         In the device's flash, and `effect` is what it has there (`effect_of_bank`): no host sends
         anything, and the place's own level is not taken out.
@@ -156,12 +164,20 @@ def play_effect(
     own_hz, grid_hz = board.drive.frequency_hz, np.array(GRID_HZ)
     samples = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
+    bias_s = _bias_s(board, beside_another=other_mm is not None)
+    if rested:
+        samples = np.concatenate((np.zeros(round(RESTED_S * SIGNAL_HZ)), samples))
     recording, begins, reported = _recorded(
         emulator, samples, at_mm, other_mm, None if bank else (level, level_um)
     )
+    if rested:
+        begins = reported = reported + bias_s + RESTED_S
+        bias_s = 0.0
     forces = forces_of(board, recording)
     first = round(begins * RATE_HZ)
-    active = np.flatnonzero(np.abs(forces[first:] - forces[first]).max(axis=1) > 1e-9)
+    off = np.abs(forces[first:] - forces[first]).max(axis=1)
+    # A bias that stands still settles, by less than a hundredth of what comes.
+    active = np.flatnonzero(off > (1e-2 * off.max() if rested else 1e-9))
     if not len(active):
         raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
     disc = plate.felt_um(forces, 0)[:, first:]
@@ -169,9 +185,9 @@ def play_effect(
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
     times = np.arange(len(own)) / RATE_HZ
     first_s = float(active[0]) / RATE_HZ
-    bias_s = _bias_s(board, beside_another=other_mm is not None)
     stands = round((begins + first_s + bias_s) * recording.carrier_hz)
-    asked, playing = _aligned(level * asked_samples, own, first_s + bias_s)
+    earliest_s = max(0.0, first_s - LATEST_S) if rested else first_s + bias_s
+    asked, playing = _aligned(level * asked_samples, own, earliest_s)
     sizes = np.abs(own)
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ

@@ -20,9 +20,9 @@ from chladni.drives.scoring.survey import (
     border_places,
     score_drives,
 )
-from chladni.host.emulation.demodulate import Play, made_drive, made_harmonic
-from chladni.host.emulation.emulator import LEVEL, TouchEvent, emulate
-from chladni.host.emulation.settling import LEAST_WAVES, settled_ms
+from chladni.host.emulation.demodulate import made_drive, made_harmonic
+from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
+from chladni.host.emulation.settling import LEAST_WAVES, steady_play
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
@@ -156,10 +156,9 @@ def _played(
     needed_ms = LEAST_WAVES / section.frequency_hz * 1e3
     found = []
     for x, y in places:
-        touch = TouchEvent(TOUCHED_MS, (x / MM, y / MM))
-        begin_ms = settled_ms(table, touch)
-        recording = emulate(board, table, [touch], begin_ms + needed_ms, frequency_hz=frequency_hz)
-        play = Play(int(begin_ms * 1e-3 * recording.carrier_hz), len(recording.duty_steps))
+        emulator = Emulator(board, table, frequency_hz=frequency_hz)
+        emulator.touch(TouchEvent(TOUCHED_MS, (x / MM, y / MM)))
+        recording, play = steady_play(emulator, table, needed_ms)
         found.append(
             (
                 made_drive(recording, play, section, board, level=LEVEL),

@@ -8,13 +8,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from chladni.design.search import Design
+from chladni.design.spec import FINGER_TERMS
 from chladni.host.figures.fields import COLOURS, INK
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
 
 def front_figure(found: Design) -> Figure:
-    """Second finger against micrometres for each board of the front; beside it the best board.
+    """What keeps fingers apart against micrometres for each board of the front; beside it the best.
+
+    Of several fingers where the SPEC weighs them, else of one and a second 20 mm away.
 
     A board that is wider than long stands below.
     """
@@ -32,14 +35,16 @@ def front_figure(found: Design) -> Figure:
 
 def _draw_front(left: Axes, found: Design) -> None:
     rows = [one.summary for one in found.front]
-    has_um = all(row["finger_um"] is not None for row in rows)
-    across = "finger_um" if has_um else "mass_g"
+    several = next((name for name in FINGER_TERMS if all(name in row for row in rows)), None)
+    up, um = (several, "fingers_um") if several else ("second_finger_20mm_db", "finger_um")
+    has_um = all(row.get(um) is not None for row in rows)
+    across = um if has_um else "mass_g"
     counts = sorted({row["coils"] for row in rows})
     for number, count in enumerate(counts):
         own = sorted((row for row in rows if row["coils"] == count), key=lambda r: r[across])
         left.plot(
             [row[across] for row in own],
-            [row["second_finger_20mm_db"] for row in own],
+            [row[up] for row in own],
             "o-",
             color=COLOURS[number % len(COLOURS)],
             linewidth=0.8,
@@ -48,7 +53,7 @@ def _draw_front(left: Axes, found: Design) -> None:
     best = max(rows, key=lambda row: row["robust_score"])
     left.plot(
         best[across],
-        best["second_finger_20mm_db"],
+        best[up],
         "o",
         markersize=14,
         markerfacecolor="none",
@@ -57,7 +62,11 @@ def _draw_front(left: Axes, found: Design) -> None:
     left.set_xlabel(
         "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
     )
-    left.set_ylabel("second finger 20 mm away, dB below")
+    left.set_ylabel(
+        f"{FINGER_TERMS[several]} fingers apart, dB (10th percentile)"
+        if several
+        else "second finger 20 mm away, dB below"
+    )
     left.margins(0.15)
     left.legend(fontsize=9)
     left.set_title("Boards of which none is better in every goal", fontsize=10, color=INK)

@@ -61,6 +61,10 @@ def say_panel(plate: LayeredPlate) -> None:
 
 METALS = ("steel", "stainless-steel", "aluminium")
 """Sheets that conduct."""
+SMALL_COIL, K_PER_W_OF_SMALL = 12.5e-3, 100.0
+"""m, and what is estimated of ⌀10 mm: it has half of the surface of ⌀15, of which 60 K/W are."""
+LONG_PIXEL = 2.0
+"""Sides of a panel's pixel; those of panels that are sold are squares."""
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
 NEAR_MODE = 0.1
@@ -87,12 +91,15 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
             f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
             "currents that no model here has (docs/hardware.md)"
         )
-    if board.winding is not None and board.coils_in_foam > 0.0:
-        say(
-            f"coils reach {board.coils_in_foam / MM:.3g} mm into the foam: its holes must be "
-            f"{board.winding.outer / MM:g} mm wide there, from below"
-        )
+    say_of_coils(board)
     if panel is not None:
+        pixels = [side / count for side, count in zip(panel.size, panel.pixels, strict=True)]
+        if max(pixels) > LONG_PIXEL * min(pixels):
+            sides = " × ".join(f"{side / MM:.2g}" for side in pixels)
+            say(
+                f"a pixel of the panel is {sides} mm: are panel.pixels and panel.size_mm in the "
+                "same order, the panel's own? (rotation_deg turns it)"
+            )
         differs = [
             abs(end - sign * side / 2.0) / MM > AS_LARGE
             for ends, side in zip(panel.area, size, strict=True)
@@ -115,6 +122,28 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
             f"coil.resonance_hz, {own:g} Hz, is a latch's and not this plate's, whose nearest "
             f"natural frequency is {nearest:.4g} Hz: leave it out, with moving_mass_g and "
             "mechanical_q, if the board has no latch"
+        )
+
+
+def say_of_coils(board: Board) -> None:
+    """Remark on magnets and windings that the foam has no room for, and on small ones' heat."""
+    foundation, winding, own = board.foundation, board.winding, board.electronics
+    if foundation is not None and board.magnet is not None and foundation.coil_cut_out == 0.0:
+        say(
+            "magnets hang into the foam, which has no holes: foundation.coil_cut_out_mm is their "
+            f"radius, {board.magnet.radius / MM:g} or more"
+        )
+    if winding is None:
+        return
+    if board.coils_in_foam > 0.0:
+        say(
+            f"windings reach {board.coils_in_foam / MM:.3g} mm into the foam: cut its holes "
+            f"{winding.outer / MM:g} mm wide there, from below"
+        )
+    if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
+        say(
+            f"electronics.coil_k_per_w, {own.coil_k_per_w:g}, is of a coil of ⌀15 mm: one of "
+            f"⌀{winding.outer / MM:g} gets hotter, by about {K_PER_W_OF_SMALL:g} K/W; measure it"
         )
 
 

@@ -202,13 +202,15 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     for_fingers
         Isolation by number of fingers, where a search weighed it.
     """
-    um = found["finger_um"]
-    felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
+    um, each_um = found["finger_um"], found.get("fingers_um")
     if for_fingers:
         told = ", ".join(
             f"{number} fingers {db:.0f} dB apart" for number, db in for_fingers.items()
         )
-        return f"Within tolerances it keeps {told} at nine of ten places.{felt}"
+        each = "" if each_um is None else f", at {each_um:.2g} µm or more each"
+        alone = "" if um is None else f" One finger alone gets {um:.2g} µm or more."
+        return f"Within tolerances it keeps {told} at nine of ten places{each}.{alone}"
+    felt = "" if um is None else f" The finger itself moves by {um:.2g} µm or more."
     db = found["second_finger_20mm_db"]
     start = "It focuses" if db >= NOTICED_DB else "It does not focus everywhere"
     at = f"within tolerances another finger 20 mm away gets {_less(db)}"

@@ -84,6 +84,10 @@ def play(
             help="How hard emulated fingers press, N.",
         ),
     ] = PRESS,
+    rested: Annotated[
+        bool,
+        typer.Option("--rested", help="The emulated finger has rested: a switch's bias stands."),
+    ] = False,
     figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -104,6 +108,9 @@ def play(
     if connection.emulated_bank is not None and (level_db < 0.0 or level_um is not None):
         option = "--level-db" if level_um is None else "--level-um"
         raise ConflictError(option, "--bank", hint="its areas have levels of their own")
+    if rested and (effect is None or not connection.emulator):
+        own = "--bank" if effect is None else "--port or --udp"
+        raise ConflictError("--rested", own, hint="it is for an effect that is sent to --emulator")
     if effect is None:
         _from_bank(connection, place, beside, press, figure, as_json=as_json)
         return
@@ -130,6 +137,7 @@ def play(
             level=level,
             level_um=level_um,
             newtons=press,
+            rested=rested,
             progress=progress,
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
