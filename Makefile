@@ -109,8 +109,8 @@ device-suite:
 
 # Not of the emulator's own code (other compilations, other processes), or hours that only pass, or
 # the whole of a walk whose first half is taken, or other draws of what is drawn once.
-UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py test_chip_sensing.py \
-	test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
+UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
+	test_chip_sensing.py test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
 	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
 	test_finger_drives.py::test_a_processor_with_a_floating_point_unit_finds_drives_in_time \
 	test_flash_wear.py::test_credit_ends_at_sixty \

@@ -15,10 +15,12 @@ from chladni.drives.scoring.survey import active_lattice
 from chladni.host.emulation.emulator import emulated_config, reported_um
 from chladni.host.emulation.table_score import PITCH, played_drives, score_table
 from chladni.sim.board.board import Board
+from chladni.sim.board.electronics import PanelKind
 from chladni.sim.board.file import load_board
 from chladni.sim.coil.full_drive import full_drive
 from chladni.tables.build import build_table
 from chladni.tables.format import pack
+from chladni.tables.report import TableReport
 from chladni.tables.table import Table
 from conftest import CommandLine, shipped_board, shipped_table
 from wired_boards import SWITCHED
@@ -155,3 +157,18 @@ def test_a_diode_without_a_floor_bends_what_the_pins_say() -> None:
     assert bent.second_finger_20mm_db is not None
     assert straight.second_finger_20mm_db is not None
     assert bent.second_finger_20mm_db.median < straight.second_finger_20mm_db.median - 1.0
+
+
+def test_a_panel_that_sees_its_first_finger_late_is_waited_for(
+    coarse_table: tuple[Table, TableReport], prototype: Board
+) -> None:
+    """An FT6x36 takes 40 ms from power-on: what played before was a ramp."""
+    table, panel = coarse_table[0], prototype.panel
+    found = []
+    controllers: tuple[PanelKind, ...] = ("find", "ft6x36")
+    assert panel is not None
+    for controller in controllers:
+        own = replace(prototype, panel=replace(panel, controller=controller))
+        (drive,) = played_drives(table, own, [(1e-3, 9e-3)])
+        found.append(np.abs(drive))
+    np.testing.assert_allclose(found[1], found[0], rtol=5e-3, atol=5e-3 * found[0].max())

@@ -57,6 +57,10 @@ def test_a_verdict_is_what_the_second_finger_gets(median: float, p10: float, wor
     told = of_places(statistics(median, p10), frequency_hz=160.0)
     assert told.startswith(words)
     assert "fingers notice 2.3 dB" in told
+    off = of_places(statistics(median, p10), frequency_hz=160.0, built=statistics(3.0, 1.5))
+    assert ("less at nine of ten places, as drawn (1.5 dB less within tolerances)" in off) == (
+        p10 >= 2.3
+    )
     # 36 µm are a hundred times what is just felt at 160 Hz.
     assert told.endswith("The finger itself moves by 36 µm, 40 dB above what is just felt.")
 
@@ -87,7 +91,9 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
 )
 def test_what_would_help_was_tried(spacing: float | None, tried: float | None, words: str) -> None:
     def told(level: float, *, for_fingers: bool = False) -> str:
-        score: Any = SimpleNamespace(**vars(statistics(level, level)), coil_spacing_mm=spacing)
+        score: Any = SimpleNamespace(
+            **vars(statistics(level, level)), coil_spacing_mm=spacing, perturbed=None
+        )
         two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)

@@ -273,3 +273,11 @@ def test_what_a_focus_keeps_to_is_part_of_a_board_and_where_fingers_go_is_not() 
     assert active.fingerprint() == plain.fingerprint()
     assert board_from_document(to_document(asked)) == asked
     assert board_from_document(to_document(active)) == active
+
+
+def test_a_spec_is_no_board(tmp_path: Path) -> None:
+    """One error, and what makes a board of it, in place of one for each value left open."""
+    spec = tmp_path / "spec.toml"
+    spec.write_text('actuators = "free"\n[design]\ncoils = 5\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"a board file, got 'a SPEC'.*chladni design SPEC -o"):
+        load_board(spec)

@@ -130,11 +130,6 @@ def _say_what_is_missing(spec: Spec, seed: int) -> None:
         return  # The search says what is wrong.
     say_unheld(board)
     say_of_coils(board)
-    if board.magnet is None or board.winding is None:
-        say(
-            "the board has no magnets or no windings: nothing weighs on the plate, and no force is "
-            "known; give the SPEC [magnet] and [winding], as boards/strip5.toml has them"
-        )
 
 
 def _about(found: Design, spec: str) -> list[str]:

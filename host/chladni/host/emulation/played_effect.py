@@ -165,8 +165,7 @@ def play_effect(
     samples = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
-    if rested:
-        samples = np.concatenate((np.zeros(round(RESTED_S * SIGNAL_HZ)), samples))
+    samples = np.pad(samples, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
     recording, begins, reported = _recorded(
         emulator, samples, at_mm, other_mm, None if bank else (level, level_um)
     )
@@ -175,16 +174,10 @@ def play_effect(
         bias_s = 0.0
     forces = forces_of(board, recording)
     first = round(begins * RATE_HZ)
-    off = np.abs(forces[first:] - forces[first]).max(axis=1)
-    # A bias that stands still settles, by less than a hundredth of what comes.
-    active = np.flatnonzero(off > (1e-2 * off.max() if rested else 1e-9))
-    if not len(active):
-        raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
+    first_s = _begins_s(forces[first:], rested=rested)
     disc = plate.felt_um(forces, 0)[:, first:]
     own = disc.mean(axis=0)
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
-    times = np.arange(len(own)) / RATE_HZ
-    first_s = float(active[0]) / RATE_HZ
     stands = round((begins + first_s + bias_s) * recording.carrier_hz)
     earliest_s = max(0.0, first_s - LATEST_S) if rested else first_s + bias_s
     asked, playing = _aligned(level * asked_samples, own, earliest_s)
@@ -194,7 +187,7 @@ def play_effect(
     around = np.delete(sizes, playing).max(initial=0.0)
     is_bridge = board.electronics.is_bridge
     return PlayedEffect(
-        t_s=times,
+        t_s=np.arange(len(own)) / RATE_HZ,
         asked=asked,
         own_um=own,
         other_um=other,
@@ -231,6 +224,22 @@ def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect
             "at", at_mm, f"a place where a press plays something, as {area.name} has not"
         )
     return area.name, known.effects[name], level_of(area.level_db)
+
+
+def _begins_s(forces: FloatArray, *, rested: bool) -> float:
+    """When coils begin to push otherwise than at first.
+
+    Raises
+    ------
+    ChladniError
+        They do not.
+    """
+    off = np.abs(forces - forces[0]).max(axis=1)
+    # A bias that stands still settles, by less than a hundredth of what comes.
+    active = np.flatnonzero(off > (1e-2 * off.max() if rested else 1e-9))
+    if not len(active):
+        raise ChladniError("the emulated device played nothing", hint="is the effect silent?")
+    return float(active[0]) / RATE_HZ
 
 
 def _bias_s(board: Board, *, beside_another: bool) -> float:

@@ -29,7 +29,9 @@ def steady_play(emulator: Emulator, table: Table, waves_ms: float) -> tuple[Reco
     parts = [emulator.run(PANEL_MS)]
     while not parts[-1].duty_steps.any():
         if len(parts) * PANEL_MS > LONGEST_PANEL_MS:
-            raise ChladniError("the emulated device does not play what is touched")
+            raise ChladniError(
+                "the emulated device plays nothing", hint="does its panel reach there?"
+            )
         parts.append(emulator.run(PANEL_MS))
     parts.append(emulator.run(table.limits.ramp_us / 1e3 + SETTLE_MS + waves_ms))
     steps = np.concatenate([part.duty_steps for part in parts])

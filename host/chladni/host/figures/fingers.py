@@ -61,9 +61,11 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
         axes.set_ylim(0.0, 1.0)
     panels[0].set_ylabel("share of fingers that have less", fontsize=9)
     panels[0].legend(fontsize=8, loc="upper left")
+    has_both = any(own.perturbed is not None for own in score.counts)
+    lines = "solid: as drawn, dashed: within tolerances" if has_both else "as drawn"
     figure.suptitle(
         f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "
-        f"{score.newtons:g} N (simulated; solid: as drawn, dashed: within tolerances)",
+        f"{score.newtons:g} N (simulated; {lines})",
         fontsize=11,
         color=INK,
     )

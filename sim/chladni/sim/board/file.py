@@ -138,6 +138,9 @@ def parse_board(text: str, *, file: str) -> Board:
         It is too long, is not TOML, or has a value that cannot be; names file and key.
     """
     document = parse_document(text, file=file)
+    if "design" in document:
+        hint = "`chladni design SPEC -o BOARD` makes a board of it"
+        raise InputError("[design]", "a SPEC", "a board file", file=file, hint=hint)
     try:
         return board_from_document(named(document, file))
     except InputError as error:

@@ -81,11 +81,6 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
     say_unheld(board)
-    if board.plate.material == "steel":
-        say(
-            "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "
-            "or take stainless-steel"
-        )
     if panel is not None and board.plate.material in METALS and panel.place != "beside":
         say(
             f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
@@ -126,8 +121,17 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
 
 
 def say_of_coils(board: Board) -> None:
-    """Remark on magnets and windings that the foam has no room for, and on small ones' heat."""
+    """Remark on what makes no force, has no room in the foam, or gets hotter than is said."""
     foundation, winding, own = board.foundation, board.winding, board.electronics
+    if board.plate.material == "steel":
+        say(
+            "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "
+            "or take stainless-steel"
+        )
+    if board.magnet is None or winding is None or not board.magnet.remanence:
+        missing = "magnet.remanence_t" if board.magnet and winding else "[magnet] and [winding]"
+        if board.coil is None or board.coil.force_factor == 0.0:
+            say(f"no force is known, so no micrometres: give {missing}, as boards/strip5.toml does")
     if foundation is not None and board.magnet is not None and foundation.coil_cut_out == 0.0:
         say(
             "magnets hang into the foam, which has no holes: foundation.coil_cut_out_mm is their "
