@@ -169,8 +169,8 @@ def of_place(card: Scorecard, *, frequency_hz: float, for_fingers: bool = False)
 
 
 SEVERAL = (
-    " The board is for several fingers, and this is one alone: `chladni fingers` says how far "
-    "apart it keeps them."
+    " The board is for several fingers, and this is one alone, under which a device plays the "
+    "loudest drive: `chladni fingers` says how far apart it keeps several."
 )
 
 

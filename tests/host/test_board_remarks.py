@@ -1,0 +1,65 @@
+"""What `board show` and `design` remark on in a board that is valid and yet not what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from chladni.host.cli.common.board_reports import say_leftovers, say_of_coils
+from chladni.sim.board.board import Board
+from conftest import shipped_board
+
+Change = Callable[[Board], Board]
+
+
+def without_holes(board: Board) -> Board:
+    assert board.foundation is not None
+    return replace(board, foundation=replace(board.foundation, coil_cut_out=0.0))
+
+
+def with_cool_coils(board: Board) -> Board:
+    return replace(board, electronics=replace(board.electronics, coil_k_per_w=60.0))
+
+
+def on_steel(board: Board) -> Board:
+    return replace(board, plate=replace(board.plate, material="steel"))
+
+
+def without_remanence(board: Board) -> Board:
+    assert board.magnet is not None
+    return replace(board, coil=None, magnet=replace(board.magnet, remanence=0.0))
+
+
+def with_swapped_pixels(board: Board) -> Board:
+    assert board.panel is not None
+    return replace(board, panel=replace(board.panel, pixels=(2160, 1080)))
+
+
+CHANGES: dict[str, Change] = {
+    "foam, which has no holes: foundation.coil_cut_out_mm is their radius, 3 or": without_holes,
+    "coil_k_per_w, 60, is of a coil of ⌀15 mm: one of ⌀10 gets hotter": with_cool_coils,
+    "steel is magnetic": on_steel,
+    "no force is known, so no micrometres: give magnet.remanence_t": without_remanence,
+}
+
+
+@pytest.mark.parametrize(("words", "change"), CHANGES.items())
+def test_what_coils_and_sheet_lack_is_remarked_on(
+    words: str, change: Change, capsys: pytest.CaptureFixture[str]
+) -> None:
+    board = shipped_board("phone8")
+    say_of_coils(board)
+    assert words not in capsys.readouterr().err
+    say_of_coils(change(board))
+    assert words in capsys.readouterr().err
+
+
+def test_a_panel_whose_pixels_are_long_is_remarked_on(capsys: pytest.CaptureFixture[str]) -> None:
+    """Twice as many along its short side as along its long one."""
+    board = shipped_board("phone8")
+    say_leftovers(board, [])
+    assert "a pixel of the panel" not in capsys.readouterr().err
+    say_leftovers(with_swapped_pixels(board), [])
+    assert "a pixel of the panel is 0.033 × 0.14 mm" in capsys.readouterr().err
