@@ -113,7 +113,6 @@ UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build
 	test_chip_sensing.py test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
 	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
 	test_finger_drives.py::test_a_processor_with_a_floating_point_unit_finds_drives_in_time \
-	test_flash_wear.py::test_credit_ends_at_sixty \
 	test_boot_log.py::test_crashes_are_forgotten_after_a_good_while \
 	test_limits_walk.py::test_no_order_of_few_requests_lifts_a_limit[1] \
 	test_limits_walk.py::test_no_order_of_few_requests_lifts_a_limit[2] \
@@ -134,9 +133,7 @@ UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[1] \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[2] \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[3] \
-	test_everything.py::test_everything_at_once_leaves_the_rules_standing[4] \
-	test_table_store.py::test_a_cut_at_any_byte_leaves_the_old_table_or_the_new \
-	test_bank_store.py::test_a_cut_at_any_byte_leaves_the_old_bank_or_the_new)
+	test_everything.py::test_everything_at_once_leaves_the_rules_standing[4])
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \

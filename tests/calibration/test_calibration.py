@@ -239,6 +239,7 @@ def test_what_is_found_is_a_board_file(board: Board) -> None:
             assert own.strength == pytest.approx(strength, abs=0.1)
 
 
+@pytest.mark.soak
 def test_a_file_that_knows_its_coils_already_is_started_from(board: Board) -> None:
     """One coil wound the other way and one that is weak, as the file says: nothing is new."""
     first, second, *others = board.actuators

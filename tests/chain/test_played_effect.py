@@ -145,6 +145,7 @@ def test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says(
             assert abs(found - wanted) < 0.02 * abs(wanted)
 
 
+@pytest.mark.soak
 def test_more_frequencies_change_little(
     board: Board, solved: list[SolvedBoard], monkeypatch: pytest.MonkeyPatch
 ) -> None:

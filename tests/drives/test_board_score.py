@@ -97,6 +97,7 @@ def test_the_border_of_the_active_area_has_a_row_of_its_own(name: str, least: fl
         assert score_board(board, samples=0, pitch=24e-3).border is None
 
 
+@pytest.mark.soak
 @pytest.mark.slow
 def test_a_hand_sized_board_can_only_just_win() -> None:
     score = score_board(shipped_board("phone15"), pitch=24e-3, samples=0)

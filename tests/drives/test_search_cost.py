@@ -142,6 +142,7 @@ def test_a_focus_on_less_of_an_image_is_the_same_focus() -> None:
     assert levels[0] == pytest.approx(levels[1], abs=0.1)
 
 
+@pytest.mark.soak
 def test_the_estimate_is_within_a_factor_of_two_of_the_peak(
     prototype: Board, tmp_path: Path
 ) -> None:

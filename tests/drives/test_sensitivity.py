@@ -16,6 +16,7 @@ from chladni.sim.board.parts import Image, Spring
 from conftest import CommandLine
 
 
+@pytest.mark.soak
 def test_far_below_its_modes_a_board_is_as_soft_as_its_bending_stiffness(prototype: Board) -> None:
     """At 5 Hz fields go as 1/D = 1/(E h³): images stay, and loss and magnets' mass do nothing."""
     drive = dataclasses.replace(prototype.drive, frequency_hz=5.0)

@@ -118,6 +118,7 @@ def test_a_cut_at_many_bytes_leaves_the_old_bank_or_the_new(table: Table) -> Non
     assert cut_power_at_every(table, 13) > 60
 
 
+@pytest.mark.soak
 @pytest.mark.slow
 def test_a_cut_at_any_byte_leaves_the_old_bank_or_the_new(table: Table) -> None:
     assert cut_power_at_every(table, 1) > 600

@@ -186,6 +186,7 @@ def test_starts_of_an_older_firmware_are_no_updates() -> None:
     assert not is_refused(emulator, "configuration", 0)
 
 
+@pytest.mark.soak
 def test_credit_ends_at_sixty() -> None:
     """After more than an hour, at the slowest carrier: a quarter of the samples."""
     device = device_of(None, channels=5).with_values(pwm_bits=12)

@@ -90,6 +90,7 @@ def test_a_cut_at_many_bytes_leaves_the_old_table_or_the_new() -> None:
     assert cut_power_at_every(11) > 100
 
 
+@pytest.mark.soak
 @pytest.mark.slow
 def test_a_cut_at_any_byte_leaves_the_old_table_or_the_new() -> None:
     """From every starting state; and the update can be done again afterwards."""

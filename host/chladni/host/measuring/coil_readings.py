@@ -49,16 +49,23 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
     InputError
         The device is of another board, or has no sensing pin.
     """
-    count = len(board.actuators)
     _check(device, board)
-    high = flux_multiple(board)
+    reader = _read_all(device, board, progress)
+    if not reader.is_one_session:
+        # A host that was kept from asking for a moment; phases hold for one session.
+        reader = _read_all(device, board, progress)
+    return readings_of(board, reader.heard, reader.seconds)
+
+
+def _read_all(device: Device, board: Board, progress: Report | None) -> _Reader:
+    count, high = len(board.actuators), flux_multiple(board)
     reader = _Reader(device, readings_each(count), high)
     for coil in range(count):
         for multiple in (*MULTIPLES, high):
             reader.read(coil, multiple)
         if progress:
             progress(coil + 1, count)
-    return readings_of(board, reader.heard, reader.seconds)
+    return reader
 
 
 def readings_each(count: int) -> int:
@@ -93,6 +100,11 @@ class _Reader:
         self.heard: list[Heard] = []
         self.seconds = 0.0
         self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
+
+    @property
+    def is_one_session(self) -> bool:
+        """Whether all was read without a pause."""
+        return len({own.session for own in self.heard}) == 1
 
     def read(self, coil: int, multiple: int) -> None:
         """Listen to all others; what was too loud once is played at half from then on.
