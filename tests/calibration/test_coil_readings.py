@@ -37,8 +37,7 @@ from made_up import make_table
 
 ASKED = {"playing": 0, "multiple": 4, "level_q15": 20_000, "settle_ms": 10, "readings": 4}
 REVERSED = 4
-AWAY_S = 1.0
-"""After 0.8 s without a request a device stops listening."""
+AWAY_S = 1.0  # after 0.8 s without a request a device stops listening
 """Seed of a plate with a reversed coil."""
 
 
@@ -100,8 +99,7 @@ def test_a_board_is_found_by_its_device(board: Board) -> None:
 
 
 def test_a_host_that_was_away_for_a_moment_reads_again(board: Board) -> None:
-    device, _ = device_on(board)
-    done: list[int] = []
+    (device, _), done = device_on(board), list[int]()
 
     def rest(coil: int, _: int) -> None:
         if not done:
