@@ -281,3 +281,23 @@ def test_a_spec_is_no_board(tmp_path: Path) -> None:
     spec.write_text('actuators = "free"\n[design]\ncoils = 5\n', encoding="utf-8")
     with pytest.raises(InputError, match=r"a board file, got 'a SPEC'.*chladni design SPEC -o"):
         load_board(spec)
+
+
+def test_words_that_there_are_not_are_named_with_all_else(tmp_path: Path) -> None:
+    """Whether a block's or another's: only the first of them was."""
+    text = shipped_boards()["phone8"].read_text(encoding="utf-8")
+    for old, new in (
+        ('"bridge"', '"brige"'),
+        ('"esp32s3"', '"esp32-s3"'),
+        ('"gt911"', '"gt-911"'),
+        ("thickness_mm = 0.4", "thickness_mm = -1"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_board(path)
+    told = str(caught.value).splitlines()
+    named = ("plate.thickness_mm", "electronics.chip", "electronics.drive", "panel.controller")
+    assert all(any(key in line for line in told) for key in named)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from chladni.sim.errors import Faults, InputError, MissingError
 
@@ -196,9 +197,23 @@ def part_of(
                 specs[own.name].check(table[key], where=f"{where}.{key}")
                 values[own.name] = specs[own.name].to_si(table[key])
             else:
+                _check_choice(cls, own.name, table[key], f"{where}.{key}")
                 values[own.name] = nested(own.name, table[key], f"{where}.{key}")
     faults.tell()
     return cls(**values)
+
+
+@functools.cache
+def _choices(cls: type) -> dict[str, tuple[object, ...]]:
+    """By field, the words that it may have."""
+    hints = get_type_hints(cls)
+    return {name: get_args(own) for name, own in hints.items() if get_origin(own) is Literal}
+
+
+def _check_choice(cls: type, name: str, value: object, key: str) -> None:
+    options = _choices(cls).get(name)
+    if options is not None and (not isinstance(value, str) or value not in options):
+        raise InputError(key, value, "one of: " + ", ".join(map(repr, filter(None, options))))
 
 
 ALSO_CALLED = {
