@@ -16,7 +16,7 @@ ARGUMENTS = {
     "frequency_hz": ("frequency",),
     "milliseconds": ("ms",),
     "table": ("table", "emulated_table"),
-    "target_mm": ("target",),
+    "target_mm": ("target", "at", "touch"),
     "touches": ("touch",),
 }
 """Arguments of the library, and the parameters of commands where they are called otherwise."""

@@ -39,5 +39,5 @@ def say_headings(sheet: Sheet) -> None:
 def say_actuator(sheet: Sheet, own: Channel, y: float) -> None:
     """A channel's number, place and name, in their columns."""
     sheet.text(CHANNEL_X, y, str(own.channel), size=PLAIN)
-    sheet.text(PLACE_X, y, "{:.6g}, {:.6g}".format(*own.at_mm).replace("-", "−"), size=PLAIN)
+    sheet.text(PLACE_X, y, "{:.4g}, {:.4g}".format(*own.at_mm).replace("-", "−"), size=PLAIN)
     sheet.text(NAME_X, y, own.actuator, size=PLAIN)
