@@ -71,6 +71,11 @@ class Heard:
         return float(self.noise * np.sqrt(2.0 / self.values))
 
 
+def are_of_one_session(heard: Sequence[Heard]) -> bool:
+    """Whether all was read without a pause."""
+    return len({own.session for own in heard}) <= 1
+
+
 def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilReadings:
     """What coils induce in each other.
 
@@ -81,7 +86,7 @@ def readings_of(board: Board, heard: Sequence[Heard], seconds: float) -> CoilRea
     InputError
         Something was not read, the reference is silent, or there are several sessions.
     """
-    if len({own.session for own in heard}) > 1:
+    if not are_of_one_session(heard):
         hint = "the device was busy with something else: calibrate again"
         raise InputError("readings", "several sessions", "one", hint=hint)
     flux, *moved = (_read_at(board, heard, own) for own in (flux_multiple(board), *MULTIPLES))

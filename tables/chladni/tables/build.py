@@ -14,7 +14,7 @@ from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Options, Progress
 from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.problem.search_cost import for_focus
+from chladni.drives.problem.search_cost import for_objective
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.best_drives import needs_compensation
 from chladni.drives.solve import check_request
@@ -96,7 +96,7 @@ def build_table(
     is_own = partial_function(is_drive, actuators=len(board.actuators))
     with Checkpoint(partial, key, is_own) as kept, one_blas_thread():
         options = Options(objective, seed, progress=progress)
-        solved = solved_board(for_focus(board) if objective == "focus" else board)
+        solved = solved_board(for_objective(board, objective))
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=allow_unmet)
         make = partial_function(
             board_drives,

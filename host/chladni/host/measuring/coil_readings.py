@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from chladni.calibration.device_readings import Heard, flux_multiple, readings_of
+from chladni.calibration.device_readings import (
+    Heard,
+    are_of_one_session,
+    flux_multiple,
+    readings_of,
+)
 from chladni.calibration.sensing import (
     FEW_COILS,
     LEVEL,
@@ -51,7 +56,7 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
     """
     _check(device, board)
     reader = _read_all(device, board, progress)
-    if not reader.is_one_session:
+    if not are_of_one_session(reader.heard):
         # A host that was kept from asking for a moment; phases hold for one session.
         reader = _read_all(device, board, progress)
     return readings_of(board, reader.heard, reader.seconds)
@@ -100,11 +105,6 @@ class _Reader:
         self.heard: list[Heard] = []
         self.seconds = 0.0
         self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
-
-    @property
-    def is_one_session(self) -> bool:
-        """Whether all was read without a pause."""
-        return len({own.session for own in self.heard}) == 1
 
     def read(self, coil: int, multiple: int) -> None:
         """Listen to all others; what was too loud once is played at half from then on.

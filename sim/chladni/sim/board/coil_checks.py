@@ -7,15 +7,21 @@ from collections.abc import Collection
 import numpy as np
 
 from chladni.sim.board.electronics import (
-    CHIP_NAMES,
-    DRIVER_KINDS,
     ONLY_OF,
     Coil,
     Electronics,
 )
 from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, pin_fault
 from chladni.sim.board.parts import BoardParts
-from chladni.sim.board.quantity import METRES, MM, SAME_PLACE, are_metres, in_mm, quantities
+from chladni.sim.board.quantity import (
+    METRES,
+    MM,
+    SAME_PLACE,
+    are_metres,
+    check_choice,
+    in_mm,
+    quantities,
+)
 from chladni.sim.board.winding_values import SAME_WINDING, winding_makes
 from chladni.sim.errors import ConflictError, InputError, MissingError
 
@@ -147,9 +153,7 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
     given
         Keys that stand in the board file; with those a default is refused too.
     """
-    if own.drive not in DRIVER_KINDS:
-        expected = "one of: " + ", ".join(map(repr, DRIVER_KINDS))
-        raise InputError("electronics.drive", own.drive, expected)
+    check_choice(Electronics, "drive", own.drive, "electronics.drive")
     for key, (kind, why) in ONLY_OF.items():
         value = getattr(own, key)
         is_said = value != getattr(Electronics, key) or (key in given and value)
@@ -186,9 +190,7 @@ def check_pins(board: BoardParts) -> None:
         expected = f"less than supply_v, {own.supply_v:g}"
         raise InputError("electronics.diode_v", own.diode_v, expected)
     panel, gates, chip = board.panel, board.electronics.pwm_pins, board.electronics.chip
-    if not isinstance(chip, str) or chip not in CHIPS:  # a list of TOML cannot be looked up
-        expected = "one of: " + ", ".join(map(repr, CHIP_NAMES))
-        raise InputError("electronics.chip", chip, expected)
+    check_choice(Electronics, "chip", chip, "electronics.chip")
     if gates and len(gates) > CHIPS[chip].channels:
         expected = f"a chip with {len(gates)} PWM channels"
         able = [name for name, own in CHIPS.items() if own.channels >= len(gates)]

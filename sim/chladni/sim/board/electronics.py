@@ -14,7 +14,6 @@ NOT_WIRED = 255
 """In place of a GPIO number: the line is not connected."""
 PanelKind = Literal["find", "ft6x36", "gt911"]
 ChipName = Literal["esp32", "esp32s3"]
-CHIP_NAMES: tuple[ChipName, ...] = ("esp32", "esp32s3")
 DriverKind = Literal["switch", "bridge"]
 DRIVER_KINDS: tuple[DriverKind, ...] = ("switch", "bridge")
 ONLY_OF: dict[str, tuple[DriverKind, str]] = {
@@ -27,7 +26,6 @@ ONLY_OF: dict[str, tuple[DriverKind, str]] = {
 }
 """Keys that mean nothing with the other kind of driver, and why."""
 PanelPlace = Literal["", "on", "in", "beside"]
-PANEL_PLACES: tuple[PanelPlace, ...] = ("", "on", "in", "beside")
 PANEL_SIDES = ("top", "under")
 Area = tuple[tuple[float, float], tuple[float, float]]
 """A rectangle: its ends along x, and along y, m."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from chladni.sim.board.catalogue import SHEETS
-from chladni.sim.board.electronics import PANEL_KINDS, PANEL_PLACES, PANEL_SIDES, Panel
+from chladni.sim.board.electronics import PANEL_SIDES, Panel
 from chladni.sim.board.parts import BoardParts, Plate
-from chladni.sim.board.quantity import MM
+from chladni.sim.board.quantity import MM, check_choice
 from chladni.sim.errors import InputError, MissingError
 
 GLUE_DENSITY = 1000.0
@@ -198,9 +198,7 @@ def check_panel(board: BoardParts) -> None:
     panel = board.panel
     if panel is None:
         return
-    if panel.controller not in PANEL_KINDS:
-        expected = "one of: " + ", ".join(map(repr, PANEL_KINDS))
-        raise InputError("panel.controller", panel.controller, expected)
+    check_choice(Panel, "controller", panel.controller, "panel.controller")
     if panel.rotation_deg % 90 != 0:
         raise InputError("panel.rotation_deg", panel.rotation_deg, "0, 90, 180 or 270")
     if not isinstance(panel.mirrored, bool):
@@ -210,9 +208,7 @@ def check_panel(board: BoardParts) -> None:
 
 def _check_layer(panel: Panel, plate: Plate) -> None:
     """Refuse a layer that is none, or two, or that carries the plate in place of the reverse."""
-    if panel.place not in PANEL_PLACES:
-        expected = "one of: " + ", ".join(map(repr, PANEL_PLACES[1:]))
-        raise InputError("panel.place", panel.place, expected)
+    check_choice(Panel, "place", panel.place, "panel.place")
     if panel.side not in PANEL_SIDES:
         hint = "a panel is on one side: give a plate of several layers its own modulus"
         raise InputError("panel.side", panel.side, "'top' or 'under'", hint=hint)

@@ -197,7 +197,7 @@ def part_of(
                 specs[own.name].check(table[key], where=f"{where}.{key}")
                 values[own.name] = specs[own.name].to_si(table[key])
             else:
-                _check_choice(cls, own.name, table[key], f"{where}.{key}")
+                check_choice(cls, own.name, table[key], f"{where}.{key}")
                 values[own.name] = nested(own.name, table[key], f"{where}.{key}")
     faults.tell()
     return cls(**values)
@@ -210,7 +210,8 @@ def _choices(cls: type) -> dict[str, tuple[object, ...]]:
     return {name: get_args(own) for name, own in hints.items() if get_origin(own) is Literal}
 
 
-def _check_choice(cls: type, name: str, value: object, key: str) -> None:
+def check_choice(cls: type, name: str, value: object, key: str) -> None:
+    """Raise `InputError`, naming the key, if a field may not have this word."""
     options = _choices(cls).get(name)
     if options is not None and (not isinstance(value, str) or value not in options):
         raise InputError(key, value, "one of: " + ", ".join(map(repr, filter(None, options))))

@@ -37,6 +37,11 @@ def for_focus(board: Board) -> Board:
     return replace(board, image=usual) if is_less else board
 
 
+def for_objective(board: Board, objective: str) -> Board:
+    """The same where drives are best at a focus; of other drives images are what they are for."""
+    return for_focus(board) if objective == "focus" else board
+
+
 def field_cost(board: Board) -> Cost:
     """What a field and its energy image take, where nothing is searched on it."""
     points = math.prod(board.image.points)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
-from chladni.drives.problem.search_cost import for_focus
+from chladni.drives.problem.search_cost import for_objective
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
@@ -46,8 +46,7 @@ class Prepared:
         ToleranceError
             Its fields may be wrong by more than 5 %.
         """
-        is_focus = choice.objective == "focus"
-        solved = solved_board(for_focus(choice.board) if is_focus else choice.board)
+        solved = solved_board(for_objective(choice.board, choice.objective))
         check_estimate(solved.fields.error_estimate, TOLERANCE, allow_unmet=True)
         return cls(choice, solved)
 
