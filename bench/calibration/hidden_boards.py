@@ -1,10 +1,11 @@
 """How many decibels calibration brings back, on hidden boards of each kind. Appends a line a board.
 
-    python bench/calibration/hidden_boards.py BOARD SEEDS ROWS.jsonl
+    python bench/calibration/hidden_boards.py BOARD SEEDS ROWS.jsonl [WAY]
     python bench/calibration/hidden_boards.py ROWS.jsonl
 
 The first form calibrates hidden boards 1 to SEEDS through an emulated device and keeps what came
-out, those that are there already left out; the second prints a table of all that is there.
+out, those that are there already left out, by `coils`, `accelerometer` or `microphone`; the second
+prints a table of all that is there.
 """
 
 from __future__ import annotations
@@ -17,37 +18,78 @@ from typing import Any
 import numpy as np
 
 from chladni.calibration import Truth, fit_board, hidden_plate
+from chladni.calibration.hearing import fit_sound
+from chladni.calibration.hidden import HiddenPlate
+from chladni.calibration.laboratory.fields_fit import fit_fields
+from chladni.calibration.laboratory.measured_fields import joined
+from chladni.calibration.recorder import record_hidden
+from chladni.calibration.sweep import heard_levels
 from chladni.drives.scoring.tolerances import SOFT_SCREW
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import read_coils
+from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 
 SETS = 40
+WAYS = ("coils", "accelerometer", "microphone")
+PLACES = ((0.14, 0.14), (-0.28, -0.2), (0.05, 0.36))
+"""Shares of both sides, where an accelerometer stands."""
+SENSOR_KG = 1.5e-3
 
 
-def calibrated(name: str, seed: int) -> dict[str, Any]:
+def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
     """What came of one hidden board."""
     board = load_board(name)
     hidden = hidden_plate(board, seed)
-    row: dict[str, Any] = {"board": name, "seed": seed}
-    with Device(EmulatorWire(emulator_on(board, hidden))) as device:
-        readings = read_coils(device, board)
+    row: dict[str, Any] = {"board": name, "seed": seed, "way": way}
     try:
-        found = fit_board(board, readings)
+        if way == "coils":
+            return row | _by_coils(board, hidden)
+        known = _shaken(board, hidden) if way == "accelerometer" else _heard(board, hidden)
+        return row | _restored(board, hidden, known)
     except InputError as error:
         return row | {"refused": str(error)}
+
+
+def _shaken(board: Board, hidden: HiddenPlate) -> Board:
+    """At three places, away from edges and middle lines."""
+    emulator = emulator_on(board, hidden, listens=False)
+    parts = []
+    with Device(EmulatorWire(emulator)) as device:
+        for share in PLACES:
+            at = (share[0] * board.plate.size[0], share[1] * board.plate.size[1])
+            stand(emulator, hidden, Sensor(at, SENSOR_KG))
+            parts.append(read_motions(device, board, at, SENSOR_KG))
+    return fit_fields(board, joined(parts)).board
+
+
+def _heard(board: Board, hidden: HiddenPlate) -> Board:
+    levels = heard_levels(*record_hidden(hidden), len(board.actuators))
+    return fit_sound(board, levels).board
+
+
+def _restored(board: Board, hidden: HiddenPlate, found: Board) -> dict[str, Any]:
+    truth = Truth.of(hidden, board, SETS)
+    known = {"before": board, "after": found, "perfect": truth.perfectly_known()}
+    return {
+        key: {name: np.round(value, 2).tolist() for name, value in vars(truth.rows(own)).items()}
+        for key, own in known.items()
+    }
+
+
+def _by_coils(board: Board, hidden: HiddenPlate) -> dict[str, Any]:
+    with Device(EmulatorWire(emulator_on(board, hidden))) as device:
+        readings = read_coils(device, board)
+    found = fit_board(board, readings)
     signs = np.sign(hidden.strengths)
     alive = signs != 0.0
     off = found.strengths[alive] / np.abs(hidden.strengths[alive]) - 1.0
-    truth = Truth.of(hidden, board, SETS)
-    known = {"before": board, "after": found.board, "perfect": truth.perfectly_known()}
-    for key, own in known.items():
-        rows = truth.rows(own)
-        row[key] = {name: np.round(value, 2).tolist() for name, value in vars(rows).items()}
-    return row | {
+    return _restored(board, hidden, found.board) | {
         "wiring": found.wiring.signs.tolist() == signs.tolist(),
         "faults": int((signs <= 0.0).sum()),
         "force_off": float(np.sqrt(np.mean(off**2))),
@@ -88,30 +130,40 @@ def _pooled(rows: list[dict[str, Any]], key: str, what: str) -> str:
     )
 
 
+def _kind(row: dict[str, Any]) -> tuple[str, str]:
+    return row["board"], row.get("way", WAYS[0])
+
+
 def main() -> None:
     """Calibrate, or print."""
-    *kind, path = sys.argv[1:]
+    given = sys.argv[1:]
+    way = given.pop() if given[-1] in WAYS else WAYS[0]
+    *kind, path = given
     kept = Path(path)
     rows = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     if kind:
-        there = {row["seed"] for row in rows if row["board"] == kind[0]}
+        there = {row["seed"] for row in rows if _kind(row) == (kind[0], way)}
         for seed in sorted(set(range(1, int(kind[1]) + 1)) - there):
             with kept.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(calibrated(kind[0], seed)) + "\n")
+                file.write(json.dumps(calibrated(kind[0], seed, way)) + "\n")
         return
     print("| board | boards | before | after | perfect | two fingers before | after | perfect |")
     print("|---|---|---|---|---|---|---|---|")
-    for name in dict.fromkeys(row["board"] for row in rows):
-        own = [row for row in rows if row["board"] == name]
+    for name, by in dict.fromkeys(map(_kind, rows)):
+        own = [row for row in rows if _kind(row) == (name, by)]
         done = [row for row in own if "after" in row]
         cells = [
             _pooled(done, key, what)
             for what in ("second_finger_20mm_db", "fingers_2_db")
             for key in ("before", "after", "perfect")
         ]
-        print(f"| `{name}` | {len(own)} | {' | '.join(cells)} |")
-        held = [one for row in done for one in row["held"].values()]
+        print(f"| `{name}`, {by} | {len(own)} | {' | '.join(cells)} |")
         level = np.concatenate([np.array(row["after"]["level_db"]) for row in done])
+        if by != WAYS[0]:
+            off = np.percentile(np.abs(level), (50.0, 90.0))
+            print(f"  refused {len(own) - len(done)}, level off {off[0]:.2f} / {off[1]:.2f} dB")
+            continue
+        held = [one for row in done for one in row["held"].values()]
         print(
             f"  refused {len(own) - len(done)}, wiring right {sum(row['wiring'] for row in done)}, "
             f"with faults {sum(row['faults'] > 0 for row in done)}, "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from calibration.small_board import small_board
@@ -76,6 +77,31 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     )
     assert again.code == 2
     assert "calibrate from the board as it is drawn" in again.err
+
+
+def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_path: Path) -> None:
+    output = tmp_path / "measured.toml"
+    emulated = ("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output)
+    places = ("--accelerometer", "8,5", "--accelerometer", "-9,-12")
+    done = chladni(*emulated, *places, "--sensor-g", "1.5", "--sets", "20", "--json")
+    assert done.code == 0, done.err
+    signs = [own["polarity"] for own in done.json["coils"]]
+    assert signs == np.sign(hidden_plate(small_board(), SEED).strengths).tolist()
+    assert done.json["by"] == f"an accelerometer, emulated, plate {SEED}"
+    before, after = (done.json[key]["fingers_2_db"]["median"] for key in ("before", "after"))
+    assert after > before + 6.0
+    output.unlink()
+    for given, said in (
+        (places, "--sensor-g is required"),
+        ((*places, "--sensor-g", "900"), "--sensor-g"),
+        (("--accelerometer", "80,5", "--sensor-g", "1"), "a place on the board"),
+        ((*places, "--sensor-g", "1", "--microphone"), "does not go with another way"),
+        (("--sensor-g", "1"), "no --accelerometer"),
+    ):
+        refused = chladni(*emulated, *given)
+        assert refused.code == 2
+        assert said in refused.err
+        assert not output.exists()
 
 
 def test_bad_input_is_named_and_nothing_is_written(

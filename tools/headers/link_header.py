@@ -22,6 +22,8 @@ def link_header() -> str:
         "kLeastMultiple": link_protocol.LEAST_MULTIPLE,
         "kMostMultiple": link_protocol.MOST_MULTIPLE,
         "kMostRead": link_protocol.MOST_READ,
+        "kMostMotions": link_protocol.MOST_MOTIONS,
+        "kMotionsAtOnce": link_protocol.MOTIONS_AT_ONCE,
         "kLeastTarget": link_protocol.LEAST_TARGET,
         "kMostTarget": link_protocol.MOST_TARGET,
         "kMostEvents": link_protocol.MOST_EVENTS,

@@ -118,6 +118,7 @@ void Emulator::command(const std::string& line) {
 void Emulator::advance_period() {
   pwm_.begin_period();
   coils_.begin_period(period_, pwm_);
+  accelerometer_.begin_period(now_ns(), coils_);
   if (is_booted_) sample_if_due();
   scan_if_due();
   ++period_;

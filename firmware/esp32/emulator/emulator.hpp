@@ -16,6 +16,7 @@
 #include "core/link/udp.hpp"
 #include "core/synthesis/sample_clock.hpp"
 #include "emulator/flash.hpp"
+#include "emulator/mounted_accelerometer.hpp"
 #include "emulator/panels.hpp"
 #include "emulator/pwm.hpp"
 #include "emulator/sensed_coils.hpp"
@@ -115,6 +116,7 @@ class Emulator {
   Pwm& pwm() { return pwm_; }
   Panel& panel() { return panel_; }
   SensedCoils& coils() { return coils_; }
+  MountedAccelerometer& accelerometer() { return accelerometer_; }
   Device& device() { return device_; }
   const NetworkState& network_state() const { return datagrams_.state(); }
   const Device& device() const { return device_; }
@@ -165,6 +167,7 @@ class Emulator {
   Pwm pwm_{1, 10};
   Panel panel_;
   SensedCoils coils_;
+  MountedAccelerometer accelerometer_;
   Device device_;
   Datagrams datagrams_{device_};
   Link link_{device_, datagrams_.state()};

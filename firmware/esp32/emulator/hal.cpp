@@ -50,6 +50,9 @@ void Emulator::add_bus(Hal& hal) {
     if (address == expander::kAddress && !self.panel_.is_stuck()) {
       return self.coils_.transfer(written, write_count);
     }
+    if (self.accelerometer_.answers(address) && !self.panel_.is_stuck()) {
+      return self.accelerometer_.transfer(written, write_count, read, read_count);
+    }
     return self.panel_.transfer(address, written, write_count, read, read_count);
   };
   hal.recover_bus = [](void* context) {

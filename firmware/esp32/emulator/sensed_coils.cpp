@@ -116,6 +116,18 @@ void SensedCoils::respond(const Pwm& pwm) {
   }
 }
 
+double SensedCoils::answer(const std::vector<float>& responses) const {
+  if (responses.size() != response_size()) return 0.0;
+  double sum = 0.0;
+  for (uint32_t k = 0; k < channels_; ++k) {
+    if (silent_for_[k] >= length_) continue;
+    const float* const own = &responses[size_t{k} * length_];
+    const float* const duty = &duties_[k][newest_];
+    for (uint32_t n = 0; n < length_; ++n) sum += static_cast<double>(own[n] * duty[n]);
+  }
+  return sum;
+}
+
 double SensedCoils::random() {
   random_ ^= random_ << 13;
   random_ ^= random_ >> 17;

@@ -42,6 +42,9 @@ class SensedCoils {
   uint32_t heard(uint16_t* values, uint32_t most);
   // Once the duties of this carrier period are on the pins.
   void begin_period(uint64_t period, const Pwm& pwm);
+  // What all duties of late come to, by responses of (channels, duties), as long as the coils' own.
+  double answer(const std::vector<float>& responses) const;
+  size_t response_size() const { return size_t{channels_} * length_; }
 
  private:
   bool is_awake(uint32_t channel, const Pwm& pwm) const;

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "board.hpp"
+#include "core/sensing/accelerometer.hpp"
 #include "core/sensing/expander.hpp"
 #include "core/touch/panel.hpp"
 #include "driver/gpio.h"
@@ -19,8 +20,16 @@ namespace {
 constexpr uint32_t kLongestBits = 850;
 constexpr uint32_t kSpareMs = 4;
 constexpr uint32_t kResetMs = 10, kStartMs = 60;
-constexpr std::array<uint8_t, 4> kAddresses = {0x38, gt911::kAddresses[0], gt911::kAddresses[1],
-                                               expander::kAddress};
+constexpr std::array<uint8_t, 8> kAddresses = {
+    0x38,
+    gt911::kAddresses[0],
+    gt911::kAddresses[1],
+    expander::kAddress,
+    Accelerometer::kAddresses[0],
+    Accelerometer::kAddresses[1],
+    Accelerometer::kAddresses[2],
+    Accelerometer::kAddresses[3],
+};
 
 i2c_master_bus_handle_t bus = nullptr;
 std::array<i2c_master_dev_handle_t, kAddresses.size()> devices{};

@@ -5,7 +5,7 @@ namespace chladni {
 
 link_format::Status Device::sense(const SenseRequest& request) {
   using link_format::Status;
-  if (!sense_.is_wired()) return Status::kNotWired;
+  if (request.motions > 0 ? !sense_.has_bus() : !sense_.is_wired()) return Status::kNotWired;
   if (sense_.is_running()) return Status::kBusy;
   if (state_ == DeviceState::kStreaming || !host_begins()) return Status::kNotNow;
   host_.begin_waves();

@@ -122,6 +122,7 @@ enum class SenseState : uint8_t {
   kNoConverter,
   kLost,  // the main loop was kept from reading them
   kStopped,  // a fault, an update or another drive came between
+  kNoAccelerometer,  // none answers at its addresses
 };
 
 constexpr const char* to_text(SenseState value) {
@@ -135,6 +136,23 @@ constexpr const char* to_text(SenseState value) {
     case SenseState::kNoConverter: return "converter fails";
     case SenseState::kLost: return "samples lost";
     case SenseState::kStopped: return "stopped";
+    case SenseState::kNoAccelerometer: return "accelerometer missing";
+  }
+  return "unknown";
+}
+
+// An accelerometer on the panel's bus.
+enum class AccelerometerModel : uint8_t {
+  kNone,
+  kLis2dw12,  // ±8 g in 4096 steps per g
+  kAdxl345,  // ±16 g in 256 steps per g
+};
+
+constexpr const char* to_text(AccelerometerModel value) {
+  switch (value) {
+    case AccelerometerModel::kNone: return "none";
+    case AccelerometerModel::kLis2dw12: return "LIS2DW12";
+    case AccelerometerModel::kAdxl345: return "ADXL345";
   }
   return "unknown";
 }

@@ -9,7 +9,7 @@
 namespace chladni::link_format {
 
 constexpr uint32_t kVersionMajor = 2U;
-constexpr uint32_t kVersionMinor = 9U;
+constexpr uint32_t kVersionMinor = 10U;
 constexpr uint32_t kMaxPayload = 1024U;
 constexpr uint32_t kSensePairs = 488U;
 constexpr uint32_t kSenseMillihertz = 40023U;
@@ -17,6 +17,8 @@ constexpr uint32_t kReference = 16U;
 constexpr uint32_t kLeastMultiple = 2U;
 constexpr uint32_t kMostMultiple = 200U;
 constexpr uint32_t kMostRead = 32U;
+constexpr uint32_t kMostMotions = 256U;
+constexpr uint32_t kMotionsAtOnce = 64U;
 constexpr uint32_t kLeastTarget = 16U;
 constexpr uint32_t kMostTarget = 384U;
 constexpr uint32_t kMostEvents = 16U;

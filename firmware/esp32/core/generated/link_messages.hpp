@@ -727,7 +727,7 @@ namespace sensed {
 constexpr uint32_t kCode = 39U;
 struct Answer {
   static constexpr uint32_t kBytes = 9U;
-  struct State { uint8_t value; } state;  // 0 none, 1 running, 2 done, 3 too loud, 4 touched, 5 expander missing, 6 converter fails, 7 samples lost, 8 stopped.
+  struct State { uint8_t value; } state;  // 0 none, 1 running, 2 done, 3 too loud, 4 touched, 5 expander missing, 6 converter fails, 7 samples lost, 8 stopped, 9 accelerometer missing.
   struct Playing { uint8_t value; } playing;  // As it was asked for.
   struct Multiple { uint16_t value; } multiple;  // The same.
   struct Session { uint16_t value; } session;  // Readings of one have the converter's delay in common.
@@ -773,5 +773,65 @@ template <typename Take> Request read_request(const uint8_t* from, Take take) {
   return found;
 }
 }  // namespace signal_limit
+
+namespace motion_sense {
+constexpr uint32_t kCode = 41U;
+struct Request {
+  static constexpr uint32_t kBytes = 8U;
+  uint8_t playing;  // Channel of the coil that plays.
+  uint16_t multiple;  // Of 40.0231 Hz, what it plays: even, 2 to 200.
+  uint16_t level_q15;  // 32767 for full amplitude.
+  uint8_t settle_ms;  // Before the first sample.
+  uint16_t count;  // Samples, 1 to 256.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.playing);
+  take(from + 1, found.multiple);
+  take(from + 3, found.level_q15);
+  take(from + 5, found.settle_ms);
+  take(from + 6, found.count);
+  return found;
+}
+}  // namespace motion_sense
+
+namespace motion {
+constexpr uint32_t kCode = 42U;
+struct Request {
+  static constexpr uint32_t kBytes = 2U;
+  uint16_t first;  // Sample that is asked for, from 0.
+};
+template <typename Take> Request read_request(const uint8_t* from, Take take) {
+  Request found{};
+  take(from + 0, found.first);
+  return found;
+}
+struct Answer {
+  static constexpr uint32_t kBytes = 8U;
+  struct State { uint8_t value; } state;  // 0 none, 1 running, 2 done, 3 too loud, 4 touched, 5 expander missing, 6 converter fails, 7 samples lost, 8 stopped, 9 accelerometer missing.
+  struct Playing { uint8_t value; } playing;  // As it was asked for.
+  struct Multiple { uint16_t value; } multiple;  // The same.
+  struct AmplitudeQ16 { uint16_t value; } amplitude_q16;  // Of the duty, 65536 for 1.
+  struct Model { uint8_t value; } model;  // 0 none, 1 LIS2DW12, 2 ADXL345.
+  struct Count { uint8_t value; } count;  // That follow.
+};
+template <typename Put> void write(const Answer& from, uint8_t* to, Put put) {
+  put(to + 0, from.state.value);
+  put(to + 1, from.playing.value);
+  put(to + 2, from.multiple.value);
+  put(to + 4, from.amplitude_q16.value);
+  put(to + 6, from.model.value);
+  put(to + 7, from.count.value);
+}
+struct Entry {
+  static constexpr uint32_t kBytes = 4U;
+  struct Z { int16_t value; } z;  // Along its axis z, as it reports it.
+  struct FoundAt { uint16_t value; } found_at;  // When it was found in its memory: samples of the outputs since the coil began with phase 0. Up to a turn of the main loop late.
+};
+template <typename Put> void write(const Entry& from, uint8_t* to, Put put) {
+  put(to + 0, from.z.value);
+  put(to + 2, from.found_at.value);
+}
+}  // namespace motion
 
 }  // namespace chladni::link_format

@@ -82,6 +82,8 @@ class Requests {
   link_format::Status handle_sense(uint32_t kind, const Request& request);
   link_format::Status sense(const Request& request);
   link_format::Status put_sensed();
+  link_format::Status sense_motion(const Request& request);
+  link_format::Status put_motion(const Request& request);
 
   link_format::Status select_frequency(const Request& request);
   link_format::Status select_waveform(const Request& request);

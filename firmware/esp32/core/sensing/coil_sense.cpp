@@ -36,7 +36,8 @@ constexpr uint32_t pairs_in(uint32_t milliseconds) { return milliseconds * 39063
 
 void CoilSense::start(const Config& config, uint32_t now_ms) {
   woken_ms_ = now_ms - kRetryMs;  // at once
-  is_wired_ = has_sensing_pin(config) && config.panel != 0;
+  has_bus_ = config.panel != 0;
+  is_wired_ = has_sensing_pin(config) && has_bus_;
   has_bridges_ = config.driver == kBridge;
   channels_ = config.channels;
   sample_bits_ = config.pwm_bits - 9U;
@@ -48,7 +49,7 @@ void CoilSense::ask(const SenseRequest& request, uint32_t now_ms) {
   step_u32_ = request.multiple * kUnitStep +
               (request.multiple * kUnitRest + kPeriodPairs / 2U) / kPeriodPairs;
   state_ = SenseState::kRunning;
-  stage_ = Stage::kToPlay;
+  stage_ = request.motions > 0 ? Stage::kToFind : Stage::kToPlay;
   is_too_loud_ = has_reference_ = false;
   count_ = 0;
   coil_ = 0;
@@ -62,6 +63,10 @@ void CoilSense::note_play(uint32_t amplitude_q16) {
 }
 
 void CoilSense::turn(const Hal& hal, const Synthesis& synthesis, uint32_t now_ms) {
+  if (is_running() && request_.motions > 0) {
+    turn_motion(hal, synthesis);
+    return;
+  }
   if (!is_wired_) return;
   if (!is_running()) {
     if (is_listening_ && now_ms - asked_ms_ >= kSilenceMs) stop_listening(hal);
@@ -79,9 +84,36 @@ void CoilSense::turn(const Hal& hal, const Synthesis& synthesis, uint32_t now_ms
   if (is_running() && stage_ == Stage::kToSelect) select_next(hal, synthesis);
 }
 
+void CoilSense::turn_motion(const Hal& hal, const Synthesis& synthesis) {
+  if (is_listening_) stop_listening(hal);
+  const uint32_t now = synthesis.samples();
+  switch (stage_) {
+    case Stage::kToFind:
+      stage_ = Stage::kToPlay;
+      if (!accelerometer_.begin(hal)) end(hal, SenseState::kNoAccelerometer);
+      return;
+    case Stage::kToBegin:
+      if (synthesis.output() != Output::kPlaying) return;
+      from_ = now + (pairs_in(request_.settle_ms) >> sample_bits_);
+      stage_ = Stage::kToSelect;
+      return;
+    case Stage::kToSelect:
+      if (static_cast<int32_t>(now - from_) < 0) return;
+      stage_ = Stage::kListening;
+      if (!accelerometer_.take(hal, request_.motions)) end(hal, SenseState::kNoAccelerometer);
+      return;
+    case Stage::kListening:
+      if (!accelerometer_.read(hal, now - synthesis.begun())) end(hal, SenseState::kLost);
+      if (accelerometer_.is_full()) end(hal, SenseState::kDone);
+      return;
+    case Stage::kToPlay: return;
+  }
+}
+
 void CoilSense::end(const Hal& hal, SenseState state) {
   if (!is_running()) return;
   state_ = state;
+  if (request_.motions > 0) return;
   are_awake_ = expander::set(hal, 0, expander::kAllAwake);
 }
 

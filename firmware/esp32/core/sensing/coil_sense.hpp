@@ -3,6 +3,9 @@
 // Where the first coil plays, a known share of its own voltage is read as the last: what all
 // filters and the converter make of a duty. The converter runs in step with the carrier, and on
 // from one request to the next, so that this holds for a whole session.
+//
+// Or one plays, and an accelerometer on the plate is read: no other coil is listened to then, and
+// neither converter nor expander is needed.
 #pragma once
 
 #include <array>
@@ -11,6 +14,7 @@
 #include "core/generated/config_format.hpp"
 #include "core/generated/device_codes.hpp"
 #include "core/hal.hpp"
+#include "core/sensing/accelerometer.hpp"
 #include "core/sensing/lock_in.hpp"
 #include "core/synthesis/synthesis.hpp"
 
@@ -22,6 +26,7 @@ struct SenseRequest {
   uint32_t level_q15;  // 32767 for full amplitude
   uint32_t settle_ms;  // before the first coil is listened to
   uint32_t readings;   // of kSensePairs pairs of conversions, for each coil
+  uint32_t motions;    // samples of the accelerometer in their place; 0: coils are listened to
 };
 
 // What one coil read.
@@ -37,6 +42,8 @@ class CoilSense {
  public:
   void start(const Config& config, uint32_t now_ms);
   bool is_wired() const { return is_wired_; }
+  // Whether there is a bus for an accelerometer.
+  bool has_bus() const { return has_bus_; }
   SenseState state() const { return state_; }
   bool is_running() const { return state_ == SenseState::kRunning; }
 
@@ -65,10 +72,12 @@ class CoilSense {
   uint32_t amplitude_q16() const { return amplitude_q16_; }
   uint32_t count() const { return count_; }
   const CoilReading& at(uint32_t k) const { return readings_[k]; }
+  const Accelerometer& accelerometer() const { return accelerometer_; }
 
  private:
-  enum class Stage : uint8_t { kToPlay, kToBegin, kToSelect, kListening };
+  enum class Stage : uint8_t { kToFind, kToPlay, kToBegin, kToSelect, kListening };
 
+  void turn_motion(const Hal& hal, const Synthesis& synthesis);
   bool listen(const Hal& hal, const Synthesis& synthesis);
   void stop_listening(const Hal& hal);
   void read(const Hal& hal, const Synthesis& synthesis);
@@ -79,6 +88,7 @@ class CoilSense {
   void wake_all(const Hal& hal, uint32_t now_ms);
 
   bool is_wired_ = false;
+  bool has_bus_ = false;
   bool has_bridges_ = false;
   uint32_t channels_ = 0;
   uint32_t sample_bits_ = 1;  // a sample of the outputs has so many pairs, as a power of two
@@ -106,6 +116,7 @@ class CoilSense {
   uint32_t coil_ = 0;
   bool has_reference_ = false;
   LockIn found_;
+  Accelerometer accelerometer_;
   uint32_t count_ = 0;                                // coils that were listened to
   std::array<CoilReading, kMaxChannels> readings_{};  // a playing coil's place is the reference's
 };

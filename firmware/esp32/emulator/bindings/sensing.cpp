@@ -1,7 +1,9 @@
 // Coils that hear each other, and what may be wrong between them and the converter.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
 
+#include <string>
 #include <vector>
 
 #include "emulator/bindings/bindings.hpp"
@@ -28,6 +30,25 @@ void set_responses(Emulator& self, const Responses& responses, double noise, dou
                              begin_us, seed);
 }
 
+using Shaken = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+void set_accelerometer(Emulator& self, const std::string& model, const Shaken& responses,
+                       uint8_t address, double clock_hz, double noise_g, double steady_g,
+                       uint32_t seed) {
+  if (responses.size() != self.coils().response_size()) {
+    throw nb::value_error("responses: (channels, duties), as many as the coils' own");
+  }
+  MountedAccelerometer::Part part{};
+  part.model = model == "ADXL345" ? AccelerometerModel::kAdxl345 : AccelerometerModel::kLis2dw12;
+  part.address = address;
+  part.clock_hz = clock_hz;
+  part.noise_g = noise_g;
+  part.steady_g = steady_g;
+  part.seed = seed;
+  const float* const first = responses.data();
+  self.accelerometer().mount(part, std::vector<float>(first, first + responses.size()));
+}
+
 }  // namespace
 
 void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
@@ -37,7 +58,20 @@ void bind_sensing(nb::module_& m, nb::class_<Emulator>& emulator) {
       .def_rw("is_pin_open", &SensingFaults::is_pin_open)
       .def_rw("stuck_address", &SensingFaults::stuck_address)
       .def_rw("lost_values", &SensingFaults::lost_values);
+  nb::class_<AccelerometerFaults>(m, "AccelerometerFaults")
+      .def_rw("is_absent", &AccelerometerFaults::is_absent)
+      .def_rw("is_deaf", &AccelerometerFaults::is_deaf)
+      .def_rw("silent_samples", &AccelerometerFaults::silent_samples);
   emulator
+      .def("set_accelerometer", &set_accelerometer, nb::arg("model"), nb::arg("responses"),
+           nb::kw_only(), nb::arg("address"), nb::arg("clock_hz"), nb::arg("noise_g"),
+           nb::arg("steady_g"), nb::arg("seed"),
+           "What a duty does to a part that stands on the plate, g, (channels, duties), after "
+           "`set_coil_responses`.")
+      .def_prop_ro(
+          "accelerometer_faults",
+          [](Emulator& self) -> AccelerometerFaults& { return self.accelerometer().faults(); },
+          nb::rv_policy::reference_internal)
       .def("set_coil_responses", &set_responses, nb::arg("responses"), nb::kw_only(),
            nb::arg("noise"), nb::arg("bend"), nb::arg("begin_us"), nb::arg("seed"),
            "What a duty makes each coil read, steps, (heard and reference, playing, conversions, "

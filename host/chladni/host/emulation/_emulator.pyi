@@ -115,6 +115,11 @@ class SensingFaults:
     stuck_address: int
     lost_values: int
 
+class AccelerometerFaults:
+    is_absent: bool
+    is_deaf: bool
+    silent_samples: int
+
 class Emulator:
     def __init__(self, hardware: Hardware) -> None: ...
     def boot(self, cause: str = "power on") -> None: ...
@@ -163,6 +168,19 @@ class Emulator:
     def bridges_awake(self) -> int: ...
     @property
     def sensing_faults(self) -> SensingFaults: ...
+    @property
+    def accelerometer_faults(self) -> AccelerometerFaults: ...
+    def set_accelerometer(
+        self,
+        model: str,
+        responses: NDArray[np.float32],
+        *,
+        address: int,
+        clock_hz: float,
+        noise_g: float,
+        steady_g: float,
+        seed: int,
+    ) -> None: ...
     def set_coil_responses(
         self,
         responses: NDArray[np.float32],

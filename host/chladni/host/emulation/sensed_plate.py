@@ -60,10 +60,12 @@ FASTEST_S, SLOWEST_S = 20e-6, 60e-6
 """From asking the converter to start until it does."""
 
 
-def emulator_on(board: Board, hidden: HiddenPlate, seed: int = 0) -> Emulator:
+def emulator_on(
+    board: Board, hidden: HiddenPlate, seed: int = 0, *, listens: bool = True
+) -> Emulator:
     """A device with the drawn board's configuration, on the hidden plate.
 
-    A board without a sensing pin is given one.
+    A board without a sensing pin is given one, if its coils are to listen.
 
     Raises
     ------
@@ -73,7 +75,8 @@ def emulator_on(board: Board, hidden: HiddenPlate, seed: int = 0) -> Emulator:
         The board has no `[coil]`.
     """
     rng = np.random.default_rng((hidden.seed, seed, 45))
-    emulator = Emulator(board, None, must_play=False, **sensing_settings(board))
+    settings = sensing_settings(board) if listens else {}
+    emulator = Emulator(board, None, must_play=False, **settings)
     responses = coil_responses(hidden, rng)
     emulator.core.set_coil_responses(
         np.ascontiguousarray(responses, np.float32),
@@ -148,23 +151,42 @@ def amplifier_gain(hz: FloatArray) -> ComplexArray:
 
 
 def _between(hz: FloatArray, solved: Sequence[int], read: ComplexArray) -> ComplexArray:
-    """Motion's voltages at all frequencies, as of resonances that go through those that are read.
+    """Motion's voltages at all frequencies, of those that are read, (frequencies, …)."""
+    rates = (2j * np.pi * UNIT_HZ * np.array(solved)).reshape(-1, *[1] * (read.ndim - 1))
+    return compliance_between(hz, solved, read / rates, RESONANCES_HZ) * 2j * np.pi * hz
+
+
+def compliance_between(
+    hz: FloatArray, solved: Sequence[int], compliance: ComplexArray, resonances_hz: Sequence[float]
+) -> ComplexArray:
+    """Motion at all frequencies, as of resonances that go through those that are solved.
 
     Any that fit would do, but they must be those of something that moves after it is pushed, and
     dies away: a curve drawn freely would be heard before the coil plays.
+
+    Parameters
+    ----------
+    hz
+        Frequencies that are asked for.
+    solved, compliance
+        Multiples of `UNIT_HZ`, and what is known there, (frequencies, …).
+    resonances_hz
+        As many as are solved.
+
+    Returns
+    -------
+    Shape (…, len(hz)).
     """
-    known = UNIT_HZ * np.array(solved)
-    compliance = read / (2j * np.pi * known[:, None, None])
     # Two real numbers for each resonance, two for each complex one that is read.
-    shapes = _resonances(known)
+    shapes = _resonances(UNIT_HZ * np.array(solved), resonances_hz)
     system = np.concatenate((shapes.real, shapes.imag))
     wanted = np.concatenate((compliance.real, compliance.imag)).reshape(len(system), -1)
-    found = np.linalg.solve(system, wanted).T @ _resonances(hz).T
-    return np.asarray(found.reshape(*read.shape[1:], hz.size) * 2j * np.pi * hz)
+    found = np.linalg.solve(system, wanted).T @ _resonances(hz, resonances_hz).T
+    return np.asarray(found.reshape(*compliance.shape[1:], hz.size))
 
 
-def _resonances(hz: FloatArray) -> ComplexArray:
-    """Displacement and its rate of change, of each of `RESONANCES_HZ`, (frequencies, 2 of each)."""
-    s = 1j * hz[:, None] / np.array(RESONANCES_HZ)
+def _resonances(hz: FloatArray, resonances_hz: Sequence[float]) -> ComplexArray:
+    """Displacement and its rate of change, of each resonance, (frequencies, 2 of each)."""
+    s = 1j * hz[:, None] / np.array(resonances_hz)
     moves = 1.0 / (1.0 + 2.0 * DAMPING * s + s**2)
     return np.concatenate((moves, s * moves), axis=1)

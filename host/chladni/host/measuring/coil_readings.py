@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from chladni.calibration.device_readings import (
     Heard,
@@ -18,6 +18,7 @@ from chladni.calibration.sensing import (
     CoilReadings,
 )
 from chladni.host.device.device import Device
+from chladni.host.device.link import Answer
 from chladni.host.protocol.codes import SENSE_STATE
 from chladni.host.protocol.link import BY_NAME, MOST_READ, SENSE_PAIRS
 from chladni.sim.board.board import Board
@@ -54,7 +55,7 @@ def read_coils(device: Device, board: Board, progress: Report | None = None) -> 
     InputError
         The device is of another board, or has no sensing pin.
     """
-    _check(device, board)
+    check_device(device, board, SENSE_MINOR)
     reader = _read_all(device, board, progress)
     if not are_of_one_session(reader.heard):
         # A host that was kept from asking for a moment; phases hold for one session.
@@ -83,10 +84,17 @@ def readings_each(count: int) -> int:
     return min(max(int(each / READING_S), 2), MOST_READ)
 
 
-def _check(device: Device, board: Board) -> None:
+def check_device(device: Device, board: Board, least: int) -> None:
+    """Refuse a device whose link is older than 2.`least`, or that is another board's.
+
+    Raises
+    ------
+    InputError
+        It is.
+    """
     minor = device.version.fields["minor"]
-    if minor < SENSE_MINOR:
-        raise InputError("device", f"link 2.{minor}", f"2.{SENSE_MINOR} at least: update firmware")
+    if minor < least:
+        raise InputError("device", f"link 2.{minor}", f"2.{least} at least: update firmware")
     config = device.config()
     if config["channels"] != len(board.actuators):
         expected = f"{len(board.actuators)}, as {board.name} has"
@@ -146,18 +154,9 @@ def sense(device: Device, **asked: int) -> list[Heard] | None:
         The device refuses it: it has no sensing pin, or something else plays.
     """
     device.link.request("sense", b"", **asked)
-    while True:
-        answer = device.link.request("sensed")
-        state = SENSE_STATE.text(answer.fields["state"])
-        if state != "running":
-            break
-        device.link.wait(ASK_AGAIN_S)
-    if state == "too loud":
+    answer = finished(device, lambda: device.link.request("sensed"), asked)
+    if answer is None:
         return None
-    if state != "done":
-        raise ReadingError(f"coil {asked['playing']} was not read: {state}", hint=_HINTS[state])
-    if any(answer.fields[key] != asked[key] for key in ("playing", "multiple")):
-        raise ReadingError("another program reads coils too", hint="end it, and calibrate again")
     entry = BY_NAME["sensed"].entry
     rows = [entry.unpack_from(answer.tail, k * entry.size) for k in range(answer.fields["count"])]
     duty = answer.fields["amplitude_q16"] / 65536.0
@@ -177,6 +176,29 @@ def sense(device: Device, **asked: int) -> list[Heard] | None:
     return heard
 
 
+def finished(device: Device, ask: Callable[[], Answer], asked: Mapping[str, int]) -> Answer | None:
+    """What a device says once it has read what was asked for; None if that was too loud.
+
+    Raises
+    ------
+    ReadingError
+        It was not read to the end; says why.
+    """
+    while True:
+        answer = ask()
+        state = SENSE_STATE.text(answer.fields["state"])
+        if state != "running":
+            break
+        device.link.wait(ASK_AGAIN_S)
+    if state == "too loud":
+        return None
+    if state != "done":
+        raise ReadingError(f"coil {asked['playing']} was not read: {state}", hint=_HINTS[state])
+    if any(answer.fields[key] != asked[key] for key in ("playing", "multiple")):
+        raise ReadingError("another program reads coils too", hint="end it, and calibrate again")
+    return answer
+
+
 _TOO_LOUD = "is the sensing pin on the amplifier's output?"
 _HINTS = {
     "none": "the device was started again meanwhile",
@@ -184,5 +206,6 @@ _HINTS = {
     "expander missing": "look at its lines and its address, 0x20",
     "converter fails": "look at the sensing pin in the configuration",
     "samples lost": "calibrate again",
+    "accelerometer missing": "look at its lines: 0x18 or 0x19, or 0x1D or 0x53, on the panel's bus",
     "stopped": "`chladni device info` has its faults",
 }

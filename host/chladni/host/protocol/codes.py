@@ -89,6 +89,12 @@ SENSE_STATE = Codes("SenseState", "What became of a reading of coils.", (
     Code("kNoConverter", "converter fails"),
     Code("kLost", "samples lost", "the main loop was kept from reading them"),
     Code("kStopped", "stopped", "a fault, an update or another drive came between"),
+    Code("kNoAccelerometer", "accelerometer missing", "none answers at its addresses"),
+))  # fmt: skip
+ACCELEROMETER = Codes("AccelerometerModel", "An accelerometer on the panel's bus.", (
+    Code("kNone", "none"),
+    Code("kLis2dw12", "LIS2DW12", "±8 g in 4096 steps per g"),
+    Code("kAdxl345", "ADXL345", "±16 g in 256 steps per g"),
 ))  # fmt: skip
 CONFIG_STATUS = Codes("ConfigStatus", "What became of a configuration.", (
     Code("kOk", "ok"),
@@ -161,6 +167,7 @@ ALL_CODES = (
     BANK_STATUS,
     AREA_EVENT,
     SENSE_STATE,
+    ACCELEROMETER,
     CONFIG_STATUS,
     PANEL_HEALTH,
     RESET_CAUSE,

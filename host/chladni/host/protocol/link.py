@@ -15,13 +15,13 @@ from enum import IntEnum
 from struct import Struct
 
 from chladni.effects.bank.layout import SIGNAL_HZ
-from chladni.host.protocol.codes import AREA_EVENT, SENSE_STATE, numbered
+from chladni.host.protocol.codes import ACCELEROMETER, AREA_EVENT, SENSE_STATE, numbered
 from chladni.sim.board.electronics import DRIVER_KINDS
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.tables.layout import MAX_ACTUATORS, Field
 
-VERSION_MAJOR, VERSION_MINOR = 2, 9
+VERSION_MAJOR, VERSION_MINOR = 2, 10
 MAX_PAYLOAD = 1024
 """Bytes behind a request's fixed fields, or a response's."""
 WINDOW = 3
@@ -49,6 +49,8 @@ MOST_READ = 32
 REFERENCE = 16
 """In place of a coil. A test compares these with `chladni.calibration`, which loads more."""
 UNIT_HZ = 80e6 / 4096 / SENSE_PAIRS
+MOST_MOTIONS, MOTIONS_AT_ONCE = 256, 64
+"""Samples of an accelerometer that one request takes, and that one answer holds."""
 LEAST_TARGET, MOST_TARGET = 16, 384
 """Frames of a stream that a device may be asked to keep: its ring has 512."""
 
@@ -303,5 +305,25 @@ MESSAGES = (
                                                 "of 1 may move a finger.")),
             "", (), "", "Of a slot's fingers from their next touch on, after `signal_voice`. Not "
             "now: the table has no responses, or the configuration no coil's force."),
+    Message(41, "motion_sense",
+            (Field("playing", "u8", "Channel of the coil that plays."),
+             Field("multiple", "u16", f"Of {UNIT_HZ:.6g} Hz, what it plays: even, "
+                   f"{LEAST_MULTIPLE} to {MOST_MULTIPLE}."),
+             Field("level_q15", "u16", "32767 for full amplitude."),
+             Field("settle_ms", "u8", "Before the first sample."),
+             Field("count", "u16", f"Samples, 1 to {MOST_MOTIONS}.")), "", (), "",
+            "One coil plays, and the accelerometer on the panel's bus is read. Ends by itself."),
+    Message(42, "motion", (Field("first", "u16", "Sample that is asked for, from 0."),), "",
+            (Field("state", "u8", f"{numbered(c.text for c in SENSE_STATE.members)}."),
+             Field("playing", "u8", "As it was asked for."), Field("multiple", "u16", "The same."),
+             Field("amplitude_q16", "u16", "Of the duty, 65536 for 1."),
+             Field("model", "u8", f"{numbered(c.text for c in ACCELEROMETER.members)}."),
+             Field("count", "u8", "That follow.")),
+            f"each: z i16, found_at u16; {MOTIONS_AT_ONCE} at most",
+            "What the accelerometer read while the last coil that was asked for played.",
+            each=(Field("z", "i16", "Along its axis z, as it reports it."),
+                  Field("found_at", "u16", "When it was found in its memory: samples of the "
+                        "outputs since the coil began with phase 0. Up to a turn of the main loop "
+                        "late."))),
 )  # fmt: skip
 BY_NAME = {message.name: message for message in MESSAGES}

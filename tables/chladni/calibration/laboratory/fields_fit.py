@@ -11,20 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import drawn_strengths, with_coils_known
 from chladni.calibration.fit import HELD_BY, INEXACT, TOLD_APART, UNFITTED, Parameter
+from chladni.calibration.laboratory.fields_at_places import FieldsAtPlaces
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.unknowns import Unknowns, unknowns_of
 from chladni.calibration.wiring import DEAD, Wiring
 from chladni.drives.problem.threads import one_blas_thread
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
-from chladni.sim.fields.board_plate import plate_model
-from chladni.sim.fields.induced import open_coils
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,7 +31,7 @@ LOWEST_HZ, HIGHEST_HZ = 40.0, 500.0
 """Between which a file's frequencies are used, as drives use them."""
 MOST_FREQUENCIES = 4
 FEWEST_PLACES = 4
-"""Of each coil."""
+"""Of each coil; a sensor that stands on the board needs one."""
 ERROR = 0.05
 """Of a coil's field, RMS, that patches, places and the measurement itself may be off."""
 STARTS = (-1.0, 0.0, 1.0)
@@ -102,10 +99,10 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
 class _Search:
     def __init__(self, board: Board, measured: MeasuredFields, progress: Report | None) -> None:
         self._unknowns: Unknowns = unknowns_of(board)
-        self._progress = progress
-        self._steps = 0
-        self._solved: dict[bytes, list[ComplexArray]] = {}
         self._hz = _chosen(measured.hz)
+        self._has_sensor = measured.sensor_kg > 0.0
+        stands = np.unique(measured.places, axis=0) if self._has_sensor else np.empty((0, 2))
+        self._fields = FieldsAtPlaces(self._hz, measured.sensor_kg, stands, progress)
         compliance = measured.compliance(board)
         self._slopes = np.empty((0, 0))
         self._rows = []
@@ -113,7 +110,7 @@ class _Search:
             at = measured.hz == hz
             self._rows.append((measured.coils[at], measured.places[at], compliance[at]))
         counts = np.bincount(self._rows[0][0], minlength=len(board.actuators))
-        if counts.max() < FEWEST_PLACES:
+        if counts.max() < FEWEST_PLACES and not self._has_sensor:
             expected = f"{FEWEST_PLACES} or more of a coil, at {self._hz[0]:g} Hz"
             raise InputError("places", f"{counts.max()}", expected)
 
@@ -168,8 +165,8 @@ class _Search:
         """Whether fields are about as large as this board's: units are told by that."""
         mean = self._unknowns.mean[: len(self._unknowns.scales)]
         ratios = [
-            _rms(values) / _rms(self._at(fields, coils, places))
-            for (coils, places, values), fields in zip(self._rows, self._fields(mean), strict=True)
+            _rms(values) / _rms(self._at(mean, row, coils, places))
+            for row, (coils, places, values) in enumerate(self._rows)
         ]
         size = float(np.median(ratios))
         if not 1.0 / FAR_OFF < size < FAR_OFF:
@@ -223,11 +220,13 @@ class _Search:
         """
         count = len(self._unknowns.board.actuators)
         rows = []
-        for (coils, places, values), fields in zip(self._rows, self._fields(scales), strict=True):
+        for row, (coils, places, values) in enumerate(self._rows):
             taken = coils if order is None else order[coils]
-            own = self._at(fields, taken, places if turn is None else places @ turn.T)
+            own = self._at(scales, row, taken, places if turn is None else places @ turn.T)
             sizes = _sizes(coils, values)[coils]
             rows.append((taken, own / sizes, values / sizes))
+        if self._has_sensor:
+            rows = _in_time(rows, count)
         coils, own, values = (np.concatenate(part) for part in zip(*rows, strict=True))
         over = np.bincount(coils, (own.conj() * values).real, count)
         under = np.bincount(coils, np.abs(own) ** 2, count)
@@ -235,19 +234,10 @@ class _Search:
         return forces, np.asarray(values - forces[coils] * own)
 
     def _at(
-        self, fields: ComplexArray, coils: NDArray[np.int64], places: FloatArray
+        self, scales: FloatArray, row: int, coils: NDArray[np.int64], places: FloatArray
     ) -> ComplexArray:
-        """Of a newton of those coils, at those places; straight between image points."""
-        board = self._unknowns.board
-        rows = [
-            (at - axis[0]) / (axis[1] - axis[0])
-            for at, axis in zip(places.T, (board.x, board.y), strict=True)
-        ]
-        parts = [
-            map_coordinates(part, [coils, *rows], order=1, mode="nearest")
-            for part in (fields.real, fields.imag)
-        ]
-        return np.asarray(parts[0] + 1j * parts[1])
+        """Of a newton of those coils, at those places, at a frequency of the board's."""
+        return self._fields.at(self.board_at(scales), row, coils, places)
 
     def _swapped(self, scales: FloatArray, left: float) -> str:
         """Two coils whose fields are each other's."""
@@ -261,23 +251,6 @@ class _Search:
                     return f"{names[second]} and {names[first]}"
         return ""
 
-    def _fields(self, scales: FloatArray) -> list[ComplexArray]:
-        """Of a newton of each coil, at each frequency; solved boards are kept."""
-        key = scales.tobytes()
-        if key not in self._solved:
-            board = self.board_at(scales)
-            model = plate_model(board)
-            self._solved[key] = [
-                np.asarray(
-                    open_coils(board, hz, model=model, tolerance=DRAWN_TOLERANCE).fields.values
-                )
-                for hz in self._hz.tolist()
-            ]
-            self._steps += 1
-            if self._progress:
-                self._progress(self._steps)
-        return self._solved[key]
-
 
 def _chosen(hz: FloatArray) -> FloatArray:
     """A few of the frequencies that drives use."""
@@ -290,6 +263,28 @@ def _chosen(hz: FloatArray) -> FloatArray:
         return np.asarray(used)
     wanted = np.geomspace(used[0], used[-1], MOST_FREQUENCIES)
     return np.unique([used[np.argmin(np.abs(used - own))] for own in wanted])
+
+
+def _in_time(
+    rows: list[tuple[NDArray[np.int64], ComplexArray, ComplexArray]], count: int
+) -> list[tuple[NDArray[np.int64], ComplexArray, ComplexArray]]:
+    """Fields, and values turned by the phase that all values of a frequency have in common.
+
+    A sensor on the device's bus samples and filters by a clock of its own, so that all it reads is
+    late by what no one knows. Coils that are reversed are half a turn away, so squares are added.
+    """
+    found, first = [], None
+    for coils, own, values in rows:
+        products = own.conj() * values
+        each = np.bincount(coils, products.real, count) + 1j * np.bincount(
+            coils, products.imag, count
+        )
+        turn = np.exp(-0.5j * np.angle(np.sum(each**2)))
+        signs = (turn * each).real
+        first = signs if first is None else first
+        turn = turn if signs @ first >= 0.0 else -turn
+        found.append((coils, own, values * turn))
+    return found
 
 
 def _rms(values: ComplexArray) -> float:

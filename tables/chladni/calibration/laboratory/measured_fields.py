@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -39,6 +40,8 @@ class MeasuredFields:
         Of `response` over `per`, SI, (rows,).
     response, per
         What was measured, and over what.
+    sensor_kg
+        Mass of the sensor that stands at each place. Its values may be late, all alike.
     """
 
     coils: NDArray[np.int64]
@@ -47,6 +50,7 @@ class MeasuredFields:
     values: ComplexArray
     response: Response = "displacement"
     per: Per = "force"
+    sensor_kg: float = 0.0
 
     def compliance(self, board: Board) -> ComplexArray:
         """The same as m/N, by the board's own force factor and coil, (rows,).
@@ -66,6 +70,17 @@ class MeasuredFields:
         if self.per == "voltage":
             found = found * (coil.resistance + omega * coil.inductance)
         return np.asarray(found / coil.force_factor)
+
+
+def joined(parts: Sequence[MeasuredFields]) -> MeasuredFields:
+    """Of one board, in the same units and by the same sensor, one after another."""
+    return replace(
+        parts[0],
+        coils=np.concatenate([own.coils for own in parts]),
+        places=np.concatenate([own.places for own in parts]),
+        hz=np.concatenate([own.hz for own in parts]),
+        values=np.concatenate([own.values for own in parts]),
+    )
 
 
 def checked(fields: MeasuredFields, board: Board, file: str) -> MeasuredFields:

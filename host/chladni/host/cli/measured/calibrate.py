@@ -5,22 +5,14 @@ from __future__ import annotations
 import datetime
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from chladni.calibration.fit import BoardFit, Parameter, fit_board
-from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
-from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
-from chladni.calibration.laboratory.measured_files import read_measured
-from chladni.calibration.readings_file import load_readings, readings_file
-from chladni.calibration.recorder import record_hidden
 from chladni.calibration.restored import SETS, Restored, Truth
-from chladni.calibration.sensing import CoilReadings
-from chladni.calibration.sweep import heard_levels
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -29,14 +21,15 @@ from chladni.host.cli.common.options import (
     check_one_of,
     required,
 )
-from chladni.host.cli.common.output import answer, check_output, progress_bar, write_figure
+from chladni.host.cli.common.output import (
+    answer,
+    check_output,
+    progress_bar,
+    write_figure,
+)
 from chladni.host.cli.common.ranges import SEEDS, within
-from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
-from chladni.host.device.device import Device
-from chladni.host.device.wire import EmulatorWire
-from chladni.host.emulation.sensed_plate import emulator_on
-from chladni.host.measuring.coil_readings import read_coils
+from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.parts import Measured, MeasuredValue
@@ -45,26 +38,12 @@ from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
-LABORATORY = 30
-"""Plates that are solved for a laboratory's fields."""
-EXPECTED_SOLUTIONS = 12
-"""Of a plate: five to begin with, six or seven on the way."""
+MOST_GRAMS = 100.0
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command("calibrate")(calibrate)
-
-
-@dataclass(frozen=True)
-class _Calibrated:
-    """What was found, by coils or by ear."""
-
-    board: Board
-    parameters: tuple[Parameter, ...]
-    by: str
-    device_seconds: float | None
-    coils: BoardFit | FieldsFit | None = None
 
 
 def calibrate(
@@ -103,6 +82,20 @@ def calibrate(
     per: Annotated[
         str | None, typer.Option(help="Over what: force, current or voltage of a coil.")
     ] = None,
+    accelerometer: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y",
+            help="Where an accelerometer stands on the plate, mm; several, one after another.",
+        ),
+    ] = None,
+    sensor_g: Annotated[
+        float | None,
+        typer.Option(
+            callback=within(0.0, MOST_GRAMS),
+            help="Its mass, g, glue included; also of a laboratory's that stands on the plate.",
+        ),
+    ] = None,
     hidden: Annotated[
         int | None, typer.Option(callback=SEEDS, help="Seed of the plate that only it knows.")
     ] = None,
@@ -127,21 +120,21 @@ def calibrate(
     begun, drawn = time.monotonic(), load_board(named)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
-    plate = None
-    if emulator:
-        plate = hidden_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
-    elif hidden is not None or microphone:
-        raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
+    plate = _plate(drawn, hidden, emulator=emulator, microphone=microphone)
     is_real = port is not None or udp is not None
     device = Connection(port=port, udp=udp, key=key) if is_real else None
+    others = (readings, recording, measured, microphone or None)
+    kilograms = _kilograms(sensor_g, accelerometer, measured, others)
     if measured is not None:
-        found = _in_laboratory(drawn, measured, response, per)
+        found = in_laboratory(drawn, measured, response, per, kilograms)
+    elif accelerometer is not None:
+        found = shaken(drawn, plate, device, stands(drawn, accelerometer), kilograms)
     elif recording is None and not microphone:
-        found = _read(drawn, plate, device, readings)
+        found = read(drawn, plate, device, readings)
     elif readings is not None:
         raise ConflictError("--readings", "--microphone")
     else:
-        found = _heard(drawn, plate, recording)
+        found = heard(drawn, plate, recording)
     known = _with_origin(found)
     before, after = _scores(drawn, known, plate, sets)
     write_whole(output, board_file(known, _about(drawn, found)))
@@ -177,60 +170,31 @@ def _check_ways(device: dict[str, bool], files: dict[str, bool], readings: Path 
         check_output(readings, "--readings", (".json",))
 
 
-def _heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> _Calibrated:
-    """What a recording tells."""
-    with progress_bar("plates") as progress:
-        if plate is None:
-            assert recording is not None
-            (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
-        else:
-            (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
-        levels = heard_levels(samples, rate_hz, len(drawn.actuators))
-        heard = fit_sound(drawn, levels, progress)
-    return _Calibrated(heard.board, (heard.parameter,), by, samples.size / rate_hz)
+def _plate(
+    drawn: Board, seed: int | None, *, emulator: bool, microphone: bool
+) -> HiddenPlate | None:
+    """The one that an emulated device is on."""
+    if emulator:
+        return hidden_plate(drawn, required("--hidden", seed, "which plate the device is on"))
+    if seed is not None or microphone:
+        raise ConflictError("--hidden" if seed is not None else "--microphone", "no --emulator")
+    return None
 
 
-def _in_laboratory(drawn: Board, path: Path, response: str | None, per: str | None) -> _Calibrated:
-    """What instruments tell of coils' fields."""
-    fields = read_measured(path, drawn, response, per)
-    with progress_bar("plates") as progress:
-        found = fit_fields(drawn, fields, lambda done: progress(done, max(done + 1, LABORATORY)))
-    return _Calibrated(found.board, found.parameters, f"a laboratory, {path.name}", None, found)
-
-
-def _read(
-    drawn: Board, plate: HiddenPlate | None, connection: Connection | None, kept: Path | None
-) -> _Calibrated:
-    """What coils tell of each other."""
-    if plate is None and connection is None:
-        assert kept is not None
-        readings, by = load_readings(kept, drawn), f"its own coils, {kept.name}"
-    else:
-        readings = _of_device(drawn, plate, connection)
-        by = _emulated("its own coils", plate) if plate is not None else "its own coils"
-        if kept is not None:
-            write_whole(kept, readings_file(readings, drawn))
-    with progress_bar("plates") as progress:
-        found = fit_board(
-            drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
-        )
-    return _Calibrated(found.board, found.parameters, by, readings.seconds, found)
-
-
-def _of_device(
-    drawn: Board, plate: HiddenPlate | None, connection: Connection | None
-) -> CoilReadings:
-    if connection is not None:
-        wire = connection.wire()
-    else:
-        assert plate is not None
-        wire = EmulatorWire(emulator_on(drawn, plate))
-    with Device(wire) as device, progress_bar("coils") as progress:
-        return read_coils(device, drawn, progress)
-
-
-def _emulated(what: str, plate: HiddenPlate) -> str:
-    return f"{what}, emulated, plate {plate.seed}"
+def _kilograms(
+    sensor_g: float | None,
+    accelerometer: list[str] | None,
+    measured: Path | None,
+    others: Sequence[object],
+) -> float:
+    """Of the sensor on the plate; 0 where none stands there."""
+    if accelerometer is None:
+        if sensor_g is not None and measured is None:
+            raise ConflictError("--sensor-g", "no --accelerometer")
+        return 1e-3 * (sensor_g or 0.0)
+    if any(own is not None for own in others):
+        raise ConflictError("--accelerometer", "another way of measuring")
+    return 1e-3 * required("--sensor-g", sensor_g, "the sensor's mass changes the plate")
 
 
 def _scores(
@@ -247,7 +211,7 @@ def _scores(
     return before, after
 
 
-def _with_origin(found: _Calibrated) -> Board:
+def _with_origin(found: Calibrated) -> Board:
     """The board that was found, with what was measured of it, how and when."""
     values = [
         MeasuredValue(own.name, own.value, own.low, own.high)
@@ -258,7 +222,7 @@ def _with_origin(found: _Calibrated) -> Board:
     return replace(found.board, measured=Measured(found.by, today, tuple(values)))
 
 
-def _about(drawn: Board, found: _Calibrated) -> list[str]:
+def _about(drawn: Board, found: Calibrated) -> list[str]:
     """What stands on top of the file."""
     return [f"{drawn.name} as it was measured by `chladni calibrate`.", *_faults(found)]
 
@@ -275,7 +239,7 @@ def _coils(board: Board) -> list[dict[str, Any]]:
     ]
 
 
-def _faults(found: _Calibrated) -> list[str]:
+def _faults(found: Calibrated) -> list[str]:
     """What to look at on the desk."""
     if found.coils is None:
         return []
@@ -288,7 +252,7 @@ def _faults(found: _Calibrated) -> list[str]:
     return said
 
 
-def verdict(drawn: Board, found: _Calibrated, before: Restored, after: Restored) -> str:
+def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored) -> str:
     """What came of it, in a few sentences."""
     gains: Sequence[str] = [
         f"two fingers {before.fingers_2_db.median:.0f} dB apart before, "

@@ -1,0 +1,148 @@
+"""The ways in which `chladni calibrate` reads a board: coils, ear, accelerometer, laboratory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import typer
+
+from chladni.calibration.fit import BoardFit, Parameter, fit_board
+from chladni.calibration.hearing import fit_sound
+from chladni.calibration.hidden import HiddenPlate
+from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
+from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
+from chladni.calibration.laboratory.measured_files import read_measured
+from chladni.calibration.readings_file import load_readings, readings_file
+from chladni.calibration.recorder import record_hidden
+from chladni.calibration.sensing import CoilReadings
+from chladni.calibration.sweep import heard_levels
+from chladni.host.cli.common.output import Place, parse_place, progress_bar
+from chladni.host.cli.common.recording import read_recording
+from chladni.host.cli.device.connection import Connection
+from chladni.host.device.device import Device
+from chladni.host.device.wire import EmulatorWire, Wire
+from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.emulation.shaken_plate import Sensor, stand
+from chladni.host.measuring.accelerometer import read_motions
+from chladni.host.measuring.coil_readings import read_coils
+from chladni.sim.board.board import Board
+from chladni.sim.fields.transfer import check_target
+from chladni.sim.files import write_whole
+
+LABORATORY = 30
+"""Plates that are solved for fields at places."""
+EXPECTED_SOLUTIONS = 12
+"""Of a plate: five to begin with, six or seven on the way."""
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What was found, by coils or by ear."""
+
+    board: Board
+    parameters: tuple[Parameter, ...]
+    by: str
+    device_seconds: float | None
+    coils: BoardFit | FieldsFit | None = None
+
+
+def heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> Calibrated:
+    """What a recording tells."""
+    with progress_bar("plates") as progress:
+        if plate is None:
+            assert recording is not None
+            (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
+        else:
+            (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
+        levels = heard_levels(samples, rate_hz, len(drawn.actuators))
+        heard = fit_sound(drawn, levels, progress)
+    return Calibrated(heard.board, (heard.parameter,), by, samples.size / rate_hz)
+
+
+def in_laboratory(
+    drawn: Board, path: Path, response: str | None, per: str | None, kilograms: float
+) -> Calibrated:
+    """What instruments tell of coils' fields."""
+    fields = replace(read_measured(path, drawn, response, per), sensor_kg=kilograms)
+    return _of_fields(drawn, fields, f"a laboratory, {path.name}", None)
+
+
+def _of_fields(
+    drawn: Board, fields: MeasuredFields, by: str, device_seconds: float | None
+) -> Calibrated:
+    with progress_bar("plates") as progress:
+        found = fit_fields(drawn, fields, lambda done: progress(done, max(done + 1, LABORATORY)))
+    return Calibrated(found.board, found.parameters, by, device_seconds, found)
+
+
+def stands(drawn: Board, texts: Sequence[str]) -> list[Place]:
+    """Where an accelerometer stands, mm, each checked before the first is read."""
+    places = [parse_place(text, "--accelerometer") for text in texts]
+    for own in places:
+        check_target(drawn, own)
+    return places
+
+
+def shaken(
+    drawn: Board,
+    plate: HiddenPlate | None,
+    connection: Connection | None,
+    places: Sequence[Place],
+    kilograms: float,
+) -> Calibrated:
+    """What an accelerometer tells, at one place after another."""
+    emulator = None if plate is None else emulator_on(drawn, plate, listens=False)
+    wire = EmulatorWire(emulator) if emulator is not None else _wire(connection)
+    found = []
+    with Device(wire) as device:
+        begun = wire.now_s()
+        for x_mm, y_mm in places:
+            at = (1e-3 * x_mm, 1e-3 * y_mm)
+            if emulator is not None and plate is not None:
+                stand(emulator, plate, Sensor(at, kilograms))
+            else:
+                text = f"Stand the accelerometer at {x_mm:g}, {y_mm:g} mm, and press Enter"
+                typer.prompt(text, default="", show_default=False, err=True)
+            with progress_bar("coils") as progress:
+                found.append(read_motions(device, drawn, at, kilograms, progress))
+        seconds = wire.now_s() - begun
+    by = "an accelerometer" if plate is None else _emulated("an accelerometer", plate)
+    return _of_fields(drawn, joined(found), by, seconds)
+
+
+def _wire(connection: Connection | None) -> Wire:
+    assert connection is not None
+    return connection.wire()
+
+
+def read(
+    drawn: Board, plate: HiddenPlate | None, connection: Connection | None, kept: Path | None
+) -> Calibrated:
+    """What coils tell of each other."""
+    if plate is None and connection is None:
+        assert kept is not None
+        readings, by = load_readings(kept, drawn), f"its own coils, {kept.name}"
+    else:
+        readings = _of_device(drawn, plate, connection)
+        by = _emulated("its own coils", plate) if plate is not None else "its own coils"
+        if kept is not None:
+            write_whole(kept, readings_file(readings, drawn))
+    with progress_bar("plates") as progress:
+        found = fit_board(
+            drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
+        )
+    return Calibrated(found.board, found.parameters, by, readings.seconds, found)
+
+
+def _of_device(
+    drawn: Board, plate: HiddenPlate | None, connection: Connection | None
+) -> CoilReadings:
+    wire = _wire(connection) if plate is None else EmulatorWire(emulator_on(drawn, plate))
+    with Device(wire) as device, progress_bar("coils") as progress:
+        return read_coils(device, drawn, progress)
+
+
+def _emulated(what: str, plate: HiddenPlate) -> str:
+    return f"{what}, emulated, plate {plate.seed}"
