@@ -232,6 +232,13 @@ def test_all_that_is_wrong_with_a_spec_is_named_at_once() -> None:
     assert "'coils', perhaps" in str(caught.value)
 
 
+def test_each_value_of_a_list_is_checked() -> None:
+    """Not only the first, of which a board is made to begin with."""
+    with pytest.raises(InputError) as caught:
+        spec_of(small(plate={"thickness_mm": {"any": [0.3, 0.4, -1.0]}}))
+    assert (caught.value.field, caught.value.value) == ("plate.thickness_mm", -1.0)
+
+
 def test_a_value_that_a_search_could_choose_is_told_so() -> None:
     for wrong in ("fre", {"form": 0.1, "to": 0.4}):
         with pytest.raises(InputError, match=r'or "free", \{ any = ') as caught:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from chladni.host.cli.common.board_reports import say_leftovers, say_of_coils
 from chladni.sim.board.board import Board
-from conftest import shipped_board
+from chladni.sim.board.fingers import SeveralFingers
+from chladni.sim.board.parts import Spring
+from chladni.sim.board.writing import board_file
+from conftest import CommandLine, shipped_board
 
 Change = Callable[[Board], Board]
 
@@ -54,6 +58,20 @@ def test_what_coils_and_sheet_lack_is_remarked_on(
     assert words not in capsys.readouterr().err
     say_of_coils(change(board))
     assert words in capsys.readouterr().err
+
+
+def test_a_plate_that_resonates_among_effects_is_remarked_on(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """On feet a plate of 1.5 mm has modes from 50 Hz on, which a score at 160 Hz does not show."""
+    board = shipped_board("prototype")
+    soft = replace(board, screws=(), springs=tuple(Spring(own.at, 2e4) for own in board.screws))
+    words = "is kept from other fingers only below it"
+    for purpose, own in ((SeveralFingers(), soft), (None, soft), (SeveralFingers(), board)):
+        path = tmp_path / "b.toml"
+        path.write_bytes(board_file(replace(own, fingers=purpose)))
+        said = chladni("board", "show", path).err
+        assert (words in said) == (purpose is not None and own is soft)
 
 
 def test_a_panel_whose_pixels_are_long_is_remarked_on(capsys: pytest.CaptureFixture[str]) -> None:

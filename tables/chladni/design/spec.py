@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chladni.design.pins import chip_of, of_its_driver, with_derived
 from chladni.design.variables import (
@@ -220,8 +221,9 @@ def spec_of(document: Document) -> Spec:
             'a range { from = …, to = … }, a list { any = […] } or "free" somewhere',
             hint="chladni board score looks at a board that is all given",
         )
-    own_board = _with_purpose(board, wanted)
-    spec = Spec(own_board, variables, counts, settings, kept_out, symmetric, wanted)
+    spec = Spec(
+        _with_purpose(board, wanted), variables, counts, settings, kept_out, symmetric, wanted
+    )
     _check_room(spec)
     return spec
 
@@ -230,7 +232,15 @@ def _variables(board: Document) -> tuple[Variable, ...]:
     """What a board leaves open, coils' places aside, its other keys and values checked."""
     given = {key: value for key, value in board.items() if value != "free"}
     found = tuple(variables_of(given))
-    one: Document = {"actuators": []} | filled(given, found, [0.0] * len(found))
+    _check_values(given, found, np.zeros(len(found)))
+    for number, own in zip(np.eye(len(found)), found, strict=True):
+        for k in range(1, round(own.most) + 1) if own.is_whole else ():
+            _check_values(given, found, k * number)
+    return found
+
+
+def _check_values(given: Document, found: Sequence[Variable], at: NDArray[np.float64]) -> None:
+    one: Document = {"actuators": []} | filled(given, found, at.tolist())
     if not one.get("image", {}).get("points", True):
         del one["image"]
     electronics = one.get("electronics")
@@ -239,7 +249,6 @@ def _variables(board: Document) -> tuple[Variable, ...]:
         one["electronics"] = of_its_driver(electronics, 0, is_open=is_open)
     with openings_told():
         parts_of(one)
-    return found
 
 
 def _with_purpose(board: Document, weights: Mapping[str, float]) -> Document:

@@ -31,6 +31,7 @@ from chladni.host.cli.common.board_reports import (
     say_softening,
     say_vent,
     say_warm_magnets,
+    say_waves,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
@@ -114,6 +115,8 @@ def board_show(
     if wave:
         result["coil_current"] = asdict(wave)
         say_current(wave)
+    if loaded.fingers is not None:
+        say_waves(loaded)
     if board not in shipped_boards():  # in those, what stands is meant
         say_leftovers(loaded, modes.tolist())
     if loaded.winding:
@@ -196,7 +199,7 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
-    answer(result, as_json=as_json, title=f"{loaded.name}: focus all over")
+    answer(result, as_json=as_json, title=f"{loaded.name}: a finger alone, and two")
 
 
 def _tried(board: Board, score: BoardScore) -> list[Remedy]:
@@ -210,6 +213,8 @@ def _tried(board: Board, score: BoardScore) -> list[Remedy]:
 
 def _two_fingers(board: Board, seed: int) -> CountScore | None:
     """How far apart two pressing fingers are kept, on the board as drawn; None without room."""
+    if board.fingers is not None:
+        say_waves(board)
     try:
         (score,) = score_fingers(board, (2,), samples=0, seed=seed).counts
     except ArgumentError:

@@ -11,10 +11,12 @@ import numpy as np
 from chladni.drives.scoring.as_built import AsBuilt
 from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
+from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
+from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
@@ -216,4 +218,20 @@ def say_vent(board: Board) -> None:
         sys.stderr.write(
             f"chladni: shut-in air ({foundation.air_stiffness * MM**3:.3g} N/mm³) is stiffer than "
             f"the sheet ({foundation.sheet_stiffness * MM**3:.3g}): vent it\n"
+        )
+
+
+MODES, STILL_HZ = 8, 1.0
+"""Of a plate that are looked at; below so much they are rigid motions."""
+
+
+def say_waves(board: Board) -> None:
+    """Remark on a plate that resonates among what effects are made of: gains do not hold there."""
+    modes = plate_model(board).natural_frequencies(MODES)
+    first = min((own for own in modes.tolist() if own > STILL_HZ), default=EDGE_HZ)
+    if first < EDGE_HZ:
+        say(
+            f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
+            f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
+            f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
         )

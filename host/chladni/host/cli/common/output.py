@@ -168,7 +168,7 @@ def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path
         That the name may have; another one would promise another format.
     """
     if endings and path.suffix not in endings:
-        raise InputError(option, str(path), f"a name that ends in {endings[-1]}")
+        raise InputError(option, str(path), f"a name that ends in {' or '.join(endings)}")
     if path.exists() and not path.is_file():
         raise InputError(option, str(path), "a file name, not a folder or a device")
     if not path.parent.is_dir():

@@ -15,10 +15,11 @@ from chladni.effects.bank.pack import pack_bank
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.effect import kinds
 from chladni.effects.flatten import flattened_effect
+from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.options import JsonOption, required
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.effects.remarks import say_filtered, say_out_of_reach, say_waves
+from chladni.host.cli.effects.remarks import say_filtered, say_out_of_reach
 from chladni.host.emulation.covered_areas import covered_areas
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board

@@ -15,6 +15,7 @@ from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.files import ReadEffect, read_effect
+from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -34,7 +35,7 @@ from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
-from chladni.host.cli.effects.remarks import say_filtered, say_waves
+from chladni.host.cli.effects.remarks import say_filtered
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
