@@ -221,9 +221,8 @@ def spec_of(document: Document) -> Spec:
             'a range { from = …, to = … }, a list { any = […] } or "free" somewhere',
             hint="chladni board score looks at a board that is all given",
         )
-    spec = Spec(
-        _with_purpose(board, wanted), variables, counts, settings, kept_out, symmetric, wanted
-    )
+    own_board = _with_purpose(board, wanted)
+    spec = Spec(own_board, variables, counts, settings, kept_out, symmetric, wanted)
     _check_room(spec)
     return spec
 
@@ -243,8 +242,7 @@ def _check_values(given: Document, found: Sequence[Variable], at: NDArray[np.flo
     one: Document = {"actuators": []} | filled(given, found, at.tolist())
     if not one.get("image", {}).get("points", True):
         del one["image"]
-    electronics = one.get("electronics")
-    if isinstance(electronics, dict):
+    if isinstance(electronics := one.get("electronics"), dict):
         is_open = any(own.where == ("electronics", "drive") for own in found)
         one["electronics"] = of_its_driver(electronics, 0, is_open=is_open)
     with openings_told():
