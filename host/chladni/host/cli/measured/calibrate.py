@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import time
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,7 +17,7 @@ from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
 from chladni.calibration.laboratory.measured_files import read_measured
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
-from chladni.calibration.restored import SETS, Restored, Truth
+from chladni.calibration.restored import SETS, Restored, Truth, gained
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_levels
 from chladni.host.cli.common.options import (
@@ -39,7 +38,7 @@ from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.host.measuring.coil_readings import read_coils
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.parts import Measured, MeasuredValue
+from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
@@ -142,8 +141,8 @@ def calibrate(
         raise ConflictError("--readings", "--microphone")
     else:
         found = _heard(drawn, plate, recording)
-    known = _with_origin(found)
-    before, after = _scores(drawn, known, plate, sets)
+    before, after = _scores(drawn, found.board, plate, sets)
+    known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
     write_whole(output, board_file(known, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
@@ -247,7 +246,7 @@ def _scores(
     return before, after
 
 
-def _with_origin(found: _Calibrated) -> Board:
+def _with_origin(found: _Calibrated, before: Isolation, after: Isolation) -> Board:
     """The board that was found, with what was measured of it, how and when."""
     values = [
         MeasuredValue(own.name, own.value, own.low, own.high)
@@ -255,7 +254,7 @@ def _with_origin(found: _Calibrated) -> Board:
         if own.told
     ]
     today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    return replace(found.board, measured=Measured(found.by, today, tuple(values)))
+    return replace(found.board, measured=Measured(found.by, today, tuple(values), before, after))
 
 
 def _about(drawn: Board, found: _Calibrated) -> list[str]:
@@ -290,20 +289,10 @@ def _faults(found: _Calibrated) -> list[str]:
 
 def verdict(drawn: Board, found: _Calibrated, before: Restored, after: Restored) -> str:
     """What came of it, in a few sentences."""
-    gains: Sequence[str] = [
-        f"two fingers {before.fingers_2_db.median:.0f} dB apart before, "
-        f"{after.fingers_2_db.median:.0f} dB after"
-    ]
-    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
-    if drawn.focus is not None and own is not None and then is not None:
-        gains = [
-            f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after",
-            *gains,
-        ]
     told = [
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]
-    first = ", ".join(gains)
+    first = gained(before.isolation(drawn), after.isolation(drawn))
     sentences = [first[0].upper() + first[1:] + ".", *_faults(found)]
     sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
     return " ".join(sentences)
