@@ -20,6 +20,7 @@ from chladni.calibration.recorder import record_hidden
 from chladni.calibration.restored import SETS, Restored, Truth, gained
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_levels
+from chladni.calibration.wiring import coil_fault
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -278,13 +279,7 @@ def _faults(found: _Calibrated) -> list[str]:
     """What to look at on the desk."""
     if found.coils is None:
         return []
-    said = []
-    for own, sign in zip(found.board.actuators, found.coils.wiring.signs.tolist(), strict=True):
-        if sign == 0.0:
-            said.append(f"Coil {own.name} is dead: look at its wires and its driver.")
-        elif sign < 0.0:
-            said.append(f"Coil {own.name} is reversed: swap its wires, or keep this file.")
-    return said
+    return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
 
 
 def verdict(drawn: Board, found: _Calibrated, before: Restored, after: Restored) -> str:
