@@ -103,6 +103,21 @@ def test_without_two_places_apart_nothing_couples() -> None:
     assert not np.any(found)
 
 
+def test_a_dead_coil_couples_nothing_and_leaves_the_others_as_they_are_without_it() -> None:
+    plate = SixModes()
+    places = np.random.default_rng(7).uniform(-0.05, 0.05, (60, 2))
+    shapes = plate.under(places)
+    pairs = shapes @ plate.compliance @ shapes.T
+    means = (shapes @ plate.compliance @ plate.coils)[:, :6]
+    means[:, 2] = 0.0
+    found = fitted_coupling(places, means, pairs)
+    assert not np.any(found[2])
+    others = fitted_coupling(places, np.delete(means, 2, axis=1), pairs)
+    lives = np.delete(np.delete(found, 2, axis=0), 2, axis=1)
+    # Both are least squares of the same columns, up to the order that rounding takes.
+    np.testing.assert_allclose(lives, others, rtol=0, atol=1e-6 * np.abs(others).max())
+
+
 def test_fingers_on_the_plate_are_springs_in_its_modes(plate: SixModes) -> None:
     """q = (A⁻¹ + Z Σ φ̄ φ̄ᵀ)⁻¹ Φ: the plate solved with all fingers in it, and no formula of ours."""
     places = np.array(FINGERS)

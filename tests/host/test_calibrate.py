@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 from pathlib import Path
 
@@ -10,9 +11,13 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
+from chladni.calibration.restored import Restored
+from chladni.drives.scoring.spread import Spread
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
+from chladni.sim.board.fingers import Focus
+from chladni.sim.board.parts import Isolation
 from chladni.sim.board.writing import board_file
 from conftest import CommandLine
 
@@ -71,6 +76,9 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     assert output.read_text(encoding="utf-8").startswith("# small as it was measured")
     shown = chladni("board", "show", output, "--json").json
     assert shown["measured"]["foam"] == pytest.approx(foam["value"])
+    told = [shown[key]["fingers_2_db"] for key in ("measured_before", "measured_after")]
+    assert told == pytest.approx([before["median"], after["median"]])
+    assert [board.measured.before, board.measured.after] == [Isolation(own) for own in told]
     assert shown["measured_by"] == f"{board.measured.by}, {board.measured.date}"
     again = chladni(
         "calibrate", "--board", output, "--emulator", "--hidden", "1", "-o", tmp_path / "x.toml"
@@ -186,6 +194,16 @@ def test_a_device_on_a_port_measures_its_board(
     assert again.code == 0, again.err
     assert again.json["parameters"] == done.json["parameters"]
     assert again.json["by"] == "its own coils, read.json"
+
+
+def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:
+    board, median = small_board(), Spread(20.0, 10.0, 30.0)
+    scores = Restored(Spread(24.0, 18.0, 29.0), median, median)
+    assert scores.isolation(board) == Isolation(20.0)
+    focuses = dataclasses.replace(board, focus=Focus())
+    assert scores.isolation(focuses) == Isolation(20.0, 24.0)
+    smaller = dataclasses.replace(scores, second_finger_20mm_db=None)
+    assert smaller.isolation(focuses) == Isolation(20.0)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ from chladni.sim.board.file import (
     shipped_boards,
 )
 from chladni.sim.board.fingers import FINGERS
+from chladni.sim.board.parts import Isolation
+from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ConflictError, FaultsError, InputError
 from conftest import ROOT
 from prototype_document import document, set_key
@@ -73,6 +75,7 @@ def test_boards_are_frozen(prototype: Board) -> None:
 
 
 FOAM = {"stiffness_n_per_mm3": 0.03}
+COILS, APART = {"by": "its own coils", "date": "2026-11-27"}, {"fingers_2_db": 25.0}
 FAULTS = [
     ("plate.thickness_mm", -1.0, "plate.thickness_mm"),
     ("plate.thickness_mm", "1 mm", "plate.thickness_mm"),
@@ -152,6 +155,16 @@ FAULTS = [
     ("finger", {"mass_g": -1.0, "damping_n_s_per_m": 1.0, "stiffness_n_per_mm": 0.5},
      "finger.mass_g"),
     ("finger", {"mass_g": 1.0, "stiffness_n_per_m": 1.0}, "finger.stiffness_n_per_m"),
+    ("measured", {**COILS, "before": 25.0, "after": APART}, "measured.before"),
+    ("measured", {**COILS, "before": APART}, "measured.after"),
+    ("measured", {**COILS, "after": APART}, "measured.before"),
+    ("measured", {**COILS, "before": {}, "after": APART}, "measured.before.fingers_2_db"),
+    ("measured", {**COILS, "before": APART, "after": {"fingers_2_db": "39"}},
+     "measured.after.fingers_2_db"),
+    ("measured", {**COILS, "before": {**APART, "second_finger_20mm_db": 1e3}, "after": APART},
+     "measured.before.second_finger_20mm_db"),
+    ("measured", {**COILS, "values": [{"name": "foam", "ratio": 0, "low": 0, "high": 1}]},
+     "measured.values[0].ratio"),
 ]  # fmt: skip
 
 
@@ -195,6 +208,18 @@ def test_a_board_with_foam_and_finger_survives_the_way_through_its_document() ->
         board = board_from_document({**changed, "finger": finger})
         assert board.finger == FINGERS["firm"]
         assert board_from_document(to_document(board)) == board
+
+
+def test_what_was_measured_survives_the_way_through_a_file() -> None:
+    """With and without how fingers do, which older files do not say."""
+    values = [{"name": "foam", "ratio": 2.0, "low": 1.5, "high": 3.0}]
+    after = {"fingers_2_db": 39.25, "second_finger_20mm_db": 21.5}
+    for more in ({}, {"before": APART, "after": after}):
+        board = board_from_document(set_key("measured", {**COILS, "values": values, **more}))
+        again = parse_board(board_file(board).decode(), file="a.toml")
+        assert again.measured == board.measured
+        assert again.measured is not None
+        assert again.measured.after == (Isolation(39.25, 21.5) if more else None)
 
 
 def test_a_misspelt_key_suggests_the_right_one() -> None:

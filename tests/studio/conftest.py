@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
 from chladni.host.studio.server import listen, make_server
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
 from chladni.tables.build import build_table
 from chladni.tables.report import TableReport
 from chladni.tables.table import Table
@@ -128,6 +129,34 @@ def strip(tmp_path_factory: pytest.TempPathFactory) -> ReadyBoard:
     choice = BoardChoice(board, default_objective(board))
     table = made_once(tmp_path_factory, "strip-table", lambda: ReadyBoard.of(choice, jobs=1).table)
     return ReadyBoard(choice, solved_board(board), table)
+
+
+@pytest.fixture(scope="session")
+def measured(small_board: Board, tmp_path_factory: pytest.TempPathFactory) -> ReadyBoard:
+    """The small board as it might be measured: a coil reversed, one weak, one dead."""
+    centre, *others = small_board.actuators
+    faults: list[dict[str, Any]] = [
+        {"polarity": -1},
+        {"trim_db": 1.9},
+        {"trim_db": 3.0},
+        {"is_dead": True},
+    ]
+    coils = [replace(own, **fault) for own, fault in zip(others, faults, strict=True)]
+    values = (
+        MeasuredValue("sheet thickness", 1.05, 0.95, 1.1),
+        MeasuredValue("screws", 1.9, 1.5, 2.4),
+    )
+    apart = Isolation(25.0), Isolation(39.0)
+    origin = Measured("its own coils", "2026-11-27", values, *apart)
+    board = replace(small_board, actuators=(centre, *coils), measured=origin)
+    table, _ = made_once(tmp_path_factory, "measured-table", lambda: build_table(board))
+    return ReadyBoard(BoardChoice(board, "ssim"), solved_board(board), table)
+
+
+@pytest.fixture(scope="session")
+def measured_studio(measured: ReadyBoard) -> Iterator[Studio]:
+    with serving_here(measured) as own:
+        yield own
 
 
 @pytest.fixture(scope="session")

@@ -30,7 +30,7 @@ def test_axe_finds_nothing(
     page.mouse.up()
     faults.append(Axe().run(page, options=RULES))
     page.get_by_label("energy").check()
-    for summary in page.locator("summary").all():
+    for summary in page.locator("summary:visible").all():
         summary.click()
     faults.append(Axe().run(page, options=RULES))
     page.set_viewport_size({"width": NARROW["width"], "height": NARROW["height"]})
@@ -43,11 +43,15 @@ def test_axe_finds_nothing(
 
 @pytest.mark.parametrize("size", [(1280, 800), (1366, 768)])
 def test_picture_scale_marks_and_fields_are_seen_without_scrolling(
-    open_page: OpenPage, strip_studio: Studio, small_board: Board, size: tuple[int, int]
+    open_page: OpenPage,
+    strip_studio: Studio,
+    measured_studio: Studio,
+    small_board: Board,
+    size: tuple[int, int],
 ) -> None:
-    """On a board of the paper's shape and on a strip; what it asks for lies over no coil."""
+    """On a board of the paper's shape, that one measured, and a strip; no coil lies under words."""
     width, height = size
-    for url in (None, strip_studio.url):
+    for url in (None, strip_studio.url, measured_studio.url):
         options = {"viewport": {"width": width, "height": height}}
         page = open_page(url, **options) if url else open_page(**options)
         parts = ["plate", "bar", "place"]

@@ -23,6 +23,7 @@ from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import Survey, active_lattice
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Isolation
 from chladni.sim.image import metrics
 from chladni.sim.image.finger import pressing_stiffness
 
@@ -52,6 +53,22 @@ class Restored:
     second_finger_20mm_db: Spread | None
     fingers_2_db: Spread
     level_db: Spread
+
+    def isolation(self, drawn: Board) -> Isolation:
+        """What a board's file keeps of it: that of one finger where focus is what it is for."""
+        away = self.second_finger_20mm_db if drawn.focus is not None else None
+        return Isolation(self.fingers_2_db.median, away.median if away else None)
+
+
+def gained(before: Isolation, after: Isolation) -> str:
+    """What calibration brings, in words."""
+    said = (
+        f"two fingers {before.fingers_2_db:.0f} dB apart before, {after.fingers_2_db:.0f} dB after"
+    )
+    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
+    if own is not None and then is not None:
+        said = f"from 20 mm on {own:.0f} dB quieter before, {then:.0f} dB after, {said}"
+    return said
 
 
 @dataclass(frozen=True)

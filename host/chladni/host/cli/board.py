@@ -105,6 +105,9 @@ def board_show(
     if loaded.measured:
         result["measured_by"] = f"{loaded.measured.by}, {loaded.measured.date}"
         result["measured"] = {own.name: own.ratio for own in loaded.measured.values}
+        for key in ("before", "after"):
+            if isolation := getattr(loaded.measured, key):
+                result[f"measured_{key}"] = asdict(isolation)
     if loaded.foundation:
         result["foundation"] = foundation_report(loaded)
         say_vent(loaded)

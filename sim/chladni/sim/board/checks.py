@@ -16,7 +16,7 @@ from chladni.sim.board.panel_layer import check_panel
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, BoardParts
 from chladni.sim.board.quantity import MM, check_ranges, in_mm
 from chladni.sim.board.support_checks import check_foundation, check_supports
-from chladni.sim.errors import Faults, InputError
+from chladni.sim.errors import Faults, InputError, MissingError
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 8
@@ -232,6 +232,12 @@ def _check_measured(board: BoardParts) -> None:
             raise InputError(f"{where}.name", value.name, "a text")
         if not value.low <= value.ratio <= value.high:
             raise InputError(f"{where}.ratio", value.ratio, f"{value.low:g} to {value.high:g}")
+    pair = {"before": own.before, "after": own.after}
+    for key, isolation in pair.items():
+        if isolation is not None:
+            check_ranges(isolation, f"measured.{key}")
+        elif any(pair.values()):
+            raise MissingError(f"measured.{key}", "before goes with after")
 
 
 _OF_VALUES = (_check_name, _check_plate, _check_ranges)

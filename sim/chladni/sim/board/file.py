@@ -9,12 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import (
-    SHEETS,
-    with_grommets,
-    with_material,
-    with_rubber_parts,
-)
+from chladni.sim.board.catalogue import SHEETS, with_grommets, with_material, with_rubber_parts
 from chladni.sim.board.checks import named
 from chladni.sim.board.coil_checks import check_driver
 from chladni.sim.board.electronics import Coil, Electronics, Panel, Sensing, Winding
@@ -28,6 +23,7 @@ from chladni.sim.board.parts import (
     Edges,
     Hole,
     Image,
+    Isolation,
     Magnet,
     Mass,
     Measured,
@@ -332,8 +328,9 @@ def _nested(name: str, value: Any, where: str) -> Any:
     """What is no number: a word, or a block within the block."""
     if name == "edges":
         return _edges(value)
-    if name == "strips":
-        return part_from(Strips, value, where)
+    single: dict[str, type] = {"strips": Strips, "before": Isolation, "after": Isolation}
+    if name in single:
+        return part_from(single[name], value, where)
     blocks: dict[str, type] = {"cut_outs": CutOut, "patches": Patch, "values": MeasuredValue}
     return parts_from(blocks[name], value, where) if name in blocks else value
 

@@ -219,9 +219,27 @@ class MeasuredValue:
     """One value, with its interval of 95 %, over that of the board as it was drawn."""
 
     name: str
-    ratio: float = quantity("ratio", 1.0, 0.0, 1e6)
+    ratio: float = quantity("ratio", 1.0, 1e-6, 1e6)
     low: float = quantity("low", 1.0, 0.0, 1e6)
     high: float = quantity("high", 1.0, 0.0, 1e6)
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """How much less others get of a finger's signal: medians over places, dB.
+
+    Attributes
+    ----------
+    fingers_2_db
+        Of two fingers that press.
+    second_finger_20mm_db
+        Of one, from 20 mm on; of boards that are made to focus.
+    """
+
+    fingers_2_db: float = quantity("fingers_2_db", 1.0, -300.0, 300.0)
+    second_finger_20mm_db: float | None = quantity(
+        "second_finger_20mm_db", 1.0, -300.0, 300.0, default=None
+    )
 
 
 @dataclass(frozen=True)
@@ -236,11 +254,15 @@ class Measured:
         As 2026-11-26.
     values
         Those that the measurement tells; the others are as drawn.
+    before, after
+        With drives of the board as it was drawn, and of this one; both or neither.
     """
 
     by: str
     date: str
     values: tuple[MeasuredValue, ...] = ()
+    before: Isolation | None = None
+    after: Isolation | None = None
 
 
 @dataclass(frozen=True)

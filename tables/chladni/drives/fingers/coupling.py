@@ -54,7 +54,8 @@ def fitted_coupling(places: FloatArray, means: ComplexArray, pairs: ComplexArray
     products = means[one][:, rows] * means[other][:, columns]
     mixed = means[one][:, columns] * means[other][:, rows]
     products = products + np.where(rows == columns, 0.0, 1.0) * mixed
-    sizes = np.maximum(np.linalg.norm(products, axis=0), 1e-300)
+    sizes = np.linalg.norm(products, axis=0)
+    sizes[sizes == 0.0] = np.inf  # of a dead coil: nothing, where rounding would be divided by 0
     both_ways = (pairs[one, other] + pairs[other, one]) / 2.0
     found = np.linalg.lstsq(products / sizes, both_ways, rcond=RELATIVE_CUT)[0] / sizes
     coupling = np.zeros((count, count), dtype=np.complex128)

@@ -12,7 +12,8 @@ from typing import Annotated, Any
 import typer
 
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
-from chladni.calibration.restored import SETS, Restored, Truth
+from chladni.calibration.restored import SETS, Restored, Truth, gained
+from chladni.calibration.wiring import coil_fault
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -32,7 +33,7 @@ from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
-from chladni.sim.board.parts import Measured, MeasuredValue
+from chladni.sim.board.parts import Isolation, Measured, MeasuredValue
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
@@ -135,8 +136,8 @@ def calibrate(
         raise ConflictError("--readings", "--microphone")
     else:
         found = heard(drawn, plate, recording)
-    known = _with_origin(found)
-    before, after = _scores(drawn, known, plate, sets)
+    before, after = _scores(drawn, found.board, plate, sets)
+    known = _with_origin(found, before.isolation(drawn), after.isolation(drawn))
     write_whole(output, board_file(known, _about(drawn, found)))
     if figure is not None:
         # What draws takes a third of a second to load.
@@ -211,7 +212,7 @@ def _scores(
     return before, after
 
 
-def _with_origin(found: Calibrated) -> Board:
+def _with_origin(found: Calibrated, before: Isolation, after: Isolation) -> Board:
     """The board that was found, with what was measured of it, how and when."""
     values = [
         MeasuredValue(own.name, own.value, own.low, own.high)
@@ -219,7 +220,7 @@ def _with_origin(found: Calibrated) -> Board:
         if own.told
     ]
     today = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
-    return replace(found.board, measured=Measured(found.by, today, tuple(values)))
+    return replace(found.board, measured=Measured(found.by, today, tuple(values), before, after))
 
 
 def _about(drawn: Board, found: Calibrated) -> list[str]:
@@ -243,31 +244,15 @@ def _faults(found: Calibrated) -> list[str]:
     """What to look at on the desk."""
     if found.coils is None:
         return []
-    said = []
-    for own, sign in zip(found.board.actuators, found.coils.wiring.signs.tolist(), strict=True):
-        if sign == 0.0:
-            said.append(f"Coil {own.name} is dead: look at its wires and its driver.")
-        elif sign < 0.0:
-            said.append(f"Coil {own.name} is reversed: swap its wires, or keep this file.")
-    return said
+    return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
 
 
 def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored) -> str:
     """What came of it, in a few sentences."""
-    gains: Sequence[str] = [
-        f"two fingers {before.fingers_2_db.median:.0f} dB apart before, "
-        f"{after.fingers_2_db.median:.0f} dB after"
-    ]
-    own, then = before.second_finger_20mm_db, after.second_finger_20mm_db
-    if drawn.focus is not None and own is not None and then is not None:
-        gains = [
-            f"from 20 mm on {own.median:.0f} dB quieter before, {then.median:.0f} dB after",
-            *gains,
-        ]
     told = [
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]
-    first = ", ".join(gains)
+    first = gained(before.isolation(drawn), after.isolation(drawn))
     sentences = [first[0].upper() + first[1:] + ".", *_faults(found)]
     sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
     return " ".join(sentences)

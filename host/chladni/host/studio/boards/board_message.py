@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.calibration.wiring import coil_fault
 from chladni.drives.fingers.silence import MOST_FINGERS
+from chladni.host.studio.boards.measured_message import measured_message
 from chladni.host.studio.boards.prepared import Prepared, ReadyBoard
+from chladni.sim.board.parts import Actuator
 from chladni.sim.board.quantity import MM
 from chladni.sim.image import metrics
 
@@ -67,7 +71,11 @@ def board_message(ready: Prepared, source: str, *, is_draft: bool = False) -> di
         "corner_radius_mm": board.plate.corner_radius / MM,
         "x_mm": axes[0].tolist(),
         "y_mm": axes[1].tolist(),
-        "actuators": [{"name": one.name, "at_mm": _mm(one.at)} for one in board.actuators],
+        "actuators": [
+            {"name": one.name, "at_mm": _mm(one.at), "fault": _fault(one)}
+            for one in board.actuators
+        ],
+        "measured": measured_message(board),
         "magnet_radius_mm": board.magnet.radius / MM if board.magnet else 0.0,
         "screws": [{"at_mm": _mm(s.at), "radius_mm": s.radius / MM} for s in board.screws],
         "feet_mm": [_mm(s.at) for s in board.springs] + [_mm(pin.at) for pin in board.pins],
@@ -84,6 +92,12 @@ def _most_fingers(ready: Prepared) -> int:
         return 1
     panel = ready.board.panel
     return MOST_FINGERS if panel is None else panel.most_fingers
+
+
+def _fault(own: Actuator) -> dict[str, str] | None:
+    """What to look at, as `kind` and what is `said` of it."""
+    fault = coil_fault(own)
+    return asdict(fault) if fault else None
 
 
 def _mm(place: tuple[float, float]) -> list[float]:

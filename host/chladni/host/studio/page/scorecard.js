@@ -1,4 +1,4 @@
-// The scorecard and the coils as tables; raw values stay with their cells.
+// The scorecard, the coils and what was measured, as tables; raw values stay with their cells.
 
 const ROWS = [
   ["ssim", "SSIM", (n) => signed(n.ssim, 3), (n) => `still ${signed(n.baselines.silent, 2)}, nearest coil ${signed(n.baselines.nearest_actuator, 2)}, a focus elsewhere ${signed(n.baselines.misplaced, 2)}`],
@@ -47,6 +47,27 @@ export function showCoils(table, actuators, drive) {
   }));
 }
 
+// What was measured beside what was drawn, and the coils to look at.
+export function showMeasured(parts, { measured, actuators }) {
+  const faults = actuators.flatMap(({ fault }) => fault ?? []);
+  const hasKind = (wanted) => faults.some(({ kind }) => kind === wanted);
+  parts.reversedMark.hidden = !hasKind("reversed");
+  parts.deadMark.hidden = !hasKind("dead");
+  parts.measured.hidden = !measured;
+  if (!measured) return;
+  parts.measuredSaid.textContent = measured.said;
+  fill(parts.measuredRows, measured.rows.map(({ what, unit, drawn, measured: value, low, high }) => ({
+    key: what, raw: value,
+    cells: [what, inUnit(short(drawn), unit), inUnit(short(value), unit), inUnit(`${short(low)} to ${short(high)}`, unit)],
+  })));
+  parts.lookAt.hidden = faults.length === 0;
+  parts.faults.replaceChildren(...faults.map(({ said }) => {
+    const own = document.createElement("li");
+    own.textContent = said;
+    return own;
+  }));
+}
+
 export function showRows(table, rows) {
   fill(table, rows.map(([name, value]) => ({ key: name, raw: value, cells: [name, value] })));
 }
@@ -54,6 +75,14 @@ export function showRows(table, rows) {
 export function micrometres(value) {
   if (value === null || value === undefined) return "–";
   return value >= 0.01 ? `${value.toPrecision(3)} µm` : "below 0.01 µm";
+}
+
+function short(value) {
+  return String(Number(value.toPrecision(3)));
+}
+
+function inUnit(text, unit) {
+  return unit === "×" ? `× ${text}` : `${text} ${unit}`.trim();
 }
 
 function decibels(value) {

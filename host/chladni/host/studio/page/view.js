@@ -3,7 +3,7 @@
 import { Design } from "./design.js";
 import { Effects } from "./effects/panel.js";
 import { RealDevice } from "./real_device.js";
-import { micrometres, showCoils, showLatency, showNumbers } from "./scorecard.js";
+import { micrometres, showCoils, showLatency, showMeasured, showNumbers } from "./scorecard.js";
 import { MovableParts } from "./movable_parts.js";
 import { Fingers } from "./fingers.js";
 import { Field } from "./picture/field.js";
@@ -148,6 +148,7 @@ export class View {
     this.marks.fit(board);
     parts.screwMark.hidden = !board.screws.length;
     parts.footMark.hidden = !board.feet_mm.length;
+    showMeasured(parts, board);
     this.touches.fit(board);
     // Where a finger may be, to begin with: half-way up the board.
     if (!this.touches.isDown) [parts.x.value, parts.y.value] = [0, (board.size_mm[1] / 4).toFixed(1)];

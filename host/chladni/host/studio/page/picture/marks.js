@@ -3,6 +3,12 @@
 const MOST_FINGERS = 5;
 const SVG = "http://www.w3.org/2000/svg";
 
+// Of coils by what is wrong with them, on a circle of radius r: arrows both ways beside it, or a line across it.
+const SIGNS = {
+  reversed: (r, u) => `M${r + 2 * u} ${-r}h${5 * u}l${-1.5 * u} ${1.5 * u}m${1.5 * u} ${-3.5 * u}h${-5 * u}l${1.5 * u} ${-1.5 * u}`,
+  dead: (r) => `M${-0.7 * r} ${0.7 * r}L${0.7 * r} ${-0.7 * r}`,
+};
+
 export class Marks {
   constructor(svg) {
     this.svg = svg;
@@ -22,8 +28,9 @@ export class Marks {
       draw(this.all, "path", { d: `M${x} ${y + unit}L${x + unit} ${y - unit}H${x - unit}Z` });
     }
     this.reach = Math.max(board.magnet_radius_mm, 3 * unit);
-    this.coils = board.actuators.map(({ at_mm: [x, y] }) => {
+    this.coils = board.actuators.map(({ at_mm: [x, y], fault }) => {
       draw(this.all, "circle", { cx: x, cy: y, r: this.reach });
+      if (fault?.kind in SIGNS) this.faulty([x, y], fault);
       return { x, y, arrow: draw(this.all, "path", { d: "" }, "phasor") };
     });
     const radius = board.fingertip_mm;
@@ -47,6 +54,15 @@ export class Marks {
       const attributes = { transform: `translate(${x} ${y}) scale(1 -1)`, "font-size": 4 * unit };
       for (const text of draw(mark, "text", attributes)) text.textContent = k + 1;
     });
+  }
+
+  // A second ring round a coil and a sign, beside it towards the board's middle; in words where a pointer rests.
+  faulty([x, y], { kind, said }) {
+    const own = group(this.all, { class: "fault", "data-kind": kind, transform: `translate(${x} ${y})` });
+    const side = x > 0 ? -1 : 1;
+    element(own, "title", {}).textContent = said;
+    draw(own, "circle", { r: this.reach + this.unit });
+    draw(own, "path", { d: SIGNS[kind](side * this.reach, side * this.unit) });
   }
 
   place(name, shapes, parent = this.all) {
