@@ -13,12 +13,12 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_at_places import SENSOR_RADIUS, FieldsAtPlaces
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
-from chladni.calibration.sensing import MULTIPLES, UNIT_HZ
+from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator, TouchEvent
-from chladni.host.emulation.sensed_plate import emulator_on
+from chladni.host.emulation.sensed_plate import PERIODS, emulator_on
 from chladni.host.emulation.shaken_plate import Sensor, SensorModel, stand
 from chladni.host.measuring.accelerometer import read_motions
 from chladni.host.measuring.coil_readings import ReadingError
@@ -113,6 +113,19 @@ def test_a_board_is_found_by_an_accelerometer_at_two_places(board: Board) -> Non
     assert found.left < without.left
 
 
+def still(emulator: Emulator, model: SensorModel, address: int, steady_g: float) -> None:
+    """Put one on the bus that no coil moves."""
+    emulator.core.set_accelerometer(
+        model,
+        np.zeros((6, PERIODS * BASE_SAMPLES), np.float32),
+        address=address,
+        clock_hz=800.0,
+        noise_g=2e-3,
+        steady_g=steady_g,
+        seed=1,
+    )
+
+
 def test_what_is_wrong_with_it_is_said(board: Board) -> None:
     hidden = hidden_plate(board, 1)
     device, emulator = device_on(board, hidden)
@@ -122,26 +135,10 @@ def test_what_is_wrong_with_it_is_said(board: Board) -> None:
         read_motions(device, board, AT, KG)
     faults.is_absent = False
     assert read_motions(device, board, AT, KG).hz.size == 3 * len(board.actuators)
-    emulator.core.set_accelerometer(
-        "LIS2DW12",
-        np.zeros((len(board.actuators), 4 * 488), np.float32),
-        address=0x18,
-        clock_hz=800.0,
-        noise_g=2e-3,
-        steady_g=1.0,
-        seed=1,
-    )
+    still(emulator, "LIS2DW12", 0x18, steady_g=1.0)
     with pytest.raises(ReadingError, match="feels none of the coils"):
         read_motions(device, board, AT, KG)
-    emulator.core.set_accelerometer(
-        "ADXL345",
-        np.zeros((len(board.actuators), 4 * 488), np.float32),
-        address=0x1D,
-        clock_hz=800.0,
-        noise_g=2e-3,
-        steady_g=0.1,
-        seed=1,
-    )
+    still(emulator, "ADXL345", 0x1D, steady_g=0.1)
     with pytest.raises(ReadingError, match=r"0\.1\d g at rest"):
         read_motions(device, board, AT, KG)
 

@@ -7,7 +7,6 @@ namespace chladni::emulator {
 namespace {
 
 constexpr size_t kMost = 32;
-constexpr double kTwoPi = 6.283185307179586;
 // LIS2DW12.
 constexpr uint32_t kStControl1 = 0x20, kStControl2 = 0x21, kStControl6 = 0x25, kStMemory = 0x2E,
                    kStLevel = 0x2F, kStAxes = 0x28;
@@ -30,7 +29,7 @@ void MountedAccelerometer::mount(const Part& part, std::vector<float> responses)
     registers_[kAdRate] = 0x0A;
   }
   kept_.clear();
-  random_ = part.seed * 2654435761U + 1U;
+  random_ = Noise(part.seed);
 }
 
 // At 800 Hz; the model has no other rate.
@@ -72,21 +71,13 @@ BusStatus MountedAccelerometer::transfer(const uint8_t* written, uint32_t write_
   return BusStatus::kOk;
 }
 
-double MountedAccelerometer::random() {
-  random_ ^= random_ << 13;
-  random_ ^= random_ >> 17;
-  random_ ^= random_ << 5;
-  return (static_cast<double>(random_) + 0.5) / 4294967296.0;
-}
-
 void MountedAccelerometer::sample(double g) {
   if (faults_.is_deaf || !keeps()) return;
   if (faults_.silent_samples > 0) {
     --faults_.silent_samples;
     return;
   }
-  const double noise =
-      part_.noise_g * std::sqrt(-2.0 * std::log(random())) * std::cos(kTwoPi * random());
+  const double noise = part_.noise_g * random_.next();
   const bool is_st = part_.model == AccelerometerModel::kLis2dw12;
   // 14 bits of ± 2, 4, 8 or 16 g, left-justified; or 1/256 g each in 13 bits.
   const double range_g =

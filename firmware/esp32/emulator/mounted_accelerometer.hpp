@@ -9,6 +9,7 @@
 
 #include "core/generated/device_codes.hpp"
 #include "core/hal.hpp"
+#include "emulator/noise.hpp"
 #include "emulator/sensed_coils.hpp"
 
 namespace chladni::emulator {
@@ -51,7 +52,6 @@ class MountedAccelerometer {
   bool keeps() const;
   uint8_t at(uint32_t place);
   void sample(double g);
-  double random();
 
   Part part_{};
   std::vector<float> responses_;
@@ -60,7 +60,7 @@ class MountedAccelerometer {
   std::deque<Axes> kept_;
   Axes out_{};
   double next_ns_ = 0.0;
-  uint32_t random_ = 1;
+  Noise random_;
 };
 
 }  // namespace chladni::emulator

@@ -16,7 +16,6 @@ constexpr double kFarAway = 1e6;    // steps
 // The amplifier's 1.3 V, of a converter that reads 3.1 V as 4096.
 constexpr double kMiddle = 1717.7, kHighest = 4095.0, kHalf = 2048.0;
 constexpr uint32_t kLevels = 2, kAwake = 3, kDirections = 6;
-constexpr double kTwoPi = 6.283185307179586;
 
 }  // namespace
 
@@ -31,7 +30,7 @@ void SensedCoils::set_responses(uint32_t channels, std::vector<float> responses,
   noise_ = noise;
   bend_ = bend;
   begin_us_ = begin_us;
-  random_ = seed * 2654435761U + 1U;
+  random_ = Noise(seed);
   for (uint32_t k = 0; k < channels; ++k) duties_[k].assign(2 * length_, 0.0F);
   silent_for_.fill(length_);
   newest_ = 0;
@@ -128,15 +127,8 @@ double SensedCoils::answer(const std::vector<float>& responses) const {
   return sum;
 }
 
-double SensedCoils::random() {
-  random_ ^= random_ << 13;
-  random_ ^= random_ >> 17;
-  random_ ^= random_ << 5;
-  return (static_cast<double>(random_) + 0.5) / 4294967296.0;
-}
-
 uint16_t SensedCoils::convert(double steps) {
-  const double noise = noise_ * std::sqrt(-2.0 * std::log(random())) * std::cos(kTwoPi * random());
+  const double noise = noise_ * random_.next();
   const double place = steps < -kHalf ? -0.5 : (steps > kHalf ? 0.5 : steps / (2.0 * kHalf));
   // A cubic that leaves both ends and the middle where they are.
   const double bend = bend_ * (4.0 * place * place * place - place) / 0.19;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/hal.hpp"
+#include "emulator/noise.hpp"
 #include "emulator/pwm.hpp"
 
 namespace chladni::emulator {
@@ -51,13 +52,12 @@ class SensedCoils {
   void remember(const Pwm& pwm);
   void respond(const Pwm& pwm);
   uint16_t convert(double steps);
-  double random();
 
   uint32_t channels_ = 0;
   uint32_t length_ = 0;
   std::vector<float> responses_;
   double noise_ = 0.0, bend_ = 0.0, begin_us_ = 0.0;
-  uint32_t random_ = 1;
+  Noise random_;
   SensingFaults faults_{};
 
   std::array<uint8_t, 8> registers_{0, 0, 0xFF, 0xFF, 0, 0, 0xFF, 0xFF};

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.constants import g as standard_g
 from scipy.signal import butter, freqs
 
 from chladni.calibration.device_readings import coil_impedance, duty_volts
@@ -32,7 +33,6 @@ CLOCK_HZ, CLOCK_ERROR, GAIN_ERROR, OFFSET_G = 800.0, 0.02, 0.03, 0.03
 CUT_OFF_HZ, ORDERS = 400.0, (2, 5)
 """Where its filter has taken 3 dB, and of which orders (the last not) it may be."""
 RESONANCES_HZ = (110.0, 240.0, 500.0)
-STANDARD_G = 9.80665
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,6 @@ def _responses(hidden: HiddenPlate, sensor: Sensor, order: int) -> FloatArray:
     newtons = coil.force_factor * duty_volts(board) / coil_impedance(board, hz)
     poles = butter(order, 2.0 * np.pi * CUT_OFF_HZ, analog=True)
     _, passed = freqs(*poles, worN=2.0 * np.pi * hz)
-    shaken = -((2.0 * np.pi * hz) ** 2) * moved * newtons * passed / STANDARD_G
+    shaken = -((2.0 * np.pi * hz) ** 2) * moved * newtons * passed / standard_g
     held = np.sinc(hz / SAMPLE_HZ) * np.exp(-1j * np.pi * hz / SAMPLE_HZ)
     return np.asarray(hidden.forces[:, None] * np.fft.irfft(shaken * held, n=length, axis=-1))

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.constants import g as standard_g
 
 from chladni.calibration.device_readings import coil_impedance, duty_volts
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
@@ -33,7 +34,6 @@ STEPS_PER_G = {"LIS2DW12": 4096.0, "ADXL345": 256.0}
 RANGE_G = {"LIS2DW12": 8.0, "ADXL345": 16.0}
 FULL = 0.95
 """Of that range, from which a sample may be cut off."""
-STANDARD_G = 9.80665
 LIES_G = (0.7, 1.3)
 """Of the earth along z, either way up, where the part lies flat."""
 CUT_OFF_HZ, ORDER = 400.0, 3
@@ -69,7 +69,7 @@ def read_motions(
         for multiple in MULTIPLES:
             found, duty = reader.read(coil, multiple)
             amperes = duty * duty_volts(board) / coil_impedance(board, multiple * UNIT_HZ)
-            rows.append((coil, multiple * UNIT_HZ, STANDARD_G * found / amperes))
+            rows.append((coil, multiple * UNIT_HZ, standard_g * found / amperes))
         if progress:
             progress(coil + 1, count)
     if reader.loudest < CLEAR:

@@ -39,7 +39,7 @@ from chladni.sim.errors import ConflictError
 from chladni.sim.files import write_whole
 
 MOST_SETS = 10_000
-MOST_GRAMS = 100.0
+LEAST_GRAMS, MOST_GRAMS = 0.01, 100.0
 
 
 def register(app: typer.Typer) -> None:
@@ -93,7 +93,7 @@ def calibrate(
     sensor_g: Annotated[
         float | None,
         typer.Option(
-            callback=within(0.0, MOST_GRAMS),
+            callback=within(LEAST_GRAMS, MOST_GRAMS),
             help="Its mass, g, glue included; also of a laboratory's that stands on the plate.",
         ),
     ] = None,
