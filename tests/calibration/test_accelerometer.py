@@ -59,11 +59,11 @@ def test_the_device_reads_what_the_plate_does(board: Board, model: SensorModel) 
     # 10 s for five coils, as all ways may take; here are six.
     assert device.wire.now_s() - begun < 12.0
     at = np.array([AT])
-    fields = FieldsAtPlaces(HZ, KG, at)
+    fields = FieldsAtPlaces(hidden.board, HZ, KG, at)
     for row, hz in enumerate(HZ):
         own = read.hz == hz
         coils = read.coils[own]
-        true = fields.at(hidden.board, row, coils, np.repeat(at, coils.size, axis=0))
+        true = fields.at(row, coils, np.repeat(at, coils.size, axis=0))
         ratio = read.compliance(board)[own] / (true * hidden.forces[coils])
         strong = np.abs(true) > 0.2 * np.abs(true).max()
         assert np.abs(ratio[strong]) == pytest.approx(1.0, abs=0.09)
@@ -81,12 +81,13 @@ def test_the_sensors_mass_is_a_mass_on_the_plate(board: Board) -> None:
     loaded = dataclasses.replace(board, masses=(*board.masses, mass))
     at, coils = np.array([AT]), np.arange(len(board.actuators))
     places = np.repeat(at, coils.size, axis=0)
-    bare, own = FieldsAtPlaces(HZ, 0.0, np.empty((0, 2))), FieldsAtPlaces(HZ, KG, at)
+    bare, mounted = (FieldsAtPlaces(own, HZ, 0.0, np.empty((0, 2))) for own in (board, loaded))
+    own = FieldsAtPlaces(board, HZ, KG, at)
     for row in range(HZ.size):
-        true = bare.at(loaded, row, coils, places)
-        does = np.linalg.norm(bare.at(board, row, coils, places) - true)
+        true = mounted.at(row, coils, places)
+        does = np.linalg.norm(bare.at(row, coils, places) - true)
         assert does > 0.02 * np.linalg.norm(true)
-        assert np.linalg.norm(own.at(board, row, coils, places) - true) < does / 7.0
+        assert np.linalg.norm(own.at(row, coils, places) - true) < does / 7.0
 
 
 def test_a_board_is_found_by_an_accelerometer_at_two_places(board: Board) -> None:

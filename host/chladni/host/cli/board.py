@@ -119,7 +119,7 @@ def board_show(
         result["coil_current"] = asdict(wave)
         say_current(wave)
     if loaded.fingers is not None:
-        say_waves(loaded)
+        say_waves(loaded, modes.tolist())
     if board not in shipped_boards():  # in those, what stands is meant
         say_leftovers(loaded, modes.tolist())
     if loaded.winding:

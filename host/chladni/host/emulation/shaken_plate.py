@@ -87,11 +87,11 @@ def _responses(hidden: HiddenPlate, sensor: Sensor, order: int) -> FloatArray:
         raise MissingError("[coil]", "its force factor says what a current pushes with")
     place = np.array([sensor.at])
     solved = np.array([own * UNIT_HZ for own in MULTIPLES])
-    fields = FieldsAtPlaces(solved, sensor.kg, place)
+    fields = FieldsAtPlaces(board, solved, sensor.kg, place)
     count = len(board.actuators)
     compliance = np.array(
         [
-            fields.at(board, row, np.arange(count), np.repeat(place, count, axis=0))
+            fields.at(row, np.arange(count), np.repeat(place, count, axis=0))
             for row in range(solved.size)
         ]
     )

@@ -6,8 +6,6 @@ h what a coil does there without it, and g what a newton there does there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
@@ -27,7 +25,7 @@ SENSOR_RADIUS = 3e-3
 
 
 class FieldsAtPlaces:
-    """Boards like one, each solved once, with what was asked of them.
+    """A board, solved at some frequencies.
 
     Parameters
     ----------
@@ -35,41 +33,27 @@ class FieldsAtPlaces:
         Frequencies.
     sensor_kg, stands
         Mass of the sensor, and where it stood, m, (places, 2); no mass and no places without one.
-    report
-        Called with how many boards were solved.
     """
 
-    def __init__(
-        self,
-        hz: FloatArray,
-        sensor_kg: float,
-        stands: FloatArray,
-        report: Callable[[int], None] | None = None,
-    ) -> None:
-        self._hz, self._sensor_kg, self._stands = hz, sensor_kg, stands
-        self._report = report
-        self._solved: dict[Board, list[tuple[ComplexArray, ComplexArray]]] = {}
+    def __init__(self, board: Board, hz: FloatArray, sensor_kg: float, stands: FloatArray) -> None:
+        self._board, self._sensor_kg, self._stands = board, sensor_kg, stands
+        self._solved = [self._at_frequency(own) for own in hz.tolist()]
 
-    def at(
-        self, board: Board, row: int, coils: NDArray[np.int64], places: FloatArray
-    ) -> ComplexArray:
+    def at(self, row: int, coils: NDArray[np.int64], places: FloatArray) -> ComplexArray:
         """Of a newton of those coils, at those places, at a frequency, m/N, (rows,).
 
         Straight between image points.
         """
-        if board not in self._solved:
-            self._solved[board] = [self._at_frequency(board, hz) for hz in self._hz.tolist()]
-            if self._report:
-                self._report(len(self._solved))
-        fields, loads = self._solved[board][row]
-        moved = _between(board, fields, coils, places)
+        fields, loads = self._solved[row]
+        moved = _between(self._board, fields, coils, places)
         if self._sensor_kg == 0.0:
             return moved
         apart = np.linalg.norm(places[:, None] - self._stands, axis=2)
         return np.asarray(moved / loads[np.argmin(apart, axis=1)])
 
-    def _at_frequency(self, board: Board, hz: float) -> tuple[ComplexArray, ComplexArray]:
+    def _at_frequency(self, hz: float) -> tuple[ComplexArray, ComplexArray]:
         """Fields of a newton of each coil, and 1 − ω² m g of each place."""
+        board = self._board
         model = plate_model(board)
         own = open_coils(board, hz, model=model, tolerance=DRAWN_TOLERANCE)
         fields = np.asarray(own.fields.values)

@@ -102,7 +102,9 @@ class _Search:
         self._hz = _chosen(measured.hz)
         self._has_sensor = measured.sensor_kg > 0.0
         stands = np.unique(measured.places, axis=0) if self._has_sensor else np.empty((0, 2))
-        self._fields = FieldsAtPlaces(self._hz, measured.sensor_kg, stands, progress)
+        self._sensor = (measured.sensor_kg, stands)
+        self._progress = progress
+        self._solved: dict[bytes, FieldsAtPlaces] = {}
         compliance = measured.compliance(board)
         self._slopes = np.empty((0, 0))
         self._rows = []
@@ -237,7 +239,12 @@ class _Search:
         self, scales: FloatArray, row: int, coils: NDArray[np.int64], places: FloatArray
     ) -> ComplexArray:
         """Of a newton of those coils, at those places, at a frequency of the board's."""
-        return self._fields.at(self.board_at(scales), row, coils, places)
+        key = scales.tobytes()
+        if key not in self._solved:
+            self._solved[key] = FieldsAtPlaces(self.board_at(scales), self._hz, *self._sensor)
+            if self._progress:
+                self._progress(len(self._solved))
+        return self._solved[key].at(row, coils, places)
 
     def _swapped(self, scales: FloatArray, left: float) -> str:
         """Two coils whose fields are each other's."""

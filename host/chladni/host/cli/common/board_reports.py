@@ -225,10 +225,16 @@ MODES, STILL_HZ = 8, 1.0
 """Of a plate that are looked at; below so much they are rigid motions."""
 
 
-def say_waves(board: Board) -> None:
-    """Remark on a plate that resonates among what effects are made of: gains do not hold there."""
-    modes = plate_model(board).natural_frequencies(MODES)
-    first = min((own for own in modes.tolist() if own > STILL_HZ), default=EDGE_HZ)
+def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
+    """Remark on a plate that resonates among what effects are made of: gains do not hold there.
+
+    Parameters
+    ----------
+    modes_hz
+        Its lowest ones, if they are at hand.
+    """
+    modes = plate_model(board).natural_frequencies(MODES).tolist() if modes_hz is None else modes_hz
+    first = min((own for own in modes if own > STILL_HZ), default=EDGE_HZ)
     if first < EDGE_HZ:
         say(
             f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "

@@ -57,8 +57,8 @@ def heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> Ca
         else:
             (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
         levels = heard_levels(samples, rate_hz, len(drawn.actuators))
-        heard = fit_sound(drawn, levels, progress)
-    return Calibrated(heard.board, (heard.parameter,), by, samples.size / rate_hz)
+        found = fit_sound(drawn, levels, progress)
+    return Calibrated(found.board, (found.parameter,), by, samples.size / rate_hz)
 
 
 def in_laboratory(
