@@ -1,6 +1,7 @@
 """Which tests `make test` leaves to `make long`: those that take two seconds of a core and more.
 
-What they ask is asked in a smaller way by tests that stay. `.ci/run` runs both.
+What they ask is asked in a smaller way by tests that stay. `.ci/run` runs both. The longest, of
+which others ask the same on another board or by another command, are left to `make soak`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import pytest
 LONG = (
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[4]",
     "calibration/test_calibration.py::test_a_hidden_plate_is_found[8]",
-    "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils0]",
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils1]",
     "calibration/test_calibration.py::test_slopes_are_differences_of_solved_plates",
@@ -34,7 +34,6 @@ LONG = (
     "chain/test_played_effect.py::test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much",
     "chain/test_played_effect.py::test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says",
     "chain/test_played_effect.py::test_a_tone_of_less_level_is_as_much_weaker",
-    "chain/test_played_effect.py::test_the_command_plays_and_draws",
     "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
     "chain/test_table_score.py::test_a_diode_without_a_floor_bends_what_the_pins_say",
     "chain/test_table_score.py::test_a_pressing_finger_leaves_micrometres_everywhere[pad16]",
@@ -59,7 +58,6 @@ LONG = (
     "drives/test_as_built.py::test_a_board_with_a_layer_gets_no_film_besides",
     "drives/test_as_built.py::test_every_row_is_worse_than_the_board_as_drawn_where_it_must_be",
     "drives/test_as_built.py::test_the_last_row_alone_is_the_same",
-    "drives/test_board_score.py::test_board_score_answers_and_draws",
     "drives/test_board_score.py::test_boards_that_come_out_otherwise_focus_all_the_same",
     "drives/test_board_score.py::test_the_border_of_the_active_area_has_a_row_of_its_own",
     "drives/test_checkpoint.py::test_any_file_gives_results_or_words_and_is_not_lost",
@@ -72,9 +70,7 @@ LONG = (
     "drives/test_focus.py::test_a_higher_floor_costs_silence_and_a_lower_one_buys_it",
     "drives/test_focus.py::test_solve_has_options_of_a_focus_and_says_what_gave_way",
     "drives/test_focus_on_elements.py::test_second_fingers_of_strip5_are_those_on_finite_elements",
-    "drives/test_hard_cases.py::test_sixty_four_actuators_reach_higher",
     "drives/test_optimality.py::test_random_starts_find_nothing_better",
-    "drives/test_sensitivity.py::test_feet_that_carry_a_board_decide_its_level",
     "drives/test_sensitivity.py::test_foam_that_carries_a_board_decides_its_level",
     "drives/test_sensitivity.py::test_forces_change_no_more_than_their_own_share",
     "drives/test_sensitivity.py::test_the_command_sorts_and_draws",
@@ -87,7 +83,6 @@ LONG = (
     "firmware/test_chip_crashes.py::test_the_wire_answers_before_a_radio_that_crashes_and_after_it",
     "firmware/test_chip_iram.py",
     "firmware/test_device_suite.py::test_the_suite_takes_an_image_from_blank_flash_to_a_touch[all]",
-    "firmware/test_device_suite.py::test_the_suite_takes_an_image_from_blank_flash_to_a_touch[two]",
     "firmware/test_device_suite.py::test_without_an_image_or_an_emulator_the_suite_is_skipped",
     "firmware/test_everything.py",
     "firmware/test_finger_drives.py::test_a_processor_with_a_floating_point_unit_finds_drives_in_time",
@@ -99,10 +94,10 @@ LONG = (
     "firmware/test_processors.py::test_cuts_and_mirrors_everywhere_cost_a_lookup_no_more",
     "firmware/test_processors.py::test_stacks_stay_as_small_as_the_documentation_says",
     "host/test_calibrate.py::test_a_device_on_a_port_measures_its_board",
+    "host/test_calibrate.py::test_an_accelerometer_finds_it_too",
     "host/figures/test_wide_boards.py",
     "host/manufacture/test_drawing.py::test_a_drawing_is_the_same_bytes_in_every_run",
     "host/manufacture/test_wiring.py::test_texts_lie_on_nothing_and_wires_are_straight",
-    "host/test_bank_commands.py::test_a_press_on_a_key_is_scored_under_the_finger",
     "host/test_calibrate.py::test_a_board_is_calibrated_and_its_file_is_one",
     "host/test_endings.py::test_a_full_disk_is_said_and_leaves_what_was_there",
     "host/test_fingers_command.py::test_a_board_as_built_has_rows_of_its_own",
@@ -115,7 +110,6 @@ LONG = (
     "host/test_solver_commands.py",
     "host/test_streaming.py::test_a_host_that_is_later",
     "host/test_tables_for_people.py::test_tables_speak_no_python[board",
-    "host/test_verdicts.py::test_a_board_is_tried_on_other_sheets_and_foams",
     "sim/test_crowded.py::test_a_board_that_cannot_be_followed_names_what_nearly_touches",
     "sim/test_crowded.py::test_estimates_hold_where_features_nearly_touch",
     "sim/test_crowded.py::test_memory_is_told_beforehand",
@@ -157,14 +151,46 @@ LONG = (
     "tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows",
     "tables/test_responses.py::test_readers_agree",
     "tables/test_several_fingers.py::test_the_smallest_table_within_the_limit_is_taken",
-    "tables/test_several_fingers.py::test_a_fixed_pitch_width_and_frequencies_are_kept",
     "tables/test_several_fingers.py::test_other_fingers_lose_as_little_as_those_that_the_build_drew",
     "tables/test_table_hard_cases.py::test_a_mirror_in_one_direction_only_is_used",
     "tables/test_table_hard_cases.py::test_one_actuator_and_sixteen",
     "tables/test_table_hard_cases.py::test_a_board_without_mirrors_stores_every_region",
-    "tables/test_table_hard_cases.py::test_the_bytes_do_not_depend_on_threads",
+    "calibration/test_accelerometer.py::test_a_board_is_found_by_an_accelerometer_at_two_places",
+    "chain/test_score_and_table.py::test_a_small_board_is_scored_at_more_places",
+    "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[feet-True]",
+    "drives/test_search_cost.py::test_tables_for_fingers_come_of_less_and_play_on_less",
+    "host/test_bank_commands.py::test_a_boards_own_level_is_taken_out_where_it_is_asked_for",
+    "host/test_ports.py::test_the_emulated_wire_follows_its_configuration",
+    "host/test_verdicts.py::test_people_read_it_first_and_programs_by_its_key",
+    "sim/test_pressed.py::test_fingers_far_apart_press_as_each_alone",
+    "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[x-x mirrored]",
+    "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[y-y mirrored]",
+    "calibration/test_laboratory.py::test_what_is_wrong_is_told_from_the_data[axes-",
+    "calibration/test_laboratory.py::test_another_board_and_too_little_are_refused",
+    "calibration/test_calibration.py::test_without_windings_the_drawn_motion_is_taken_off_the_flux",
+    "drives/test_board_score.py::test_shipped_boards_focus_as_well_as_was_known[pad16]",
+    "chain/test_played_effect.py::test_an_envelope_is_met_within_a_decibel",
+    "studio/test_effects.py::test_a_second_finger_has_hardly_any_of_a_click",
+    "chain/test_felt.py::test_a_table_makes_up_for_the_finger_where_it_matters",
 )
 """Beginnings of their names."""
+LONGEST = (
+    "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
+    "calibration/test_sound.py::test_foam_is_found_by_ear[3]",
+    "chain/test_played_effect.py::test_the_command_plays_and_draws",
+    "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[quiet5-False]",
+    "drives/test_board_score.py::test_board_score_answers_and_draws",
+    "drives/test_board_score.py::test_the_border_of_the_active_area_has_a_row_of_its_own[quiet16-11.0]",
+    "drives/test_hard_cases.py::test_sixty_four_actuators_reach_higher",
+    "drives/test_sensitivity.py::test_feet_that_carry_a_board_decide_its_level",
+    "firmware/test_device_suite.py::test_the_suite_takes_an_image_from_blank_flash_to_a_touch[two]",
+    "host/test_bank_commands.py::test_a_press_on_a_key_is_scored_under_the_finger",
+    "host/test_verdicts.py::test_a_board_is_tried_on_other_sheets_and_foams",
+    "tables/test_between_regions.py::test_at_places_drawn_at_random_the_limits_are_kept_too[prototype-ssim]",
+    "tables/test_several_fingers.py::test_a_fixed_pitch_width_and_frequencies_are_kept",
+    "tables/test_table_hard_cases.py::test_the_bytes_do_not_depend_on_threads",
+)
+"""Those that are left to `make soak`."""
 ALONE = (
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[first-boot.md]",
 )
@@ -175,16 +201,20 @@ WHOLE_SUITE = 2000
 
 
 def mark_long(items: Sequence[pytest.Item]) -> None:
-    """Mark them `long`.
+    """Mark them `long`, or `soak`.
 
     Raises
     ------
     pytest.UsageError
         A name stands for no test of the whole suite.
     """
-    unused = set(LONG)
+    unused = {*LONG, *LONGEST}
     for item in items:
         name = item.nodeid.removeprefix("tests/")
+        if name in LONGEST:
+            item.add_marker(pytest.mark.soak)
+            unused.discard(name)
+            continue
         for own in LONG:
             if name.startswith(own):
                 item.add_marker(pytest.mark.long)

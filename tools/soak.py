@@ -27,7 +27,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PARSERS_AT_ONCE, PARSERS = 2, 6
 LONG_S = 600.0
-TESTS = ("tests/chain", "tests/drives", "tests/firmware", "tests/sim", "tests/tables")
 
 
 def fuzz(seconds: float) -> bool:
@@ -56,7 +55,7 @@ def sweep(seed: int, marks: str, seconds: float) -> bool | None:
         marks,
         f"--hypothesis-seed={seed}",
         "-x",
-        *TESTS,
+        "tests",
     ]
     environment = os.environ | {"CHLADNI_SOAK_SEED": str(seed)}
     process = subprocess.Popen(command, cwd=ROOT, env=environment, start_new_session=True)

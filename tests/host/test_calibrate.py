@@ -88,28 +88,38 @@ def test_a_board_is_calibrated_and_its_file_is_one(
 
 
 def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_path: Path) -> None:
-    output = tmp_path / "measured.toml"
-    emulated = ("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output)
-    places = ("--accelerometer", "8,5", "--accelerometer", "-9,-12")
-    done = chladni(*emulated, *places, "--sensor-g", "1.5", "--sets", "20", "--json")
+    done = chladni(
+        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED)),
+        *("--accelerometer", "8,5", "--sensor-g", "1.5", "--sets", "20", "--json"),
+        *("-o", tmp_path / "measured.toml"),
+    )
     assert done.code == 0, done.err
     signs = [own["polarity"] for own in done.json["coils"]]
     assert signs == np.sign(hidden_plate(small_board(), SEED).strengths).tolist()
     assert done.json["by"] == f"an accelerometer, emulated, plate {SEED}"
     before, after = (done.json[key]["fingers_2_db"]["median"] for key in ("before", "after"))
     assert after > before + 6.0
-    output.unlink()
-    for given, said in (
-        (places, "--sensor-g is required"),
-        ((*places, "--sensor-g", "900"), "--sensor-g"),
-        (("--accelerometer", "80,5", "--sensor-g", "1"), "a place on the board"),
-        ((*places, "--sensor-g", "1", "--microphone"), "does not go with another way"),
-        (("--sensor-g", "1"), "no --accelerometer"),
-    ):
-        refused = chladni(*emulated, *given)
-        assert refused.code == 2
-        assert said in refused.err
-        assert not output.exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("--accelerometer 8,5", "--sensor-g is required"),
+        ("--accelerometer 8,5 --sensor-g 900", "--sensor-g"),
+        ("--accelerometer 80,5 --sensor-g 1", "a place on the board"),
+        ("--accelerometer 8,5 --sensor-g 1 --microphone", "does not go with another way"),
+        ("--sensor-g 1", "no --accelerometer"),
+    ],
+)
+def test_what_an_accelerometer_lacks_is_said(
+    chladni: CommandLine, drawn: Path, tmp_path: Path, given: str, said: str
+) -> None:
+    output = tmp_path / "measured.toml"
+    emulated = ("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "-o", output)
+    refused = chladni(*emulated, *given.split())
+    assert refused.code == 2
+    assert said in refused.err
+    assert not output.exists()
 
 
 def test_bad_input_is_named_and_nothing_is_written(
