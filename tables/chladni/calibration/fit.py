@@ -33,7 +33,7 @@ STARTS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 ENOUGH = 0.03
 """Share of what is left that a step must still take away."""
 DIFFERENCE = 0.05
-"""Of the logarithm of screws' stiffness, over which a slope is taken."""
+"""Of the logarithm of screws' stiffness or the sheet's, over which a slope is taken."""
 INTERVAL = 1.96
 """Standard deviations of 95 %."""
 UNLIKE = 5.0
@@ -266,18 +266,21 @@ class _Search:
             self._progress(self.steps)
         return board, coils
 
-    def _of_screws(self, values: FloatArray, coils: list[OpenCoils]) -> list[ComplexArray]:
-        """How compliances change with the logarithm of screws' stiffness."""
+    def _differences(
+        self, values: FloatArray, coils: list[OpenCoils]
+    ) -> list[dict[str, ComplexArray]]:
+        """How compliances at each frequency change with what is found by solving once more."""
+        found: list[dict[str, ComplexArray]] = [{} for _ in coils]
         scales = self._unknowns.scales
-        if "screws" not in scales:
-            return [np.zeros_like(own.compliance) for own in coils]
-        stiffer = values.copy()
-        stiffer[scales.index("screws")] += DIFFERENCE
-        _, more = self._solve_again(stiffer)
-        return [
-            (new.compliance - old.compliance) / DIFFERENCE
-            for new, old in zip(more, coils, strict=True)
-        ]
+        for name in ("screws", *(("modulus",) if self._unknowns.patches else ())):
+            if name not in scales:
+                continue
+            stiffer = values.copy()
+            stiffer[scales.index(name)] += DIFFERENCE
+            _, more = self._solve_again(stiffer)
+            for own, new, old in zip(found, more, coils, strict=True):
+                own[name] = (new.compliance - old.compliance) / DIFFERENCE
+        return found
 
     def _is_read(self) -> NDArray[np.bool_]:
         """Pairs of different coils that are not dead."""
@@ -297,10 +300,10 @@ class _Search:
         strength = unknowns.strengths(values)
         pairs = np.outer(strength, strength)
         rows = []
-        for own, screws, frequency in zip(
-            coils, self._of_screws(values, coils), self._readings.frequencies_hz, strict=True
+        for own, solved, frequency in zip(
+            coils, self._differences(values, coils), self._readings.frequencies_hz, strict=True
         ):
-            slopes = compliance_slopes(unknowns, board, own, frequency, screws)
+            slopes = compliance_slopes(unknowns, board, own, frequency, solved)
             of_plate = pairs * induced_voltages(board, slopes, frequency)
             read = pairs * induced_voltages(board, own.compliance, frequency)
             each = np.eye(count)

@@ -2,13 +2,14 @@
 
 A little more stiffness k ψ(x, y) under the plate changes what coil i feels of coil j by
 −k ∫ψ Wᵢ Wⱼ dA, a little more mass by +ω² ∫m Wᵢ Wⱼ dA; W are the fields of a newton of each. If all
-stiffness and all mass grow alike, every answer falls alike, and so the bending stiffness takes what
-the others leave: Σ ∂G/∂ln(…) = −G. A coil that moves listens where it moved to, and pushes there.
+stiffness and all mass grow alike, every answer falls alike: Σ ∂G/∂ln(…) = −G. Bending stiffness or
+foam takes what the others leave. A coil that moves listens where it moved to, and pushes there; its
+magnet's mass and the hole in the foam go with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -16,14 +17,19 @@ from numpy.typing import NDArray
 
 from chladni.calibration.unknowns import Unknowns
 from chladni.drives.fingers.responses import interpolated
+from chladni.drives.scoring.tolerances import with_moved_coils
 from chladni.sim.board.board import Board
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.induced import OpenCoils
+from chladni.sim.fields.magnetic_coupling import magnetic_coupling
 from chladni.sim.plate.geometry import patch_weights
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+MOVE = 2e-5
+"""m, over which neighbours' forces are taken to change in proportion."""
 
 
 def compliance_slopes(
@@ -31,7 +37,7 @@ def compliance_slopes(
     board: Board,
     coils: OpenCoils,
     frequency_hz: float,
-    screws: ComplexArray,
+    differences: Mapping[str, ComplexArray],
 ) -> ComplexArray:
     """∂G by every unknown but the forces, (unknowns − actuators, actuators, actuators).
 
@@ -41,17 +47,22 @@ def compliance_slopes(
         As it is for the values at which the slopes are wanted.
     coils
         Of that board, at this frequency.
-    screws
-        ∂G by the logarithm of all screws' stiffness: fields about a screw are steeper than image
-        points are close, so that it is found by a difference; zeros without screws.
+    differences
+        ∂G by the logarithms of those scales that are found by solving once more. Fields about a
+        screw are steeper than image points are close. Foam and bending nearly balance each other on
+        a soft sheet, and the foam's integral is not exact to what bending leaves.
     """
     parts = _Parts(board, coils, frequency_hz)
-    mass, foam = parts.mass, parts.foam
-    others = mass + parts.magnets_mass + foam + parts.magnets_pull + screws
+    screws = differences.get("screws", np.zeros_like(coils.compliance))
+    others = parts.mass + parts.magnets_mass + parts.magnets_pull + screws
     others += parts.feet + parts.riders_mass
-    bending = -coils.compliance - others
+    foam = parts.foam
+    bending = -coils.compliance - others - foam
+    if "modulus" in differences:
+        bending = differences["modulus"]
+        foam = -coils.compliance - others - bending
     by_name = {
-        "sheet thickness": 3.0 * bending + mass,
+        "sheet thickness": 3.0 * bending + parts.mass,
         "modulus": bending,
         "foam": foam,
         "foam's loss": parts.foam_loss,
@@ -86,11 +97,19 @@ class _Parts:
         return np.asarray(self._omega**2 * self._integral(own))
 
     @property
-    def magnets_mass(self) -> ComplexArray:
-        """Of all magnets."""
+    def _magnet_mass(self) -> float:
+        """Of one, kg."""
         magnet = self._board.magnet
-        own = magnet.areal_mass * np.pi * magnet.radius**2 if magnet else 0.0
-        return np.asarray(self._omega**2 * own * (self._at.T @ self._at))
+        return magnet.areal_mass * np.pi * magnet.radius**2 if magnet else 0.0
+
+    @property
+    def magnets_mass(self) -> ComplexArray:
+        """Of all magnets, discs that turn as they move."""
+        moved = self._at.T @ self._at
+        if self._board.magnet is not None:
+            arm = self._board.magnet.radius / 2.0
+            moved = moved + arm**2 * sum(own.T @ own for own in self._slopes)
+        return np.asarray(self._omega**2 * self._magnet_mass * moved)
 
     @property
     def riders_mass(self) -> ComplexArray:
@@ -159,14 +178,45 @@ class _Parts:
     def places(self) -> list[ComplexArray]:
         """Of moves of each coil along x and along y, m."""
         result = []
-        slopes = [self._slope(axis) for axis in (0, 1)]
-        for coil in range(len(self._values)):
+        coupling = self._coils.coupling
+        pushes = np.eye(len(self._at)) if coupling is None else coupling.forces
+        carried = self._omega**2 * self._magnet_mass + self._holes
+        for coil, moved in enumerate(self._at):
             for axis in (0, 1):
-                own = np.zeros(self._at.shape, np.complex128)
-                own[coil] += slopes[axis][coil]
-                own[:, coil] += slopes[axis][coil]
-                result.append(own)
+                slope = self._slopes[axis][coil]
+                own = np.outer(carried[coil] * moved + pushes[coil], slope)
+                result.append(own + own.T + self._of_neighbours(coil, axis))
         return result
+
+    def _of_neighbours(self, coil: int, axis: int) -> ComplexArray | float:
+        """Of what magnets and coils do to each other, where one of them moves."""
+        before = self._coils.coupling
+        if before is None:
+            return 0.0
+        moves = np.zeros((len(self._at), 2))
+        moves[coil, axis] = MOVE
+        after = magnetic_coupling(with_moved_coils(self._board, moves))
+        assert after is not None
+        felt = (after.forces - before.forces).T @ self._at
+        for own, slopes in zip((0, 1), self._slopes, strict=True):
+            felt = felt + (after.couples - before.couples)[:, :, own].T @ slopes
+        pull = self._at.T @ (after.stiffness - before.stiffness) @ self._at
+        return np.asarray((felt + felt.T - pull) / MOVE)
+
+    @property
+    def _holes(self) -> ComplexArray:
+        """Stiffness that the hole about each coil takes from the foam, N/m."""
+        layer, own = self._geometry.foundation, self._board.foundation
+        places = np.array([actuator.at for actuator in self._board.actuators])
+        if layer is None or own is None:
+            return np.zeros(len(places), np.complex128)
+        stiffness = layer.stiffness * layer.ratio(*places.T) * np.pi * own.coil_cut_out**2
+        return np.asarray((1.0 + 1j * layer.loss_factor) * stiffness)
+
+    @cached_property
+    def _slopes(self) -> tuple[ComplexArray, ComplexArray]:
+        """Along x and along y."""
+        return self._slope(0), self._slope(1)
 
     def _slope(self, axis: int) -> ComplexArray:
         """∂W along an axis at every coil (row), by every coil (column)."""
