@@ -145,6 +145,13 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
     assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each. One" in told
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
+    of_both = of_table("focus", 0, 9, second_finger_db=-0.4, for_fingers=True)
+    assert (
+        "another finger 20 mm away gets 0.4 dB more at the median) and are quieter for trying"
+        in of_both
+    )
+    assert "quieter" not in of_table("focus", 0, 9, second_finger_db=9.0, for_fingers=True)
+    assert "quieter" not in of_table("focus", 0, 9, second_finger_db=-0.4)
     assert "At 3 of 9 places its maximum" in of_table("ssim", 3, 9)
     assert "best at contrast" in of_table("contrast", 0, 9)
 

@@ -226,10 +226,32 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
 
 
-def of_table(objective: str, misled: int, places: int) -> str:
-    """What a table of drives is for; whether it focuses is another command's to say."""
+def of_table(
+    objective: str,
+    misled: int,
+    places: int,
+    *,
+    second_finger_db: float | None = None,
+    for_fingers: bool = False,
+) -> str:
+    """What a table of drives is for; whether it focuses is mostly another command's to say.
+
+    Parameters
+    ----------
+    second_finger_db
+        What another finger 20 mm away gets less than the finger, at the median, if known.
+    for_fingers
+        Whether the table has responses too: then drives that do not focus only cost level.
+    """
     if objective == "focus":
         told = "Its drives are those that focus best."
+        if for_fingers and second_finger_db is not None and second_finger_db < NOTICED_DB:
+            told += (
+                " They do not focus (another finger 20 mm away gets "
+                f"{_less(second_finger_db)} at the median) and are quieter for trying. "
+                "`--for fingers`, or a board file without [focus], gives one finger alone the "
+                "loudest drive."
+            )
     elif misled:
         told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
     else:
