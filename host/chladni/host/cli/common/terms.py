@@ -6,7 +6,8 @@ A key that is not here keeps its own words; its unit, if its end is one, goes to
 from __future__ import annotations
 
 UNITS = {
-    "mm": "mm", "mm2": "mm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms", "us": "µs", "s": "s",
+    "mm": "mm", "mm2": "mm²", "cm2": "cm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms",
+    "us": "µs", "s": "s",
     "deg": "°", "g": "g", "ma": "mA", "k": "K", "m_s2": "m/s²", "mh": "mH", "ohm": "Ω",
     "n_per_mm3": "N/mm³", "n_per_mm": "N/mm", "n_per_a": "N/A", "n": "N", "m": "m", "usd": "US$",
     "um_per_n": "µm/N",
@@ -47,8 +48,9 @@ WORDS = {
     "force": "force over the drawn one",
     "dead": "makes no force",
     "told": "determined by the readings",
-    "score": "score: what [design.weights] adds up, dB",
-    "robust_score": "score within tolerances, dB",
+    "score": "score as drawn: what [design.weights] add up to, dB",
+    "robust_score": "score within tolerances, by which boards are compared, dB",
+    "plate_and_magnets_g": "mass of plate and magnets",
     "beside_mm": "fingers lie beside their places",
     "unfelt": "share that feels nothing of the others, at rest",
     "unfelt_pressing": "share that feels nothing of the others, pressing",
