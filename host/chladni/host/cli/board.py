@@ -18,6 +18,7 @@ from chladni.drives.scoring.board_score import PITCH, BoardScore, score_board
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore, score_fingers
+from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.small_amplitude import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
@@ -233,26 +234,32 @@ def board_sensitivity(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what each part's tolerance does to the focus, the largest effect first."""
+    """Show what each part's tolerance does, the largest effect first.
+
+    To the focus; on a board with [fingers] to what two of them get.
+    """
     check_figure(figure)
     loaded = load_board(board)
     loaded = on_less(loaded) if default_objective(loaded) == "focus" else loaded
     started = time.perf_counter()
     with progress_bar("boards") as progress:
-        influences = sensitivity(loaded, seed=seed, progress=progress)
+        of_parts = sensitivity if loaded.fingers is None else fingers_sensitivity
+        influences = of_parts(loaded, seed=seed, progress=progress)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
         from chladni.host.figures.boards import sensitivity_figure  # noqa: PLC0415
 
         write_figure(sensitivity_figure(loaded.name, influences), figure)
+    # Of one finger or of several: each has numbers that the other has not.
+    rows = [{k: v for k, v in asdict(one).items() if v is not None} for one in influences]
     result = {
         "verdict": of_tolerances(influences, None if loaded.measured else board),
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),
         "error_estimate": fields.error_estimate,
         "tolerance_met": fields.tolerance_met,
-        "parameters": [asdict(one) for one in influences],
+        "parameters": rows,
         "seconds": time.perf_counter() - started,
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts within their tolerances")

@@ -261,13 +261,19 @@ def of_table(
 
 def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
     """What of a board is worth measuring first, and what tells it; no name, and nothing does."""
-    first = max(influences, key=lambda one: max(one.level_db, -one.second_finger_db))
+
+    def lost(one: Influence) -> float:
+        db = one.second_finger_db if one.isolation_db is None else one.isolation_db
+        return -(db or 0.0)
+
+    first = max(influences, key=lambda one: max(one.level_db, lost(one)))
     own = (
         f"Measure {first.name} first: within its tolerance ({first.tolerance}) it changes levels "
         f"by up to {first.level_db:.1f} dB"
     )
-    if first.second_finger_db < 0.0:
-        own += f" and takes up to {-first.second_finger_db:.1f} dB from other fingers' silence"
+    if lost(first) > 0.0:
+        what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
+        own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
     by = f" `chladni calibrate --board {name}` finds it." if told else ""
     return f"{own}.{by}"
