@@ -71,6 +71,7 @@ WORDS = {
     "envelope_error_db": "envelope off by, at 95 of 100 points at most",
     "fewest_waiting": "fewest samples that waited on the device",
     "latency_ms": "time from touch to first duty",
+    "report_ms": "of which until the panel reports the touch",
     "settled": "settled (1: the table's drive)",
     "target_mm": "finger at",
     "at_ms": "at",
