@@ -146,6 +146,7 @@ WORDS = {
 }
 UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({
+    "room_for",
     "price_usd",
     "details", "evaluations", "seed", "diffraction_spot_mm",
     "steps_before", "steps_after", "steps_within", "sections", "measured_regions",

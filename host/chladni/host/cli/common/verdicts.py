@@ -11,6 +11,7 @@ from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
+MOST_COILS = max(own.channels for own in CHIPS.values())
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
@@ -136,6 +138,12 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     spacing = score.coil_spacing_mm
     if spacing is None or spacing > WIDE_MM:
         coils = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
+        if score.room_for > MOST_COILS:
+            return told + (
+                f"Coils about 12 mm apart would be {score.room_for} on this board, and a chip "
+                f"drives {MOST_COILS}: take a smaller board, or one for several fingers "
+                "(docs/fingers.md), whose coils may be as far apart."
+            )
         told += (
             f"Instead of {coils} take coils about 12 mm apart, more of them or a board as much "
             "smaller; `chladni design` finds the sheet and the foam for them."
