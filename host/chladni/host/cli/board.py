@@ -55,6 +55,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
+from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.common.verdicts import of_board, of_prices, of_tolerances, price_text
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
@@ -73,6 +74,7 @@ from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB
 
+OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
@@ -187,8 +189,7 @@ def board_score(
         write_figure(score_figure(loaded, score, verdict), figure)
     result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
-    keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
-    result["two_fingers"] = {key: asdict(two)[key] for key in keys} if two else None
+    result["two_fingers"] = {key: asdict(two)[key] for key in OF_TWO} if two else None
     if built:
         with progress_bar("steps") as progress:
             found = score_as_built(
@@ -203,7 +204,8 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
-    answer(result, as_json=as_json, title=f"{loaded.name}: a finger alone, and two")
+    title = f"{loaded.name}: a finger alone, and two"
+    answer(result if as_json else of_loudest(result), as_json=as_json, title=title)
 
 
 def _tried(board: Board, score: BoardScore) -> list[Remedy]:
@@ -234,10 +236,7 @@ def board_sensitivity(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what each part's tolerance does, the largest effect first.
-
-    To the focus; on a board with [fingers] to what two of them get.
-    """
+    """Show what each part's tolerance does to the focus, or with [fingers] to what two get."""
     check_figure(figure)
     loaded = load_board(board)
     loaded = on_less(loaded) if default_objective(loaded) == "focus" else loaded

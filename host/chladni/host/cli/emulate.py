@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from chladni.host.emulation.closed_loop import LoopReport
     from chladni.host.emulation.touches import TouchScore
 
-ANSWERED = ("latency_ms", "report_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
+ANSWERED = ("latency_ms", "reported_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
 SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "finger_um")
 """Of every touch, to people."""
@@ -150,20 +150,20 @@ def emulate(
     else:
         recording, alone = run_alone(loaded, owner, events, run_ms, level=level)
         told = of_place(alone.card, frequency_hz=owner.drive.frequency_hz, for_fingers=True)
-        result = {"latency_ms": alone.latency_ms, "report_ms": alone.report_ms}
+        result = {"latency_ms": alone.latency_ms, "reported_ms": alone.reported_ms}
         result |= {"target_mm": list(alone.target_mm)}
         result |= alone.card.by_key() | {"objective": "only responses"}
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
-    _say_of_the_panel(owner, result["report_ms"])
+    _say_of_the_panel(owner, result["reported_ms"])
     result = {"verdict": told} | result | {"path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
 
 
-def _say_of_the_panel(board: Board, report_ms: float) -> None:
-    if board.panel is not None and report_ms > board.panel.report_ms + 1.0:
+def _say_of_the_panel(board: Board, reported_ms: float) -> None:
+    if board.panel is not None and reported_ms > board.panel.report_ms + 1.0:
         say(
-            f"the panel was just powered on and reported the first touch after {report_ms:.1f} ms; "
-            f"@{PANEL_RUNS_MS:g} or later is a touch on a running panel"
+            "the panel was just powered on and reported the first touch after "
+            f"{reported_ms:.1f} ms; @{PANEL_RUNS_MS:g} or later is a touch on a running panel"
         )
 
 

@@ -5,6 +5,8 @@ A key that is not here keeps its own words; its unit, if its end is one, goes to
 
 from __future__ import annotations
 
+from typing import Any
+
 UNITS = {
     "mm": "mm", "mm2": "mm²", "cm2": "cm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms",
     "us": "µs", "s": "s",
@@ -36,6 +38,15 @@ WORDS = {
     "static_um": "steady deflection by the coils' bias",
     "finger_load": "pressing adds",
     "level_db": "level",
+    "of_loudest_db": "level, of the loudest that the coils' limits allow there",
+    "neighbours": "magnets all the same way up",
+    "lateral_n": "largest push along the plate",
+    "held_n_per_mm": "stiffness that holds them",
+    "link": "link protocol",
+    "supply_ma": "drawn from the supply",
+    "expected_ma": "expected",
+    "full_current_ma": "current at full duty",
+    "supply_limit_ma": "limit of all coils together",
     "isolation_db": "own signal over its share at the others",
     "two_fingers": "two fingers pressing, 16 mm apart or more",
     "fingers_2_db": "two fingers pressing, own signal over its share at the other",
@@ -71,7 +82,7 @@ WORDS = {
     "envelope_error_db": "envelope off by, at 95 of 100 points at most",
     "fewest_waiting": "fewest samples that waited on the device",
     "latency_ms": "time from touch to first duty",
-    "report_ms": "of which until the panel reports the touch",
+    "reported_ms": "of which until the panel reports the touch",
     "settled": "settled (1: the table's drive)",
     "target_mm": "finger at",
     "at_ms": "at",
@@ -153,6 +164,18 @@ LEFT_OUT = frozenset({
     "measured_between", "sfdr_db", "edge_sfdr_db", "um_per_newton", "full_amperes",
 })  # fmt: skip
 """For programs, which have them by --json: what takes a page of docs to mean anything."""
+
+
+def of_loudest(result: dict[str, Any]) -> dict[str, Any]:
+    """A result in which several fingers' levels say what they are levels of.
+
+    Under one finger `level_db` is a change; programs know both by that key.
+    """
+    name = {"level_db": "of_loudest_db"} if "isolation_db" in result else {}
+    return {
+        name.get(key, key): of_loudest(value) if isinstance(value, dict) else value
+        for key, value in result.items()
+    }
 
 
 def words_of(key: str) -> str:
