@@ -36,6 +36,7 @@ def test_the_pins_make_the_field_the_table_promised(
         assert abs(channel.phase_error_deg) < 0.5
     # The panel reports every 10 ms; its bus, the main loop and the interrupt take the rest.
     assert 7.0 <= report.latency_ms < 8.0
+    assert 0.0 < report.latency_ms - report.reported_ms < 1.0
     assert recording.duty.shape[1] == 5
 
 

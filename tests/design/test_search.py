@@ -13,6 +13,7 @@ import tomlkit
 
 from chladni.design.evaluate import (
     COARSE,
+    FINGER_SETS,
     NO_NUMBER_DB,
     Evaluation,
     completed_board,
@@ -26,6 +27,7 @@ from chladni.design.variables import filled
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.sim.board.file import load_board
 from conftest import CommandLine, made_once
 from made_specs import small
@@ -118,6 +120,43 @@ def test_a_search_that_was_stopped_goes_on(
     assert again.evaluations == whole[0].evaluations
 
 
+def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
+    whole: tuple[Design, list[float]], tmp_path: Path
+) -> None:
+    """No time is left for more than the layouts that a search begins with; then for all."""
+    kept = tmp_path / "kept"
+    few = spec_of(small(design={"evaluations": 7}))
+    steps: list[tuple[int, int]] = []
+    found = design(
+        few,
+        jobs=1,
+        samples=1,
+        minutes=0.0,
+        partial_file=kept,
+        progress=lambda *step: steps.append(step),
+    )
+    assert found.evaluations < 7
+    # The last few boards, which are scored again, are told too.
+    assert steps[-1][0] == steps[-1][1] > found.evaluations
+    boards = kept.read_text(encoding="utf-8").count('"board ')
+    more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
+    assert more.best == whole[0].best
+    assert kept.read_text(encoding="utf-8").count('"board ') == more.evaluations > boards
+
+
+def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:
+    spec = spec_of(small(design={"weights": {"fingers_2_db": 1.0}}, finger="none"))
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -9.0]}, {"name": "b", "at_mm": [0.0, 9.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    found = evaluate(spec, document, SEED)
+    board = completed_board(document, COARSE)
+    (two,) = score_fingers(board, [2], sets=FINGER_SETS, samples=1, seed=SEED).counts
+    assert found.score == pytest.approx(two.isolation_db.p10, abs=1e-9)
+    assert found.robust_score == found.terms["fingers_2_db"] != found.score
+
+
 def test_a_search_of_few_choices_goes_on(tmp_path: Path) -> None:
     """Four draws of two thicknesses: a checkpoint that had one of them twice could not be read."""
     plate = {"thickness_mm": {"any": [0.2, 0.4]}}
@@ -205,7 +244,6 @@ def test_the_command_writes_a_board_that_scores_as_said(
     tmp_path: Path, chladni: CommandLine
 ) -> None:
     spec, out, front = tmp_path / "s.toml", tmp_path / "own.toml", tmp_path / "front"
-    front.mkdir()
     coils = {"coils": {"from": 1, "to": 2}, "evaluations": 4}
     spec.write_text(tomlkit.dumps(small(design=coils)), encoding="utf-8")
     done = chladni(

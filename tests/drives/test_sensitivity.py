@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from chladni.drives.scoring.sensitivity import MODULUS, THICKNESS, sensitivity
 from chladni.drives.scoring.tolerances import FORCE
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import shipped_boards
 from chladni.sim.board.foundation import Foundation
 from chladni.sim.board.parts import Image, Spring
 from conftest import CommandLine
@@ -27,7 +29,7 @@ def test_far_below_its_modes_a_board_is_as_soft_as_its_bending_stiffness(prototy
     modulus = found["Young's modulus"].level_db
     assert modulus == pytest.approx(-20.0 * np.log10(1.0 - MODULUS), abs=0.01)
     for name in ("thickness", "Young's modulus", "loss factor", "magnets' mass"):
-        assert abs(found[name].ssim) < 1e-3
+        assert found[name].ssim == pytest.approx(0.0, abs=1e-3)
     for name in ("loss factor", "magnets' mass"):
         assert found[name].level_db < 0.01
     assert found["coils' forces"].level_db > 0.0
@@ -88,3 +90,21 @@ def test_the_command_sorts_and_draws(chladni: CommandLine, tmp_path: Path) -> No
     assert answer.json["verdict"].startswith(f"Measure {first['name']} first: within its tolerance")
     refused = chladni("board", "sensitivity", "paper", "--figure", tmp_path / "s.txt")
     assert refused.code == 2
+
+
+def test_a_board_for_fingers_is_rated_by_what_two_of_them_get(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """All coils weaker or stronger by up to 5 %: a level by no more than all at once, twice."""
+    copy = tmp_path / "own.toml"
+    text = shipped_boards()["phone5"].read_text(encoding="utf-8")
+    copy.write_text(re.sub("points = .*", "points = [36, 73]", text), encoding="utf-8")
+    answer = chladni("board", "sensitivity", copy, "--figure", tmp_path / "s.png", "--json")
+    rows = answer.json["parameters"]
+    assert rows[0].keys() == {"name", "tolerance", "level_db", "isolation_db"}
+    lost = [row["isolation_db"] for row in rows]
+    assert lost == sorted(lost)
+    assert lost[0] < -1.0
+    (forces,) = [row for row in rows if row["name"] == "coils' forces"]
+    assert 0.0 < forces["level_db"] < 4.0 * 20.0 * np.log10(1.0 + FORCE)
+    assert "from two fingers' isolation" in answer.json["verdict"]

@@ -38,6 +38,9 @@ def test_it_answers_with_the_keys_of_the_contract(chladni: CommandLine, tmp_path
 def test_people_read_a_table(chladni: CommandLine) -> None:
     answer = chladni("fingers", STRIP, *FEW, "--fingers", "2", "--no-perturbed")
     assert answer.code == 0, answer.err
+    words = " ".join(answer.out.replace("│", " ").split())
+    assert "level, of the loudest" in words
+    assert "100 fingers, while they rest, do not feel the others' signals" in words
     assert "own signal over" in answer.out
     assert "rows" not in answer.out
 

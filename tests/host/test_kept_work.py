@@ -163,3 +163,19 @@ def test_where_there_is_no_bar_long_work_is_told_in_lines(
         "chladni: boards: 11 of 25, about 112 s are left",
         "chladni: boards: 19 of 25, about 48 s are left",
     ]
+
+
+def test_what_comes_before_the_first_piece_is_not_counted_for_the_others(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A minute of layouts, 5 of 12 boards from an earlier run; then other work, 10 s a piece."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("boards") as progress:
+        for seconds, done, total in ((60.0, 5, 12), (2.0, 6, 12), (70.0, 12, 15), (10.0, 13, 15)):
+            now[0] += seconds
+            progress(done, total)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: boards: 6 of 12, about 12 s are left",
+        "chladni: boards: 13 of 15, about 20 s are left",
+    ]

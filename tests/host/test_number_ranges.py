@@ -42,7 +42,7 @@ NEEDED: dict[str, list[str]] = {
 """Of the commands that refuse some numbers only once the rest is right, the rest."""
 NONE_LIKE_IT = [math.nan, math.inf, 1e300, -1.0, 1e-300, 10**30, -1]
 MAY_BE_TINY = {"lift", "ms", "seconds", "level", "quieter_from_mm", "quieter_db", "silent_from_mm",
-               "floor_um", "beside"}  # fmt: skip
+               "floor_um", "beside", "minutes"}  # fmt: skip
 """What is next to zero is as good as any other there."""
 MAY_BE_NEGATIVE = {"level_db"}
 COMMANDS = typer.main.get_command(app)

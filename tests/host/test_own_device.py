@@ -254,6 +254,16 @@ def test_a_board_without_pins_or_with_others_than_the_chip_has_is_refused(
         assert words in " ".join(done.err.split()), done.err
 
 
+def test_a_device_that_becomes_another_boards_is_remarked_on(chladni: CommandLine) -> None:
+    at = ("--board", "phone5", "--emulator", "--yes")
+    done = chladni("device", "config", "set", "--from", "strip5", *at)
+    assert done.code == 0
+    assert "the device was set for phone5, and this sets it for strip5: wrong pins" in done.err
+    assert "was set for" not in chladni("device", "config", "set", "--from", "phone5", *at).err
+    none = chladni("device", "config", "set", "--from", "nosuch", *at)
+    assert (none.code, "--from: expected a board file" in none.err) == (2, True)
+
+
 def test_a_pulse_that_is_longer_than_the_file_says_is_told_why(chladni: CommandLine) -> None:
     """A switch's current stops below `least_duty`; a bridge's does not."""
     template = ROOT / "boards" / "template.toml"

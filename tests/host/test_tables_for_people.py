@@ -113,3 +113,12 @@ def test_a_design_says_which_finger_gets_more(db: float, words: str) -> None:
     }
     about = _about_entry(Entry({}, Evaluation(1.0, 1.0, None, terms)))
     assert words in " ".join(about)
+
+
+def test_a_device_s_rows_say_what_they_are(chladni: CommandLine) -> None:
+    out = chladni("device", "info", "--emulator").out
+    assert "coils draw now" in out
+    assert "link protocol" in out
+    assert "drawn from the supply 4" in " ".join(
+        chladni("device", "self-test", "--emulator", "--board", "strip5").out.split()
+    )

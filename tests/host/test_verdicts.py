@@ -83,6 +83,7 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
     [
         (48.0, None, "Instead of coils 48 mm apart take coils about 12 mm apart"),
         (None, None, "Instead of one coil"),
+        (90.0, None, "Coils about 12 mm apart would be 89 on this board, and a chip drives 16"),
         (12.0, None, ""),
         (48.0, 5.25, "Tried on it: softer foam makes that 5.2 dB less."),
         (12.0, 1.5, "Tried on it: softer foam helps most, 1.5 dB less, which does not do."),
@@ -92,14 +93,17 @@ def test_a_small_board_is_judged_by_the_farthest_finger_that_fits() -> None:
 def test_what_would_help_was_tried(spacing: float | None, tried: float | None, words: str) -> None:
     def told(level: float, *, for_fingers: bool = False) -> str:
         score: Any = SimpleNamespace(
-            **vars(statistics(level, level)), coil_spacing_mm=spacing, perturbed=None
+            **vars(statistics(level, level)),
+            coil_spacing_mm=spacing,
+            room_for=89 if spacing == 90.0 else 12,
+            perturbed=None,
         )
         two: Any = SimpleNamespace(isolation_db=spread(31.0, 12.0))
         remedies = [] if tried is None else [Remedy("softer foam", tried), Remedy("none", -9.0)]
         return of_board(score, two, frequency_hz=160.0, for_fingers=for_fingers, tried=remedies)
 
     assert words in told(0.0)
-    assert ("Instead" in told(0.0)) == (spacing != 12.0 and tried != 5.25)
+    assert ("Instead" in told(0.0)) == (spacing not in (12.0, 90.0) and tried != 5.25)
     assert "two pressing fingers 31 dB apart at the median, 12 at the worst tenth" in told(0.0)
     # A board that focuses needs no help, and one for several fingers begins with them.
     assert told(9.0).endswith("12 at the worst tenth.")
@@ -145,6 +149,13 @@ def test_methods_effects_designs_and_tables_are_summed_up() -> None:
     told = of_design(found | {"fingers_um": 1.62}, for_fingers={2: 41.2})
     assert "2 fingers 41 dB apart at nine of ten places, at 1.6 µm or more each. One" in told
     assert "Its drives are those that focus best" in of_table("focus", 0, 9)
+    of_both = of_table("focus", 0, 9, second_finger_db=-0.4, for_fingers=True)
+    assert (
+        "another finger 20 mm away gets 0.4 dB more at the median) and are quieter for trying"
+        in of_both
+    )
+    assert "quieter" not in of_table("focus", 0, 9, second_finger_db=9.0, for_fingers=True)
+    assert "quieter" not in of_table("focus", 0, 9, second_finger_db=-0.4)
     assert "At 3 of 9 places its maximum" in of_table("ssim", 3, 9)
     assert "best at contrast" in of_table("contrast", 0, 9)
 

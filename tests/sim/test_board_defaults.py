@@ -217,6 +217,12 @@ def test_a_board_is_found_without_its_ending(
         load_board("other")
 
 
+def test_a_missing_value_whose_name_says_little_is_explained() -> None:
+    panel = {"place": "beside", "controller": "gt911"}
+    with pytest.raises(InputError, match=r"panel.pixels is required: how many places"):
+        board_from_document(tomllib.loads(SMALLEST) | {"name": "own", "panel": panel})
+
+
 def test_a_key_in_another_block_is_told_where_it_goes() -> None:
     with pytest.raises(InputError) as caught:
         board_from_document(set_key("drive.rms_voltage", 1.0))

@@ -19,6 +19,7 @@ from chladni.calibration.unknowns import Unknowns
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.scoring.tolerances import with_moved_coils
 from chladni.sim.board.board import Board
+from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.induced import OpenCoils
@@ -195,7 +196,10 @@ class _Parts:
             return 0.0
         moves = np.zeros((len(self._at), 2))
         moves[coil, axis] = MOVE
-        after = magnetic_coupling(with_moved_coils(self._board, moves))
+        try:
+            after = magnetic_coupling(with_moved_coils(self._board, moves))
+        except InputError:  # windings that touch
+            return 0.0
         assert after is not None
         felt = (after.forces - before.forces).T @ self._at
         for own, slopes in zip((0, 1), self._slopes, strict=True):

@@ -33,6 +33,7 @@ UNFIT = -1000.0
 """Score of a board that a limit forbids, less a thousand times how far it is beyond."""
 FINGER_SETS = 8
 """Sets of fingers on each drawn board."""
+Terms = Mapping[str, float]
 TOO_WEAK = 3.0
 """dB of score for each dB that the finger gets less than it is to."""
 
@@ -117,23 +118,28 @@ def evaluate_in_full(
     return weighed(spec, board, score, costly_terms(spec, board, samples, seed)), score
 
 
-def costly_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
-    """What is left of a board as built and with several fingers, where a SPEC weighs that."""
-    return _built_terms(spec, board, samples, seed) | _finger_terms(spec, board, samples, seed)
+def costly_terms(spec: Spec, board: Board, samples: int, seed: int) -> tuple[Terms, Terms]:
+    """What is left of a board as built and with several fingers, where a SPEC weighs that.
+
+    On the nominal board, and within tolerances; as built is always the latter.
+    """
+    built = _built_terms(spec, board, samples, seed)
+    nominal, robust = _finger_terms(spec, board, samples, seed)
+    return {**built, **nominal}, {**built, **robust}
 
 
-def _finger_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
+def _finger_terms(spec: Spec, board: Board, samples: int, seed: int) -> tuple[Terms, Terms]:
     counts = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
     if not counts and FINGER_LEVEL not in spec.weights:
-        return {}
-    found = dict.fromkeys((*FINGER_TERMS, FINGER_LEVEL), NO_NUMBER_DB)
+        return {}, {}
+    nominal, robust = (dict.fromkeys((*FINGER_TERMS, FINGER_LEVEL), NO_NUMBER_DB) for _ in range(2))
     sets = FINGER_SETS * samples
     for own in score_fingers(board, counts or [2], sets=sets, samples=samples, seed=seed).counts:
-        kept = own.perturbed
-        assert kept is not None
-        found[f"fingers_{own.fingers}_db"] = kept.isolation_db.p10
-        found[FINGER_LEVEL] = _micrometres_db(kept.finger_um.p10 if kept.finger_um else 0.0)
-    return found
+        assert own.perturbed is not None
+        for found, kept in ((nominal, own), (robust, own.perturbed)):
+            found[f"fingers_{own.fingers}_db"] = kept.isolation_db.p10
+            found[FINGER_LEVEL] = _micrometres_db(kept.finger_um.p10 if kept.finger_um else 0.0)
+    return nominal, robust
 
 
 def _built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str, float]:
@@ -147,10 +153,13 @@ def _built_terms(spec: Spec, board: Board, samples: int, seed: int) -> dict[str,
     }
 
 
-def weighed(spec: Spec, board: Board, score: BoardScore, more: Mapping[str, float]) -> Evaluation:
+def weighed(spec: Spec, board: Board, score: BoardScore, more: tuple[Terms, Terms]) -> Evaluation:
     """A board's score by the weights of a SPEC; `more` as of `costly_terms`."""
     assert score.perturbed is not None
-    nominal, robust = ({**terms_of(board, one), **more} for one in (score, score.perturbed))
+    nominal, robust = (
+        {**terms_of(board, one), **own}
+        for one, own in zip((score, score.perturbed), more, strict=True)
+    )
     floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 

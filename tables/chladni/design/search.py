@@ -14,7 +14,7 @@ import json
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product, zip_longest
 from pathlib import Path
@@ -102,6 +102,7 @@ def design(
     scheduler: str | None = None,
     partial_file: Path | None = None,
     samples: int = SAMPLES,
+    minutes: float | None = None,
     progress: Progress | None = None,
     on_board: OnBoard | None = None,
 ) -> Design:
@@ -112,11 +113,15 @@ def design(
     jobs, scheduler
         Processes here, or a Dask scheduler's workers. The result does not depend on them.
     partial_file
-        Checkpoint, with which a search goes on; it stays until `remove_checkpoint` is called.
+        Checkpoint, with which a search goes on, with other `evaluations` too; it stays until
+        `remove_checkpoint` is called.
     samples
         Drawn boards by which the last few are compared.
+    minutes
+        After which no more boards are drawn; the first layouts and the last few are scored anyway.
     progress
-        Called with (done, all) of the evaluations, after each. What it raises ends the search.
+        Called with (done, all) of the evaluations, after each; of the last few, `all` is larger.
+        What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
 
@@ -126,16 +131,20 @@ def design(
         No board can be what the SPEC asks for; names what stands in the way of the nearest.
     """
     started = time.perf_counter()
-    key = {"design": _digest(asdict(spec)), "seed": seed}
+    ends = np.inf if minutes is None else started + 60.0 * minutes
+    # No board's own score depends on how many are looked at.
+    alike = replace(spec, settings=replace(spec.settings, evaluations=1))
+    key = {"design": _digest(asdict(alike)), "seed": seed}
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
         run = _Run(spec, seed, workers, kept, progress, on_board)
-        run.search()
-        found = run.front()
+        run.search(started, ends)
+        found, finished = run.front(), []
         in_full = partial(evaluate_in_full, spec, seed, samples)
         scored = workers.map(in_full, [one.document for one in found])
-        finished = [
-            (Entry(one.document, own), full) for one, (own, full) in zip(found, scored, strict=True)
-        ]
+        for one, (own, full) in zip(found, scored, strict=True):
+            finished.append((Entry(one.document, own), full))
+            if progress:
+                progress(run.looked_at + len(finished), run.looked_at + len(found))
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     return Design(
         best,
@@ -169,8 +178,8 @@ class _Run:
         """Boards so far."""
         return len(self._seen)
 
-    def search(self) -> None:
-        """Look at as many boards as the SPEC allows."""
+    def search(self, started: float, ends: float) -> None:
+        """Look at as many boards as the SPEC and the time allow; the two are clock readings, s."""
         spec = self._spec
         if not spec.places_are_free and all(isinstance(one, Choice) for one in spec.variables):
             count = int(np.prod([one.most + 1.0 for one in spec.variables]))
@@ -184,7 +193,9 @@ class _Run:
             last = round(number * share)
             for turn, start in enumerate(own):
                 left = last - self.looked_at
-                self._climb(start, left // (len(own) - turn), turn)
+                part = (number - 1 + (turn + 1) / len(own)) / len(starts)
+                until = started + part * (ends - started)
+                self._climb(start, left // (len(own) - turn), turn, until)
 
     def front(self) -> list[Entry]:
         """Boards that are not worse than another in every goal, and the best few."""
@@ -244,8 +255,8 @@ class _Run:
         scores = self._look(points)
         return [points[k] for k in np.argsort([-one for one in scores], kind="stable")]
 
-    def _climb(self, start: Point, evaluations: int, turn: int) -> None:
-        """CMA-ES from a point, over so many boards."""
+    def _climb(self, start: Point, evaluations: int, turn: int, until: float) -> None:
+        """CMA-ES from a point, over so many boards, until a reading of the clock."""
         # It brings scipy.stats, which takes a third of a second to load.
         import cma  # noqa: PLC0415
 
@@ -272,7 +283,7 @@ class _Run:
         begin = [*at.tolist(), *[0.5] * idle]
         own = cma.CMAEvolutionStrategy(begin, 1.0, options)
         last = self.looked_at + evaluations
-        while self.looked_at < last and not own.stop():
+        while self.looked_at < last and time.perf_counter() < until and not own.stop():
             asked = self._fitting(own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
             scores = [-score for score in self._look(points)]

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from chladni.drives.scoring.best_drives import load_spreads, surveyed
 from chladni.drives.scoring.felt import disagreement, felt, remark, ssim_and_focal_error
-from chladni.drives.scoring.scorecard import focuses
+from chladni.drives.scoring.scorecard import FAR_FINGER, focuses
 from chladni.drives.scoring.spread import Spread
+from chladni.sim.image import metrics
 from chladni.tables.one_frequency import OneFrequency
 
 
@@ -21,6 +24,8 @@ class FeltSurvey:
         How many were surveyed.
     finger_um, sensation_db
         Over the places; None on a board without a coil, or outside 40 to 800 Hz.
+    second_finger_20mm_db
+        Over the places: what another finger 20 mm away or more gets less, at rest.
     full_volts
         The least of the places; None on a board without a coil.
     finger_load
@@ -36,6 +41,7 @@ class FeltSurvey:
     places: int
     finger_um: Spread | None
     sensation_db: Spread | None
+    second_finger_20mm_db: Spread
     full_volts: float | None
     finger_load: dict[str, Spread]
     ssim_pressed: Spread
@@ -65,6 +71,15 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         (felt(problem, drive), ssim_and_focal_error(problem, drive))
         for problem, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
     ]
+    discs = metrics.FingertipDiscs(drives.solved.board.x, drives.solved.board.y)
+    fields = [
+        np.tensordot(drive, one.transfer, axes=1)
+        for one, drive in zip(problems, drives.synchronised.drives[chosen], strict=True)
+    ]
+    others = [
+        discs.second_finger_db(field, one.place, [FAR_FINGER])[0]
+        for one, field in zip(problems, fields, strict=True)
+    ]
     levels = [one.finger_um for one, _ in found if one.finger_um is not None]
     sensed = [one.sensation_db for one, _ in found if one.sensation_db is not None]
     volts = [one.full_volts for one, _ in found if one.full_volts is not None]
@@ -80,6 +95,7 @@ def survey_of(drives: OneFrequency) -> FeltSurvey:
         places=len(found),
         finger_um=Spread.of(levels) if levels else None,
         sensation_db=Spread.of(sensed) if sensed else None,
+        second_finger_20mm_db=Spread.of(others),
         full_volts=min(volts) if volts else None,
         finger_load=load_spreads([one.finger_load for one, _ in found]),
         ssim_pressed=Spread.of([score[0] + one.finger_load.ssim for one, score in found]),

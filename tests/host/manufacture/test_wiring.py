@@ -20,6 +20,7 @@ from chladni.host.manufacture.wiring.channels import channels
 from chladni.host.manufacture.wiring.figure import wiring_figure
 from chladni.host.manufacture.wiring.parts import parts_list
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.sim.board.gpio import CHIPS
 from conftest import ROOT, CommandLine
 from wired_boards import board_with, with_bridges
@@ -169,6 +170,18 @@ def test_the_command_draws_and_lists(chladni: CommandLine, tmp_path: Path) -> No
     )
     assert "GPIO 15" in texts_of(drawing)
     assert "top-left" in chladni("board", "wiring", "prototype", "-o", drawing).out
+
+
+def test_a_supply_and_its_fuse_say_what_they_are_for() -> None:
+    """On phone5 five coils at full duty stay below the limit, and 4 A of fuse protect no 2.5 A."""
+    phone, own = (
+        {part.part: part.why for part in parts_list(load_board(name))}
+        for name in ("phone5", "prototype")
+    )
+    assert phone["supply"].startswith("1.87 A with all coils at full duty, and 500 mA")
+    assert own["supply"].startswith("1.67 A in the crest of a wave, 1 A mean, and 500 mA")
+    assert "this one limits itself before" in phone["fuse, slow"]
+    assert "limits" not in own["fuse, slow"]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from chladni.drives.scoring.board_score import PITCH, BoardScore, score_board
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore, score_fingers
+from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.small_amplitude import soft_wave
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.solve import check_request
@@ -54,6 +55,7 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import PITCHES, within
+from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.common.verdicts import of_board, of_prices, of_tolerances, price_text
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
@@ -72,6 +74,7 @@ from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB
 
+OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
@@ -186,8 +189,7 @@ def board_score(
         write_figure(score_figure(loaded, score, verdict), figure)
     result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
-    keys = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
-    result["two_fingers"] = {key: asdict(two)[key] for key in keys} if two else None
+    result["two_fingers"] = {key: asdict(two)[key] for key in OF_TWO} if two else None
     if built:
         with progress_bar("steps") as progress:
             found = score_as_built(
@@ -202,7 +204,8 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
-    answer(result, as_json=as_json, title=f"{loaded.name}: a finger alone, and two")
+    title = f"{loaded.name}: a finger alone, and two"
+    answer(result if as_json else of_loudest(result), as_json=as_json, title=title)
 
 
 def _tried(board: Board, score: BoardScore) -> list[Remedy]:
@@ -233,26 +236,29 @@ def board_sensitivity(
     large: LargeOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what each part's tolerance does to the focus, the largest effect first."""
+    """Show what each part's tolerance does to the focus, or with [fingers] to what two get."""
     check_figure(figure)
     loaded = load_board(board)
     loaded = on_less(loaded) if default_objective(loaded) == "focus" else loaded
     started = time.perf_counter()
     with progress_bar("boards") as progress:
-        influences = sensitivity(loaded, seed=seed, progress=progress)
+        of_parts = sensitivity if loaded.fingers is None else fingers_sensitivity
+        influences = of_parts(loaded, seed=seed, progress=progress)
     fields = solved_board(loaded).fields
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
         from chladni.host.figures.boards import sensitivity_figure  # noqa: PLC0415
 
         write_figure(sensitivity_figure(loaded.name, influences), figure)
+    # Of one finger or of several: each has numbers that the other has not.
+    rows = [{k: v for k, v in asdict(one).items() if v is not None} for one in influences]
     result = {
         "verdict": of_tolerances(influences, None if loaded.measured else board),
         "name": loaded.name,
         "places": min(PLACES, region_grid(loaded).count),
         "error_estimate": fields.error_estimate,
         "tolerance_met": fields.tolerance_met,
-        "parameters": [asdict(one) for one in influences],
+        "parameters": rows,
         "seconds": time.perf_counter() - started,
     }
     answer(result, as_json=as_json, title=f"{loaded.name}: parts within their tolerances")

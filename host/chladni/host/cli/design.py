@@ -34,6 +34,7 @@ from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
 
 TOML = (".toml",)
+MOST_MINUTES = 100_000.0
 
 
 def register(app: typer.Typer) -> None:
@@ -51,7 +52,8 @@ def design_board(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Board file to write (.toml).")],
     front: Annotated[
-        Path | None, typer.Option(help="Folder for the boards of the front, a file each.")
+        Path | None,
+        typer.Option(help="Folder for the boards of the front, a file each; made if need be."),
     ] = None,
     figure: FigureOption = None,
     samples: Annotated[
@@ -61,6 +63,14 @@ def design_board(
             help="Drawn boards by which the last few are compared.",
         ),
     ] = SAMPLES,
+    minutes: Annotated[
+        float | None,
+        typer.Option(
+            callback=within(0.0, MOST_MINUTES),
+            help="After which no more boards are drawn; the last few are then compared. What an "
+            "interrupted search kept counts.",
+        ),
+    ] = None,
     seed: SeedOption = SEED,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
@@ -74,16 +84,17 @@ def design_board(
     """
     check_output(output, "-o", TOML)
     check_figure(figure)
-    if front is not None and not front.is_dir():
-        raise InputError("--front", str(front), "a folder that is there")
-    if front is not None:
-        check_output(front / f"{output.stem}-1.toml", "--front")
     asked = read_spec(spec)
+    if front is not None:
+        _make_folder(front, output)
 
     def keep(entry: Entry, is_best: bool) -> None:
         if is_best:
-            score = entry.evaluation.robust_score
-            about = [f"Robust score {score:.2f} so far; the search goes on."]
+            about = [
+                "The best board so far. The same command continues the search if it was stopped,",
+                "and with --minutes 0 ends it: with the front, the figure and the full scores.",
+                *_about_entry(entry),
+            ]
             write_whole(output, board_file(completed_board(entry.document), about))
 
     kept = output.with_name(output.name + PARTIAL)
@@ -97,28 +108,46 @@ def design_board(
                 scheduler=scheduler,
                 partial_file=kept,
                 samples=samples,
+                minutes=minutes,
                 progress=progress,
                 on_board=keep,
             )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
         raise (error if is_option else error.in_file(spec)) from None
-    write_whole(output, board_file(found.board, _about(found, spec)))
-    entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
-    if front is not None:
-        for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
-            path = front / f"{output.stem}-{number}.toml"
-            write_whole(path, board_file(completed_board(one.document), _about_entry(one)))
-            entry["path"] = str(path)
+    write_whole(output, board_file(found.board, _about(found, spec, asked)))
+    entries = _written_front(found, front, output.stem)
     if figure is not None:
         from chladni.host.figures.designs import front_figure  # noqa: PLC0415
 
         write_figure(front_figure(found), figure)
     remove_checkpoint(kept)
+    if not as_json:
+        # Beside parts `mass_g` is of one piece.
+        for number, entry in enumerate(entries, 1):
+            entry |= {"plate_and_magnets_g": entry.pop("mass_g"), "name": f"board {number}"}
     result = _result(found, asked, entries, output)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         say(f"`chladni board score {output}` says more.")
+
+
+def _make_folder(front: Path, output: Path) -> None:
+    if not front.parent.is_dir() or (front.exists() and not front.is_dir()):
+        raise InputError("--front", str(front), "a folder, there or in one that is there")
+    front.mkdir(exist_ok=True)
+    check_output(front / f"{output.stem}-1.toml", "--front")
+
+
+def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[str, Any]]:
+    """Numbers of the front's boards, each written to a file where a folder is given."""
+    entries: list[dict[str, Any]] = [dict(one.summary) for one in found.front]
+    if front is not None:
+        for number, (one, entry) in enumerate(zip(found.front, entries, strict=True), 1):
+            path = front / f"{stem}-{number}.toml"
+            write_whole(path, board_file(completed_board(one.document), _about_entry(one)))
+            entry["path"] = str(path)
+    return entries
 
 
 def _say_what_is_missing(spec: Spec, seed: int) -> None:
@@ -132,16 +161,18 @@ def _say_what_is_missing(spec: Spec, seed: int) -> None:
     say_of_coils(board)
 
 
-def _about(found: Design, spec: str) -> list[str]:
+def _about(found: Design, spec: str, asked: Spec) -> list[str]:
     first = f"Answers {Path(spec).name}: the best of {found.evaluations} boards, seed {found.seed}."
-    return [first, *_about_entry(found.best)]
+    most = asked.settings.evaluations
+    more = [f"({most} were asked for, and a round that has begun is finished.)"]
+    return [first, *more * (found.evaluations > most), *_about_entry(found.best)]
 
 
 def _about_entry(entry: Entry) -> list[str]:
     own = entry.summary
     scores = (
         f"Score {entry.evaluation.score:.2f} as drawn, {entry.evaluation.robust_score:.2f} within "
-        "tolerances, where nine of ten places have"
+        "tolerances, by [design.weights]. Within tolerances nine of ten places have"
     )
     several = [
         f"{FINGER_TERMS[name]} fingers {own[name]:.1f} dB" for name in FINGER_TERMS if name in own

@@ -15,7 +15,7 @@ import typer
 
 from chladni.host.cli.common.drive_options import on_less_for
 from chladni.host.cli.common.options import JsonOption, required
-from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place
+from chladni.host.cli.common.output import ARRAYS, answer, check_output, parse_place, say
 from chladni.host.cli.common.ranges import LONGEST_S, TABLE_FREQUENCIES, UDP_PORTS, within
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent, fitting_hardware
@@ -33,11 +33,13 @@ if TYPE_CHECKING:
     from chladni.host.emulation.closed_loop import LoopReport
     from chladni.host.emulation.touches import TouchScore
 
-ANSWERED = ("latency_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
+ANSWERED = ("latency_ms", "reported_ms", "channels", "region", "target_mm", "ssim", "ssim_table")
 """Of a report, in this order."""
 SHOWN = ("at_ms", "target_mm", "settled", "second_finger_db", "focal_error_mm", "finger_um")
 """Of every touch, to people."""
 UNLESS_SERIAL = "Required without --serial."
+PANEL_RUNS_MS = 50.0
+"""From power-on: an FT6x36 looks every 40 ms until it is told to stay awake."""
 DURATIONS = within(0.0, LONGEST_S * 1e3, "ms")
 LEVELS = within(0.0, 1.0, above=True)
 TouchOption = Annotated[
@@ -148,11 +150,21 @@ def emulate(
     else:
         recording, alone = run_alone(loaded, owner, events, run_ms, level=level)
         told = of_place(alone.card, frequency_hz=owner.drive.frequency_hz, for_fingers=True)
-        result = {"latency_ms": alone.latency_ms, "target_mm": list(alone.target_mm)}
+        result = {"latency_ms": alone.latency_ms, "reported_ms": alone.reported_ms}
+        result |= {"target_mm": list(alone.target_mm)}
         result |= alone.card.by_key() | {"objective": "only responses"}
     write_arrays(file, t_s=recording.t_s, duty=recording.duty, carrier_hz=recording.carrier_hz)
+    _say_of_the_panel(owner, result["reported_ms"])
     result = {"verdict": told} | result | {"path": str(file)}
     answer(result, as_json=as_json, title=f"{table} on the emulated board")
+
+
+def _say_of_the_panel(board: Board, reported_ms: float) -> None:
+    if board.panel is not None and reported_ms > board.panel.report_ms + 1.0:
+        say(
+            "the panel was just powered on and reported the first touch after "
+            f"{reported_ms:.1f} ms; @{PANEL_RUNS_MS:g} or later is a touch on a running panel"
+        )
 
 
 def _events(touches: list[str], lifts: list[float]) -> list[TouchEvent]:

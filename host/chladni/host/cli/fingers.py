@@ -41,6 +41,7 @@ from chladni.host.cli.common.options import (
 )
 from chladni.host.cli.common.output import answer, progress_bar, say_unmet, write_figure
 from chladni.host.cli.common.ranges import within
+from chladni.host.cli.common.terms import of_loudest
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
@@ -223,8 +224,9 @@ def sentence(score: CountScore, apart_mm: float) -> str:
     off = score.perturbed
     and_off = "" if off is None else f", {_of_100(off.unfelt)} within tolerances"
     return (
-        f"{begin} each gets {score.finger_um.median:.2g} µm of its own; in "
-        f"{_of_100(score.unfelt)} of 100 places a resting finger does not feel the others'{and_off}"
+        f"{begin} each gets {score.finger_um.median:.2g} µm of its own; "
+        f"{_of_100(score.unfelt)} of 100 fingers, while they rest, do not feel the others' "
+        f"signals{and_off}"
     )
 
 
@@ -234,7 +236,7 @@ def _of_100(share: float | None) -> str:
 
 def _by_number(counts: list[dict[str, Any]]) -> dict[str, Any]:
     """Rows for each number of fingers, which people read."""
-    return {f"{own['fingers']} fingers": own | {"fingers": None} for own in counts}
+    return of_loudest({f"{own['fingers']} fingers": own | {"fingers": None} for own in counts})
 
 
 def _in_short(found: FingersAsBuilt) -> dict[str, str]:

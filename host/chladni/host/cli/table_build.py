@@ -108,8 +108,16 @@ def build(
 def _verdict(drives: TableReport | None, responses: ResponsesReport | None) -> str:
     told = []
     if drives is not None:
-        misled = drives.fingers.looks_better_than_it_is
-        told.append(of_table(drives.objective, misled, drives.fingers.places))
+        own = drives.fingers
+        told.append(
+            of_table(
+                drives.objective,
+                own.looks_better_than_it_is,
+                own.places,
+                second_finger_db=own.second_finger_20mm_db.median,
+                for_fingers=responses is not None,
+            )
+        )
     if responses is not None:
         told.append("It gives each of several fingers a signal of its own (`chladni fingers`).")
     return " ".join(told)

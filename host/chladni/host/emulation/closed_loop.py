@@ -67,6 +67,8 @@ class LoopReport:
     ----------
     latency_ms
         From the first touch to the first changed duty on a pin.
+    reported_ms
+        Of that, until the panel reports the touch: long if the panel was just powered on.
     channels
         Of the last touch, as settled as it is (`touches[-1].settled`).
     region, target_mm
@@ -87,6 +89,7 @@ class LoopReport:
     """
 
     latency_ms: float
+    reported_ms: float
     channels: list[ChannelReport]
     region: int
     target_mm: tuple[float, float]
@@ -151,6 +154,7 @@ def run_loop(
     ]
     return recording, LoopReport(
         latency_ms=changed / recording.carrier_hz * 1e3 - first_ms,
+        reported_ms=_reported_ms(recording, first_ms),
         channels=_channels(last.drive, promised, section.full_scale_gain, purity),
         region=last.region,
         target_mm=last.target_mm,
@@ -172,6 +176,8 @@ class AloneReport:
     ----------
     latency_ms
         From the first touch to the first changed duty on a pin.
+    reported_ms
+        Of that, until the panel reports the touch.
     target_mm
         Of the last touch.
     drive
@@ -181,6 +187,7 @@ class AloneReport:
     """
 
     latency_ms: float
+    reported_ms: float
     target_mm: tuple[float, float]
     drive: ComplexArray
     card: Scorecard
@@ -225,7 +232,14 @@ def run_alone(
     field = compose(solved.fields.values, drive)
     card = score_on(problem, field, null_models(problem), drive=drive)
     latency_ms = changed / recording.carrier_hz * 1e3 - first_ms
-    return recording, AloneReport(latency_ms, place_mm, np.asarray(drive), card)
+    reported_ms = _reported_ms(recording, first_ms)
+    return recording, AloneReport(latency_ms, reported_ms, place_mm, np.asarray(drive), card)
+
+
+def _reported_ms(recording: Recording, first_ms: float) -> float:
+    """From a touch to the panel's next report."""
+    reports = np.array(recording.panel_reports) / recording.carrier_hz * 1e3
+    return float(reports[reports >= first_ms][0]) - first_ms
 
 
 def _check_events(board: Board, events: Sequence[TouchEvent], milliseconds: float) -> None:

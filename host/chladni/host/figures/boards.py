@@ -38,15 +38,17 @@ PANELS = (
     ("level_db", "level under the finger, |dB|"),
     ("ssim", "SSIM"),
     ("second_finger_db", "second finger, dB"),
+    ("isolation_db", "isolation of two fingers, dB"),
 )
 
 
 def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
     """Bars per parameter, the largest on top; one panel a number."""
     figure = Figure(figsize=(10.0, 0.42 * len(influences) + 1.4), layout="constrained")
-    panels = figure.subplots(1, len(PANELS), sharey=True)
+    known = [panel for panel in PANELS if getattr(influences[0], panel[0]) is not None]
+    panels = figure.subplots(1, len(known), sharey=True)
     rows = np.arange(len(influences))
-    for axes, (key, title), colour in zip(panels, PANELS, COLOURS, strict=False):
+    for axes, (key, title), colour in zip(panels, known, COLOURS, strict=False):
         values = np.array([getattr(one, key) for one in influences])
         axes.barh(rows, values, color=colour, height=0.62)
         axes.axvline(0.0, color=INK, linewidth=0.8)

@@ -186,7 +186,10 @@ def _completed(entry: Any, known: dict[str, RubberPart], where: str, is_measured
     name = entry["part"]
     part = known.get(name) if isinstance(name, str) else None
     if part is None:
-        raise InputError(f"{where}.part", name, f"one of: {', '.join(map(repr, known))}")
+        kinds = {"springs": FEET, "screws": GROMMETS}
+        own = next((k for k, parts in kinds.items() if isinstance(name, str) and name in parts), "")
+        hint = f"this one goes into [[{own}]]" if own else ""
+        raise InputError(f"{where}.part", name, f"one of: {', '.join(map(repr, known))}", hint=hint)
     given = entry.get("stiffness_n_per_mm")
     # What was measured of a part may be far from what its maker says.
     is_unlike = isinstance(given, int | float) and abs(given / part.stiffness - 1.0) > RUBBER

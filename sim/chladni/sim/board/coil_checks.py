@@ -170,7 +170,9 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
             "electronics.drive",
             f"{len(own.pwm_pins)} bridges",
             f"at most {MOST_BRIDGES} bridges",
-            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge",
+            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge: "
+            f"take {MOST_BRIDGES} coils, or drive = 'switch' on an ESP32, which has "
+            f"{CHIPS['esp32'].channels}",
         )
     if own.pwm_pins and not own.sign_pins:
         raise MissingError(

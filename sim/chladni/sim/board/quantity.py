@@ -226,6 +226,11 @@ ALSO_CALLED = {
     "touch": "panel",
 }
 """What people write for a key of another name."""
+MEANT = {
+    "panel.pixels": "how many places the touch controller tells apart along each side, by its data "
+    "sheet or its settings, such as [320, 640]",
+}
+"""What is asked for by a key whose name does not say it."""
 
 
 def near_name(given: object, known: Iterable[str]) -> str | None:
@@ -255,5 +260,5 @@ def check_keys(
     for key in required:
         if key not in table:
             with faults.kept():
-                raise MissingError(f"{where}{key}")
+                raise MissingError(f"{where}{key}", MEANT.get(f"{where}{key}", ""))
     faults.tell()

@@ -202,12 +202,15 @@ def disc_fields(
 ) -> Response:
     """Fields of one newton spread over a disc (m) at each of several places, such as a finger's.
 
+    A place in a corner that is rounded off means the nearest one on the plate.
+
     Raises
     ------
     InputError
         A place is not on the board.
     """
-    loads = [Load(*check_target(board, place), radius) for place in places_mm]
+    places = [_out_of_corner(board, *check_target(board, place)) for place in places_mm]
+    loads = [Load(*place, radius) for place in places]
     model = model or plate_model(board)
     return _respond(board, loads, model, frequency_hz, tolerance, allow_unmet=allow_unmet)
 
@@ -261,6 +264,17 @@ def off_screws(
         if board.contains(*found):
             return float(found[0] / MM), float(found[1] / MM)
     return place_mm
+
+
+def _out_of_corner(board: Board, x: float, y: float) -> tuple[float, float]:
+    """A place (m), or, if the corner there is rounded off, the nearest on the arc."""
+    radius = board.plate.corner_radius
+    beyond = np.maximum(np.abs((x, y)) - (np.array(board.plate.size) / 2.0 - radius), 0.0)
+    away = float(np.hypot(*beyond))
+    if away <= radius or not np.all(beyond > 0.0):
+        return x, y
+    onto = np.sign((x, y)) * (np.abs((x, y)) - beyond * (1.0 - radius / away))
+    return float(onto[0]), float(onto[1])
 
 
 def _respond(

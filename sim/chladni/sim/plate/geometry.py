@@ -194,6 +194,14 @@ class PlateGeometry:
         """From a place to the nearest edge, m; negative off the plate."""
         return min(self.width / 2.0 - abs(x), self.length / 2.0 - abs(y))
 
+    def is_cut_off(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
+        """Which places, of any shape, are in what rounding the corners takes away."""
+        radius = self.corner_radius
+        beyond_x = np.maximum(np.abs(x) - (self.width / 2.0 - radius), 0.0)
+        beyond_y = np.maximum(np.abs(y) - (self.length / 2.0 - radius), 0.0)
+        away = (np.hypot(beyond_x, beyond_y) > radius) & (radius > 0.0)
+        return np.asarray((beyond_x > 0.0) & (beyond_y > 0.0) & away)
+
     @property
     def cut_out(self) -> list[tuple[float, float, float]]:
         """Discs (x, y, radius) where there is no plate to move: clamped screws and holes."""

@@ -82,12 +82,7 @@ class GridTable:
         cut = np.zeros((self.x.size, self.y.size), dtype=bool)
         for x, y, radius in self._basis.geometry.cut_out:
             cut |= np.hypot(self.x[:, None] - x, self.y - y) <= radius
-        geometry = self._basis.geometry
-        if geometry.corner_radius > 0.0:
-            beyond_x = np.abs(self.x) - (geometry.width / 2.0 - geometry.corner_radius)
-            beyond_y = np.abs(self.y) - (geometry.length / 2.0 - geometry.corner_radius)
-            in_corner = (beyond_x[:, None] > 0.0) & (beyond_y > 0.0)
-            cut |= in_corner & (np.hypot(beyond_x[:, None], beyond_y) > geometry.corner_radius)
+        cut |= self._basis.geometry.is_cut_off(self.x[:, None], self.y[None])
         rows, columns = np.nonzero(cut)
         return rows, columns
 

@@ -130,13 +130,25 @@ def _is_direct(geometry: PlateGeometry, load: Load) -> bool:
     """Whether a load is left to the basis: it overlaps a glued disc, or is a point at an edge.
 
     On a magnet the basis holds that very disc; a point force on an edge has no closed deflection
-    with finite edge forces.
+    with finite edge forces. A disc over a round corner would push what is cut off there, which
+    nothing resists.
     """
     for disc in geometry.inclusions:
         if np.hypot(load.x - disc.x, load.y - disc.y) < disc.radius + load.radius:
             return True
+    if _is_over_corner(geometry, load):
+        return True
     to_edge = geometry.distance_to_edge(load.x, load.y)
     return load.radius == 0.0 and to_edge < EDGE_ZONE * geometry.width
+
+
+def _is_over_corner(geometry: PlateGeometry, load: Load) -> bool:
+    """Whether a part of a load disc is where a corner was rounded off."""
+    corner = geometry.corner_radius
+    beyond_x = abs(load.x) - (geometry.width / 2.0 - corner)
+    beyond_y = abs(load.y) - (geometry.length / 2.0 - corner)
+    far = np.hypot(max(beyond_x, 0.0), max(beyond_y, 0.0)) + load.radius > corner
+    return bool(corner > 0.0 and far and min(beyond_x, beyond_y) + load.radius > 0.0)
 
 
 def _covered(geometry: PlateGeometry, load: Load) -> float:
@@ -146,6 +158,7 @@ def _covered(geometry: PlateGeometry, load: Load) -> float:
     overhangs = (
         abs(load.x) + load.radius > geometry.width / 2.0
         or abs(load.y) + load.radius > geometry.length / 2.0
+        or _is_over_corner(geometry, load)
     )
     touches = any(
         np.hypot(load.x - x, load.y - y) < radius + load.radius for x, y, radius in geometry.cut_out
@@ -178,6 +191,7 @@ def _is_same_disc(load: Load, disc: Inclusion) -> bool:
 
 def _on_plate(geometry: PlateGeometry, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
     inside = (np.abs(x) <= geometry.width / 2.0) & (np.abs(y) <= geometry.length / 2.0)
+    inside &= ~geometry.is_cut_off(x, y)
     for centre_x, centre_y, radius in geometry.cut_out:
         inside &= np.hypot(x - centre_x, y - centre_y) > radius
     return np.asarray(inside)

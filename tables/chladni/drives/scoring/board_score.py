@@ -32,6 +32,8 @@ from chladni.sim.image import metrics
 ComplexArray = NDArray[np.complex128]
 Place = tuple[float, float]
 
+CLOSE = 12e-3
+"""m between coils that focus, about a fingertip (docs/focus.md)."""
 PITCH = 6e-3
 """m; half a fingertip."""
 FEW_PLACES = 100
@@ -56,6 +58,8 @@ class BoardScore(Score):
         Of the endless plate; on foam below its cut-off no wave travels, and it is None.
     coil_spacing_mm
         Median distance of a coil to its nearest neighbour; None for a single one.
+    room_for
+        How many coils would cover the board about 12 mm apart, as a focus takes.
     error_estimate
         Of the fields.
     """
@@ -66,6 +70,7 @@ class BoardScore(Score):
     foam_length_mm: float | None
     half_wavelength_mm: float | None
     coil_spacing_mm: float | None
+    room_for: int
     error_estimate: float
     seconds: float
 
@@ -135,6 +140,7 @@ def score_board(
         foam_length_mm=foam_length_mm(board),
         half_wavelength_mm=_half_wavelength_mm(board),
         coil_spacing_mm=_coil_spacing_mm(board),
+        room_for=_room_for(board),
         error_estimate=solved.fields.error_estimate,
         seconds=time.perf_counter() - started,
     )
@@ -171,6 +177,11 @@ def _half_wavelength_mm(board: Board) -> float | None:
     if stiffness >= board.section.areal_mass * omega**2:
         return None
     return board.wavelength(board.drive.frequency_hz) / 2.0 / MM
+
+
+def _room_for(board: Board) -> int:
+    """Coils that cover a board 12 mm apart."""
+    return round(float(np.prod([max(1.0, side / CLOSE) for side in board.plate.size])))
 
 
 def _coil_spacing_mm(board: Board) -> float | None:

@@ -63,18 +63,21 @@ class Influence:
     level_db
         Change of the mean under the finger, |dB|, that 90 % of places stay below.
     ssim, second_finger_db
-        Change that only 10 % of places fall below: negative is worse.
+        Change that only 10 % of places fall below: negative is worse; None for several fingers.
+    isolation_db
+        The same of several fingers' isolation; None for one.
     """
 
     name: str
     tolerance: str
     level_db: float
-    ssim: float
-    second_finger_db: float
+    ssim: float | None = None
+    second_finger_db: float | None = None
+    isolation_db: float | None = None
 
 
 @dataclass(frozen=True)
-class _Variant:
+class Variant:
     """A board or a drive as it may come out: one of its parameters off."""
 
     name: str
@@ -104,7 +107,7 @@ def sensitivity(
     cases = [(one["problem"], one["drive"]) for one in found]
     plain = _score_all(cases, solved.fields.values)
     changes: dict[tuple[str, str], list[list[_FocusNumbers]]] = {}
-    variants = _variants(board, np.random.default_rng(seed))
+    variants = variants_of(board, np.random.default_rng(seed))
     for number, variant in enumerate(variants, 1):
         values = _fields_of(solved, variant)
         changes.setdefault((variant.name, variant.tolerance), []).append(_score_all(cases, values))
@@ -120,7 +123,7 @@ def _best(problem: Problem, seed: int) -> dict[str, Any]:
     return {"problem": problem, "drive": phasor(problem, Options("ssim", seed)).drive}
 
 
-def _fields_of(solved: SolvedBoard, variant: _Variant) -> ComplexArray:
+def _fields_of(solved: SolvedBoard, variant: Variant) -> ComplexArray:
     """A variant's fields, per drive as it was meant."""
     if variant.gains is not None:
         return np.asarray(variant.gains[:, None, None] * solved.fields.values)
@@ -171,15 +174,15 @@ Change = tuple[str, str, Callable[[], Board]]
 """Name, tolerance, and how the board comes out."""
 
 
-def _variants(board: Board, rng: np.random.Generator) -> list[_Variant]:
+def variants_of(board: Board, rng: np.random.Generator) -> list[Variant]:
     """Every variant that can be built: an end at which parts touch or leave a range is left out."""
     found = []
     for name, tolerance, make in _changes(board, rng):
         with suppress(InputError):
-            found.append(_Variant(name, tolerance, make()))
+            found.append(Variant(name, tolerance, make()))
     for _ in range(DRAWS):
         gains = 1.0 + FORCE * rng.uniform(-1.0, 1.0, len(board.actuators))
-        found.append(_Variant("coils' forces", _percent(FORCE), board, gains.astype(np.complex128)))
+        found.append(Variant("coils' forces", _percent(FORCE), board, gains.astype(np.complex128)))
     return found
 
 

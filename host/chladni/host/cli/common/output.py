@@ -186,13 +186,19 @@ class _Lines:
 
     def __init__(self, label: str) -> None:
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
+        # Before the first piece plates are solved and processes begin, and an earlier run may have
+        # done a part: neither says how long the other pieces take.
+        self._first_done, self._first_s, self._total = 0, 0.0, 0
 
     def tell(self, done: int, total: int) -> None:
         passed = time.monotonic() - self._begun
-        if passed < self._due_s or not 0 < done < total:
+        if total != self._total:
+            self._first_done, self._first_s, self._total = done, passed, total
+        since = done - self._first_done
+        if passed < self._due_s or since <= 0 or done >= total:
             return
         self._due_s = passed + NEXT_LINE_S
-        left_s = passed * (total - done) / done
+        left_s = (passed - self._first_s) * (total - done) / since
         say(f"{self._label}: {done} of {total}, about {left_s:.0f} s are left")
 
 

@@ -5,8 +5,11 @@ A key that is not here keeps its own words; its unit, if its end is one, goes to
 
 from __future__ import annotations
 
+from typing import Any
+
 UNITS = {
-    "mm": "mm", "mm2": "mm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms", "us": "µs", "s": "s",
+    "mm": "mm", "mm2": "mm²", "cm2": "cm²", "um": "µm", "db": "dB", "hz": "Hz", "ms": "ms",
+    "us": "µs", "s": "s",
     "deg": "°", "g": "g", "ma": "mA", "k": "K", "m_s2": "m/s²", "mh": "mH", "ohm": "Ω",
     "n_per_mm3": "N/mm³", "n_per_mm": "N/mm", "n_per_a": "N/A", "n": "N", "m": "m", "usd": "US$",
     "um_per_n": "µm/N",
@@ -35,6 +38,15 @@ WORDS = {
     "static_um": "steady deflection by the coils' bias",
     "finger_load": "pressing adds",
     "level_db": "level",
+    "of_loudest_db": "level, of the loudest that the coils' limits allow there",
+    "neighbours": "magnets all the same way up",
+    "lateral_n": "largest push along the plate",
+    "held_n_per_mm": "stiffness that holds them",
+    "link": "link protocol",
+    "supply_ma": "drawn from the supply",
+    "expected_ma": "expected",
+    "full_current_ma": "current at full duty",
+    "supply_limit_ma": "limit of all coils together",
     "isolation_db": "own signal over its share at the others",
     "two_fingers": "two fingers pressing, 16 mm apart or more",
     "fingers_2_db": "two fingers pressing, own signal over its share at the other",
@@ -47,8 +59,9 @@ WORDS = {
     "force": "force over the drawn one",
     "dead": "makes no force",
     "told": "determined by the readings",
-    "score": "score: what [design.weights] adds up, dB",
-    "robust_score": "score within tolerances, dB",
+    "score": "score as drawn: what [design.weights] add up to, dB",
+    "robust_score": "score within tolerances, by which boards are compared, dB",
+    "plate_and_magnets_g": "mass of plate and magnets",
     "beside_mm": "fingers lie beside their places",
     "unfelt": "share that feels nothing of the others, at rest",
     "unfelt_pressing": "share that feels nothing of the others, pressing",
@@ -69,6 +82,7 @@ WORDS = {
     "envelope_error_db": "envelope off by, at 95 of 100 points at most",
     "fewest_waiting": "fewest samples that waited on the device",
     "latency_ms": "time from touch to first duty",
+    "reported_ms": "of which until the panel reports the touch",
     "settled": "settled (1: the table's drive)",
     "target_mm": "finger at",
     "at_ms": "at",
@@ -143,12 +157,25 @@ WORDS = {
 }
 UNITLESS = frozenset({"nearer_by_0_1_mm", "farther_by_0_1_mm"})
 LEFT_OUT = frozenset({
+    "room_for",
     "price_usd",
     "details", "evaluations", "seed", "diffraction_spot_mm",
     "steps_before", "steps_after", "steps_within", "sections", "measured_regions",
     "measured_between", "sfdr_db", "edge_sfdr_db", "um_per_newton", "full_amperes",
 })  # fmt: skip
 """For programs, which have them by --json: what takes a page of docs to mean anything."""
+
+
+def of_loudest(result: dict[str, Any]) -> dict[str, Any]:
+    """A result in which several fingers' levels say what they are levels of.
+
+    Under one finger `level_db` is a change; programs know both by that key.
+    """
+    name = {"level_db": "of_loudest_db"} if "isolation_db" in result else {}
+    return {
+        name.get(key, key): of_loudest(value) if isinstance(value, dict) else value
+        for key, value in result.items()
+    }
 
 
 def words_of(key: str) -> str:

@@ -11,6 +11,7 @@ from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.sim.board.gpio import CHIPS
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
 from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
+MOST_COILS = max(own.channels for own in CHIPS.values())
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
@@ -136,6 +138,12 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     spacing = score.coil_spacing_mm
     if spacing is None or spacing > WIDE_MM:
         coils = "one coil" if spacing is None else f"coils {spacing:.0f} mm apart"
+        if score.room_for > MOST_COILS:
+            return told + (
+                f"Coils about 12 mm apart would be {score.room_for} on this board, and a chip "
+                f"drives {MOST_COILS}: take a smaller board, or one for several fingers "
+                "(docs/fingers.md), whose coils may be as far apart."
+            )
         told += (
             f"Instead of {coils} take coils about 12 mm apart, more of them or a board as much "
             "smaller; `chladni design` finds the sheet and the foam for them."
@@ -226,10 +234,32 @@ def of_design(found: Mapping[str, Any], *, for_fingers: Mapping[int, float]) -> 
     return f"{start}: {at} at the worst tenth; fingers notice {NOTICED_DB:g} dB.{felt}"
 
 
-def of_table(objective: str, misled: int, places: int) -> str:
-    """What a table of drives is for; whether it focuses is another command's to say."""
+def of_table(
+    objective: str,
+    misled: int,
+    places: int,
+    *,
+    second_finger_db: float | None = None,
+    for_fingers: bool = False,
+) -> str:
+    """What a table of drives is for; whether it focuses is mostly another command's to say.
+
+    Parameters
+    ----------
+    second_finger_db
+        What another finger 20 mm away gets less than the finger, at the median, if known.
+    for_fingers
+        Whether the table has responses too: then drives that do not focus only cost level.
+    """
     if objective == "focus":
         told = "Its drives are those that focus best."
+        if for_fingers and second_finger_db is not None and second_finger_db < NOTICED_DB:
+            told += (
+                " They do not focus (another finger 20 mm away gets "
+                f"{_less(second_finger_db)} at the median) and are quieter for trying. "
+                "`--for fingers`, or a board file without [focus], gives one finger alone the "
+                "loudest drive."
+            )
     elif misled:
         told = f"At {misled} of {places} places its maximum is more than 12 mm from the finger."
     else:
@@ -239,13 +269,19 @@ def of_table(objective: str, misled: int, places: int) -> str:
 
 def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
     """What of a board is worth measuring first, and what tells it; no name, and nothing does."""
-    first = max(influences, key=lambda one: max(one.level_db, -one.second_finger_db))
+
+    def lost(one: Influence) -> float:
+        db = one.second_finger_db if one.isolation_db is None else one.isolation_db
+        return -(db or 0.0)
+
+    first = max(influences, key=lambda one: max(one.level_db, lost(one)))
     own = (
         f"Measure {first.name} first: within its tolerance ({first.tolerance}) it changes levels "
         f"by up to {first.level_db:.1f} dB"
     )
-    if first.second_finger_db < 0.0:
-        own += f" and takes up to {-first.second_finger_db:.1f} dB from other fingers' silence"
+    if lost(first) > 0.0:
+        what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
+        own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
     by = f" `chladni calibrate --board {name}` finds it." if told else ""
     return f"{own}.{by}"

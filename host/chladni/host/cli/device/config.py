@@ -25,7 +25,7 @@ from chladni.host.protocol.settings import (
 from chladni.sim.board.board import Board, is_of
 from chladni.sim.board.electronics import NOT_WIRED, Electronics
 from chladni.sim.board.file import load_board
-from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.errors import ArgumentError, ConflictError, InputError, MissingError
 
 ACTIONS = ("get", "describe", "set")
 
@@ -148,6 +148,11 @@ def _set(
         if not never and before == after:
             answer({"written": False, "changed": []}, as_json=as_json, title="Nothing to change")
             return
+        if board is not None and before.board is not None and before.board[1] != board.name:
+            say(
+                f"the device was set for {before.board[1]}, and this sets it for {board.name}: "
+                "wrong pins and limits if it is still wired as before"
+            )
         if source is not None and not yes:
             _ask_back(changed)
         restart_with(device, after, change_driver=change_driver)
@@ -198,7 +203,12 @@ def _say_other_table(info: dict[str, Any], config: DeviceConfig) -> None:
 
 
 def _board(name: str) -> Board:
-    board = load_board(name)
+    try:
+        board = load_board(name)
+    except ArgumentError as error:
+        if error.field != "board":
+            raise
+        raise InputError("--from", name, error.expected, hint=error.hint) from None
     if not board.electronics.pwm_pins:
         raise MissingError("electronics.pwm_pins", f"board {board.name!r} says no pins to drive")
     return board

@@ -24,14 +24,14 @@ def info_rows(info: dict[str, Any]) -> dict[str, Any]:
         "panel": info["panel_health"],
         "chip": info["chip"],
         "channels": info["channels"],
-        "supply": f"{info['supply_ma']} mA",
+        "coils draw now": f"{info['supply_ma']} mA from the supply",
         "coils": ", ".join(f"{rise:.1f}" for rise in info["coil_rise_k"]) + " K above the air",
         "up for": f"{info['uptime_ms'] / 1e3:.1f} s",
         "samples missed": info["missed"],
         "flash": f"{info['updates']} updates, {100.0 * info['flash_life_used']:.2g} % of its life "
         f"used at most; {info['erases']} sectors erased since power came on",
         "stack never used": f"{info['stack_free']} bytes" if info["stack_free"] else "not known",
-        "link": info["link"],
+        "link protocol": info["link"],
         "faults": "; ".join(
             f"{f['cause']} ({f['detail']}) at {f['at_ms'] / 1e3:.1f} s" for f in info["faults"]
         )

@@ -89,12 +89,20 @@ def _supply_parts(board: Board, own: Values) -> tuple[Part, ...]:
         "separate": f"a supply of its own, at least 500 mA: {volts} is too little for a regulator",
     }[own.regulator]
     regulator, _, why = made.partition(": ")
+    # All coils at full duty may take no more than the limit: then no wave has a higher crest.
+    coils = f"{engineering(own.crest_a, 'A')} with all coils at full duty"
+    if own.crest_a > own.mean_a:
+        coils = (
+            f"{engineering(own.crest_a, 'A')} in the crest of a wave, "
+            f"{engineering(own.mean_a, 'A')} mean"
+        )
+    is_late = own.fuse_a > own.supply_a
     return (
         Part("supply", 1, f"{volts}, {own.supply_a:g} A",
-             f"{engineering(own.crest_a, 'A')} in the crest of a wave, "
-             f"{engineering(own.mean_a, 'A')} mean, and {from_coils} for the ESP32"),
+             f"{coils}, and {from_coils} for the ESP32"),
         Part("fuse, slow", 1, f"{own.fuse_a:g} A",
-             f"√(mean · crest) of the coils' current and {from_coils}, over 0.75"),
+             f"√(mean · crest) of the coils' current and {from_coils}, over 0.75"
+             + "; for a battery or a larger supply, this one limits itself before" * is_late),
         Part("bulk capacitor", 1,
              f"{engineering(own.bulk_f, 'F')}, {own.bulk_v:g} V, "
              f"{engineering(own.bulk_ripple_a, 'A')} of ripple",
