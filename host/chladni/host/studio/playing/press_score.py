@@ -36,7 +36,8 @@ def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
     numbers = card.by_key()
     i, j = np.unravel_index(int(np.argmax(np.abs(field))), field.shape)
     numbers["maximum_mm"] = [float(solved.fields.x[i] / MM), float(solved.fields.y[j] / MM)]
-    numbers["second_finger_mm"] = _second_finger_mm(problem, played)
+    second = solved.second_fingers.loudest(played.drive, problem.place)
+    numbers["second_finger_mm"] = second and [value / MM for value in second]
     if ready.choice.objective == LOUDEST and card.movable:
         # It is not meant as a focus, so what others get of it is no verdict.
         told = f"{_here(card, solved.fields.frequency_hz)} {WORDS['loudest']}"
@@ -45,15 +46,6 @@ def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
     several = ready.board.is_for_several and played.fingers is None
     numbers["words"] = f"{told} {WORDS['several']}" if several else told
     return numbers
-
-
-def _second_finger_mm(problem: Problem, played: Played) -> list[float] | None:
-    discs = problem.solved.second_fingers
-    away = discs.distances(problem.place) > metrics.SECOND_FINGER_DISTANCE
-    if not away.any():
-        return None
-    levels = np.where(away, discs.mean_squares(played.drive), -1.0)
-    return [float(value) for value in discs.centres[int(np.argmax(levels))] / MM]
 
 
 WORDS = {
