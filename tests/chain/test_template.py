@@ -114,6 +114,17 @@ def test_a_sweep_tells_the_plate_from_the_latch(chladni: CommandLine) -> None:
     assert chladni("sweep", TEMPLATE, "--json").json["waves"] == []
 
 
+def test_a_sweep_begins_below_the_plates_first_mode(chladni: CommandLine, tmp_path: Path) -> None:
+    soft = tmp_path / "soft.toml"
+    text = TEMPLATE.read_text(encoding="utf-8")
+    soft.write_text(text.replace("thickness_mm = 1.6", "thickness_mm = 0.8"), encoding="utf-8")
+    first = chladni("modes", soft, "--json").json["modes_hz"][0]
+    assert first < 100.0
+    swept = chladni("sweep", soft, "--json").json["plate"]
+    assert swept["modes_hz"][0] == pytest.approx(first)
+    assert swept["loudest_hz"] == pytest.approx(first, rel=0.1)
+
+
 def test_a_latch_takes_all_its_values(chladni: CommandLine, tmp_path: Path) -> None:
     lacking = ("rms_voltage = 1.8 ", "resonance_hz = 160.0\nrms_voltage = 1.8 ")
     refused = chladni("board", "show", changed(tmp_path, lacking))
