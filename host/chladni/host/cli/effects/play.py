@@ -15,6 +15,7 @@ from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.options import (
@@ -36,7 +37,7 @@ from chladni.host.cli.common.ranges import LEAST_APART_MM, MOST_SEED, within
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
-from chladni.host.cli.effects.remarks import say_filtered
+from chladni.host.cli.effects.remarks import say_filtered, say_off_board
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
@@ -180,6 +181,7 @@ def _from_bank(
         hint = "`chladni effects flash` gives a device its bank, and fingers play it"
         raise ConflictError("--bank", "--port or --udp", hint=hint)
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
+    say_off_board(unpack_bank(bank), load_board(connection.board))
     area, effect, level = effect_of_bank(bank, place)
     table, board = _table(connection)
     say_filtered(effect)
