@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -130,3 +131,16 @@ def test_a_latch_takes_all_its_values(chladni: CommandLine, tmp_path: Path) -> N
     refused = chladni("board", "show", changed(tmp_path, lacking))
     assert refused.code == 2
     assert "coil.moving_mass_g is required: a latch takes all of moving_mass_g" in refused.err
+
+
+def test_the_template_stands_on_rubber_feet(chladni: CommandLine, tmp_path: Path) -> None:
+    """As docs/own-board.md shows."""
+    text = TEMPLATE.read_text(encoding="utf-8")
+    text = re.sub(r"(?m)^\[\[screws\]\]", "[[springs]]", text)
+    text = re.sub(r"(?m)^radius_mm = 1.5$", 'part = "rubber-foot-10x5"', text)
+    text = text.replace("points = [201, 401]", "points = [51, 101]")  # enough for one place
+    feet = tmp_path / "feet.toml"
+    feet.write_text(text, encoding="utf-8")
+    assert chladni("modes", feet, "--json").json["modes_hz"][0] == pytest.approx(107.1, abs=0.1)
+    solved = chladni("solve", feet, "--target", "5,20", "--json").json
+    assert solved["finger_um"] == pytest.approx(17.0, abs=0.5)
