@@ -34,6 +34,7 @@ LONG = (
     "chain/test_played_effect.py::test_an_area_or_a_host_in_micrometres_moves_a_finger_by_as_much",
     "chain/test_played_effect.py::test_a_steady_tone_moves_a_finger_as_the_plate_at_its_frequency_says",
     "chain/test_played_effect.py::test_a_tone_of_less_level_is_as_much_weaker",
+    "chain/test_played_effect.py::test_fingers_are_on_a_plate_that_the_device_does_not_know",
     "chain/test_swipe.py::test_every_report_of_a_swipe_is_scored",
     "chain/test_table_score.py::test_a_diode_without_a_floor_bends_what_the_pins_say",
     "chain/test_table_score.py::test_a_pressing_finger_leaves_micrometres_everywhere[pad16]",

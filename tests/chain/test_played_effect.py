@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Area, Bank, Curve, Effect, Tone, shipped_effects
@@ -21,10 +22,11 @@ from chladni.host.emulation.felt_over_time import (
     GRID_HZ,
     RATE_HZ,
     FingerPlate,
+    envelope_error_db,
     over_frequency,
     rms,
 )
-from chladni.host.emulation.played_effect import PlayedEffect, envelope_error_db, play_effect
+from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import MissingError
@@ -246,7 +248,7 @@ def test_a_finger_alone_is_emulated_by_responses_too(
     assert "just powered on and reported the first touch after 30.0 ms" in answer.err
     assert found["finger_um"] == pytest.approx(report.card.felt.finger_um)  # type: ignore[union-attr]
     assert found["objective"] == "only responses"
-    assert "for several fingers, and this is one alone" in found["verdict"]
+    assert "the drive that its device plays under one alone" in found["verdict"]
     short = chladni(*where, "--touch", f"{HERE[0]:g},{HERE[1]:g}@145")
     assert (short.code, "a last touch that then plays" in short.err) == (2, True)
 
@@ -256,3 +258,33 @@ def test_a_board_without_a_coil_is_refused(table: Table, board: Board) -> None:
         play_effect(
             table, replace(board, coil=None, winding=None), shipped_effects()["click"], HERE
         )
+
+
+def test_fingers_are_on_a_plate_that_the_device_does_not_know(
+    table: Table, board: Board, solved: Sequence[SolvedBoard]
+) -> None:
+    """On the board itself with coils wired the wrong way round and half as strong."""
+    count = len(board.actuators)
+    wrong = HiddenPlate(board, np.full(count, -0.5), np.ones(count), seed=0)
+    effect = shipped_effects()["click"]
+    known, hidden = (
+        play_effect(table, board, effect, HERE, solved=solved, hidden=plate)
+        for plate in (None, wrong)
+    )
+    assert hidden.own_um == pytest.approx(-0.5 * known.own_um, abs=1e-6 * known.peak_um)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (["--board", "strip5", "--hidden", "two"], "SEED or BOARD@SEED"),
+        (["--board", "strip5", "--hidden", "phone5@2"], "a board of the size and coils of strip5"),
+    ],
+)
+def test_a_plate_that_is_not_the_boards_is_refused(
+    chladni: CommandLine, table: Table, tmp_path: Path, given: list[str], expected: str
+) -> None:
+    path = tmp_path / "fingers.chl"
+    path.write_bytes(pack(table))
+    answer = chladni("play", "click", "--at", "0,15", "--emulator", "--table", path, *given)
+    assert (answer.code, expected in " ".join(answer.err.split())) == (2, True), answer.err

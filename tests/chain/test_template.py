@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -114,8 +115,32 @@ def test_a_sweep_tells_the_plate_from_the_latch(chladni: CommandLine) -> None:
     assert chladni("sweep", TEMPLATE, "--json").json["waves"] == []
 
 
+def test_a_sweep_begins_below_the_plates_first_mode(chladni: CommandLine, tmp_path: Path) -> None:
+    soft = tmp_path / "soft.toml"
+    text = TEMPLATE.read_text(encoding="utf-8")
+    soft.write_text(text.replace("thickness_mm = 1.6", "thickness_mm = 0.8"), encoding="utf-8")
+    first = chladni("modes", soft, "--json").json["modes_hz"][0]
+    assert first < 100.0
+    swept = chladni("sweep", soft, "--json").json["plate"]
+    assert swept["modes_hz"][0] == pytest.approx(first)
+    assert swept["loudest_hz"] == pytest.approx(first, rel=0.1)
+
+
 def test_a_latch_takes_all_its_values(chladni: CommandLine, tmp_path: Path) -> None:
     lacking = ("rms_voltage = 1.8 ", "resonance_hz = 160.0\nrms_voltage = 1.8 ")
     refused = chladni("board", "show", changed(tmp_path, lacking))
     assert refused.code == 2
     assert "coil.moving_mass_g is required: a latch takes all of moving_mass_g" in refused.err
+
+
+def test_the_template_stands_on_rubber_feet(chladni: CommandLine, tmp_path: Path) -> None:
+    """As docs/own-board.md shows."""
+    text = TEMPLATE.read_text(encoding="utf-8")
+    text = re.sub(r"(?m)^\[\[screws\]\]", "[[springs]]", text)
+    text = re.sub(r"(?m)^radius_mm = 1.5$", 'part = "rubber-foot-10x5"', text)
+    text = text.replace("points = [201, 401]", "points = [51, 101]")  # enough for one place
+    feet = tmp_path / "feet.toml"
+    feet.write_text(text, encoding="utf-8")
+    assert chladni("modes", feet, "--json").json["modes_hz"][0] == pytest.approx(107.1, abs=0.1)
+    solved = chladni("solve", feet, "--target", "5,20", "--json").json
+    assert solved["finger_um"] == pytest.approx(17.0, abs=0.5)

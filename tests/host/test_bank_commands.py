@@ -220,3 +220,9 @@ def test_a_press_on_a_key_is_scored_under_the_finger(chladni: CommandLine, tmp_p
     assert kept["isolation_db"] > 35.0
     assert kept["envelope_error_db"] < 1.0
     assert kept["first_ms"] < 2.5
+
+
+def test_a_bank_of_another_board_is_remarked_on(chladni: CommandLine) -> None:
+    strip = ("--at", "0,0", "--board", "strip5", "--emulator")
+    told = " ".join(chladni("play", "--bank", "calculator", *strip).err.split())
+    assert "these areas reach beyond the board strip5, which has x -7 to 7" in told

@@ -10,7 +10,7 @@ import pytest
 from chladni.drives.methods import METHODS
 from chladni.drives.objectives import OBJECTIVES
 from chladni.host.cli import compare as compare_command
-from conftest import CommandLine
+from conftest import ROOT, CommandLine
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -71,3 +71,16 @@ def test_compare_prints_writes_and_draws(chladni: CommandLine, tmp_path: Path) -
     text = chladni("compare", "paper", "--pitch", 70, "--methods", "nearest").out
     for heading in compare_command.SHOWN.values():
         assert heading in text
+
+
+def test_on_a_board_for_several_the_devices_own_drive_is_told_from_others(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    text = (ROOT / "boards" / "phone5.toml").read_text(encoding="utf-8")
+    board = tmp_path / "coarse.toml"
+    board.write_text(text.replace("[144, 294]", "[37, 75]"), encoding="utf-8")
+    own = chladni("solve", board, "--target", "5,20", "--method", "time-reversal")
+    other = chladni("solve", board, "--target", "5,20")
+    played = [" ".join(one.out.split()) for one in (own, other)]
+    assert "the drive that its device plays under one alone" in played[0]
+    assert "its device does not play this drive" in played[1]

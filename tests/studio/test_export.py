@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import matplotlib.image
 import numpy as np
 import pytest
 from playwright.sync_api import Page
@@ -121,6 +122,45 @@ def solved_full(ready: ReadyBoard, own: np.ndarray[tuple[int], np.dtype[np.compl
     assert volts is not None
     impedance = abs(coil.resistance + 2j * np.pi * 160.0 * coil.inductance)
     return float(coil.force_factor * volts / impedance / np.abs(own).max())
+
+
+def test_a_wide_board_has_more_room_and_no_place_beside_it(
+    open_page: OpenPage, ready: ReadyBoard, tmp_path: Path
+) -> None:
+    data = file_data(ready)
+    data["board"]["size_mm"] = [180.0, 55.0]
+    path = tmp_path / "index.html"
+    path.write_text(one_file(ready, data), encoding="utf-8")
+    page = open_page(path.as_uri(), viewport={"width": 1280, "height": 800})
+    box = page.locator('[data-part="plate"]').bounding_box()
+    assert box is not None
+    assert box["width"] > 600.0
+    for button in ("Press", "Add finger"):
+        page.locator('[data-part="add"]').evaluate("button => { button.hidden = false; }")
+        page.get_by_label("x / mm", exact=True).fill("-136")
+        page.get_by_role("button", name=button).click()
+        assert page.locator('[data-part="x"]:invalid').count() == 1
+        assert page.locator(".place-finger").get_attribute("visibility") == "hidden"
+
+
+def test_a_saved_picture_has_the_number_of_no_finger_that_is_alone(
+    open_page: OpenPage, ready: ReadyBoard
+) -> None:
+    """As the page: beside the finger there is nothing but the energy's colours."""
+    page, (x_mm, y_mm) = open_page(), (10.0, 25.0)
+    page.get_by_label("energy").check()
+    press(page, ready.board, (x_mm, y_mm))
+    page.mouse.up()
+    page.locator("summary", has_text="Board, table, files").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save picture").click()
+    picture = matplotlib.image.imread(download.value.path())
+    scale = picture.shape[0] / (ready.board.plate.size[1] / MM)
+    column, row = (round(scale * one) for one in (x_mm + 71.5 / 2, 146.7 / 2 - y_mm))
+    reach = round(4.8 * scale)  # a fingertip's 6 mm times 0.75, and the rest of its ring
+    beside = picture[row - 2 * reach : row - reach, column + reach : column + 2 * reach, :3]
+    assert beside.min(axis=2).max() < 0.9  # nothing white
+    assert beside.max(axis=2).min() > 0.1  # nor black
 
 
 def test_a_name_cannot_get_out_of_the_data(

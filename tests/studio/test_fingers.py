@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,12 +17,14 @@ from chladni.host.emulation import played_fingers
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import Emulator, Recording
 from chladni.host.studio.boards.board_message import board_message
-from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard
+from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard, page_objective
+from chladni.host.studio.export import file_data
 from chladni.host.studio.messages.requests import Touch, Voice
 from chladni.host.studio.playing.emulated_device import EmulatedDevice
 from chladni.host.studio.playing.emulated_fingers import EmulatedFingers
 from chladni.host.studio.playing.played import Played, played_message
 from chladni.sim.board.electronics import Panel
+from chladni.sim.board.fingers import SeveralFingers
 from chladni.sim.board.parts import Image
 from chladni.sim.errors import ChladniError
 from chladni.sim.image.finger import pressing_stiffness, threshold_um
@@ -231,6 +234,26 @@ def test_a_panel_of_two_fingers_refuses_a_third_in_words(strip: ReadyBoard) -> N
     assert played is not None
     assert played.fingers is not None
     assert played.fingers.numbers == (0, 1)
+
+
+def test_one_finger_of_a_board_for_several_plays_the_loudest_drive(strip: ReadyBoard) -> None:
+    """On the pins and in the page of a file: the conjugate of what the coils do at its place."""
+    coarse = replace(strip.board, image=Image((15, 61)))
+    board = replace(coarse, focus=None, fingers=SeveralFingers(pitch=6e-3))
+    ready = ReadyBoard.of(BoardChoice(board, page_objective(board)), jobs=1)
+    assert ready.table.sections == ()
+    place = PLACES[1]
+    wanted = ready.solved.problem(place).at_target.conj()
+    data = file_data(ready)
+    axes = [np.array(data["places"][axis]) for axis in ("x_mm", "y_mm")]
+    column, row = (int(np.abs(axes[k] - place[k]).argmin()) for k in range(2))
+    integers = np.frombuffer(base64.b64decode(data["drives"]), "<i2").astype(float)
+    pairs = integers.reshape(-1, len(wanted), 2)[row * len(axes[0]) + column]
+    played = EmulatedDevice(ready).apply([Touch(1, 0, place)])
+    assert played is not None
+    for drive in (played.drive, pairs[:, 0] + 1j * pairs[:, 1]):
+        alike = abs(np.vdot(drive, wanted)) / np.linalg.norm(drive) / np.linalg.norm(wanted)
+        assert alike > 0.995  # of responses that were rounded; the focus drive has 0.9
 
 
 def test_a_board_without_room_for_two_fingers_plays_the_first(strip: ReadyBoard) -> None:

@@ -61,7 +61,11 @@ def of_methods(board: Board, place: tuple[float, float]) -> Figure:
 
 DRAWN: dict[str, tuple[Callable[[Board, tuple[float, float]], Figure], set[str], int]] = {
     "field": (of_field, {"actuator", "screw", "target", "maximum"}, 2),
-    "solution": (of_solution, {"actuator", "screw", "target", "maximum"}, 2),
+    "solution": (
+        of_solution,
+        {"actuator", "screw", "target", "maximum", "loudest second finger"},
+        2,
+    ),
     "score": (of_score, {"actuator", "screw"}, 3),
     "modes": (of_modes, {"actuator", "screw"}, 4),
     "methods": (of_methods, {"actuator", "screw"}, 3),
@@ -219,3 +223,6 @@ def test_levels_have_0_db_in_the_middle_of_their_colours(prototype: Board) -> No
         assert high > 2.3
         (bar,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("dB")]
         assert [np.asarray(line.get_ydata())[0] for line in bar.lines] == [-2.3, 2.3]
+        assert "lines on the scale: 2.3 dB" in figure.axes[0].get_title()
+        # Distances that hardly differ look alike: colours begin at 0.
+        assert figure.axes[1].collections[0].get_clim()[0] == 0.0

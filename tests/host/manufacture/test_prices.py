@@ -86,6 +86,12 @@ def test_the_page_has_the_sums(row: str) -> None:
     assert price_list().checked.isoformat() in PAGE
 
 
+def test_a_sheet_of_the_usual_thickness_has_a_price() -> None:
+    template = load_board(ROOT / "boards" / "template.toml")
+    (plate,) = [part for part in board_parts(template) if part.part == "plate"]
+    assert price_list().find(plate) is not None  # FR4 of 1.6 mm, by its modulus
+
+
 def test_the_command_sums_and_names_what_has_no_price(chladni: CommandLine) -> None:
     found = chladni("board", "parts", "strip5", "--json").json
     assert found["price_usd"] == [21.71, 149.8]

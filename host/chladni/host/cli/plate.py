@@ -45,7 +45,7 @@ from chladni.sim.fields.driven import driven_fields
 from chladni.sim.fields.transfer import TOLERANCE, TransferFields, actuator_loads, target_field
 from chladni.sim.files import read_text, write_arrays
 from chladni.sim.image.energy import compose, energy_image
-from chladni.sim.plate.response import Response
+from chladni.sim.plate.response import PlateModel, Response
 
 LARGEST_GAIN = 1e9
 """Beyond any drive; keeps fields finite."""
@@ -160,8 +160,13 @@ def modes(
 def sweep(
     board: BoardArgument,
     start_hz: Annotated[
-        float, typer.Option("--from", callback=FREQUENCIES, help="First frequency, Hz.")
-    ] = 100.0,
+        float | None,
+        typer.Option(
+            "--from",
+            callback=FREQUENCIES,
+            help="First frequency, Hz; 100 by default, or below the plate's first mode.",
+        ),
+    ] = None,
     stop_hz: Annotated[
         float, typer.Option("--to", callback=FREQUENCIES, help="Last frequency, Hz.")
     ] = 400.0,
@@ -177,16 +182,18 @@ def sweep(
 
     A latch, where the board file gives one, answers to the paper's four waves.
     """
-    if not start_hz < stop_hz:
-        raise InputError("--from, --to", f"{start_hz:g}, {stop_hz:g}", "ascending")
     _check_outputs(output, figure)
     loaded = load_board(board)
     if loaded.coil is None:
         raise MissingError("[coil]", "the block of the actuator's figures", file=board)
     index = _index_of(loaded, actuator) if actuator is not None else 0
+    model = plate_model(loaded)
+    start_hz = _first_hz(model) if start_hz is None else start_hz
+    if not start_hz < stop_hz:
+        raise InputError("--from, --to", f"{start_hz:g}, {stop_hz:g}", "ascending")
     frequencies = np.linspace(start_hz, stop_hz, 601)
     # The plate takes some milliseconds a frequency, and its curve bends less than a latch's.
-    coarse, model = frequencies[::PLATE_STEP], plate_model(loaded)
+    coarse = frequencies[::PLATE_STEP]
     with progress_bar("frequencies") as progress:
         found = acceleration_on_plate(loaded, index, coarse, model=model, progress=progress)
     per_volt = np.abs(found)
@@ -209,8 +216,7 @@ def sweep(
         title = f"{loaded.name}, coil {loaded.actuators[index].name}"
         drawn = sweep_figure(loaded.coil, frequencies, curves, on_plate, title=title)
         write_figure(drawn, figure)
-    loudest = int(on_plate.acceleration.argmax())
-    own_modes = model.natural_frequencies(10).tolist()
+    loudest, own_modes = int(on_plate.acceleration.argmax()), model.natural_frequencies(10).tolist()
     among = [one for one in own_modes if start_hz <= one <= stop_hz]
     result = {
         "name": loaded.name,
@@ -226,6 +232,13 @@ def sweep(
         _say_none(own_modes, stop_hz)
     _say_end(coarse, loudest)
     answer(result, as_json=as_json, title=f"Sweep of {loaded.name}")
+
+
+def _first_hz(model: PlateModel) -> float:
+    """Where a sweep begins: 100 Hz, or a fifth below a first mode that lies there or lower."""
+    # A free plate's first modes are its motions as a whole, at 0 Hz.
+    lowest = min((one for one in model.natural_frequencies(10) if one >= 1.0), default=np.inf)
+    return 100.0 if lowest > 110.0 else float(max(1.0, np.floor(0.8 * lowest)))
 
 
 def _say_none(modes_hz: list[float], stop_hz: float) -> None:

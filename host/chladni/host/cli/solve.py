@@ -48,6 +48,9 @@ from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import Focus
 from chladni.sim.fields.transfer import TOLERANCE
 
+LOUDEST_METHOD = "time-reversal"
+"""Finds what a device plays under one finger where its table has no drives."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -103,8 +106,7 @@ def solve_command(
             allow_unmet=True,
         )
     card = score(solution, loaded)
-    hz = loaded.drive.frequency_hz
-    verdict = of_place(card, frequency_hz=hz, for_fingers=loaded.is_for_several)
+    verdict = _verdict(loaded, card, method)
     if figure is not None:
         from chladni.host.figures.solutions import solution_figure  # noqa: PLC0415
 
@@ -126,6 +128,16 @@ def solve_command(
         sys.stderr.write(f"chladni: {NO_COIL}\n")
     title = f"{loaded.name}: the drive for {target} mm"
     answer({"verdict": verdict} | report, as_json=as_json, title=title)
+
+
+def _verdict(board: Board, card: Scorecard, method: str) -> str:
+    """What the score comes to, and whether a device of a board for several plays the drive."""
+    return of_place(
+        card,
+        frequency_hz=board.drive.frequency_hz,
+        for_fingers=board.is_for_several,
+        is_played=method == LOUDEST_METHOD,
+    )
 
 
 def solution_report(board: Board, solution: Solution, scored: Scorecard) -> dict[str, Any]:

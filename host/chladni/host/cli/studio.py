@@ -6,7 +6,7 @@ import os
 import secrets
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,10 +17,12 @@ from chladni.host.cli.common.options import JobsOption, JsonOption, LargeOption
 from chladni.host.cli.common.output import answer, progress_bar
 from chladni.host.cli.common.ranges import LONGEST_S, within
 from chladni.host.protocol.network import make_key, read_key
-from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 from chladni.sim.files import write_whole
+
+if TYPE_CHECKING:
+    from chladni.host.studio.boards.prepared import BoardChoice
 
 PORT = 8160
 TOKEN_BYTES = 16
@@ -78,15 +80,14 @@ def studio(
 ) -> None:
     """Serve a page to press a board on, played by the emulated firmware."""
     loaded = load_board(board)
-    from chladni.drives.objectives import default_objective  # noqa: PLC0415
-
-    own = objective or default_objective(loaded)
-    check_request("phasor", own, SEED, None, None)
-    if export is not None:
-        _export(loaded, own, export, jobs, as_json=as_json)
-        return
+    check_request("phasor", objective or "ssim", SEED, None, None)
     # What serves pages takes a moment to load, and no other command needs it.
-    from chladni.host.studio.boards.prepared import BoardChoice  # noqa: PLC0415
+    from chladni.host.studio.boards.prepared import BoardChoice, page_objective  # noqa: PLC0415
+
+    choice = BoardChoice(loaded, objective or page_objective(loaded))
+    if export is not None:
+        _export(choice, export, jobs, as_json=as_json)
+        return
     from chladni.host.studio.server import listen, serve  # noqa: PLC0415
 
     listening = listen(port, host)
@@ -103,7 +104,7 @@ def studio(
     serve(
         listening,
         token,
-        BoardChoice(loaded, own),
+        choice,
         known_ports=device or (),
         jobs=jobs,
         seconds=seconds,
@@ -111,22 +112,22 @@ def studio(
     )
 
 
-def _export(board: Board, objective: str, folder: Path, jobs: int | None, *, as_json: bool) -> None:
+def _export(choice: BoardChoice, folder: Path, jobs: int | None, *, as_json: bool) -> None:
     """Write the page as a file."""
     if folder.exists() and not folder.is_dir():
         raise InputError("--export", str(folder), "a folder")
     if not folder.absolute().parent.is_dir():
         raise InputError("--export", str(folder), "a folder, there or to be made in one that is")
-    from chladni.host.studio.boards.prepared import BoardChoice, ReadyBoard  # noqa: PLC0415
+    from chladni.host.studio.boards.prepared import ReadyBoard  # noqa: PLC0415
     from chladni.host.studio.export import one_file  # noqa: PLC0415
 
     with progress_bar("solving") as progress:
-        ready = ReadyBoard.of(BoardChoice(board, objective), jobs=jobs, progress=progress)
+        ready = ReadyBoard.of(choice, jobs=jobs, progress=progress)
     data = one_file(ready).encode("utf-8")
     folder.mkdir(exist_ok=True)
     path = folder / "index.html"
     write_whole(path, data)
-    result = {"path": str(path), "bytes": len(data), "board": board.name}
+    result = {"path": str(path), "bytes": len(data), "board": choice.board.name}
     answer(result, as_json=as_json, title="Studio in a file")
 
 

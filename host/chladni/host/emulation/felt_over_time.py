@@ -40,6 +40,9 @@ FELT_FROM_HZ = 40.0
 """A finger feels little below; a second-order Butterworth high-pass."""
 PAD_S = 0.25
 """Of rest before and after, for what rings on."""
+ENVELOPE_POINTS = 200
+LATEST_S = 2e-3
+"""By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 Progress = Callable[[int, int], None]
 
 
@@ -177,3 +180,27 @@ def forces_of(board: Board, recording: Recording) -> FloatArray:
     whole = len(currents) // periods * periods
     means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
     return np.asarray(board.coil.force_factor * means / np.array(coil_gains(board)))
+
+
+def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:
+    """How far a played envelope is from the asked one, dB: 95th percentile of 200 points.
+
+    Points are drawn where the asked one is within 20 dB of its largest, and both have one median
+    there. Each takes the nearest that was played within 2 ms.
+    """
+    wanted, found = _envelope(asked), _envelope(played)
+    is_loud = wanted >= 0.1 * wanted.max()
+    scale = float(np.median(found[is_loud] / wanted[is_loud]))
+    at = np.flatnonzero(is_loud)
+    at = at[np.linspace(0, len(at) - 1, ENVELOPE_POINTS).round().astype(int)]
+    reach = round(LATEST_S * RATE_HZ)
+    errors = []
+    for k in at:
+        near = found[max(0, k - reach) : k + reach + 1] / (scale * wanted[k])
+        errors.append(float(np.abs(20.0 * np.log10(np.maximum(near, 1e-6))).min()))
+    return float(np.percentile(errors, 95.0))
+
+
+def _envelope(wave: FloatArray) -> FloatArray:
+    """Of what oscillates: the magnitude of the analytic signal."""
+    return np.asarray(np.abs(scipy.signal.hilbert(wave)))

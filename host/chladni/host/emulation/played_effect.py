@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.scoring.as_built import PRESS
 from chladni.effects.bank.areas import level_of
@@ -20,9 +20,11 @@ from chladni.host.emulation._emulator import area_at
 from chladni.host.emulation.emulator import Emulator, Recording, TouchEvent
 from chladni.host.emulation.felt_over_time import (
     GRID_HZ,
+    LATEST_S,
     RATE_HZ,
     FingerPlate,
     Progress,
+    envelope_error_db,
     forces_of,
     over_frequency,
     rms,
@@ -47,10 +49,7 @@ PRESSED_MS = 12.0
 TURN_MS = 10.0
 """Between two sendings of samples."""
 AFTER_S = 0.1
-ENVELOPE_POINTS = 200
 NO_UM = "the device knows micrometres from responses: `chladni table build BOARD --for fingers`"
-LATEST_S = 2e-3
-"""By which a point of an envelope may be late or early, the low-pass's own delay apart."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +117,7 @@ def play_effect(
     rested: bool = False,
     bank: bytes | None = None,
     solved: Sequence[SolvedBoard] | None = None,
+    hidden: HiddenPlate | None = None,
     progress: Progress | None = None,
 ) -> PlayedEffect:
     """Put a finger down on an emulated device, which plays an effect under it.
@@ -144,6 +144,9 @@ def play_effect(
         anything, and the place's own level is not taken out.
     solved
         The board `over_frequency`, if it is at hand.
+    hidden
+        The plate that the fingers are on; the board's own by default. Host and device know the
+        board alone.
 
     Raises
     ------
@@ -153,10 +156,7 @@ def play_effect(
     ChladniError
         The device did not play.
     """
-    if board.coil is None:
-        raise MissingError("coil", "a block [coil]", hint="there is no force without one")
-    if other_mm is not None:
-        table.responses_section()  # without them the device knows of one finger alone
+    _check(table, board, other_mm)
     places = np.array([at_mm] if other_mm is None else [at_mm, other_mm]) * MM
     solved = over_frequency(board, progress) if solved is None else solved
     plate = FingerPlate.of(solved, places, newtons)
@@ -172,7 +172,10 @@ def play_effect(
     if rested:
         begins = reported = reported + bias_s + RESTED_S
         bias_s = 0.0
-    forces = forces_of(board, recording)
+    forces = forces_of(hidden.board if hidden else board, recording)
+    if hidden is not None:
+        plate = FingerPlate.of(over_frequency(hidden.board, progress), places, newtons)
+        forces *= hidden.forces
     first = round(begins * RATE_HZ)
     first_s = _begins_s(forces[first:], rested=rested)
     disc = plate.felt_um(forces, 0)[:, first:]
@@ -203,6 +206,14 @@ def play_effect(
         if other is None
         else decibel(float(rms(disc)[playing].max() / other.max()) ** 2),
     )
+
+
+def _check(table: Table, board: Board, other_mm: tuple[float, float] | None) -> None:
+    """Before the plate is solved."""
+    if board.coil is None:
+        raise MissingError("coil", "a block [coil]", hint="there is no force without one")
+    if other_mm is not None:
+        table.responses_section()  # without them the device knows of one finger alone
 
 
 def effect_of_bank(bank: bytes, at_mm: tuple[float, float]) -> tuple[str, Effect, float]:
@@ -315,27 +326,3 @@ def _recorded(
     # The resting finger is reported meanwhile.
     reported = min(at for at in seen if 1e3 * at >= touched_ms)
     return Recording(steps, first.carrier_hz, first.pwm_bits), begins, reported
-
-
-def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:
-    """How far a played envelope is from the asked one, dB: 95th percentile of 200 points.
-
-    Points are drawn where the asked one is within 20 dB of its largest, and both have one median
-    there. Each takes the nearest that was played within 2 ms.
-    """
-    wanted, found = _envelope(asked), _envelope(played)
-    is_loud = wanted >= 0.1 * wanted.max()
-    scale = float(np.median(found[is_loud] / wanted[is_loud]))
-    at = np.flatnonzero(is_loud)
-    at = at[np.linspace(0, len(at) - 1, ENVELOPE_POINTS).round().astype(int)]
-    reach = round(LATEST_S * RATE_HZ)
-    errors = []
-    for k in at:
-        near = found[max(0, k - reach) : k + reach + 1] / (scale * wanted[k])
-        errors.append(float(np.abs(20.0 * np.log10(np.maximum(near, 1e-6))).min()))
-    return float(np.percentile(errors, 95.0))
-
-
-def _envelope(wave: FloatArray) -> FloatArray:
-    """Of what oscillates: the magnitude of the analytic signal."""
-    return np.asarray(np.abs(scipy.signal.hilbert(wave)))

@@ -97,18 +97,15 @@ def score_figure(board: Board, score: Score, verdict: str = "") -> Figure:
             )
         ]
         is_level = unit == "dB"
-        image = axes.pcolormesh(*edges, known.T, **(_about_zero(known) if is_level else {}))
+        image = axes.pcolormesh(*edges, known.T, **(_about_zero if is_level else _from_zero)(known))
         draw_board(axes, board, ink=INK, small=True)
-        axes.set_title(title, fontsize=9, color=INK)
-        if is_level and min(known.shape) > 1 and known.count():
-            across, along = score.maps.x_mm, score.maps.y_mm
-            levels = [-NOTICED_DB, NOTICED_DB]
-            axes.contour(across, along, known.T, levels=levels, colors=INK, linewidths=0.8)
+        lines = f"\nlines on the scale: {NOTICED_DB:g} dB, which a finger notices"
+        axes.set_title(title + lines * is_level, fontsize=9, color=INK)
         if known.count():
-            label = f"{unit}\nlines: a finger notices {NOTICED_DB:g}" if is_level else unit
             bar = figure.colorbar(
-                image, ax=axes, label=label, shrink=0.8, extend="both" if is_level else "neither"
+                image, ax=axes, shrink=0.8, extend="both" if is_level else "neither"
             )
+            bar.set_label(unit, rotation=0, labelpad=10.0)
             for level in (-NOTICED_DB, NOTICED_DB) if is_level else ():
                 bar.ax.axhline(level, color=INK, linewidth=1.0)
         if score.places <= LABELLED and inch * min(score.maps.cell_mm) * MM >= ROOM:
@@ -126,6 +123,11 @@ def _about_zero(levels: np.ma.MaskedArray) -> dict[str, Any]:
     # One cell at a screw is no scale for all others.
     largest = float(np.percentile(sizes, MOST_SHOWN)) if sizes.size else 0.0
     return {"cmap": "RdBu", "norm": CenteredNorm(0.0, max(largest, 2.0 * NOTICED_DB))}
+
+
+def _from_zero(values: np.ma.MaskedArray) -> dict[str, Any]:
+    """Colours from 0: values that hardly differ then look as they are, all alike."""
+    return {"vmin": 0.0, "vmax": float(values.max()) if values.count() else 1.0}
 
 
 def _label(axes: Axes, score: Score, values: np.ma.MaskedArray) -> None:

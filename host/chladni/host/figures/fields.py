@@ -13,6 +13,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
@@ -106,7 +107,12 @@ def pictures(board: Board, count: int) -> tuple[Figure, list[Axes]]:
 
 
 def explain_marks(
-    figure: Figure | SubFigure, board: Board, *, target: bool = False, maximum: bool = False
+    figure: Figure | SubFigure,
+    board: Board,
+    *,
+    target: bool = False,
+    maximum: bool = False,
+    second: bool = False,
 ) -> None:
     """A legend of the marks on pictures of a board, below them."""
     marks = [("o", "actuator", True), ("x", "screw", bool(board.screws)),
@@ -117,11 +123,18 @@ def explain_marks(
         for mark, label, is_there in marks
         if is_there
     ]
+    if second:
+        handles.append(Line2D([], [], linestyle="--", color=INK, label="loudest second finger"))
     if board.winding is not None:
         handles.append(Line2D([], [], linestyle=":", linewidth=0.8, color=INK, label="winding"))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=8, frameon=False
     )
+
+
+def rim_of(ink: str) -> list[AbstractPathEffect]:
+    """Of marks: of the other shade, so that they are seen on every colour."""
+    return [withStroke(linewidth=2.5, foreground=INK if ink == "white" else "white")]
 
 
 def draw_board(
@@ -140,12 +153,13 @@ def draw_board(
     axes.set_ylim(-half_y, half_y)
     axes.set_aspect("equal")
     axes.set_xlabel("x / mm")
+    rim = rim_of(ink)
     for screw in board.screws:
         x, y = np.divide(screw.at, MM)
-        axes.plot(x, y, "x", color=ink, markersize=5 * size)
+        axes.plot(x, y, "x", color=ink, markersize=6 * size, path_effects=rim)
     for at in [own.at for own in board.springs] + [own.at for own in board.pins]:
         x, y = np.divide(at, MM)
-        axes.plot(x, y, "^", color=ink, markersize=5 * size, markerfacecolor="none")
+        axes.plot(x, y, "^", color=ink, markersize=max(8 * size, 6), path_effects=rim)
     for k, actuator in enumerate(board.actuators):
         x, y = np.divide(actuator.at, MM)
         if board.winding is not None:
@@ -155,9 +169,10 @@ def draw_board(
         axes.plot(x, y, "o", markerfacecolor="none", markeredgecolor=ink, markersize=9 * size)
         axes.plot(x, y, "o", color=colour, markersize=5 * size)
     if target_mm is not None:
-        axes.plot(*target_mm, "+", color=ink, markersize=14, markeredgewidth=2)
+        axes.plot(*target_mm, "+", color=ink, markersize=14, markeredgewidth=2, path_effects=rim)
     if maximum_mm is not None:
-        axes.plot(*maximum_mm, "s", color=ink, markersize=10, markerfacecolor="none", clip_on=False)
+        (mark,) = axes.plot(*maximum_mm, "s", color=ink, markersize=10, clip_on=False)
+        mark.set(markerfacecolor="none", path_effects=rim)
 
 
 def draw_level(axes: Axes, board: Board, level_db: FloatArray, least_db: float) -> AxesImage:

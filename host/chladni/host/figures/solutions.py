@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Circle
 
+from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.solve import Solution
 from chladni.host.figures.fields import (
@@ -19,10 +21,13 @@ from chladni.host.figures.fields import (
     explain_marks,
     is_wide,
     maximum_mm,
+    rim_of,
     with_verdict,
 )
 from chladni.host.figures.searches import draw_trace
 from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.image.metrics import FINGERTIP_RADIUS
 
 LARGEST_INCHES = (5.0, 5.4)
 """Of a picture of the board."""
@@ -72,8 +77,15 @@ def solution_figure(
         draw_board(axes, board, target_mm=solution.target_mm, maximum_mm=maximum_mm(board, field))
         axes.set_title(title, fontsize=10, color=INK)
         axes.set_ylabel("y / mm")
+    problem = solved_board(board).problem(solution.target_mm)
+    second = problem.solved.second_fingers.loudest(solution.drive, problem.place)
+    if second is not None:
+        outline = Circle(
+            (second[0] / MM, second[1] / MM), FINGERTIP_RADIUS / MM, fill=False, color="white"
+        )
+        images[1].add_patch(outline).set(linestyle="--", path_effects=rim_of("white"))
     left.colorbar(drawn, ax=images, label="energy image, share of its range", shrink=0.6)
-    explain_marks(left, board, target=True, maximum=True)
+    explain_marks(left, board, target=True, maximum=True, second=second is not None)
     coils, sheet = np.asarray(right.subplots(2, 1, height_ratios=[1.0, 1.3])).tolist()
     _draw_coils(coils, board, solution)
     _write_scorecard(sheet, solution, card)

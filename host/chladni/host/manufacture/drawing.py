@@ -6,7 +6,7 @@ Shapes only; `drawing_files` writes them. Places are measured from the plate's c
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import foot_radius
@@ -20,6 +20,8 @@ MARGIN_MM, ROW_MM = 6.0, 3.6
 DIMENSION_MM = 8.0
 """From the plate's edge to its overall dimensions."""
 ORDINATE_MM = 5.0
+CLEARANCE = 0.25e-3
+"""m, round a magnet in its hole of the foam: a punch and a glued magnet are each as far off."""
 LETTER_MM = 1.7
 """Width of a letter of the list, of a wide font."""
 LAYERS = {
@@ -121,13 +123,18 @@ def hole_list(board: Board) -> tuple[HoleRow, ...]:
 
 
 def _foam_holes(board: Board) -> list[CutOut]:
-    """Cut-outs that there is foam for: of strips those that reach one."""
+    """Cut-outs that there is foam for: of strips those that reach one. Magnets get clearance."""
     pieces = board.foundation_strips
+    least = {own.at: _magnet_radius(board) + CLEARANCE for own in board.actuators}
     return [
-        cut
+        replace(cut, radius=max(cut.radius, least.get(cut.at, 0.0)))
         for cut in board.all_cut_outs
         if not pieces or any(_apart(cut.at, piece) < cut.radius for piece in pieces)
     ]
+
+
+def _magnet_radius(board: Board) -> float:
+    return board.magnet.radius if board.magnet else 0.0
 
 
 def _apart(at: Point, piece: tuple[float, float, float, float]) -> float:
@@ -173,8 +180,9 @@ def _discs(board: Board) -> list[Shape]:
             around = (board.winding.inner, board.winding.outer)
             shapes += [Circle("coils", at, _mm(d) / 2.0) for d in around if d > 0.0]
         shapes += _cross("magnets", at)
-        beside = (at[0] + 0.5, at[1] + 0.5)
-        shapes.append(Text("text", beside, str(channel), 1.6))
+        widest = max(board.winding.outer / 2.0 if board.winding else 0.0, _magnet_radius(board))
+        above = at[0], at[1] + _mm(widest) + 0.5
+        shapes.append(Text("text", above, f"{channel} {actuator.name}", 1.6, centred=True))
     return shapes
 
 
@@ -243,7 +251,7 @@ def _title(board: Board) -> list[str]:
     return [
         *rows,
         "1:1, in mm from the plate's middle, seen from above",
-        "numbers on coils are channels",
+        "above coils: channel and name",
     ]
 
 

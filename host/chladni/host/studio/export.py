@@ -14,7 +14,9 @@ from posixpath import normpath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from chladni.drives.fingers.silence import disc_weights, ring_offsets
 from chladni.host.studio.boards.board_message import board_message, fields_bytes
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.sender import in_json
@@ -23,7 +25,11 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.coil.full_drive import full_drive
 from chladni.tables.firmware_reader import FirmwareReader
 from chladni.tables.format import pack
+from chladni.tables.layout import FULL_SCALE
+from chladni.tables.responses import TableResponses
 from chladni.tables.table import dequantise
+
+FloatArray = NDArray[np.float64]
 
 PAGE = Path(__file__).parent / "page"
 ENTRY = "offline"
@@ -65,26 +71,41 @@ def file_data(ready: ReadyBoard) -> dict[str, Any]:
     `drives` are int16 (places, actuators, 2), in units of `full_scale_gain` / 32767, and
     `newtons` float32 (places,), what a gain of one is worth; places go along x first.
     """
-    table, section = ready.table, ready.table.sections[0]
     x_mm, y_mm = places_mm(ready)
-    across, along = np.meshgrid(x_mm, y_mm)
-    x_um, y_um = (np.rint(axis.ravel() * 1e3).astype(np.int64) for axis in (across, along))
-    reader = FirmwareReader(pack(table), table.actuators)
-    integers = reader.integers(section.frequency_hz, x_um, y_um)
+    across, along = (axis.ravel() for axis in np.meshgrid(x_mm, y_mm))
+    integers, full_scale_gain = _drives(ready, np.stack((across, along), axis=1) * MM)
     newtons = np.zeros(len(integers))
-    for k, drive in enumerate(dequantise(integers, section.full_scale_gain)):
-        full = full_drive(ready.board, drive, section.frequency_hz)
+    for k, drive in enumerate(dequantise(integers, full_scale_gain)):
+        full = full_drive(ready.board, drive, ready.frequency_hz)
         newtons[k] = full.newtons / np.abs(drive).max() if full else np.nan
     return {
         "board": board_message(ready, FROM_TABLE) | {"most_fingers": 1},
         "fields": _base64(fields_bytes(ready)),
         "places": {"x_mm": x_mm, "y_mm": y_mm},
         "words": WORDS,
-        "levels": levels_of_feeling(section.frequency_hz),
-        "full_scale_gain": section.full_scale_gain,
+        "levels": levels_of_feeling(ready.frequency_hz),
+        "full_scale_gain": full_scale_gain,
         "drives": _base64(integers.astype("<i2").tobytes()),
         "newtons": _base64(newtons.astype("<f4").tobytes()),
     }
+
+
+def _drives(ready: ReadyBoard, places: FloatArray) -> tuple[NDArray[np.int16], float]:
+    """What one finger at each place (k, 2), m, plays, and the gain that full scale stands for.
+
+    Without drives in the table it is the loudest: the conjugate of what coils do under the finger.
+    """
+    table = ready.table
+    if table.sections:
+        x_um, y_um = np.rint(places / MM * 1e3).astype(np.int64).T
+        section, reader = table.sections[0], FirmwareReader(pack(table), table.actuators)
+        return reader.integers(section.frequency_hz, x_um, y_um), section.full_scale_gain
+    points = places[:, None] + ring_offsets()
+    known = TableResponses.of(table).at(points.reshape(-1, 2))
+    means = np.einsum("p,kpa->ka", disc_weights(), known.reshape(*points.shape[:2], -1))
+    loudest = means.conj() / np.abs(means).max(axis=1, keepdims=True).clip(1e-300)
+    parts = np.stack((loudest.real, loudest.imag), axis=2)
+    return np.rint(parts * FULL_SCALE).astype(np.int16), 1.0
 
 
 def places_mm(ready: ReadyBoard) -> tuple[list[float], list[float]]:

@@ -82,6 +82,14 @@ class SecondFingers:
         own = float(levels[int(np.argmin(apart))])
         return metrics.decibel(own / loudest) if loudest > 0.0 else -metrics.FLOOR_DB
 
+    def loudest(self, drive: ComplexArray, place: Place) -> Place | None:
+        """Centre of the loudest disc 12 mm or more away from a place, m; None without one."""
+        away = self.distances(place) > metrics.SECOND_FINGER_DISTANCE
+        if not away.any():
+            return None
+        x, y = self.centres[int(np.argmax(np.where(away, self.mean_squares(drive), -1.0)))]
+        return float(x), float(y)
+
     def distances(self, place: Place) -> FloatArray:
         """From a place (m) to every disc's centre, m, shape (discs,)."""
         return np.asarray(np.hypot(*(self.centres - place).T))

@@ -151,10 +151,17 @@ def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
     return told.rstrip()
 
 
-def of_place(card: Scorecard, *, frequency_hz: float, for_fingers: bool = False) -> str:
+def of_place(
+    card: Scorecard, *, frequency_hz: float, for_fingers: bool = False, is_played: bool = True
+) -> str:
     """Whether one drive focuses, and whether a finger feels it.
 
-    `for_fingers`: the board is for several, and this is of one alone.
+    Parameters
+    ----------
+    for_fingers
+        The board is for several, and this is of one alone.
+    is_played
+        Whether its device plays this drive.
     """
     if not card.movable:
         return "No drive of these coils moves this place."
@@ -172,13 +179,18 @@ def of_place(card: Scorecard, *, frequency_hz: float, for_fingers: bool = False)
         told += f", one 20 mm away {_less(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
-    several = SEVERAL if for_fingers else ""
+    several = (SEVERAL if is_played else NOT_PLAYED) if for_fingers else ""
     return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}{several}".rstrip()
 
 
 SEVERAL = (
-    " The board is for several fingers, and this is one alone, under which a device plays the "
-    "loudest drive: `chladni fingers` says how far apart it keeps several."
+    " The board is for several fingers, and this is the drive that its device plays under one "
+    "alone, the loudest: `chladni fingers` says how far apart it keeps several."
+)
+NOT_PLAYED = (
+    " The board is for several fingers, and its device does not play this drive: under one alone "
+    "it plays the loudest (`--method time-reversal`). `chladni fingers` says how far apart it "
+    "keeps several."
 )
 
 

@@ -10,10 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
 from chladni.effects.bank.layout import SIGNAL_HZ
+from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.board_reports import say_waves
 from chladni.host.cli.common.options import (
@@ -31,11 +33,11 @@ from chladni.host.cli.common.output import (
     say,
     write_figure,
 )
-from chladni.host.cli.common.ranges import LEAST_APART_MM, within
+from chladni.host.cli.common.ranges import LEAST_APART_MM, MOST_SEED, within
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
-from chladni.host.cli.effects.remarks import say_filtered
+from chladni.host.cli.effects.remarks import say_filtered, say_off_board
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
@@ -85,6 +87,13 @@ def play(
             help="How hard emulated fingers press, N.",
         ),
     ] = PRESS,
+    hidden: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[BOARD@]SEED",
+            help="Emulated fingers are on the plate of `calibrate --board BOARD --hidden SEED`.",
+        ),
+    ] = None,
     rested: Annotated[
         bool,
         typer.Option("--rested", help="The emulated finger has rested: a switch's bias stands."),
@@ -109,11 +118,9 @@ def play(
     if connection.emulated_bank is not None and (level_db < 0.0 or level_um is not None):
         option = "--level-db" if level_um is None else "--level-um"
         raise ConflictError(option, "--bank", hint="its areas have levels of their own")
-    if rested and (effect is None or not connection.emulator):
-        own = "--bank" if effect is None else "--port or --udp"
-        raise ConflictError("--rested", own, hint="it is for an effect that is sent to --emulator")
+    _check_emulated(connection, effect, rested, hidden)
     if effect is None:
-        _from_bank(connection, place, beside, press, figure, as_json=as_json)
+        _from_bank(connection, place, beside, (press, hidden), figure, as_json=as_json)
         return
     read = read_effect(effect, field="EFFECT")
     for one in read.left_out:
@@ -139,26 +146,42 @@ def play(
             level_um=level_um,
             newtons=press,
             rested=rested,
+            hidden=_plate(board, hidden),
             progress=progress,
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
     _tell(known, found, (place, beside), figure, as_json=as_json)
 
 
+def _check_emulated(
+    connection: Connection, effect: str | None, rested: bool, hidden: str | None
+) -> None:
+    """Refuse what only an emulated device has."""
+    if rested and (effect is None or not connection.emulator):
+        own = "--bank" if effect is None else "--port or --udp"
+        raise ConflictError("--rested", own, hint="it is for an effect that is sent to --emulator")
+    if hidden is not None and not connection.emulator:
+        raise ConflictError("--hidden", "--port or --udp", hint="a real device has its own plate")
+
+
 def _from_bank(
     connection: Connection,
     place: Place,
     beside: Place | None,
-    press: float,
+    press: tuple[float, str | None],
     figure: Path | None,
     *,
     as_json: bool,
 ) -> None:
-    """A press on an emulated device that has a bank in its flash, and no host."""
+    """A press on an emulated device that has a bank in its flash, and no host.
+
+    `press`: newtons, and on which hidden plate.
+    """
     if not connection.emulator:
         hint = "`chladni effects flash` gives a device its bank, and fingers play it"
         raise ConflictError("--bank", "--port or --udp", hint=hint)
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
+    say_off_board(unpack_bank(bank), load_board(connection.board))
     area, effect, level = effect_of_bank(bank, place)
     table, board = _table(connection)
     say_filtered(effect)
@@ -171,7 +194,8 @@ def _from_bank(
             place,
             other_mm=beside,
             level=level,
-            newtons=press,
+            newtons=press[0],
+            hidden=_plate(board, press[1]),
             bank=bank,
             progress=progress,
         )
@@ -211,6 +235,23 @@ def _table(connection: Connection) -> tuple[Table, Board]:
     board = load_board(connection.board)
     with progress_bar("table") as progress:
         return build_for(board, "fingers", progress=progress)[0], board
+
+
+def _plate(board: Board, asked: str | None) -> HiddenPlate | None:
+    """The plate that `--hidden` names; a file that was measured is not what it is drawn from."""
+    if asked is None:
+        return None
+    name, at, seed = asked.rpartition("@")
+    if not (seed.isascii() and seed.isdigit() and len(seed) <= len(str(MOST_SEED))):
+        raise InputError("--hidden", asked, "SEED or BOARD@SEED, a whole number as of `calibrate`")
+    if board.measured is not None and not at:
+        hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
+        raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
+    plate = hidden_plate(load_board(name) if at else board, int(seed))
+    same = [(own.plate.size, len(own.actuators)) for own in (plate.board, board)]
+    if same[0] != same[1]:
+        raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")
+    return plate
 
 
 def _on_device(

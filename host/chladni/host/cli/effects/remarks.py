@@ -9,6 +9,8 @@ from chladni.effects.effect import Effect
 from chladni.effects.low_pass import EDGE_HZ, POLES
 from chladni.host.cli.common.output import say
 from chladni.host.protocol.config import PANELS, DeviceConfig
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import decibel
 
 
@@ -22,14 +24,24 @@ def say_out_of_reach(bank: Bank, config: DeviceConfig) -> None:
         (1e-3 * (middle - extent / 2.0), 1e-3 * (middle + extent / 2.0))
         for middle, extent in zip((config["panel_x_um"], config["panel_y_um"]), size, strict=True)
     ]
+    _say_beyond(bank, sides, "the device's panel")
+
+
+def say_off_board(bank: Bank, board: Board) -> None:
+    """Remark on areas beyond a board: the bank was built for another one."""
+    halves = [side / 2.0 / MM for side in board.plate.size]
+    _say_beyond(bank, [(-half, half) for half in halves], f"the board {board.name}")
+
+
+def _say_beyond(bank: Bank, sides: Sequence[tuple[float, float]], what: str) -> None:
     beyond = [area.name for area in bank.areas if not _is_within(area.shape, sides)]
     if not beyond:
         return
     x, y = ("{:g} to {:g}".format(*side) for side in sides)
     more = f" and {len(beyond) - 3} more" if len(beyond) > 3 else ""
     say(
-        f"{', '.join(beyond[:3])}{more}: these areas reach beyond the device's panel, which has "
-        f"x {x} and y {y} mm"
+        f"{', '.join(beyond[:3])}{more}: these areas reach beyond {what}, which has x {x} and "
+        f"y {y} mm"
     )
 
 

@@ -47,6 +47,12 @@ def _bank(bank: dict[str, Any] | None) -> str:
     return f"{bank['name']}, {bank['effects']} effects, {bank['areas']} areas"
 
 
+OF_TABLE = (
+    "what the device reckons from its table; `chladni play` and `chladni fingers` solve the plate, "
+    "and most often find fewer"
+)
+
+
 def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
     """`Device.fingers.all` by rows: where each is, and how far it is kept apart."""
     rows = {}
@@ -59,4 +65,6 @@ def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
         if apart is not None:
             text += f", the others have {apart:.0f} dB less of it by the table"
         rows[f"finger {one['finger']}"] = text
+    if any(one["isolation_db"] is not None for one in fingers):
+        rows["these dB"] = OF_TABLE
     return rows

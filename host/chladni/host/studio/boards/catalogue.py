@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from chladni.design.spec import Spec, parse_spec, read_spec
 from chladni.drives.methods import SEED
-from chladni.drives.objectives import default_objective, objective_of
+from chladni.drives.objectives import objective_of
 from chladni.drives.solve import check_request
-from chladni.host.studio.boards.prepared import BoardChoice
+from chladni.host.studio.boards.prepared import TABLE_METHOD, BoardChoice, page_objective
 from chladni.host.studio.messages.requests import Begin, Choose, Open
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board, shipped_boards, shipped_specs
@@ -52,9 +52,10 @@ class Catalogue:
         board = shown if request.board is None else self._board(request.board)
         if request.frequency_hz is not None:
             board = replace(board, drive=replace(board.drive, frequency_hz=request.frequency_hz))
-        objective = request.objective or objective_of(board, request.method)
-        check_request(request.method, objective, SEED, None, None)
-        return BoardChoice(board, objective, request.method)
+        check_request(request.method, request.objective or "ssim", SEED, None, None)
+        is_of_tables = request.method == TABLE_METHOD
+        own = page_objective(board) if is_of_tables else objective_of(board, request.method)
+        return BoardChoice(board, request.objective or own, request.method)
 
     def asked(self, request: Begin) -> tuple[str, Spec]:
         """A design's name and its SPEC.
@@ -80,7 +81,7 @@ class Catalogue:
             What is wrong with it, by file, key and value.
         """
         board = parse_board(request.text, file=request.name[:MOST_NAME])
-        return BoardChoice(board, default_objective(board))
+        return BoardChoice(board, page_objective(board))
 
     def _board(self, name: str) -> Board:
         if name == self.first.board.name:

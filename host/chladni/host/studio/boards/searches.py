@@ -15,8 +15,7 @@ from chladni.design.evaluate import completed_board
 from chladni.design.front import Entry, front_of
 from chladni.design.search import design
 from chladni.design.spec import Spec
-from chladni.drives.objectives import default_objective
-from chladni.host.studio.boards.prepared import BoardChoice
+from chladni.host.studio.boards.prepared import BoardChoice, page_objective
 from chladni.host.studio.messages.sender import Sender
 from chladni.sim.errors import ChladniError, InputError, StoppedError
 
@@ -171,7 +170,7 @@ class PageSearch:
         if index >= len(entries):
             raise InputError("index", index, f"one of the {len(entries)} boards that were found")
         board = completed_board(entries[index].document)
-        return BoardChoice(board, default_objective(board))
+        return BoardChoice(board, page_objective(board))
 
     async def follow(self) -> None:
         """Tell the page how each search goes, until cancelled."""

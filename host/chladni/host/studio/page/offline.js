@@ -77,6 +77,7 @@ class ExportedBoard {
 
   there(db) {
     const { alike_db: alike, most_db: most } = this.data.levels;
+    if (this.data.board.objective === "loudest") return this.say("loudest", {});
     if (db === undefined || db >= most) return "";
     const kind = Math.abs(db) < alike ? "alike" : db < 0 ? "louder" : "quieter";
     return this.say(kind, { db: Math.round(Math.abs(db)) });

@@ -14,6 +14,9 @@ function saveBlob(name, blob) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+// What the page's style sheet gives marks, which a picture does not have.
+const STYLE = ["display", "fill", "font-weight", "font-family", "stroke", "stroke-opacity", "stroke-linecap"];
+
 // The field smoothly enlarged, and the marks over it.
 export async function savePicture({ parts, board, painter }) {
   if (!board || !painter.works) return;
@@ -32,13 +35,14 @@ export async function savePicture({ parts, board, painter }) {
 async function pictureOf(svg, { width, height }) {
   const copy = svg.cloneNode(true);
   const ratio = width / svg.clientWidth;
-  const shapes = svg.querySelectorAll("path, circle");
-  copy.querySelectorAll("path, circle").forEach((own, k) => {
+  const shapes = svg.querySelectorAll("path, circle, text");
+  copy.querySelectorAll("path, circle, text").forEach((own, k) => {
     const style = getComputedStyle(shapes[k]);
-    own.setAttribute("fill", "none");
     own.setAttribute("vector-effect", "non-scaling-stroke");
-    for (const name of ["stroke", "stroke-opacity", "stroke-linecap"]) own.setAttribute(name, style.getPropertyValue(name));
+    for (const name of STYLE) own.setAttribute(name, style.getPropertyValue(name));
     own.setAttribute("stroke-width", ratio * parseFloat(style.strokeWidth));
+    const dashes = own.getAttribute("stroke-dasharray");
+    if (dashes) own.setAttribute("stroke-dasharray", dashes.split(" ").map((length) => ratio * length).join(" "));
   });
   copy.setAttribute("width", width);
   copy.setAttribute("height", height);

@@ -14,8 +14,12 @@ const ROWS = [
 // On a board made to focus: what the finger gets, what the others get, and SSIM last.
 const FOCUS = ["second_finger_db", "finger_um", "sensation_db", "louder_fraction", "contrast_db", "focal_error_mm", "finger_load", "ssim"];
 
+// Of the loudest drive for one finger: what it gets, and nothing that only a focus or an image is asked for.
+const LOUDEST = ["finger_um", "sensation_db", "finger_load", "second_finger_db", "focal_error_mm"];
+const ORDERS = { focus: FOCUS, loudest: LOUDEST };
+
 export function showNumbers(table, numbers, objective) {
-  const order = objective === "focus" ? FOCUS : ROWS.map(([key]) => key);
+  const order = ORDERS[objective] ?? ROWS.map(([key]) => key);
   const known = order.map((key) => ROWS.find(([own]) => own === key)).filter(([key]) => key in numbers);
   fill(table, known.map(([key, label, value, compare]) => ({
     key, raw: numbers[key], cells: [label, value(numbers), compare(numbers)],

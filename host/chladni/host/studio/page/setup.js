@@ -47,6 +47,19 @@ export class Setup {
     this.shown = board;
   }
 
+  // A board's shape, the places on it, and what can be saved of it.
+  fit({ size_mm: size, corner_radius_mm: corner, has_table: hasTable }) {
+    const { parts, section } = this.view;
+    section.classList.toggle("wide", size[0] > size[1]);
+    parts.frame.style.setProperty("--ratio", size[0] / size[1]);
+    ["x", "y"].forEach((axis, k) => {
+      const most = Math.floor(5 * size[k]) / 10;
+      parts.plate.style.setProperty(`--corner-${axis}`, `${(100 * corner) / size[k]}%`);
+      Object.assign(parts[axis], { min: -most, max: most });
+    });
+    parts.saveTable.disabled = !hasTable;
+  }
+
   choose() {
     const { parts, source } = this.view, board = parts.board.value;
     const frequency = parts.frequency.valueAsNumber;

@@ -16,6 +16,7 @@ import { Touches } from "./touches.js";
 
 const TOLD_EVERY_MS = 500;
 const KEYS = "Board. Arrow keys move a finger by 1 mm, with Shift by 5 mm. Space puts it down or lifts it. Escape lifts it.";
+const AIMS = { loudest: "for several fingers, one alone with the loudest drive" };
 const SEVERAL_KEYS = "A adds a finger that stays. Tab selects the next finger, Delete removes it.";
 
 // Messages that are a part's own.
@@ -76,7 +77,8 @@ export class View {
       this.touches.go(this.touches.selected, this.asked(), event.timeStamp);
     });
     parts.lift.addEventListener("click", () => this.touches.lift(this.touches.selected));
-    parts.add.addEventListener("click", ({ timeStamp }) => this.touches.add(this.asked(), timeStamp));
+    // The form says itself which places are on the board.
+    parts.add.addEventListener("click", ({ timeStamp }) => parts.place.reportValidity() && this.touches.add(this.asked(), timeStamp));
   }
 
   // The place in the form's fields.
@@ -141,10 +143,8 @@ export class View {
     const size = board.size_mm.map((side) => side.toFixed(1)).join(" × ");
     parts.name.textContent = board.name;
     this.section.setAttribute("aria-label", `Board ${board.name}, view ${this.number}`);
-    parts.about.textContent = `${size} mm, ${board.actuators.length} coils at ${board.frequency_hz} Hz, drives best at ${board.objective}. ${board.source}`;
-    parts.frame.style.setProperty("--ratio", board.size_mm[0] / board.size_mm[1]);
-    parts.plate.style.setProperty("--corner-x", `${(100 * board.corner_radius_mm) / board.size_mm[0]}%`);
-    parts.plate.style.setProperty("--corner-y", `${(100 * board.corner_radius_mm) / board.size_mm[1]}%`);
+    parts.about.textContent = `${size} mm, ${board.actuators.length} coils at ${board.frequency_hz} Hz, ${AIMS[board.objective] ?? `drives best at ${board.objective}`}. ${board.source}`;
+    this.setup.fit(board);
     this.marks.fit(board);
     parts.screwMark.hidden = !board.screws.length;
     parts.footMark.hidden = !board.feet_mm.length;
@@ -155,7 +155,6 @@ export class View {
     parts.add.hidden = parts.severalHint.hidden = board.most_fingers < 2;
     parts.plate.setAttribute("aria-label", board.most_fingers < 2 ? KEYS : `${KEYS} ${SEVERAL_KEYS}`);
     this.movable.fit(board);
-    parts.saveTable.disabled = !board.has_table;
     this.drive = null;
     if (!board.is_draft) this.forget();
   }

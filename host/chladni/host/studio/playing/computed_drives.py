@@ -11,7 +11,7 @@ from typing import Any
 
 from chladni.drives.methods import SEED, Options
 from chladni.drives.solve import solve_problem
-from chladni.host.studio.boards.prepared import Prepared
+from chladni.host.studio.boards.prepared import LOUDEST, Prepared
 from chladni.host.studio.messages.requests import Move, Place, Touch, Voice
 from chladni.host.studio.playing.played import Played
 from chladni.sim.board.board import Board
@@ -81,7 +81,12 @@ class ComputedDrives:
         """
         problem = self.prepared.solved.problem(place_mm)
         choice = self.prepared.choice
-        found = solve_problem(problem, choice.method, Options(choice.objective, SEED))
+        # The loudest drive is the method of time reversal's.
+        is_loudest = choice.objective == LOUDEST
+        method, objective = (
+            ("time-reversal", "ssim") if is_loudest else (choice.method, choice.objective)
+        )
+        found = solve_problem(problem, method, Options(objective, SEED))
         return Played(place_mm, found.drive, None, COMPUTED)
 
 

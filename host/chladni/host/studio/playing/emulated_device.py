@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from chladni.host.emulation.demodulate import Play, first_change, made_drive
+import numpy as np
+
+from chladni.host.emulation.demodulate import Play, first_change, made_drive, phasors
 from chladni.host.emulation.emulator import LEVEL, Emulator, Recording, TouchEvent
 from chladni.host.emulation.settling import LEAST_WAVES, SETTLE_MS
+from chladni.host.protocol.board_config import coil_gains
 from chladni.host.studio.boards.prepared import ReadyBoard
 from chladni.host.studio.messages.requests import Place, Touch
-from chladni.host.studio.playing.played import Played, turned
+from chladni.host.studio.playing.played import ComplexArray, Played, turned
+from chladni.sim.coil.circuit import circuit_of
 from chladni.sim.errors import ChladniError
 
 FIRST_TOUCH_MS = 20.0
@@ -31,11 +35,10 @@ class EmulatedDevice:
 
     def __init__(self, ready: ReadyBoard) -> None:
         self._ready = ready
-        self._section = ready.table.sections[0]
         self._emulator: Emulator | None = None
         self._begun_ms = 0.0
         self._down: dict[int, Place] = {}
-        waves_ms = LEAST_WAVES / self._section.frequency_hz * 1e3
+        waves_ms = LEAST_WAVES / ready.frequency_hz * 1e3
         limits = ready.table.limits
         report_ms = ready.board.panel.report_ms if ready.board.panel else 10
         self._settle_ms = report_ms + BESIDES_REPORT_MS + limits.ramp_us / 1e3 + SETTLE_MS
@@ -113,10 +116,18 @@ class EmulatedDevice:
         emulator.run(self._settle_ms)
         recording = emulator.run(self._step_ms - self._settle_ms)
         play = Play(0, recording.duty_steps.shape[0])
-        drive = made_drive(recording, play, self._section, self._ready.board, level=LEVEL)
+        drive = self._drive(recording, play)
         # The firmware's rule: the first finger down plays until it lifts.
         place = next(iter(self._down.values()))
         return Played(place, turned(self._ready, drive, place), latency, emulator.core.state)
+
+    def _drive(self, recording: Recording, play: Play) -> ComplexArray:
+        """As the coils have it; without drives in the table in units of a duty of 1."""
+        board, table = self._ready.board, self._ready.table
+        if table.sections:
+            return made_drive(recording, play, table.sections[0], board, level=LEVEL)
+        found = phasors(recording, play, self._ready.frequency_hz, circuit_of(board))
+        return np.asarray(found / np.array(coil_gains(board)))
 
 
 def _latency_ms(recording: Recording) -> float | None:

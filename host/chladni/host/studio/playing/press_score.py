@@ -8,7 +8,7 @@ import numpy as np
 
 from chladni.drives.problem.problem import Problem
 from chladni.drives.scoring.scorecard import Scorecard, null_models, score_on
-from chladni.host.studio.boards.prepared import Prepared
+from chladni.host.studio.boards.prepared import LOUDEST, Prepared
 from chladni.host.studio.playing.played import Played
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.transfer import target_field
@@ -36,20 +36,16 @@ def numbers_of(ready: Prepared, played: Played) -> dict[str, Any]:
     numbers = card.by_key()
     i, j = np.unravel_index(int(np.argmax(np.abs(field))), field.shape)
     numbers["maximum_mm"] = [float(solved.fields.x[i] / MM), float(solved.fields.y[j] / MM)]
-    numbers["second_finger_mm"] = _second_finger_mm(problem, played)
-    numbers["words"] = in_words(card, solved.fields.frequency_hz)
-    if ready.board.is_for_several:
-        numbers["words"] += " " + WORDS["several"]
+    second = solved.second_fingers.loudest(played.drive, problem.place)
+    numbers["second_finger_mm"] = second and [value / MM for value in second]
+    if ready.choice.objective == LOUDEST and card.movable:
+        # It is not meant as a focus, so what others get of it is no verdict.
+        told = f"{_here(card, solved.fields.frequency_hz)} {WORDS['loudest']}"
+    else:
+        told = in_words(card, solved.fields.frequency_hz)
+    several = ready.board.is_for_several and played.fingers is None
+    numbers["words"] = f"{told} {WORDS['several']}" if several else told
     return numbers
-
-
-def _second_finger_mm(problem: Problem, played: Played) -> list[float] | None:
-    discs = problem.solved.second_fingers
-    away = discs.distances(problem.place) > metrics.SECOND_FINGER_DISTANCE
-    if not away.any():
-        return None
-    levels = np.where(away, discs.mean_squares(played.drive), -1.0)
-    return [float(value) for value in discs.centres[int(np.argmax(levels))] / MM]
 
 
 WORDS = {
@@ -69,6 +65,7 @@ WORDS = {
     "alike": "A second finger 12 mm away or more can feel as much.",
     "louder": "It is no focus: a second finger elsewhere gets {db} dB more.",
     "quieter": "A second finger 12 mm away or more gets at least {db} dB less.",
+    "loudest": "It is the loudest drive for this place, which a device plays under one finger.",
     "several": "The board is for several fingers: add one, and see what each has of the others.",
 }
 """What a press comes to; a page without a server says it by the same words."""
