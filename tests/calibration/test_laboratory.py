@@ -20,7 +20,7 @@ from chladni.calibration.laboratory.measured_fields import (
     Per,
     Response,
 )
-from chladni.calibration.laboratory.measured_files import read_measured
+from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.fields.induced import open_coils
@@ -71,18 +71,6 @@ def measured(board: Board, hidden: HiddenPlate) -> MeasuredFields:
         np.repeat([hz for _, hz, _ in rows], count),
         np.concatenate([values for _, _, values in rows]),
     )
-
-
-def as_csv(fields: MeasuredFields) -> str:
-    rows = zip(
-        fields.coils + 1,
-        *(1e3 * fields.places.T),
-        fields.hz,
-        fields.values.real,
-        fields.values.imag,
-        strict=True,
-    )
-    return "\n".join([HEADER, *(",".join(f"{own:.9g}" for own in row) for row in rows)])
 
 
 def test_the_board_that_has_these_fields_is_found(
@@ -177,7 +165,7 @@ def test_another_board_and_too_little_are_refused(board: Board, measured: Measur
 
 def test_csv_and_npz_are_read_alike(board: Board, measured: MeasuredFields, tmp_path: Path) -> None:
     table, arrays = tmp_path / "m.csv", tmp_path / "m.npz"
-    table.write_text(as_csv(measured), encoding="utf-8")
+    table.write_bytes(fields_csv(measured))
     np.savez(
         arrays,
         coil=measured.coils + 1,
@@ -286,7 +274,7 @@ def test_the_command_writes_the_board(
     drawn, table, output = tmp_path / "small.toml", tmp_path / "m.csv", tmp_path / "o.toml"
     drawn.write_bytes(board_file(board))
     velocities = measured.values * 2j * np.pi * measured.hz
-    table.write_text(as_csv(dataclasses.replace(measured, values=velocities)), encoding="utf-8")
+    table.write_bytes(fields_csv(dataclasses.replace(measured, values=velocities)))
     done = chladni(
         "calibrate",
         "--board",

@@ -11,6 +11,7 @@ import pytest
 
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
+from chladni.calibration.laboratory.measured_files import read_measured
 from chladni.calibration.restored import Restored
 from chladni.drives.scoring.spread import Spread
 from chladni.host.device.virtual_port import VirtualPort
@@ -88,10 +89,11 @@ def test_a_board_is_calibrated_and_its_file_is_one(
 
 
 def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_path: Path) -> None:
+    kept, sensor = tmp_path / "kept.csv", ("--sensor-g", "1.5")
+    written = ("-o", tmp_path / "measured.toml", "--json")
     done = chladni(
-        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED)),
-        *("--accelerometer", "8,5", "--sensor-g", "1.5", "--sets", "20", "--json"),
-        *("-o", tmp_path / "measured.toml"),
+        *("calibrate", "--board", drawn, "--emulator", "--hidden", str(SEED), "--sets", "20"),
+        *("--accelerometer", "8,5", *sensor, "--readings", kept, *written),
     )
     assert done.code == 0, done.err
     signs = [own["polarity"] for own in done.json["coils"]]
@@ -99,6 +101,9 @@ def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_pa
     assert done.json["by"] == f"an accelerometer, emulated, plate {SEED}"
     before, after = (done.json[key]["fingers_2_db"]["median"] for key in ("before", "after"))
     assert after > before + 6.0
+    fields = read_measured(kept, small_board(), "acceleration", "current")
+    assert fields.hz.size == 3 * len(done.json["coils"])
+    assert np.unique(fields.places, axis=0) == pytest.approx(np.array([[8e-3, 5e-3]]))
 
 
 @pytest.mark.parametrize(
@@ -108,6 +113,7 @@ def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_pa
         ("--accelerometer 8,5 --sensor-g 900", "--sensor-g"),
         ("--accelerometer 80,5 --sensor-g 1", "a place on the board"),
         ("--accelerometer 8,5 --sensor-g 1 --microphone", "does not go with another way"),
+        ("--accelerometer 8,5 --sensor-g 1 --readings r.json", ".csv"),
         ("--sensor-g 1", "no --accelerometer"),
     ],
 )

@@ -60,6 +60,23 @@ def read_measured(
     return checked(reader(path, board, *asked), board, str(path))
 
 
+def fields_csv(fields: MeasuredFields) -> bytes:
+    """A file that `read_measured` reads as these fields."""
+    rows = zip(
+        (fields.coils + 1).tolist(),
+        *(1e3 * fields.places).T.tolist(),
+        fields.hz.tolist(),
+        fields.values.real.tolist(),
+        fields.values.imag.tolist(),
+        strict=True,
+    )
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(rows)
+    return text.getvalue().encode()
+
+
 def _read_csv(
     path: Path, board: Board, response: Response | None, per: Per | None
 ) -> MeasuredFields:

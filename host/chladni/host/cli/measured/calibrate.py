@@ -69,7 +69,10 @@ def calibrate(
     ] = None,
     readings: Annotated[
         Path | None,
-        typer.Option(help="What coils read (.json): written with a device, read without one."),
+        typer.Option(
+            help="What coils read (.json): written with a device, read without one. Of an "
+            "accelerometer (.csv): written, and read by --measured."
+        ),
     ] = None,
     measured: Annotated[
         Path | None,
@@ -117,19 +120,19 @@ def calibrate(
     check_figure(figure)
     way = {"emulator": emulator, "port": port is not None, "udp": udp is not None}
     kept = {"recording": recording is not None, "measured": measured is not None}
-    _check_ways(way, kept, readings)
+    _check_ways(way, kept, readings, ".json" if accelerometer is None else ".csv")
     begun, drawn = time.monotonic(), load_board(named)
     if drawn.measured is not None:
         raise ConflictError("--board", "[measured]", hint="calibrate from the board as it is drawn")
     plate = _plate(drawn, hidden, emulator=emulator, microphone=microphone)
     is_real = port is not None or udp is not None
     device = Connection(port=port, udp=udp, key=key) if is_real else None
-    others = (readings, recording, measured, microphone or None)
+    others = (recording, measured, microphone or None)
     kilograms = _kilograms(sensor_g, accelerometer, measured, others)
     if measured is not None:
         found = in_laboratory(drawn, measured, response, per, kilograms)
     elif accelerometer is not None:
-        found = shaken(drawn, plate, device, stands(drawn, accelerometer), kilograms)
+        found = shaken(drawn, plate, device, stands(drawn, accelerometer), kilograms, readings)
     elif recording is None and not microphone:
         found = read(drawn, plate, device, readings)
     elif readings is not None:
@@ -161,14 +164,16 @@ def calibrate(
     )
 
 
-def _check_ways(device: dict[str, bool], files: dict[str, bool], readings: Path | None) -> None:
+def _check_ways(
+    device: dict[str, bool], files: dict[str, bool], readings: Path | None, ending: str
+) -> None:
     """One source, and readings that can be kept or are kept already."""
     is_kept = readings is not None and not any((device | files).values())
     check_one_of("what is read", **device, **files, readings=is_kept)
     if readings is not None and any(files.values()):
         raise ConflictError("--readings", "a recording or fields")
     if readings is not None:
-        check_output(readings, "--readings", (".json",))
+        check_output(readings, "--readings", (ending,))
 
 
 def _plate(

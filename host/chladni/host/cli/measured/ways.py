@@ -13,7 +13,7 @@ from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
 from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
-from chladni.calibration.laboratory.measured_files import read_measured
+from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sensing import CoilReadings
@@ -91,8 +91,9 @@ def shaken(
     connection: Connection | None,
     places: Sequence[Place],
     kilograms: float,
+    kept: Path | None,
 ) -> Calibrated:
-    """What an accelerometer tells, at one place after another."""
+    """What an accelerometer tells, at one place after another; kept as a laboratory's file."""
     emulator = None if plate is None else emulator_on(drawn, plate, listens=False)
     wire = EmulatorWire(emulator) if emulator is not None else _wire(connection)
     found = []
@@ -107,6 +108,8 @@ def shaken(
                 typer.prompt(text, default="", show_default=False, err=True)
             with progress_bar("coils") as progress:
                 found.append(read_motions(device, drawn, at, kilograms, progress))
+            if kept is not None:
+                write_whole(kept, fields_csv(joined(found)))
         seconds = wire.now_s() - begun
     by = "an accelerometer" if plate is None else _emulated("an accelerometer", plate)
     return _of_fields(drawn, joined(found), by, seconds)
