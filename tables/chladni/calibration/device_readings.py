@@ -22,7 +22,7 @@ from chladni.calibration.sensing import (
     ReadAt,
 )
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -140,8 +140,6 @@ def coil_impedance(board: Board, hz: float | FloatArray) -> ComplexArray:
     MissingError
         The board has no `[coil]`.
     """
-    coil = board.coil
-    if coil is None:
-        raise MissingError("[coil]", "its force factor says what motion induces")
+    coil = board.known_coil
     ohms = coil.resistance + board.electronics.driver_ohm
     return np.asarray(ohms + 2j * np.pi * np.asarray(hz) * coil.inductance)

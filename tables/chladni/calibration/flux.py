@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from chladni.calibration.sensing import FLUX_ERROR, CoilReadings
 from chladni.drives.scoring.tolerances import COIL_PLACE, DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
-from chladni.sim.errors import MissingError, ToleranceError
+from chladni.sim.errors import ToleranceError
 from chladni.sim.fields.induced import open_coils, shared_inductances
 
 FloatArray = NDArray[np.float64]
@@ -141,9 +141,7 @@ def moving_inductance(board: Board, hz: float) -> FloatArray:
     MissingError
         The board has no `[coil]`.
     """
-    coil, magnet, plate = board.coil, board.magnet, board.plate
-    if coil is None:
-        raise MissingError("[coil]", "its force factor says what motion induces")
+    coil, magnet, plate = board.known_coil, board.magnet, board.plate
     omega = 2.0 * np.pi * hz
     heavy = plate.density * plate.thickness
     mobility = 1.0 / (8.0 * np.sqrt(plate.bending_stiffness * heavy))

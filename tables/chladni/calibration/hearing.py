@@ -19,7 +19,7 @@ from chladni.calibration.sweep import sweep_frequencies
 from chladni.calibration.unknowns import unknowns_of
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam, with_soft_screws
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.induced import open_coils
 
@@ -69,9 +69,7 @@ def sound(board: Board, hz: FloatArray) -> ComplexArray:
     MissingError
         The board has no `[coil]`.
     """
-    coil = board.coil
-    if coil is None:
-        raise MissingError("[coil]", "the block of the actuator's figures")
+    coil = board.known_coil
     model = plate_model(board)
     found = np.empty((len(board.actuators), hz.size), np.complex128)
     for k, one in enumerate(hz.tolist()):

@@ -40,7 +40,7 @@ from chladni.calibration.sensing import (
 from chladni.host.emulation.emulator import Emulator, emulated_config
 from chladni.sim.board.board import Board
 from chladni.sim.board.gpio import CHIPS
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -112,9 +112,7 @@ def coil_responses(hidden: HiddenPlate, rng: np.random.Generator) -> FloatArray:
         The board has no `[coil]`.
     """
     board = hidden.board
-    coil = board.coil
-    if coil is None:
-        raise MissingError("[coil]", "its force factor says what motion induces")
+    coil = board.known_coil
     length = PERIODS * BASE_SAMPLES * CONVERSIONS
     hz = np.asarray(np.fft.rfftfreq(length, 1.0 / CONVERSION_HZ), np.float64)
     s = 2j * np.pi * hz

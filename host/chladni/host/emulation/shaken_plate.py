@@ -21,7 +21,6 @@ from chladni.calibration.laboratory.fields_at_places import FieldsAtPlaces
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, SAMPLE_HZ, UNIT_HZ
 from chladni.host.emulation.emulator import Emulator
 from chladni.host.emulation.sensed_plate import PERIODS, compliance_between
-from chladni.sim.errors import MissingError
 
 FloatArray = NDArray[np.float64]
 
@@ -82,9 +81,7 @@ def stand(emulator: Emulator, hidden: HiddenPlate, sensor: Sensor, seed: int = 0
 def _responses(hidden: HiddenPlate, sensor: Sensor, order: int) -> FloatArray:
     """In g for a duty of 1, the newest first, (playing, duties)."""
     board = hidden.board
-    coil = board.coil
-    if coil is None:
-        raise MissingError("[coil]", "its force factor says what a current pushes with")
+    coil = board.known_coil
     place = np.array([sensor.at])
     solved = np.array([own * UNIT_HZ for own in MULTIPLES])
     fields = FieldsAtPlaces(board, solved, sensor.kg, place)

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.checks import check_board
-from chladni.sim.board.electronics import Area
+from chladni.sim.board.electronics import Area, Coil
 from chladni.sim.board.fingers import FINGERS, USUAL, Active, Focus
 from chladni.sim.board.panel_layer import PlateSection, plate_section
 from chladni.sim.board.parts import FEATURES, BoardParts
 from chladni.sim.board.quantity import MM, in_mm, quantities
-from chladni.sim.errors import InputError
+from chladni.sim.errors import InputError, MissingError
 
 FloatArray = NDArray[np.float64]
 
@@ -81,6 +81,19 @@ class Board(BoardParts):
         """Bending wavelength λ = 2π (D/mω²)^(1/4) of an endless plate like this, m."""
         own, omega = self.section, 2.0 * np.pi * frequency_hz
         return float(2.0 * np.pi * (own.bending_stiffness / own.areal_mass / omega**2) ** 0.25)
+
+    @property
+    def known_coil(self) -> Coil:
+        """Its `[coil]`, where there must be one.
+
+        Raises
+        ------
+        MissingError
+            There is none.
+        """
+        if self.coil is None:
+            raise MissingError("[coil]", "the block of the actuator's figures")
+        return self.coil
 
     @property
     def is_for_several(self) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.errors import MissingError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.transfer import TOLERANCE, actuator_loads
 from chladni.sim.plate.response import PlateModel
@@ -60,9 +59,7 @@ def acceleration_on_plate(
     ResonanceError
         The plate is undamped, and one of the frequencies lies on a mode.
     """
-    coil = board.coil
-    if coil is None:
-        raise MissingError("[coil]", "the block of the actuator's figures")
+    coil = board.known_coil
     model = model or plate_model(board)
     load = actuator_loads(board)[actuator]
     x, y = (np.array([along]) for along in board.actuators[actuator].at)

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.errors import MissingError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.driven import answered, at_coils, unit_couples
 from chladni.sim.fields.magnetic_coupling import ARM, MagneticCoupling, magnetic_coupling
@@ -113,6 +112,4 @@ def induced_voltages(board: Board, compliance: ComplexArray, frequency_hz: float
     MissingError
         The board has no `[coil]`.
     """
-    if board.coil is None:
-        raise MissingError("[coil]", "its force factor says what motion induces")
-    return np.asarray(2j * np.pi * frequency_hz * board.coil.force_factor**2 * compliance)
+    return np.asarray(2j * np.pi * frequency_hz * board.known_coil.force_factor**2 * compliance)

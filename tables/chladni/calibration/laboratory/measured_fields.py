@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.sim.board.board import Board
-from chladni.sim.errors import InputError, MissingError
+from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -64,9 +64,7 @@ class MeasuredFields:
         found = self.values / omega ** RESPONSES.index(self.response)
         if self.per == "force":
             return np.asarray(found)
-        coil = board.coil
-        if coil is None:
-            raise MissingError("[coil]", "its force factor says what a current pushes with")
+        coil = board.known_coil
         if self.per == "voltage":
             found = found * (coil.resistance + omega * coil.inductance)
         return np.asarray(found / coil.force_factor)
