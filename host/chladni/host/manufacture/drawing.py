@@ -181,8 +181,10 @@ def _discs(board: Board) -> list[Shape]:
             shapes += [Circle("coils", at, _mm(d) / 2.0) for d in around if d > 0.0]
         shapes += _cross("magnets", at)
         widest = max(board.winding.outer / 2.0 if board.winding else 0.0, _magnet_radius(board))
-        above = at[0], at[1] + _mm(widest) + 0.5
-        shapes.append(Text("text", above, f"{channel} {actuator.name}", 1.6, centred=True))
+        # The plate's outline is cut: no name lies on it.
+        above = min(at[1] + _mm(widest) + 0.5, _mm(board.plate.size[1]) / 2.0 - 2.0)
+        name = f"{channel} {actuator.name}"
+        shapes.append(Text("text", (at[0], above), name, 1.6, centred=True))
     return shapes
 
 
