@@ -142,6 +142,9 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
     assert more.best == whole[0].best
     assert kept.read_text(encoding="utf-8").count('"board ') == more.evaluations > boards
+    # What is kept costs no time.
+    ended = design(spec_of(small()), jobs=1, samples=1, minutes=0.0, partial_file=kept)
+    assert (ended.evaluations, ended.best) == (more.evaluations, more.best)
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:

@@ -38,8 +38,8 @@ from chladni.design.starts import (
     layouts_of,
     point_of,
     spread_numbers,
-    steps_of,
 )
+from chladni.design.strategy import strategy
 from chladni.design.variables import Choice, Document
 from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.methods import SEED, Progress
@@ -51,10 +51,6 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, InputError
 
 STARTS = 2
-STEP = 0.2
-"""CMA-ES's first standard deviation, as a share of a range."""
-NEAR = 0.1
-"""The same of a coil's place, as a share of the least spacing of two."""
 DRAWN = 30
 """Boards drawn for each that is looked at, so that its coils fit beside each other: of sixteen that
 move at random, two come too close in most draws."""
@@ -257,35 +253,18 @@ class _Run:
 
     def _climb(self, start: Point, evaluations: int, turn: int, until: float) -> None:
         """CMA-ES from a point, over so many boards, until a reading of the clock."""
-        # It brings scipy.stats, which takes a third of a second to load.
-        import cma  # noqa: PLC0415
-
-        spec = self._spec
-        if evaluations < 2 or not (size := len(start.numbers) + len(start.shares)):
+        if evaluations < 2 or not (len(start.numbers) + len(start.shares)):
             return
-        whole = [k for k, one in enumerate(spec.variables) if one.is_whole]
-        most = [one.most for one in spec.variables] + [1.0] * len(start.shares)
-        spread = [STEP * max(one.most, 1.0) for one in spec.variables]
-        spread += steps_of(spec, start, NEAR * spec.settings.coil_spacing)
-        # The library needs two dimensions; one that does nothing costs nothing.
-        idle = max(0, 2 - size)
-        options: dict[str, Any] = {
-            "bounds": [[0.0] * (size + idle), most + [1.0] * idle],
-            "CMA_stds": spread + [1.0] * idle,
-            "integer_variables": whole,
-            "seed": self._seed + 1 + turn,
-            "maxfevals": evaluations,
-            "verbose": -9,
-            "verb_filenameprefix": "",
-            "verb_log": 0,
-        }
-        at = np.clip([*start.numbers, *start.shares], 0.0, most)  # 1 but for the last bit is beyond
-        begin = [*at.tolist(), *[0.5] * idle]
-        own = cma.CMAEvolutionStrategy(begin, 1.0, options)
+        own = strategy(self._spec, start, self._seed + 1 + turn, evaluations)
         last = self.looked_at + evaluations
-        while self.looked_at < last and time.perf_counter() < until and not own.stop():
+        while self.looked_at < last and not own.stop():
             asked = self._fitting(own.ask(DRAWN * own.popsize), start, own.popsize)
             points = [start.at(x) for x in asked]
+            if time.perf_counter() >= until:
+                earlier = self._of_checkpoint(points)
+                self._look(earlier)
+                if len(earlier) < len(points):
+                    return
             scores = [-score for score in self._look(points)]
             with warnings.catch_warnings():  # of the draws that did not fit, number by number
                 warnings.filterwarnings("ignore", r"\s*tell: \d+ solution")
@@ -314,6 +293,16 @@ class _Run:
             self._tell(Entry(document, found))
         return [self._seen[name][1].robust_score for name in names]
 
+    def _of_checkpoint(self, points: Sequence[Point]) -> list[Point]:
+        """Those that cost no time: a run before this one looked at them."""
+        found = []
+        for point in points:
+            document = document_at(self._spec, point)
+            task = (_digest(document), document)
+            if task[0] in self._seen or self._kept.get(_named("board", task)) is not None:
+                found.append(point)
+        return found
+
     def _tell(self, entry: Entry) -> None:
         score = entry.evaluation.robust_score
         is_best = entry.evaluation.broken is None and score > self._best
@@ -329,7 +318,7 @@ class _Run:
         self, what: str, tasks: Sequence[Any], work: Callable[[Any], dict[str, Any]]
     ) -> Iterator[dict[str, Any]]:
         """Results of tasks as they come, from the checkpoint where they are in it."""
-        names = [f"{what} {_digest(task)}" for task in tasks]
+        names = [_named(what, task) for task in tasks]
         kept = [self._kept.get(name) for name in names]
         done = self._workers.map(
             work, [task for task, one in zip(tasks, kept, strict=True) if one is None]
@@ -340,6 +329,11 @@ class _Run:
 
 def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
     return asdict(evaluate(spec, task[1], seed))
+
+
+def _named(what: str, task: Any) -> str:
+    """A task's result in the checkpoint."""
+    return f"{what} {_digest(task)}"
 
 
 def _digest(value: Any) -> str:

@@ -84,9 +84,14 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
     panel, size = board.panel, board.plate.size
     say_unheld(board)
     if panel is not None and board.plate.material in METALS and panel.place != "beside":
+        metal = board.plate.material
+        if panel.place == "on" and panel.side == "top":
+            about = f"so near {metal} a capacitive panel senses fingers less well"
+        else:
+            about = f"{metal} shields electrodes in or under it: panel.place is to be 'on', with film_mm"
         say(
-            f"{board.plate.material} blinds a capacitive panel that lies on it, and carries eddy "
-            "currents that no model here has (docs/hardware.md)"
+            f"{about}, and eddy currents take force that no model here has: try panel, coil and "
+            "sheet before you order more (docs/hardware.md)"
         )
     say_of_coils(board)
     if panel is not None:
