@@ -93,7 +93,7 @@ def test_a_metal_under_a_panel_is_remarked_on(chladni: CommandLine, tmp_path: Pa
     )
     told = chladni("board", "show", changed(tmp_path, *edits))
     assert told.code == 0, told.err
-    assert "aluminium shields electrodes in or under it: panel.place is to be 'on'" in told.err
+    assert "aluminium shields electrodes in or under it: take panel.place 'on'" in told.err
     on = (*edits[:2], ('place = "beside"', 'place = "on"\nfilm_mm = 0.125'))
     told = chladni("board", "show", changed(tmp_path, *on))
     assert "so near aluminium a capacitive panel senses fingers less well" in told.err

@@ -115,7 +115,7 @@ def test_a_wrong_spec_is_told_what_is_wrong(
 
 @pytest.mark.parametrize("arguments", [
     ("-o", "b.json"), ("-o", "no/such/folder/b.toml"), ("-o", "b.toml", "--samples", "0"),
-    ("-o", "b.toml", "--front", "no-folder"), ("-o", "b.toml", "--jobs", "0"),
+    ("-o", "b.toml", "--front", "no/folder"), ("-o", "b.toml", "--jobs", "0"),
     ("-o", "b.toml", "--scheduler", "tcp://127.0.0.1:9"), ("-o", "b.toml", "--scheduler", "there"),
 ])  # fmt: skip
 def test_a_wrong_option_is_told_what_is_wrong(

@@ -101,6 +101,16 @@ def test_an_area_that_no_finger_can_be_in_is_told(chladni: CommandLine, tmp_path
     assert "--other: expected one other finger" in refused.err
 
 
+def test_a_finger_off_the_board_is_told_by_its_option(
+    chladni: CommandLine, table_file: Path
+) -> None:
+    where = ("--board", "prototype", "--table", table_file, "--emulator")
+    for at, other, named in (("0,200", "0,0", "--at"), ("0,0", "0,200", "--other")):
+        refused = chladni("play", "click", "--at", at, "--other", other, *where)
+        assert refused.code == 2
+        assert f"chladni: {named}: expected a place on the board in mm" in refused.err
+
+
 def test_what_a_low_pass_takes_of_an_effect_is_said(chladni: CommandLine, tmp_path: Path) -> None:
     """Four poles at 250 Hz: (900/250)⁸ is 44.5 dB."""
     path = tmp_path / "hard.toml"

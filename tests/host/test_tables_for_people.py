@@ -65,7 +65,7 @@ def test_values_have_units_and_words(capsys: pytest.CaptureFixture[str]) -> None
         "drive · a │ gain 1, phase 3.25°"
     ]
     assert shown(capsys, ramp_ms={"median": 1.0, "p10": 0.5, "p90": 2.0}) == [
-        "ramp │ 1 ms, from 0.5 to 2 at 80 % of places"
+        "ramp │ 1 ms, from 0.5 to 2 in the middle 80 %"
     ]
     assert shown(capsys, header={"mirror_x": [[0, 1], [1, 0]]}) == [
         "header · mirror x │ 0, 1; 1, 0"

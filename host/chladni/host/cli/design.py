@@ -15,7 +15,7 @@ from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import say_of_coils, say_unheld
+from chladni.host.cli.common.board_reports import say_leftovers
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -157,8 +157,7 @@ def _say_what_is_missing(spec: Spec, seed: int) -> None:
         board = completed_board(document_of(spec, spread_numbers(spec, seed)[0], places))
     except InputError:
         return  # The search says what is wrong.
-    say_unheld(board)
-    say_of_coils(board)
+    say_leftovers(board)
 
 
 def _about(found: Design, spec: str, asked: Spec) -> list[str]:

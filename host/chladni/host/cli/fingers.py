@@ -142,10 +142,10 @@ def fingers(
             progress=progress,
             **drawn,
         )
-    fields = solved_board(loaded).fields
+    fields, is_played = solved_board(loaded).fields, table is not None
     say_unmet(fields.error_estimate, fields.tolerance)
     if figure is not None:
-        _draw(figure, loaded, score)
+        _draw(figure, loaded, score, is_played=is_played)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
         with progress_bar(f"sets of {keys['fingers']} fingers as built") as progress:
@@ -165,7 +165,8 @@ def fingers(
         "seconds": score.seconds,
     }
     result |= {"counts": counts} if as_json else _by_number(counts)
-    answer(result, as_json=as_json, title=f"{loaded.name}: several fingers")
+    by = ", by the pins" if is_played else ""
+    answer(result, as_json=as_json, title=f"{loaded.name}: several fingers{by}")
 
 
 def _check_for_device(regularisation: float | None, *, built: bool) -> None:
@@ -175,12 +176,13 @@ def _check_for_device(regularisation: float | None, *, built: bool) -> None:
         raise ConflictError("--built", "--table", hint="drives that know a film come of its board")
 
 
-def _draw(path: Path, board: Board, score: FingersScore) -> None:
+def _draw(path: Path, board: Board, score: FingersScore, *, is_played: bool) -> None:
     # What draws takes a third of a second to load.
     from chladni.host.figures.fingers import fingers_figure  # noqa: PLC0415
 
     threshold = threshold_um(board.drive.frequency_hz)
-    write_figure(fingers_figure(board.name, score, threshold), path)
+    drawn = fingers_figure(board.name, score, threshold, is_played=is_played)
+    write_figure(drawn, path)
 
 
 def _numbers(count: int | None, board: Board, *, is_played: bool) -> tuple[int, ...]:

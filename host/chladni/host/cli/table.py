@@ -234,7 +234,7 @@ def score(
     data = read_table_bytes(table)
     loaded = unpack(data, file=str(table))
     if not loaded.sections:
-        expected, hint = "drives to score", "`chladni fingers` scores responses"
+        expected, hint = "drives to score", "`chladni fingers BOARD --table FILE` scores responses"
         raise InputError("sections", RESPONSES, expected, file=str(table), hint=hint)
     owner = on_less_for(loaded, board_for(loaded, board, file=str(table)))
     with progress_bar("boards") as progress:

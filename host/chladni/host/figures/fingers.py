@@ -23,7 +23,9 @@ WIDE = 200.0
 """Largest over smallest value from which an axis has powers of ten alone."""
 
 
-def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -> Figure:
+def fingers_figure(
+    name: str, score: FingersScore, threshold_um: float | None, *, is_played: bool = False
+) -> Figure:
     """Shares of fingers by isolation, own level and what they feel of the others.
 
     Drawn lines are of the board as drawn, dashed ones of boards within its tolerances.
@@ -63,9 +65,10 @@ def fingers_figure(name: str, score: FingersScore, threshold_um: float | None) -
     panels[0].legend(fontsize=8, loc="upper left")
     has_both = any(own.perturbed is not None for own in score.counts)
     lines = "solid: as drawn, dashed: within tolerances" if has_both else "as drawn"
+    by = "pins of an emulated device" if is_played else "simulated"
     figure.suptitle(
         f"{name}: fingers {score.apart_mm:g} mm apart or more, all pressing with "
-        f"{score.newtons:g} N (simulated; {lines})",
+        f"{score.newtons:g} N ({by}; {lines})",
         fontsize=11,
         color=INK,
     )

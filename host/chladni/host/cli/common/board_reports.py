@@ -79,7 +79,7 @@ def say_unheld(board: Board) -> None:
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
 
 
-def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
+def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
     say_unheld(board)
@@ -88,7 +88,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
         if panel.place == "on" and panel.side == "top":
             about = f"so near {metal} a capacitive panel senses fingers less well"
         else:
-            about = f"{metal} shields electrodes in or under it: panel.place is to be 'on', with film_mm"
+            about = f"{metal} shields electrodes in or under it: take panel.place 'on' and film_mm"
         say(
             f"{about}, and eddy currents take force that no model here has: try panel, coil and "
             "sheet before you order more (docs/hardware.md)"
@@ -115,7 +115,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float]) -> None:
                 "scores are of what lies on both: is panel.size_mm of another board?"
             )
     latch = board.coil.latch if board.coil else None
-    if latch is None:
+    if latch is None or not modes_hz:
         return
     own = latch.resonance_hz
     if not any(abs(mode / own - 1.0) <= NEAR_MODE for mode in modes_hz):

@@ -100,7 +100,7 @@ def _text(key: str, value: Any) -> str:
     """A value with its unit."""
     if isinstance(value, dict):
         middle, low, high = (_text("", part) for part in value.values())
-        return _with_unit(f"{middle}, from {low} to {high} at 80 % of places", key)
+        return _with_unit(f"{middle}, from {low} to {high} in the middle 80 %", key)
     if isinstance(value, (list, tuple)):
         between = "; " if any(isinstance(item, (list, tuple)) for item in value) else ", "
         return _with_unit(between.join(_text("", item) for item in value) or "none", key)

@@ -115,7 +115,8 @@ def of_board(
             f"{kept.p10:.0f} at the worst tenth."
         )
     if for_fingers:
-        return f"{apart} {focus}".strip()
+        alone = "Drives for one finger, which its device does not play (it plays the loudest):"
+        return f"{apart} {alone} {focus[0].lower()}{focus[1:]}".strip()
     if known is None or known.median >= NOTICED_DB:
         return f"{focus} {apart}".strip()
     return " ".join(filter(None, (focus, apart, _remedy(score, tried))))

@@ -43,6 +43,7 @@ from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, p
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import ConflictError, InputError
+from chladni.sim.fields.transfer import check_target
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 from chladni.tables.several_fingers.build_for import build_for
@@ -134,6 +135,7 @@ def play(
         answer(rows, as_json=as_json, title="Played")
         return
     table, board = _table(connection)
+    _check_places(board, place, beside)
     say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
@@ -151,6 +153,13 @@ def play(
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
     _tell(known, found, (place, beside), figure, as_json=as_json)
+
+
+def _check_places(board: Board, place: Place, beside: Place | None) -> None:
+    """Both on the board, by the option that says them."""
+    check_target(board, place, "--at")
+    if beside is not None:
+        check_target(board, beside, "--other")
 
 
 def _check_emulated(
