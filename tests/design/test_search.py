@@ -265,7 +265,7 @@ def test_the_command_writes_a_board_that_scores_as_said(
         "--json",
     )
     assert done.code == 0
-    assert done.json.keys() >= {"score", "robust_score", "evaluations", "seconds", "front"}
+    assert done.json.keys() >= {"score", "robust_score", "evaluations", "seconds", "front", "sheet"}
     board = load_board(out)
     assert [list(one["at_mm"]) for one in done.json["actuators"]] == [
         pytest.approx([1e3 * along for along in actuator.at]) for actuator in board.actuators

@@ -29,6 +29,7 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import answer, check_output, progress_bar, say, write_figure
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.cli.common.verdicts import of_design
+from chladni.host.manufacture.board_parts import sheet_of
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -91,7 +92,8 @@ def design_board(
     def keep(entry: Entry, is_best: bool) -> None:
         if is_best:
             about = [
-                "The best board so far. The same command continues the search if it was stopped,",
+                "The best board so far, by few drawn boards, so that its figures are too good.",
+                "The same command continues the search if it was stopped,",
                 "and with --minutes 0 ends it: with the front, the figure and the full scores.",
                 *_about_entry(entry),
             ]
@@ -206,6 +208,7 @@ def _result(
         "evaluations": found.evaluations,
         "seconds": found.seconds,
         "seed": found.seed,
+        "sheet": sheet_of(found.board.plate),
         "actuators": [
             {"name": one.name, "at_mm": [round(1e3 * along, 6) for along in one.at]}
             for one in found.board.actuators

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import FancyBboxPatch
 
 from chladni.design.search import Design
 from chladni.design.spec import FINGER_TERMS
-from chladni.host.figures.fields import COLOURS, INK
+from chladni.host.figures.fields import COLOURS, INK, draw_board
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
@@ -41,13 +40,12 @@ def _draw_front(left: Axes, found: Design) -> None:
     across = um if has_um else "mass_g"
     counts = sorted({row["coils"] for row in rows})
     for number, count in enumerate(counts):
-        own = sorted((row for row in rows if row["coils"] == count), key=lambda r: r[across])
+        own = [row for row in rows if row["coils"] == count]
         left.plot(
             [row[across] for row in own],
             [row[up] for row in own],
-            "o-",
+            "o",
             color=COLOURS[number % len(COLOURS)],
-            linewidth=0.8,
             label=f"{count:g} coils",
         )
     best = max(rows, key=lambda row: row["robust_score"])
@@ -58,6 +56,8 @@ def _draw_front(left: Axes, found: Design) -> None:
         markersize=14,
         markerfacecolor="none",
         markeredgecolor=INK,
+        linestyle="",
+        label="written",
     )
     left.set_xlabel(
         "under the finger, µm (10th percentile, within tolerances)" if has_um else "mass, g"
@@ -73,24 +73,22 @@ def _draw_front(left: Axes, found: Design) -> None:
 
 
 def _draw_best(right: Axes, board: Board) -> None:
-    half = np.array(board.plate.size) / 2.0 / MM
-    right.add_patch(
-        Rectangle(
-            (-half[0], -half[1]), 2.0 * half[0], 2.0 * half[1], facecolor="#eef2f6", edgecolor=INK
-        )
+    wide, long = (side / MM for side in board.plate.size)
+    radius = board.plate.corner_radius / MM
+    plate = FancyBboxPatch(
+        (-wide / 2.0, -long / 2.0),
+        wide,
+        long,
+        boxstyle=f"round,pad=0,rounding_size={radius:g}" if radius else "square,pad=0",
+        facecolor="#eef2f6",
+        edgecolor=INK,
     )
-    radius = board.magnet.radius / MM if board.magnet else 1.0
-    for actuator in board.actuators:
-        x, y = np.divide(actuator.at, MM)
-        right.add_patch(Circle((x, y), radius, facecolor=COLOURS[0], edgecolor=INK))
-    right.set_xlim(-half[0] - 2.0, half[0] + 2.0)
-    right.set_ylim(-half[1] - 2.0, half[1] + 2.0)
-    right.set_aspect("equal")
-    right.set_xlabel("x / mm")
+    right.add_patch(plate)
+    draw_board(right, board, ink=INK)
+    right.set_xlim(-wide / 2.0 - 2.0, wide / 2.0 + 2.0)
+    right.set_ylim(-long / 2.0 - 2.0, long / 2.0 + 2.0)
     right.set_ylabel("y / mm")
-    thickness = board.plate.thickness / MM
+    sheet = f"{board.plate.thickness / MM:g} mm {board.plate.material}".strip()
     right.set_title(
-        f"{board.name}\n{len(board.actuators)} coils, {thickness:g} mm thick",
-        fontsize=10,
-        color=INK,
+        f"{board.name}\n{len(board.actuators)} coils on {sheet}", fontsize=10, color=INK
     )

@@ -56,18 +56,23 @@ def moving_mass_g(board: Board) -> float:
     return sum(part.count * (part.mass_g or 0.0) for part in own)
 
 
+def sheet_of(plate: Plate) -> str:
+    """Of what it is cut, and how large."""
+    sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, plate.thickness))
+    corners = f", corners R{plate.corner_radius / MM:g}" if plate.corner_radius else ""
+    material = plate.material or f"E = {plate.youngs_modulus / 1e9:g} GPa"
+    return f"{material}, {sides} mm{corners}"
+
+
 def _plate(board: Board) -> Part:
     plate = board.plate
     area = _outline_area(plate)
     radii = [hole.radius for hole in board.holes] + [screw.radius for screw in board.screws]
     area -= math.pi * sum(radius**2 for radius in radii)
-    sides = " × ".join(f"{side / MM:g}" for side in (*plate.size, plate.thickness))
-    corners = f", corners R{plate.corner_radius / MM:g}" if plate.corner_radius else ""
-    material = plate.material or f"E = {plate.youngs_modulus / 1e9:g} GPa"
     return Part(
         "plate",
         1,
-        f"{material}, {sides} mm{corners}",
+        sheet_of(plate),
         f"{len(radii)} round holes" if radii else "no holes",
         mass_g=plate.areal_mass * area / 1e-3,
     )
