@@ -119,6 +119,6 @@ def test_a_device_s_rows_say_what_they_are(chladni: CommandLine) -> None:
     out = chladni("device", "info", "--emulator").out
     assert "coils draw now" in out
     assert "link protocol" in out
-    assert "drawn from the supply 4" in " ".join(
+    assert "draws 4" in " ".join(
         chladni("device", "self-test", "--emulator", "--board", "strip5").out.split()
     )
