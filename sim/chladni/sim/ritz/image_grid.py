@@ -76,13 +76,21 @@ class GridTable:
         rows, columns = self._cut_out
         values[..., rows, columns] = 0.0
 
+    def clear_corners(self, values: NDArray[Any]) -> None:
+        """Set fields to zero where round corners leave no plate, in place."""
+        if self._basis.geometry.corner_radius > 0.0:
+            values[..., self._corners()] = 0.0
+
+    def _corners(self) -> NDArray[np.bool_]:
+        return self._basis.geometry.is_cut_off(self.x[:, None], self.y[None])
+
     @cached_property
     def _cut_out(self) -> tuple[IntArray, IntArray]:
         """Indices of the points where there is no plate to move."""
         cut = np.zeros((self.x.size, self.y.size), dtype=bool)
         for x, y, radius in self._basis.geometry.cut_out:
             cut |= np.hypot(self.x[:, None] - x, self.y - y) <= radius
-        cut |= self._basis.geometry.is_cut_off(self.x[:, None], self.y[None])
+        cut |= self._corners()
         rows, columns = np.nonzero(cut)
         return rows, columns
 

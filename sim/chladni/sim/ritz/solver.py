@@ -276,7 +276,7 @@ class Solver:
         fields = probe.fields([c.basis for c in self.classes], columns)
         # By step and part; the loads' own deflection is no step.
         fields = fields.reshape(-1, 2, loads, *fields.shape[1:])
-        probe.clear_cut_out(fields)
+        probe.clear_corners(fields)
         factor = 1.0 / (1.0 + 1j * loss_factor)
         own_field = case.field_on(probe.x, probe.y)
         fields[0, 0] += factor.real * own_field

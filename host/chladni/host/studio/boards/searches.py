@@ -94,7 +94,8 @@ class Search:
         return "done"
 
     def _tell(self, done: int, of_all: int) -> None:
-        self.done, self.all = done, of_all
+        if of_all == self.all:  # boards that are compared again are no more boards
+            self.done = done
         if self._is_stopped:
             raise StoppedError("not wanted any more")
 
