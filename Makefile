@@ -110,12 +110,7 @@ device-suite:
 # Not of the emulator's own code (other compilations, other processes), or hours that only pass, or
 # the whole of a walk whose first half is taken, or other draws of what is drawn once. Then bad wires,
 # which are the host's, and tables of each kind but the smallest.
-UNSANITIZED := \
-	tests/host/test_link.py::test_a_flash_over_a_bad_wire_ends_right_or_says_that_it_failed \
-	tests/host/test_network_sessions.py::test_a_flash_over_a_bad_network_ends_right_or_says_that_it_failed \
-	tests/tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows[table0] \
-	tests/tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows[table1] \
-	$(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
+UNSANITIZED := $(addprefix tests/firmware/, test_processors.py test_native_build.py test_chip_layer.py \
 	test_chip_sensing.py test_chip_carrier.py test_chip_branches.py test_chip_crashes.py test_chip_iram.py test_iram.py \
 	test_answers.py test_check_image.py test_components.py test_device_suite.py test_long_streams.py \
 	test_finger_drives.py::test_a_processor_with_a_floating_point_unit_finds_drives_in_time \
@@ -140,6 +135,10 @@ UNSANITIZED := \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[2] \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[3] \
 	test_everything.py::test_everything_at_once_leaves_the_rules_standing[4])
+UNSANITIZED += $(addprefix tests/, host/test_link.py::test_a_flash_over_a_bad_wire_ends_right_or_says_that_it_failed \
+	host/test_network_sessions.py::test_a_flash_over_a_bad_network_ends_right_or_says_that_it_failed \
+	tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows[table0] \
+	tables/test_format.py::test_readers_agree_on_flipped_bits_that_the_crc_allows[table1])
 
 sanitize: venv  ## run the emulator's tests with the address and undefined-behaviour sanitizers
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --upgrade \

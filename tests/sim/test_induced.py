@@ -46,7 +46,7 @@ def test_without_magnets_pull_a_coil_reads_the_plate_under_it(strip: Board) -> N
 
 
 def test_a_board_without_a_coil_reads_nothing(strip: Board) -> None:
-    with pytest.raises(MissingError, match="force factor"):
+    with pytest.raises(MissingError, match=r"\[coil\] is required"):
         induced_voltages(dataclasses.replace(strip, coil=None), np.eye(5, dtype=complex), 160.0)
 
 
