@@ -10,7 +10,7 @@ magnet's mass and the hole in the foam go with it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.induced import OpenCoils
-from chladni.sim.fields.magnetic_coupling import magnetic_coupling
+from chladni.sim.fields.magnetic_coupling import MagneticCoupling, magnetic_coupling
 from chladni.sim.plate.geometry import patch_weights
 
 FloatArray = NDArray[np.float64]
@@ -72,6 +72,21 @@ def compliance_slopes(
     }
     slopes = [by_name[name] for name in unknowns.scales]
     return np.array([*slopes, *parts.patches(), *parts.places()])
+
+
+@lru_cache(maxsize=1)
+def _moved_couplings(board: Board) -> list[MagneticCoupling | None]:
+    """With each coil moved along x and along y; None where its winding touches another's.
+
+    The same at every frequency.
+    """
+    found: list[MagneticCoupling | None] = []
+    for move in np.eye(2 * len(board.actuators)) * MOVE:
+        try:
+            found.append(magnetic_coupling(with_moved_coils(board, move.reshape(-1, 2))))
+        except InputError:
+            found.append(None)
+    return found
 
 
 class _Parts:
@@ -194,13 +209,9 @@ class _Parts:
         before = self._coils.coupling
         if before is None:
             return 0.0
-        moves = np.zeros((len(self._at), 2))
-        moves[coil, axis] = MOVE
-        try:
-            after = magnetic_coupling(with_moved_coils(self._board, moves))
-        except InputError:  # windings that touch
+        after = _moved_couplings(self._board)[2 * coil + axis]
+        if after is None:
             return 0.0
-        assert after is not None
         felt = (after.forces - before.forces).T @ self._at
         for own, slopes in zip((0, 1), self._slopes, strict=True):
             felt = felt + (after.couples - before.couples)[:, :, own].T @ slopes

@@ -194,13 +194,15 @@ class PlateGeometry:
         """From a place to the nearest edge, m; negative off the plate."""
         return min(self.width / 2.0 - abs(x), self.length / 2.0 - abs(y))
 
-    def is_cut_off(self, x: FloatArray, y: FloatArray) -> NDArray[np.bool_]:
-        """Which places, of any shape, are in what rounding the corners takes away."""
+    def is_cut_off(
+        self, x: FloatArray | float, y: FloatArray | float, reach: float = 0.0
+    ) -> NDArray[np.bool_]:
+        """Which places, of any shape, are in what round corners take away, or so near (m)."""
         radius = self.corner_radius
-        beyond_x = np.maximum(np.abs(x) - (self.width / 2.0 - radius), 0.0)
-        beyond_y = np.maximum(np.abs(y) - (self.length / 2.0 - radius), 0.0)
-        away = (np.hypot(beyond_x, beyond_y) > radius) & (radius > 0.0)
-        return np.asarray((beyond_x > 0.0) & (beyond_y > 0.0) & away)
+        beyond_x = np.abs(x) - (self.width / 2.0 - radius)
+        beyond_y = np.abs(y) - (self.length / 2.0 - radius)
+        far = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0)) + reach > radius
+        return np.asarray(far & (np.minimum(beyond_x, beyond_y) + reach > 0.0) & (radius > 0.0))
 
     @property
     def cut_out(self) -> list[tuple[float, float, float]]:

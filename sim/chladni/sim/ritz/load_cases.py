@@ -136,19 +136,10 @@ def _is_direct(geometry: PlateGeometry, load: Load) -> bool:
     for disc in geometry.inclusions:
         if np.hypot(load.x - disc.x, load.y - disc.y) < disc.radius + load.radius:
             return True
-    if _is_over_corner(geometry, load):
+    if geometry.is_cut_off(load.x, load.y, load.radius):
         return True
     to_edge = geometry.distance_to_edge(load.x, load.y)
     return load.radius == 0.0 and to_edge < EDGE_ZONE * geometry.width
-
-
-def _is_over_corner(geometry: PlateGeometry, load: Load) -> bool:
-    """Whether a part of a load disc is where a corner was rounded off."""
-    corner = geometry.corner_radius
-    beyond_x = abs(load.x) - (geometry.width / 2.0 - corner)
-    beyond_y = abs(load.y) - (geometry.length / 2.0 - corner)
-    far = np.hypot(max(beyond_x, 0.0), max(beyond_y, 0.0)) + load.radius > corner
-    return bool(corner > 0.0 and far and min(beyond_x, beyond_y) + load.radius > 0.0)
 
 
 def _covered(geometry: PlateGeometry, load: Load) -> float:
@@ -158,7 +149,7 @@ def _covered(geometry: PlateGeometry, load: Load) -> float:
     overhangs = (
         abs(load.x) + load.radius > geometry.width / 2.0
         or abs(load.y) + load.radius > geometry.length / 2.0
-        or _is_over_corner(geometry, load)
+        or geometry.is_cut_off(load.x, load.y, load.radius)
     )
     touches = any(
         np.hypot(load.x - x, load.y - y) < radius + load.radius for x, y, radius in geometry.cut_out
