@@ -17,6 +17,7 @@ LONG = (
     "calibration/test_calibration.py::test_any_coil_may_be_reversed[coils1]",
     "calibration/test_slopes.py",
     "calibration/test_coil_readings.py::test_what_is_too_loud_is_said_and_read_at_half",
+    "calibration/test_laboratory.py::test_foam_is_found_in_patches",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
     "calibration/test_sound.py::test_foam_is_found_by_ear",

@@ -37,8 +37,8 @@ from chladni.sim.errors import InputError
 
 SETS = 40
 WAYS = ("coils", "accelerometer", "microphone")
-PLACES = ((0.14, 0.14), (-0.28, -0.2), (0.05, 0.36))
-"""Shares of both sides, where an accelerometer stands."""
+BESIDE = 10e-3
+"""m, how far from each coil an accelerometer stands."""
 SENSOR_KG = 1.5e-3
 
 
@@ -57,12 +57,13 @@ def calibrated(name: str, seed: int, way: str) -> dict[str, Any]:
 
 
 def _shaken(board: Board, hidden: HiddenPlate) -> Board:
-    """At three places, away from edges and middle lines."""
+    """Beside each coil, towards the middle."""
     emulator = emulator_on(board, hidden, listens=False)
     parts = []
     with Device(EmulatorWire(emulator)) as device:
-        for share in PLACES:
-            at = (share[0] * board.plate.size[0], share[1] * board.plate.size[1])
+        for own in board.actuators:
+            off = np.array(own.at) if np.hypot(*own.at) > BESIDE else -np.ones(2)
+            at = tuple((own.at - BESIDE * off / np.hypot(*off)).tolist())
             stand(emulator, hidden, Sensor(at, SENSOR_KG))
             parts.append(read_motions(device, board, at, SENSOR_KG))
     return fit_fields(board, joined(parts)).board

@@ -14,6 +14,7 @@ from chladni.calibration.laboratory.fields_at_places import SENSOR_RADIUS, Field
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
 from chladni.calibration.sensing import BASE_SAMPLES, MULTIPLES, UNIT_HZ
+from chladni.calibration.unknowns import unknowns_of
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
 from chladni.host.device.wire import EmulatorWire
@@ -27,6 +28,8 @@ from chladni.sim.board.parts import Mass
 from chladni.sim.fields.induced import open_coils
 
 AT, OTHER = (8e-3, 5e-3), (-9e-3, -12e-3)
+STEP = 0.05
+"""Of a logarithm, either way, over which a slope is taken."""
 KG = 1.5e-3
 SEED = 4
 """Of a plate with a reversed coil."""
@@ -88,6 +91,26 @@ def test_the_sensors_mass_is_a_mass_on_the_plate(board: Board) -> None:
         does = np.linalg.norm(bare.at(row, coils, places) - true)
         assert does > 0.02 * np.linalg.norm(true)
         assert np.linalg.norm(own.at(row, coils, places) - true) < does / 7.0
+
+
+@pytest.mark.parametrize("sensor_kg", [0.0, 5.0 * KG])
+def test_fields_change_with_patches_as_solved_boards_do(board: Board, sensor_kg: float) -> None:
+    """Against differences. Image points are a tenth of a patch apart."""
+    unknowns = unknowns_of(board)
+    at = np.array([AT, OTHER])
+    coils, places = np.repeat(np.arange(2), 2), np.tile(at, (2, 1))
+    first = unknowns.patch_values.start
+
+    def solved(off: float, patch: int) -> FieldsAtPlaces:
+        values = unknowns.mean.copy()
+        values[first + patch] = off
+        return FieldsAtPlaces(unknowns.board_at(values), HZ[:1], sensor_kg, at)
+
+    slopes = solved(0.0, 0).patch_slopes(0, coils, places)
+    for patch in (0, len(unknowns.patches) // 2):
+        more, less = (solved(off, patch).at(0, coils, places) for off in (STEP, -STEP))
+        true = (more - less) / (2.0 * STEP)
+        assert np.linalg.norm(slopes[patch] - true) < 0.05 * np.linalg.norm(true)
 
 
 def test_a_board_is_found_by_an_accelerometer_at_two_places(board: Board) -> None:

@@ -141,7 +141,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
         ),
         search.wiring,
         unknowns.strengths(solved),
-        tuple(_parameters(unknowns, solved, covariance)),
+        tuple(parameters_of(unknowns, solved, covariance)),
         left,
         search.steps,
     )
@@ -316,10 +316,13 @@ class _Search:
         return np.concatenate((data, np.eye(values.size)))
 
 
-def _parameters(
+def parameters_of(
     unknowns: Unknowns, values: FloatArray, covariance: FloatArray
 ) -> Iterator[Parameter]:
-    """What was found of the whole board; foam is the mean of all its patches."""
+    """What was found of the whole board; foam is the mean of all its patches.
+
+    Of the first of the unknowns' values, as many as were fitted.
+    """
     for row, name in enumerate(unknowns.scales):
         takes = np.zeros(values.size)
         takes[row] = 1.0
@@ -327,5 +330,5 @@ def _parameters(
             takes[unknowns.patch_values] = 1.0 / len(unknowns.patches)
         value = float(takes @ values)
         own = float(np.hypot(np.sqrt(takes @ covariance @ takes), UNFITTED.get(name, INEXACT)))
-        before = float(np.sqrt(takes**2 @ unknowns.spread**2))
+        before = float(np.sqrt(takes**2 @ unknowns.spread[: values.size] ** 2))
         yield Parameter.of_logarithm(name, value, own, own < TOLD_APART * before)

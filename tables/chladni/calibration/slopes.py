@@ -24,7 +24,7 @@ from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
 from chladni.sim.fields.induced import OpenCoils
 from chladni.sim.fields.magnetic_coupling import MagneticCoupling, magnetic_coupling
-from chladni.sim.plate.geometry import patch_weights
+from chladni.sim.plate.geometry import PlateGeometry, patch_weights
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -74,6 +74,23 @@ def compliance_slopes(
     return np.array([*slopes, *parts.patches(), *parts.places()])
 
 
+def patch_slopes(board: Board, first: ComplexArray, second: ComplexArray) -> list[ComplexArray]:
+    """∂ by the logarithm of each patch's stiffness of what a newton at one place does at another.
+
+    Of fields (fields, nx, ny) of newtons at both, every one of the first with every one of the
+    second.
+    """
+    geometry = plate_geometry(board)
+    layer = geometry.foundation
+    if layer is None or not layer.patches:
+        return []
+    one, other = (own.reshape(len(own), -1) for own in (first, second))
+    grid = np.meshgrid(board.x, board.y, indexing="ij")
+    stiffness = (1.0 + 1j * layer.loss_factor) * _foundation(geometry, grid) * _areas(board)
+    shares = patch_weights(layer.patches, *grid)
+    return [np.asarray(-(one * (stiffness * own).ravel()) @ other.T) for own in shares]
+
+
 @lru_cache(maxsize=1)
 def _moved_couplings(board: Board) -> list[MagneticCoupling | None]:
     """With each coil moved along x and along y; None where its winding touches another's.
@@ -97,7 +114,7 @@ class _Parts:
         self._values = np.asarray(coils.fields.values)
         self._omega = 2.0 * np.pi * frequency_hz
         self._at = np.stack([at_coils(board, own) for own in self._values], axis=1)
-        self._area = np.outer(*(_weights(axis) for axis in (board.x, board.y)))
+        self._area = _areas(board)
         self._geometry = plate_geometry(board)
         self._grid = np.meshgrid(board.x, board.y, indexing="ij")
 
@@ -161,9 +178,7 @@ class _Parts:
 
     @cached_property
     def _foundation(self) -> FloatArray:
-        """Stiffness of the foundation at image points, N/m³."""
-        layer = self._geometry.foundation
-        return layer.stiffness * layer.lies(*self._grid) if layer else np.zeros(self._area.shape)
+        return _foundation(self._geometry, self._grid)
 
     @property
     def _loss(self) -> float:
@@ -178,13 +193,7 @@ class _Parts:
 
     def patches(self) -> list[ComplexArray]:
         """Of each patch of the foundation."""
-        layer = self._geometry.foundation
-        if layer is None or not layer.patches:
-            return []
-        return [
-            np.asarray(-(1.0 + 1j * self._loss) * self._integral(self._foundation * share))
-            for share in patch_weights(layer.patches, *self._grid)
-        ]
+        return patch_slopes(self._board, self._values, self._values)
 
     @property
     def foam_loss(self) -> ComplexArray:
@@ -244,6 +253,17 @@ class _Parts:
             for by in (shift, back)
         )
         return np.asarray((ahead - behind) / (2.0 * step))
+
+
+def _foundation(geometry: PlateGeometry, grid: Sequence[FloatArray]) -> FloatArray:
+    """Stiffness of the foundation at image points, N/m³."""
+    layer = geometry.foundation
+    return layer.stiffness * layer.lies(*grid) if layer else np.zeros(grid[0].shape)
+
+
+def _areas(board: Board) -> FloatArray:
+    """Of image points, m²."""
+    return np.outer(*(_weights(axis) for axis in (board.x, board.y)))
 
 
 def _weights(axis: FloatArray) -> FloatArray:

@@ -1,12 +1,12 @@
 """The board that has the fields a laboratory measured: sheet, foam, screws, feet, and each coil.
 
-Places and patches of foam stay as they are drawn: what is found is what all of the board has in
-common, and how strong each coil is and which way round.
+Foam is found in patches, after what all of the board has in common. Coils stay where they are
+drawn: what is found of each is how strong it is and which way round.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +14,17 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from chladni.calibration.coils_known import drawn_strengths, with_coils_known
-from chladni.calibration.fit import HELD_BY, INEXACT, TOLD_APART, UNFITTED, Parameter
+from chladni.calibration.fit import HELD_BY, Parameter, parameters_of
 from chladni.calibration.laboratory.fields_at_places import FieldsAtPlaces
+from chladni.calibration.laboratory.fields_compared import (
+    Row,
+    chosen_frequencies,
+    factors,
+    in_time,
+    rms,
+    sizes_of,
+    stacked,
+)
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.unknowns import Unknowns, unknowns_of
 from chladni.calibration.wiring import DEAD, Wiring
@@ -27,16 +36,11 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Report = Callable[[int], None]
 
-LOWEST_HZ, HIGHEST_HZ = 40.0, 500.0
-"""Between which a file's frequencies are used, as drives use them."""
-MOST_FREQUENCIES = 4
 FEWEST_PLACES = 4
 """Of each coil; a sensor that stands on the board needs one."""
-ERROR = 0.05
-"""Of a coil's field, RMS, that patches, places and the measurement itself may be off."""
+ERROR = 0.03
+"""Of a coil's field, RMS, that places and the measurement itself may be off."""
 STARTS = (-1.0, 0.0, 1.0)
-OF_DEAD = 0.3
-"""Of a usual field, that of a dead coil is taken to be large."""
 STEP = 0.02
 """Of a logarithm, over which slopes are taken."""
 UNLIKE = 0.5
@@ -81,7 +85,7 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
     with one_blas_thread():
         search = _Search(board, measured, progress)
         search.check_units()
-        best = search.solve()
+        best = search.with_patches(search.solve())
         search.check(best)
         forces = search.forces(best)
         parameters = tuple(search.parameters(best))
@@ -99,14 +103,12 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
 class _Search:
     def __init__(self, board: Board, measured: MeasuredFields, progress: Report | None) -> None:
         self._unknowns: Unknowns = unknowns_of(board)
-        self._hz = _chosen(measured.hz)
+        self._hz = chosen_frequencies(measured.hz)
         self._has_sensor = measured.sensor_kg > 0.0
-        stands = np.unique(measured.places, axis=0) if self._has_sensor else np.empty((0, 2))
-        self._sensor = (measured.sensor_kg, stands)
+        self._sensor = (measured.sensor_kg, np.unique(measured.places, axis=0))
         self._progress = progress
         self._solved: dict[bytes, FieldsAtPlaces] = {}
         compliance = measured.compliance(board)
-        self._slopes = np.empty((0, 0))
         self._rows = []
         for hz in self._hz.tolist():
             at = measured.hz == hz
@@ -138,22 +140,33 @@ class _Search:
             ftol=1e-3,
             max_nfev=12,
         )
-        self._slopes = np.asarray(found.jac, np.float64)
         return np.asarray(mean + found.x * spread)
 
-    def parameters(self, scales: FloatArray) -> list[Parameter]:
-        count = scales.size
-        spread = self._unknowns.spread[:count]
-        noise = max(1.0, self.left(scales) / ERROR)
-        slopes = self._slopes.copy()
-        slopes[:-count] /= noise
+    def with_patches(self, scales: FloatArray) -> FloatArray:
+        """Logarithms of the board's scales, and of its patches of foam after them."""
+        count = self._unknowns.patch_values.stop
+        mean, spread = self._unknowns.mean[:count], self._unknowns.spread[:count]
+        begin = mean.copy()
+        begin[: scales.size] = scales
+
+        def residuals(off: FloatArray) -> FloatArray:
+            return self._residuals(mean + off * spread)
+
+        def jacobian(off: FloatArray) -> FloatArray:
+            return self._jacobian(mean + off * spread)
+
+        found = least_squares(
+            residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=1e-2, max_nfev=8
+        )
+        return np.asarray(mean + found.x * spread)
+
+    def parameters(self, values: FloatArray) -> Iterator[Parameter]:
+        """Of the whole board."""
+        spread = self._unknowns.spread[: values.size]
+        slopes = self._jacobian(values)
+        slopes[: -values.size] /= max(1.0, self.left(values) / ERROR)
         covariance = np.linalg.inv(slopes.T @ slopes) * np.outer(spread, spread)
-        found = []
-        for row, name in enumerate(self._unknowns.scales):
-            own = float(np.hypot(np.sqrt(covariance[row, row]), UNFITTED.get(name, INEXACT)))
-            told = own < TOLD_APART * float(spread[row])
-            found.append(Parameter.of_logarithm(name, float(scales[row]), own, told))
-        return found
+        return parameters_of(self._unknowns, values, covariance)
 
     def forces(self, scales: FloatArray) -> FloatArray:
         """Of each coil over the drawn one; NaN of those that were not measured."""
@@ -161,13 +174,13 @@ class _Search:
 
     def left(self, scales: FloatArray) -> float:
         """RMS share that is not explained."""
-        return _rms(self._compared(scales)[1])
+        return rms(self._compared(scales)[1])
 
     def check_units(self) -> None:
         """Whether fields are about as large as this board's: units are told by that."""
         mean = self._unknowns.mean[: len(self._unknowns.scales)]
         ratios = [
-            _rms(values) / _rms(self._at(mean, row, coils, places))
+            rms(values) / rms(self._at(mean, row, coils, places))
             for row, (coils, places, values) in enumerate(self._rows)
         ]
         size = float(np.median(ratios))
@@ -184,7 +197,7 @@ class _Search:
         # What was fitted to turned fields is nothing: those of the starts are looked at too.
         tried = [scales, *self._starts()]
         for said, turn in _TURNS.items():
-            if min(_rms(self._compared(own, turn)[1]) for own in tried) < CLEARLY * left:
+            if min(rms(self._compared(own, turn)[1]) for own in tried) < CLEARLY * left:
                 hint = "x runs along the short side, y along the long one, from the board's centre"
                 raise InputError("places", said, f"the axes of {name}", hint=hint)
         swapped = next((said for own in tried if (said := self._swapped(own, left))), "")
@@ -202,17 +215,59 @@ class _Search:
         reach = held * self._unknowns.spread[:count]
         return [self._unknowns.mean[:count] + off * reach for off in STARTS]
 
-    def _residuals(self, scales: FloatArray) -> FloatArray:
-        every = self._compared(scales)[1] / ERROR
-        count = scales.size
+    def _residuals(self, values: FloatArray) -> FloatArray:
+        count = values.size
         mean, spread = self._unknowns.mean[:count], self._unknowns.spread[:count]
-        # As if a hundred places were measured, however many there are: they err together.
-        every = every * np.sqrt(min(1.0, 100.0 / every.size))
-        return np.concatenate((every.real, every.imag, (scales - mean) / spread))
+        left = self._compared(values)[1]
+        return np.concatenate((_weight(left.size) * stacked(left), (values - mean) / spread))
+
+    def _jacobian(self, values: FloatArray) -> FloatArray:
+        """Of the residuals, by values in units of what they may be off."""
+        count, spread = len(self._unknowns.scales), self._unknowns.spread[: values.size]
+        before = self._residuals(values)
+        found = np.zeros((before.size, values.size))
+        for own in range(count):
+            more = values.copy()
+            more[own] += STEP
+            found[:, own] = (self._residuals(more) - before) / STEP
+        if values.size > count:
+            found[: -values.size, count:] = self._of_patches(values)
+            found[-values.size :, count:] = np.diag(1.0 / spread)[:, count:]
+        return np.asarray(found * spread)
+
+    def _of_patches(self, values: FloatArray) -> FloatArray:
+        """∂ residuals by the logarithms of patches.
+
+        Coils' factors, and turns of all values of a frequency, follow: what those make up for is
+        taken out.
+
+        References
+        ----------
+        L. Kaufman, A variable projection method for solving separable nonlinear least squares
+        problems, BIT 15 (1975) 49-57.
+        """
+        rows = self._rows_at(values)
+        forces = factors(rows, len(self._unknowns.board.actuators))
+        of_coils, of_turns, slopes = [], [], []
+        for row, ((coils, places, given), (_, own, _)) in enumerate(
+            zip(self._rows, rows, strict=True)
+        ):
+            forced = forces[coils] / sizes_of(coils, given)[coils]
+            each = self._solved_at(values).patch_slopes(row, coils, places)
+            slopes.append(-forced * each)
+            of_coils.append(own * (coils == np.arange(forces.size)[:, None]))
+            turn = np.zeros((len(self._rows), own.size), np.complex128)
+            turn[row] = 1j * forces[coils] * own
+            of_turns.append(turn)
+        every = [stacked(np.concatenate(part, axis=1)) for part in (of_coils, of_turns, slopes)]
+        followed = np.concatenate(every[: 1 + self._has_sensor]).T
+        basis = np.linalg.qr(followed[:, np.any(followed != 0.0, axis=0)])[0]
+        found = every[2].T
+        return np.asarray(_weight(found.shape[0] // 2) * (found - basis @ (basis.T @ found)))
 
     def _compared(
         self,
-        scales: FloatArray,
+        values: FloatArray,
         turn: FloatArray | None = None,
         order: NDArray[np.int64] | None = None,
     ) -> tuple[FloatArray, ComplexArray]:
@@ -220,31 +275,39 @@ class _Search:
 
         With places turned by a matrix, or coils taken for others, where that is given.
         """
-        count = len(self._unknowns.board.actuators)
+        rows = self._rows_at(values, turn, order)
+        forces = factors(rows, len(self._unknowns.board.actuators))
+        left = [given - forces[coils] * own for coils, own, given in rows]
+        return forces, np.concatenate(left)
+
+    def _rows_at(
+        self,
+        values: FloatArray,
+        turn: FloatArray | None = None,
+        order: NDArray[np.int64] | None = None,
+    ) -> list[Row]:
+        """At each frequency: coils, a board's fields, and those measured."""
         rows = []
-        for row, (coils, places, values) in enumerate(self._rows):
+        for row, (coils, places, given) in enumerate(self._rows):
             taken = coils if order is None else order[coils]
-            own = self._at(scales, row, taken, places if turn is None else places @ turn.T)
-            sizes = _sizes(coils, values)[coils]
-            rows.append((taken, own / sizes, values / sizes))
-        if self._has_sensor:
-            rows = _in_time(rows, count)
-        coils, own, values = (np.concatenate(part) for part in zip(*rows, strict=True))
-        over = np.bincount(coils, (own.conj() * values).real, count)
-        under = np.bincount(coils, np.abs(own) ** 2, count)
-        forces = np.divide(over, under, out=np.full(count, np.nan), where=under > 0.0)
-        return forces, np.asarray(values - forces[coils] * own)
+            own = self._at(values, row, taken, places if turn is None else places @ turn.T)
+            sizes = sizes_of(coils, given)[coils]
+            rows.append((taken, own / sizes, given / sizes))
+        return in_time(rows, len(self._unknowns.board.actuators)) if self._has_sensor else rows
 
     def _at(
         self, scales: FloatArray, row: int, coils: NDArray[np.int64], places: FloatArray
     ) -> ComplexArray:
         """Of a newton of those coils, at those places, at a frequency of the board's."""
-        key = scales.tobytes()
+        return self._solved_at(scales).at(row, coils, places)
+
+    def _solved_at(self, values: FloatArray) -> FieldsAtPlaces:
+        key = values.tobytes()
         if key not in self._solved:
-            self._solved[key] = FieldsAtPlaces(self.board_at(scales), self._hz, *self._sensor)
+            self._solved[key] = FieldsAtPlaces(self.board_at(values), self._hz, *self._sensor)
             if self._progress:
                 self._progress(len(self._solved))
-        return self._solved[key].at(row, coils, places)
+        return self._solved[key]
 
     def _swapped(self, scales: FloatArray, left: float) -> str:
         """Two coils whose fields are each other's."""
@@ -254,57 +317,15 @@ class _Search:
             for second in measured[:k]:
                 order = np.arange(len(names))
                 order[[first, second]] = second, first
-                if _rms(self._compared(scales, order=order)[1]) < CLEARLY * left:
+                if rms(self._compared(scales, order=order)[1]) < CLEARLY * left:
                     return f"{names[second]} and {names[first]}"
         return ""
 
 
-def _chosen(hz: FloatArray) -> FloatArray:
-    """A few of the frequencies that drives use."""
-    used = np.unique(hz)
-    used = used[(used >= LOWEST_HZ) & (used <= HIGHEST_HZ)]
-    if used.size == 0:
-        given = f"{hz.min():g} to {hz.max():g} Hz"
-        raise InputError("frequencies", given, f"some from {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz")
-    if used.size <= MOST_FREQUENCIES:
-        return np.asarray(used)
-    wanted = np.geomspace(used[0], used[-1], MOST_FREQUENCIES)
-    return np.unique([used[np.argmin(np.abs(used - own))] for own in wanted])
-
-
-def _in_time(
-    rows: list[tuple[NDArray[np.int64], ComplexArray, ComplexArray]], count: int
-) -> list[tuple[NDArray[np.int64], ComplexArray, ComplexArray]]:
-    """Fields, and values turned by the phase that all values of a frequency have in common.
-
-    A sensor on the device's bus samples and filters by a clock of its own, so that all it reads is
-    late by what no one knows. Coils that are reversed are half a turn away, so squares are added.
-    """
-    found, first = [], None
-    for coils, own, values in rows:
-        products = own.conj() * values
-        each = np.bincount(coils, products.real, count) + 1j * np.bincount(
-            coils, products.imag, count
-        )
-        turn = np.exp(-0.5j * np.angle(np.sum(each**2)))
-        signs = (turn * each).real
-        first = signs if first is None else first
-        turn = turn if signs @ first >= 0.0 else -turn
-        found.append((coils, own, values * turn))
-    return found
-
-
-def _rms(values: ComplexArray) -> float:
-    return float(np.sqrt(np.mean(np.abs(values) ** 2)))
-
-
-def _sizes(coils: NDArray[np.int64], values: ComplexArray) -> FloatArray:
-    """RMS of each coil's field; of one that is dead, a share of what others have."""
-    count = int(coils.max()) + 1
-    rows = np.bincount(coils, minlength=count)
-    total = np.bincount(coils, np.abs(values) ** 2, count)
-    sizes = np.sqrt(total / np.maximum(rows, 1))
-    return np.maximum(sizes, max(OF_DEAD * float(np.median(sizes[rows > 0])), 1e-300))
+def _weight(count: int) -> float:
+    """Of what is left at a number of places, over what it may be."""
+    # As if a hundred places were measured, however many there are: they err together.
+    return float(np.sqrt(min(1.0, 100.0 / count)) / ERROR)
 
 
 _TURNS = {
