@@ -102,7 +102,7 @@ def test_an_emulated_device_plays_nearly_what_the_board_would(
         )["counts"][0]
         for words in ((), ("--table", table))
     )
-    # The build lets 2 dB go at the median of a hundred pairs; these are thirty others.
+    # The build lets 2 dB go at the median of 200 pairs; these are the first thirty.
     lost = exact["isolation_db"]["median"] - played["isolation_db"]["median"]
     assert 0.0 < lost < 4.0
     assert played["level_db"]["median"] == pytest.approx(exact["level_db"]["median"], abs=1.5)
