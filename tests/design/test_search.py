@@ -18,6 +18,7 @@ from chladni.design.evaluate import (
     Evaluation,
     completed_board,
     evaluate,
+    evaluate_in_full,
 )
 from chladni.design.front import GOALS, Entry, front_of
 from chladni.design.layouts import Layout
@@ -158,6 +159,21 @@ def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:
     (two,) = score_fingers(board, [2], sets=FINGER_SETS, samples=1, seed=SEED).counts
     assert found.score == pytest.approx(two.isolation_db.p10, abs=1e-9)
     assert found.robust_score == found.terms["fingers_2_db"] != found.score
+
+
+def test_a_finished_design_tells_what_fingers_tells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many sets, whatever the number of drawn boards."""
+    monkeypatch.setattr("chladni.design.evaluate.SETS", 20)
+    spec = spec_of(small(design={"weights": {"fingers_2_db": 1.0}}, finger="none"))
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -9.0]}, {"name": "b", "at_mm": [0.0, 9.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    found, _ = evaluate_in_full(spec, SEED, 1, document)
+    board = completed_board(document)
+    (two,) = score_fingers(board, [2], sets=20, samples=1, seed=SEED).counts
+    assert two.perturbed is not None
+    assert found.robust_score == pytest.approx(two.perturbed.isolation_db.p10, abs=1e-9)
 
 
 def test_a_search_of_few_choices_goes_on(tmp_path: Path) -> None:

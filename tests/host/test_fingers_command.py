@@ -9,6 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chladni.drives.scoring.board_score import score_board
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.host.figures.boards import board_figure
+from chladni.sim.board.file import load_board
+from chladni.sim.board.fingers import Focus, SeveralFingers
+from chladni.sim.board.quantity import MM
 from chladni.tables.format import pack, read_table
 from conftest import ROOT, CommandLine
 from made_up import make_section
@@ -102,7 +108,7 @@ def test_an_emulated_device_plays_nearly_what_the_board_would(
         )["counts"][0]
         for words in ((), ("--table", table))
     )
-    # The build lets 2 dB go at the median of a hundred pairs; these are thirty others.
+    # The build lets 2 dB go at the median of 200 pairs; these are the first thirty.
     lost = exact["isolation_db"]["median"] - played["isolation_db"]["median"]
     assert 0.0 < lost < 4.0
     assert played["level_db"]["median"] == pytest.approx(exact["level_db"]["median"], abs=1.5)
@@ -153,3 +159,58 @@ def test_bad_input_is_named(chladni: CommandLine, words: tuple[str, str], named:
     assert answer.code == 2
     assert answer.out == ""
     assert named in answer.err
+
+
+def test_two_fingers_of_ones_own_are_scored_and_drawn(chladni: CommandLine, tmp_path: Path) -> None:
+    """The same as a set of the score: its places give its decibels."""
+    board = load_board(str(STRIP))
+    (two,) = score_fingers(board, (2,), sets=1, samples=0).counts
+    one, other = (f"{x / MM!r},{y / MM!r}" for x, y in two.places[0].tolist())
+    figure = tmp_path / "pair.png"
+    found = chladni("fingers", STRIP, "--at", one, "--other", other, "--figure", figure, "--json")
+    assert found.code == 0, found.err
+    fingers = found.json["fingers"]
+    assert [own["isolation_db"] for own in fingers] == pytest.approx(two.rows[:, 0], abs=1e-3)
+    assert [own["finger_um"] for own in fingers] == pytest.approx(two.rows[:, 2], rel=1e-4)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--at", "0,0"), "--other"),
+        (("--other", "0,0"), "--at"),
+        (("--at", "0,0", "--other", "0,3"), "5 mm or more"),
+        (("--at", "0,0", "--other", "0,500"), "--other"),
+        (("--at", "0,0", "--other", "0,20", "--fingers", "2"), "--fingers does not go with --at"),
+        (("--at", "0,0", "--other", "0,20", "--built"), "--built does not go with --at"),
+    ],
+)
+def test_a_pair_that_cannot_be_scored_is_refused(
+    chladni: CommandLine, words: tuple[str, ...], named: str
+) -> None:
+    answer = chladni("fingers", STRIP, *words)
+    assert (answer.code, answer.out) == (2, "")
+    assert named in answer.err
+
+
+def test_a_score_of_a_board_for_several_shows_pairs() -> None:
+    """And where it is for one finger too, the maps of its focus."""
+    board = load_board(str(STRIP))
+    several = replace(board, focus=None, fingers=SeveralFingers())
+    score = score_board(several, pitch=0.02, objective="focus", samples=0)
+    (two,) = score_fingers(several, (2,), sets=5, samples=0).counts
+    told = "It keeps two apart. It does not focus."
+    drawn = board_figure(several, score, two, told)
+    assert drawn.get_suptitle().endswith("It keeps two apart")
+    titles = [axes.get_title() for axes in drawn.axes]
+    middle = sorted(two.rows[:, 0])[4]
+    assert titles[0].startswith("median")
+    assert f"{middle:.0f} dB less" in titles[0]
+    points = drawn.axes[2].collections[0]
+    at = np.asarray(points.get_offsets())
+    which = int(np.argmin(np.hypot(*(at - two.places[0, 1] / MM).T)))
+    assert np.asarray(points.get_array())[which] == pytest.approx(two.rows[1, 0])
+    for other in (replace(several, focus=Focus()), board):
+        maps = board_figure(other, score, two, told)
+        assert "above every second finger" in maps.get_suptitle()

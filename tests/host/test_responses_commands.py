@@ -54,6 +54,9 @@ def test_a_table_of_responses_is_built_and_asked_for_by_the_board_file(
     assert one.read_bytes() == other.read_bytes()
     assert report["bytes"] == one.stat().st_size <= 2048
     assert report["is_within_limits"]
+    (own_db,) = report["frequencies"]
+    for key in ("isolation_db", "exact_isolation_db"):
+        assert f"{own_db[key]['p10']:.1f}" in report["verdict"]
     assert chladni("table", "verify", one, "--board", plain, "--json").json["verified"]
 
 

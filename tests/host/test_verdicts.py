@@ -106,7 +106,7 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
     assert ("Instead" in told(0.0)) == (spacing not in (12.0, 90.0) and tried != 5.25)
     assert "two pressing fingers 31 dB apart at the median, 12 at the worst tenth" in told(0.0)
     # A board that focuses needs no help, and one for several fingers begins with them.
-    assert told(9.0).endswith("12 at the worst tenth.")
+    assert told(9.0).endswith("12 at the worst tenth, as drawn.")
     assert told(0.0, for_fingers=True).startswith("It keeps two pressing fingers")
     assert not words or words not in told(0.0, for_fingers=True)
 

@@ -10,6 +10,7 @@ import pytest
 from chladni.drives.fingers import drives_for, responses_at
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, parse_board
 from chladni.sim.board.fingers import Focus, SeveralFingers
@@ -27,7 +28,7 @@ from chladni.tables.several_fingers.build import (
     with_responses,
 )
 from chladni.tables.several_fingers.build_for import build_for, default_kind
-from chladni.tables.several_fingers.isolation import LIMIT_DB, lost_db
+from chladni.tables.several_fingers.isolation import LIMIT_DB, DrawnPairs, lost_db
 from chladni.tables.table import Table
 
 STIFFNESS = pressing_stiffness(1.0, 160.0)
@@ -47,7 +48,7 @@ def built(board: Board) -> tuple[Table, ResponsesReport]:
 
 @pytest.fixture
 def few_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Eight pairs of fingers in place of a hundred, where it is not about what a table loses."""
+    """Eight pairs of fingers in place of 200, where it is not about what a table loses."""
     monkeypatch.setattr(isolation, "SETS", 8)
 
 
@@ -119,6 +120,14 @@ def test_what_a_table_cannot_be_built_of_is_named(
         build_for(board, "thumbs")
     with pytest.raises(ConflictError, match="responses alone"):
         build_for(board, "fingers", objective="ssim")
+
+
+@pytest.mark.usefixtures("few_pairs")
+def test_a_build_measures_what_a_score_of_the_board_tells(board: Board) -> None:
+    """The same pairs, and drives chosen alike: so a table's exact numbers are the board's."""
+    (two,) = score_fingers(board, (2,), sets=8, samples=0).counts
+    exact = DrawnPairs.of(solved_board(board)).exact
+    assert exact == pytest.approx(two.rows[:, 0], abs=1e-6)
 
 
 def test_lost_isolation_is_of_the_median_or_the_tail() -> None:

@@ -14,7 +14,7 @@ from chladni.design.spec import BUILT_TERMS, FINGER_LEVEL, FINGER_TERMS, Spec
 from chladni.design.variables import Document, filled
 from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import BoardScore, score_board
-from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.drives.scoring.several_fingers.fingers_score import SETS, score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
@@ -32,7 +32,7 @@ NO_NUMBER_DB = -40.0
 UNFIT = -1000.0
 """Score of a board that a limit forbids, less a thousand times how far it is beyond."""
 FINGER_SETS = 8
-"""Sets of fingers on each drawn board."""
+"""Sets of fingers on each drawn board, while boards are compared."""
 Terms = Mapping[str, float]
 TOO_WEAK = 3.0
 """dB of score for each dB that the finger gets less than it is to."""
@@ -112,28 +112,33 @@ def evaluate(spec: Spec, document: Document, seed: int) -> Evaluation:
 def evaluate_in_full(
     spec: Spec, seed: int, samples: int, document: Document
 ) -> tuple[Evaluation, BoardScore]:
-    """A board scored as `board score` would at the same pitch, on its own image."""
+    """A board scored as `board score` and `fingers` would at the same pitch, on its own image."""
     board, pitch = completed_board(document), spec.settings.pitch
     score = score_board(board, pitch=pitch, samples=samples, seed=seed, tolerance=DRAWN_TOLERANCE)
-    return weighed(spec, board, score, costly_terms(spec, board, samples, seed)), score
+    more = costly_terms(spec, board, samples, seed, sets=SETS)
+    return weighed(spec, board, score, more), score
 
 
-def costly_terms(spec: Spec, board: Board, samples: int, seed: int) -> tuple[Terms, Terms]:
+def costly_terms(
+    spec: Spec, board: Board, samples: int, seed: int, sets: int | None = None
+) -> tuple[Terms, Terms]:
     """What is left of a board as built and with several fingers, where a SPEC weighs that.
 
-    On the nominal board, and within tolerances; as built is always the latter.
+    On the nominal board, and within tolerances; as built is always the latter. `sets`: of fingers,
+    so many on each drawn board if left out.
     """
     built = _built_terms(spec, board, samples, seed)
-    nominal, robust = _finger_terms(spec, board, samples, seed)
+    nominal, robust = _finger_terms(spec, board, samples, seed, sets or FINGER_SETS * samples)
     return {**built, **nominal}, {**built, **robust}
 
 
-def _finger_terms(spec: Spec, board: Board, samples: int, seed: int) -> tuple[Terms, Terms]:
+def _finger_terms(
+    spec: Spec, board: Board, samples: int, seed: int, sets: int
+) -> tuple[Terms, Terms]:
     counts = [count for name, count in FINGER_TERMS.items() if name in spec.weights]
     if not counts and FINGER_LEVEL not in spec.weights:
         return {}, {}
     nominal, robust = (dict.fromkeys((*FINGER_TERMS, FINGER_LEVEL), NO_NUMBER_DB) for _ in range(2))
-    sets = FINGER_SETS * samples
     for own in score_fingers(board, counts or [2], sets=sets, samples=samples, seed=seed).counts:
         assert own.perturbed is not None
         for found, kept in ((nominal, own), (robust, own.perturbed)):

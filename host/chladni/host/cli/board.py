@@ -184,9 +184,9 @@ def board_score(
         tried=_tried(loaded, score),
     )
     if figure is not None:
-        from chladni.host.figures.boards import score_figure  # noqa: PLC0415
+        from chladni.host.figures.boards import board_figure  # noqa: PLC0415
 
-        write_figure(score_figure(loaded, score, verdict), figure)
+        write_figure(board_figure(loaded, score, None if objective else two, verdict), figure)
     result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
     del result["maps"]
     result["two_fingers"] = {key: asdict(two)[key] for key in OF_TWO} if two else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,20 +11,25 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from chladni.drives.fingers import responses_at
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import solved_board
+from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.drives.scoring.several_fingers.fingers_as_built import (
     FingersAsBuilt,
     score_fingers_as_built,
 )
+from chladni.drives.scoring.several_fingers.fingers_play import fingers_play
 from chladni.drives.scoring.several_fingers.fingers_score import (
     MOST_SETS,
     SETS,
     CountScore,
     FingersScore,
+    Solve,
     score_fingers,
+    solver_of,
 )
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import SAMPLES
@@ -39,21 +44,28 @@ from chladni.host.cli.common.options import (
     SeedOption,
     check_figure,
 )
-from chladni.host.cli.common.output import answer, progress_bar, say_unmet, write_figure
-from chladni.host.cli.common.ranges import within
+from chladni.host.cli.common.output import (
+    answer,
+    parse_place,
+    progress_bar,
+    say_unmet,
+    write_figure,
+)
+from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.common.terms import of_loudest
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ConflictError, InputError
+from chladni.sim.errors import ConflictError, InputError, MissingError
+from chladni.sim.fields.transfer import check_target
 from chladni.sim.image.finger import threshold_um
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 COUNTS = (2, 3, 4, 5)
+FOR_FIGURES = ("places", "drives", "rows", "perturbed_rows")
 NUMBER = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 
 
@@ -101,8 +113,18 @@ BuiltOption = Annotated[
 ]
 
 
+AtOption = Annotated[
+    str | None, typer.Option("--at", metavar="X,Y", help="Two fingers of your own: one, mm.")
+]
+OtherOption = Annotated[
+    str | None, typer.Option(metavar="X,Y", help="And the other; a figure has what moves.")
+]
+
+
 def fingers(
     board: BoardArgument,
+    at: AtOption = None,
+    other: OtherOption = None,
     count: CountOption = None,
     apart: ApartOption = LEAST_APART / MM,
     sets: SetsOption = SETS,
@@ -121,10 +143,14 @@ def fingers(
     """Score what fingers that press a board at once feel of each other's signals."""
     check_figure(figure)
     loaded = load_board(board)
+    pair = _pair(loaded, at, other, has_count=count is not None, built=built)
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
     loaded = on_less(loaded)
+    if pair is not None:
+        _tell_pair(loaded, pair, solve, (regularisation, press), figure, as_json=as_json)
+        return
     drawn: dict[str, Any] = {
         "apart": apart * MM,
         "sets": sets,
@@ -148,10 +174,7 @@ def fingers(
         _draw(figure, loaded, score, is_played=is_played)
     counts = [_as_keys(own) for own in score.counts]
     for keys in counts if built else ():
-        with progress_bar(f"sets of {keys['fingers']} fingers as built") as progress:
-            found = score_fingers_as_built(
-                loaded, keys["fingers"], samples=max(samples, 1), progress=progress, **drawn
-            )
+        found = _as_built(loaded, keys["fingers"], samples, drawn)
         keys["built"] = asdict(found) if as_json else _in_short(found)
     result: dict[str, Any] = {
         "verdict": " ".join(sentence(own, apart) for own in score.counts),
@@ -167,6 +190,69 @@ def fingers(
     result |= {"counts": counts} if as_json else _by_number(counts)
     by = ", by the pins" if is_played else ""
     answer(result, as_json=as_json, title=f"{loaded.name}: several fingers{by}")
+
+
+def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
+    with progress_bar(f"sets of {count} fingers as built") as progress:
+        return score_fingers_as_built(
+            board, count, samples=max(samples, 1), progress=progress, **drawn
+        )
+
+
+def _pair(
+    board: Board, at: str | None, other: str | None, *, has_count: bool, built: bool
+) -> FloatArray | None:
+    """Two fingers of the user's own, m; None where sets are to be drawn."""
+    if at is None and other is None:
+        return None
+    if at is None or other is None:
+        option = "--at" if at is None else "--other"
+        raise MissingError(option, "X,Y, the other of two fingers, mm")
+    for option, is_given in (("--fingers", has_count), ("--built", built)):
+        if is_given:
+            raise ConflictError(option, "--at", hint="leave --at and --other out to draw fingers")
+    places = parse_place(at, "--at"), parse_place(other, "--other")
+    for place, option in zip(places, ("--at", "--other"), strict=True):
+        check_target(board, place, option)
+    if math.dist(*places) < LEAST_APART_MM:
+        expected = f"{LEAST_APART_MM:g} mm or more from the finger at --at"
+        raise InputError("--other", other, expected)
+    return np.array(places) * MM
+
+
+def _tell_pair(
+    board: Board,
+    places: FloatArray,
+    played: Solve | None,
+    numbers: tuple[float | None, float],
+    figure: Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """`played`: by a device, if there is one; `numbers`: λ and newtons."""
+    with one_blas_thread():
+        solve = played or solver_of(board, responses_at(solved_board(board)), numbers[0])
+    play = fingers_play(board, places, solve(places), numbers[1])
+    if figure is not None:
+        from chladni.host.figures.two_fingers import two_fingers_figure  # noqa: PLC0415
+
+        write_figure(two_fingers_figure([play]), figure)
+    rows = [
+        {
+            "name": name,
+            "at_mm": list(place),
+            "isolation_db": float(play.isolation_db[own]),
+            "finger_um": float(um) if np.isfinite(um := play.finger_um[own]) else None,
+        }
+        for own, (name, place) in enumerate(zip("AB", play.places_mm, strict=True))
+    ]
+    told = [
+        f"{one['name']} plays: {other} gets {one['isolation_db']:.0f} dB less"
+        for one, other in zip(rows, "BA", strict=True)
+    ]
+    result = {"verdict": ". ".join(told) + ".", "name": board.name, "newtons": numbers[1]}
+    title = f"{board.name}: two fingers{', by the pins' if played else ''}"
+    answer(result | {"fingers": rows}, as_json=as_json, title=title)
 
 
 def _check_for_device(regularisation: float | None, *, built: bool) -> None:
@@ -202,7 +288,7 @@ def _numbers(count: int | None, board: Board, *, is_played: bool) -> tuple[int, 
     return (count,)
 
 
-def _device_of(table: Path, board: Board, named: str) -> Callable[[FloatArray], ComplexArray]:
+def _device_of(table: Path, board: Board, named: str) -> Solve:
     """What an emulated device plays of a table that was made for the board."""
     # The firmware takes a moment to load.
     from chladni.host.emulation.played_fingers import played_finger_drives  # noqa: PLC0415
@@ -256,6 +342,4 @@ def _in_short(found: FingersAsBuilt) -> dict[str, str]:
 
 
 def _as_keys(score: CountScore) -> dict[str, Any]:
-    return {
-        key: value for key, value in asdict(score).items() if key not in ("rows", "perturbed_rows")
-    }
+    return {key: value for key, value in asdict(score).items() if key not in FOR_FIGURES}

@@ -14,11 +14,12 @@ from rich.table import Table as RichTable
 
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.scorecard import Scorecard, score_field
+from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay
 from chladni.host.cli.common import ending
 from chladni.host.cli.common.output import progress_bar, sheet
 from chladni.host.emulation.closed_loop import LoopReport, run_loop
 from chladni.host.emulation.emulator import TouchEvent
-from chladni.host.emulation.played_fingers import FingersPlay, play_fingers
+from chladni.host.emulation.played_fingers import play_fingers
 from chladni.host.figures.chains import Chain, chains_figure
 from chladni.host.figures.fields import save
 from chladni.host.figures.two_fingers import two_fingers_figure

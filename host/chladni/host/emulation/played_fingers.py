@@ -8,19 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.drives.problem.problem import solved_board
 from chladni.drives.scoring.as_built import PRESS
-from chladni.drives.scoring.felt import MICROMETRE
-from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, pressed_fields
-from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
+from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay, fingers_play
 from chladni.host.emulation.demodulate import Play, phasors
 from chladni.host.emulation.emulator import LEVEL, Emulator, TouchEvent
 from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
-from chladni.sim.errors import ChladniError, MissingError
-from chladni.sim.image.finger import pressing_stiffness
+from chladni.sim.errors import ChladniError
 from chladni.tables.table import Table
 
 FloatArray = NDArray[np.float64]
@@ -159,30 +155,6 @@ def played_finger_drives(
     return played_voices(table, board, voices, frequency_hz=frequency_hz).drives
 
 
-@dataclass(frozen=True)
-class FingersPlay:
-    """What fingers get of a device that plays all of them at once, limits kept for the sum.
-
-    Attributes
-    ----------
-    places_mm
-        Their middles.
-    fields_um
-        Amplitude of each finger's own signal all over the board, all fingers pressing, µm, shape
-        (fingers, x, y).
-    isolation_db
-        Each one's signal over the most that another finger has of it, shape (fingers,).
-    finger_um
-        Mean over the fingertip of its own signal, peak in time, shape (fingers,).
-    """
-
-    board: Board
-    places_mm: list[tuple[float, float]]
-    fields_um: FloatArray
-    isolation_db: FloatArray
-    finger_um: FloatArray
-
-
 def play_fingers(
     table: Table, board: Board, places_mm: Sequence[tuple[float, float]], newtons: float = PRESS
 ) -> FingersPlay:
@@ -197,24 +169,8 @@ def play_fingers(
 
     Raises
     ------
-    InputError
-        The board has no coil, so that nothing is known in micrometres.
     ChladniError
         As of `played_finger_drives`.
     """
     places = np.array(places_mm) * MM
-    drives = played_finger_drives(table, board, places)
-    most = most_newtons(board, drives)
-    if most is None:
-        raise MissingError("coil", "a block [coil]", hint="there is no force without one")
-    solved = solved_board(board)
-    stiffness = pressing_stiffness(newtons, solved.fields.frequency_hz)
-    fingers = FingerSet.of(solved, places, stiffness)
-    fields = np.tensordot(drives, pressed_fields(solved, places, stiffness), axes=1)
-    return FingersPlay(
-        board,
-        [(float(x), float(y)) for x, y in places_mm],
-        np.abs(fields) * most / MICROMETRE,
-        fingers.isolation_db(drives),
-        np.abs(np.diag(fingers.means(drives))) * most / MICROMETRE,
-    )
+    return fingers_play(board, places, played_finger_drives(table, board, places), newtons)

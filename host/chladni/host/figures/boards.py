@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from chladni.drives.scoring.sensitivity import Influence
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.survey import Score
 from chladni.host.figures.fields import (
     COLOURS,
@@ -22,6 +23,7 @@ from chladni.host.figures.fields import (
     pictures,
     with_verdict,
 )
+from chladni.host.figures.two_fingers import pairs_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.finger import NOTICED_DB
@@ -70,6 +72,16 @@ def sensitivity_figure(name: str, influences: Sequence[Influence]) -> Figure:
     panels[0].invert_yaxis()
     figure.suptitle(f"{name}: what each part does within its tolerance", fontsize=11, color=INK)
     return figure
+
+
+def board_figure(board: Board, score: Score, two: CountScore | None, verdict: str = "") -> Figure:
+    """A board's score: what two fingers get where it is for several, else its focus by place.
+
+    `two`: None where the focus is asked for.
+    """
+    if two is not None and board.is_for_several:
+        return pairs_figure(board, two, verdict)
+    return score_figure(board, score, verdict)
 
 
 MAPS = (

@@ -86,8 +86,9 @@ CHARACTERS_PER_INCH = 13.0
 
 
 def with_verdict(figure: Figure, title: str, verdict: str) -> str:
-    """A title, and below it what the figure comes to, in lines that fit."""
-    lines = textwrap.wrap(verdict, max(int(CHARACTERS_PER_INCH * figure.get_figwidth()), 30))
+    """A title, and below it a verdict's first sentence, in lines that fit."""
+    first = verdict.split(". ", maxsplit=1)[0].removesuffix(".")
+    lines = textwrap.wrap(first, max(int(CHARACTERS_PER_INCH * figure.get_figwidth()), 30))
     return "\n".join([title, *lines])
 
 

@@ -10,34 +10,97 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 
-from chladni.host.emulation.played_fingers import FingersPlay
-from chladni.host.figures.fields import INK, draw_level
+from chladni.drives.scoring.several_fingers.fingers_play import FingersPlay, fingers_play
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore
+from chladni.host.figures.fields import (
+    INK,
+    board_inches,
+    draw_board,
+    draw_level,
+    explain_marks,
+    pictures,
+    with_verdict,
+)
+from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import FINGERTIP_RADIUS
 
 QUIETEST_DB = -50.0
 NAMES = ("A", "B")
+MOST_INCHES, BETWEEN_INCHES = (3.4, 4.6), (0.5, 0.8)
+"""Of a picture of a board, and what its axes and title take."""
+LEAST_INCHES = 2.06
+"""A title's width."""
+SHOWN_SHARE = 95.0
+"""Percentile of isolation at which a map's colours end."""
 
 
 def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
     """For each board two pictures: finger A plays and B is still, and the other way round."""
-    figure = Figure(figsize=(4.1 * len(plays) * len(NAMES) / 1.6, 5.4), layout="constrained")
-    panels = figure.subplots(1, len(plays) * len(NAMES), squeeze=False)[0]
+    rooms = [board_inches(own.board, MOST_INCHES) for own in plays]
+    width = max(*(own[0] for own in rooms), LEAST_INCHES) + BETWEEN_INCHES[0]
+    count = len(plays) * len(NAMES)
+    size = (count * width, max(own[1] for own in rooms) + BETWEEN_INCHES[1])
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(1, count, squeeze=False)[0]
     image: AxesImage | None = None
     for number, play in enumerate(plays):
         for own in range(len(NAMES)):
             axes = panels[len(NAMES) * number + own]
             image = _panel(axes, play, own)
+            axes.set_title(_told(play, own), fontsize=9.5, color=INK)
     if image is not None:
         bar = figure.colorbar(image, ax=panels.tolist(), shrink=0.8)
         bar.set_label("vibration / dB of the playing finger's", fontsize=9)
     return figure
 
 
+def pairs_figure(board: Board, two: CountScore, verdict: str = "", newtons: float = 1.0) -> Figure:
+    """What drawn pairs of fingers get on a board: two examples, and where what is kept.
+
+    Parameters
+    ----------
+    two
+        The score of two fingers.
+    verdict
+        What it comes to, in words, above the pictures.
+    newtons
+        How hard the fingers of the examples press.
+    """
+    figure, panels = pictures(board, 3)
+    order = np.argsort(two.rows[:, 0])
+    for axes, share, name in zip(panels, (0.5, 0.1), ("median", "worst tenth"), strict=False):
+        place, own = divmod(int(order[int(share * (len(order) - 1))]), 2)
+        play = fingers_play(board, two.places[place], two.drives[place], newtons)
+        image = _panel(axes, play, own)
+        label = f"{name}: {NAMES[own]} plays, {NAMES[1 - own]} is still\n{_amounts(play, own)}"
+        axes.set_title(label, fontsize=9, color=INK)
+        bar = figure.colorbar(image, ax=axes, shrink=0.8, extend="both")
+        bar.set_label("dB of the playing finger's", fontsize=9)
+    _map(figure, panels[2], board, two, order)
+    explain_marks(figure, board)
+    title = f"{board.name}: two fingers, {two.sets} pairs drawn"
+    figure.suptitle(with_verdict(figure, title, verdict), fontsize=10, color=INK)
+    return figure
+
+
+def _map(figure: Figure, axes: Axes, board: Board, two: CountScore, order: np.ndarray) -> None:
+    """A point for each finger of each pair, the least kept on top."""
+    x, y = two.places.reshape(-1, 2)[order[::-1]].T / MM
+    isolation = two.rows[order[::-1], 0]
+    most = float(np.percentile(isolation, SHOWN_SHARE))
+    draw_board(axes, board, ink=INK, small=True)
+    points = axes.scatter(
+        x, y, c=isolation, s=26, cmap="cividis", vmin=0.0, vmax=max(most, 1.0), zorder=3
+    )
+    bar = figure.colorbar(points, ax=axes, shrink=0.8, extend="both")
+    bar.set_label("dB less", fontsize=9)
+    label = "less under the other finger, at each\nplace at which a finger plays"
+    axes.set_title(label, fontsize=9, color=INK)
+
+
 def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
-    board, other = play.board, 1 - own
-    level = 20.0 * np.log10(np.maximum(play.fields_um[own], 1e-9) / play.finger_um[own])
-    image = draw_level(axes, board, level, QUIETEST_DB)
+    image = draw_level(axes, play.board, play.levels_db[own], QUIETEST_DB)
     radius = FINGERTIP_RADIUS / MM
     for finger, (x, y) in enumerate(play.places_mm):
         colour = "#d55e00" if finger == own else "white"
@@ -45,21 +108,23 @@ def _panel(axes: Axes, play: FingersPlay, own: int) -> AxesImage:
         axes.annotate(
             NAMES[finger],
             (x, y),
-            xytext=(0, -1.9 * radius),
-            textcoords="offset points",
             ha="center",
-            va="top",
+            va="center",
             color=colour,
             fontsize=11,
             fontweight="bold",
         )
-    axes.set_title(
-        f"{board.name}: {NAMES[own]} plays, {NAMES[other]} is still\n"
-        f"{NAMES[own]} {play.finger_um[own]:.2g} µm, {NAMES[other]} "
-        f"{play.isolation_db[own]:.0f} dB less",
-        fontsize=9.5,
-        color=INK,
-    )
     axes.set_xlabel("x / mm", fontsize=9)
     axes.set_ylabel("y / mm", fontsize=9)
     return image
+
+
+def _told(play: FingersPlay, own: int) -> str:
+    names = NAMES[own], NAMES[1 - own]
+    return f"{play.board.name}: {names[0]} plays, {names[1]} is still\n{_amounts(play, own)}"
+
+
+def _amounts(play: FingersPlay, own: int) -> str:
+    um, db = play.finger_um[own], play.isolation_db[own]
+    moved = f"{NAMES[own]} {um:.2g} µm, " if np.isfinite(um) else ""
+    return f"{moved}{NAMES[1 - own]} {db:.0f} dB less"

@@ -10,6 +10,7 @@ import numpy as np
 from chladni.drives.methods import Progress
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.problem.search_cost import for_focus
+from chladni.drives.scoring.several_fingers.fingers_score import SETS
 from chladni.drives.scoring.spread import Spread
 from chladni.sim.board.board import Board
 from chladni.sim.errors import ArgumentError, check_estimate
@@ -17,7 +18,7 @@ from chladni.sim.fields.transfer import TOLERANCE
 from chladni.tables.format import check_fits, table_bytes
 from chladni.tables.layout import BITS, LARGEST_FILE, RESPONSES, one_of_bits
 from chladni.tables.responses import TableResponses
-from chladni.tables.several_fingers.isolation import LIMIT_DB, SETS, DrawnPairs, lost_db
+from chladni.tables.several_fingers.isolation import LIMIT_DB, DrawnPairs, lost_db
 from chladni.tables.several_fingers.section import reckoned_finger, section_of
 from chladni.tables.stored_regions import StoredRegions, stored_regions
 from chladni.tables.table import ResponsesSection, Table, limits_of

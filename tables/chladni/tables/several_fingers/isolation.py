@@ -1,7 +1,7 @@
 """What a table's responses cost: how far apart two pressing fingers are kept with them.
 
 Drives come from the responses as a device reads them, fields from the plate with both fingers on
-it.
+it. Pairs and λ are those of `score_fingers`, so that all commands tell one number of a board.
 """
 
 from __future__ import annotations
@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from chladni.drives.fingers.coupling import LEAST_APART
 from chladni.drives.fingers.responses import Responses, responses_at
-from chladni.drives.fingers.silence import KnownPlate, drives_for
+from chladni.drives.fingers.silence import KnownPlate
+from chladni.drives.methods import SEED
 from chladni.drives.problem.problem import SolvedBoard
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.fingers_score import SETS, solver_of
 from chladni.drives.scoring.spread import Spread
+from chladni.sim.board.board import Board
 from chladni.sim.image.finger import pressing_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -27,8 +30,6 @@ FloatArray = NDArray[np.float64]
 FINGERS = 2
 """Side by side or further apart: those for which drives can do most, and so lose most by rounding.
 They press with 1 N."""
-SETS, SEED = 100, 1
-"""Pairs drawn. Every table is measured on these, so a loss is known better than the isolation."""
 LIMIT_DB = 2.0
 """That rounding and interpolation may take, at the median and at the worst tenth: less than the JND
 of amplitude (2.3 dB)."""
@@ -46,9 +47,9 @@ class DrawnPairs:
         Isolation with these, dB, a number per finger.
     """
 
+    board: Board
     known: Responses
     sets: list[FingerSet]
-    stiffness: complex
     exact: FloatArray
 
     @classmethod
@@ -69,19 +70,17 @@ class DrawnPairs:
                 if tell:
                     tell()
         known = responses_at(solved)
-        return cls(known, sets, stiffness, _isolation_db(sets, known, stiffness))
+        board = solved.board
+        return cls(board, known, sets, _isolation_db(board, sets, known))
 
     def isolation_db(self, plate: KnownPlate) -> FloatArray:
         """Isolation with drives of what a plate says of itself, dB, a number per finger."""
-        return _isolation_db(self.sets, plate, self.stiffness)
+        return _isolation_db(self.board, self.sets, plate)
 
 
-def _isolation_db(sets: list[FingerSet], plate: KnownPlate, stiffness: complex) -> FloatArray:
-    found = []
-    for one in sets:
-        at = [(float(x), float(y)) for x, y in one.places]
-        found.append(one.isolation_db(drives_for(plate, at, stiffness=stiffness).drives))
-    return np.concatenate(found)
+def _isolation_db(board: Board, sets: list[FingerSet], plate: KnownPlate) -> FloatArray:
+    solve = solver_of(board, plate, None)
+    return np.concatenate([one.isolation_db(solve(one.places)) for one in sets])
 
 
 def lost_db(exact: FloatArray, got: FloatArray) -> float:

@@ -17,6 +17,7 @@ from chladni.sim.image.metrics import SECOND_FINGER_DISTANCE
 
 if TYPE_CHECKING:
     from chladni.host.emulation.played_effect import PlayedEffect
+    from chladni.tables.several_fingers.build import FrequencyIsolation, ResponsesReport
 
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
@@ -112,7 +113,7 @@ def of_board(
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:.0f} dB apart at the median, "
-            f"{kept.p10:.0f} at the worst tenth."
+            f"{kept.p10:.0f} at the worst tenth, as drawn."
         )
     if for_fingers:
         alone = "Drives for one finger, which its device does not play (it plays the loudest):"
@@ -278,6 +279,27 @@ def of_table(
     else:
         told = f"Its drives are best at {objective}."
     return f"{told} `chladni table score` says what fingers feel of it."
+
+
+def of_responses(report: ResponsesReport) -> str:
+    """What a table of responses keeps of the board's isolation, at its worst frequency."""
+
+    def lost(one: FrequencyIsolation) -> float:
+        return one.exact_isolation_db.p10 - one.isolation_db.p10
+
+    one = max(report.frequencies, key=lost)
+    kept, exact = one.isolation_db, one.exact_isolation_db
+    at = "" if len(report.frequencies) == 1 else f" at {one.frequency_hz:g} Hz"
+    return (
+        f"It keeps two pressing fingers {kept.median:.1f} dB apart{at} at the median, "
+        f"{kept.p10:.1f} at the worst tenth. The board itself has {exact.median:.1f} and "
+        f"{exact.p10:.1f} (`chladni board score`); rounding and {_pitch(report)} mm between places "
+        "take the rest."
+    )
+
+
+def _pitch(report: ResponsesReport) -> str:
+    return " × ".join(f"{along:.2g}" for along in dict.fromkeys(report.pitch_mm))
 
 
 def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:

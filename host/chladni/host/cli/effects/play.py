@@ -37,6 +37,7 @@ from chladni.host.cli.common.ranges import LEAST_APART_MM, MOST_SEED, within
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
+from chladni.host.cli.effects.pairs import MOST_PAIRS, check_pairs, played_pairs
 from chladni.host.cli.effects.remarks import say_filtered, say_off_board
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
@@ -99,10 +100,23 @@ def play(
         bool,
         typer.Option("--rested", help="The emulated finger has rested: a switch's bias stands."),
     ] = False,
+    pairs: Annotated[
+        int | None,
+        typer.Option(
+            callback=within(1, MOST_PAIRS),
+            help="In place of --at: so many drawn pairs on an emulated device, and what they keep.",
+        ),
+    ] = None,
     figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Play an effect under a finger; an emulated device says what fingers have of it."""
+    if pairs is not None:
+        given = {"--at": at, "--other": other, "--hidden": hidden, "--figure": figure}
+        check_pairs(connection, effect, [option for option, value in given.items() if value])
+        own = (level_db, level_um, press)
+        _over_pairs(connection, str(effect), pairs, own, rested=rested, as_json=as_json)
+        return
     place = parse_place(required("--at", at, "X,Y, where the finger presses, mm"), "--at")
     if other and len(other) > 1:
         raise InputError("--other", other, "one other finger")
@@ -114,19 +128,12 @@ def play(
     check_one_of(
         "what to play", EFFECT=effect is not None, bank=connection.emulated_bank is not None
     )
-    if level_um is not None and level_db < 0.0:
-        raise ConflictError("--level-um", "--level-db", hint="one of them is the level")
-    if connection.emulated_bank is not None and (level_db < 0.0 or level_um is not None):
-        option = "--level-db" if level_um is None else "--level-um"
-        raise ConflictError(option, "--bank", hint="its areas have levels of their own")
+    _check_level(connection, level_db, level_um)
     _check_emulated(connection, effect, rested, hidden)
     if effect is None:
         _from_bank(connection, place, beside, (press, hidden), figure, as_json=as_json)
         return
-    read = read_effect(effect, field="EFFECT")
-    for one in read.left_out:
-        say(f"left out: {one}")
-    say_filtered(read.effect)
+    read = _read(effect)
     level = float(10.0 ** (level_db / 20.0))
     if not connection.emulator:
         if figure is not None:
@@ -153,6 +160,50 @@ def play(
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
     _tell(known, found, (place, beside), figure, as_json=as_json)
+
+
+def _read(effect: str) -> ReadEffect:
+    read = read_effect(effect, field="EFFECT")
+    for one in read.left_out:
+        say(f"left out: {one}")
+    say_filtered(read.effect)
+    return read
+
+
+def _over_pairs(
+    connection: Connection,
+    effect: str,
+    count: int,
+    own: tuple[float, float | None, float],
+    *,
+    rested: bool,
+    as_json: bool,
+) -> None:
+    """`own`: the level in dB and in µm, and newtons."""
+    level_db, level_um, newtons = own
+    _check_level(connection, level_db, level_um)
+    read = _read(effect)
+    table, board = _table(connection)
+    say_waves(board)
+    rows = played_pairs(
+        table,
+        board,
+        read.effect,
+        count,
+        level=float(10.0 ** (level_db / 20.0)),
+        level_um=level_um,
+        newtons=newtons,
+        rested=rested,
+    )
+    answer(rows, as_json=as_json, title="Played (emulated)")
+
+
+def _check_level(connection: Connection, level_db: float, level_um: float | None) -> None:
+    if level_um is not None and level_db < 0.0:
+        raise ConflictError("--level-um", "--level-db", hint="one of them is the level")
+    if connection.emulated_bank is not None and (level_db < 0.0 or level_um is not None):
+        option = "--level-db" if level_um is None else "--level-um"
+        raise ConflictError(option, "--bank", hint="its areas have levels of their own")
 
 
 def _check_places(board: Board, place: Place, beside: Place | None) -> None:

@@ -68,14 +68,18 @@ class CountScore(KeptApart):
 
     Attributes
     ----------
+    places, drives
+        Of the sets, for figures: m, shape (sets, fingers, 2), and shape (sets, fingers, actuators).
     rows
         isolation_db, level_db, finger_um and the others' largest share in µm, shape
-        (sets · fingers, 4), for figures.
+        (sets · fingers, 4), a set's fingers one after the other; for figures.
     """
 
     fingers: int
     sets: int
     perturbed: PerturbedFingers | None
+    places: FloatArray
+    drives: ComplexArray
     rows: FloatArray
     perturbed_rows: FloatArray | None
 
@@ -164,10 +168,12 @@ def score_fingers(
             perturbed=None
             if others is None
             else PerturbedFingers(**vars(kept_apart(board, others)), samples=samples, seed=seed),
+            places=group,
+            drives=np.stack(known),
             rows=own,
             perturbed_rows=others,
         )
-        for group, own, others in zip(places, rows, off, strict=True)
+        for group, known, own, others in zip(places, drives, rows, off, strict=True)
     )
     return FingersScore(apart / MM, newtons, found, time.perf_counter() - started)
 

@@ -1,0 +1,93 @@
+"""`chladni play --pairs`: an effect under one finger of many pairs all over a board."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from chladni.drives.fingers.coupling import LEAST_APART
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.several_fingers.finger_sets import finger_sets
+from chladni.drives.scoring.spread import Spread
+from chladni.effects.effect import Effect
+from chladni.host.cli.common.options import check_one_of
+from chladni.host.cli.common.output import progress_bar
+from chladni.host.cli.device.connection import Connection
+from chladni.host.emulation.felt_over_time import over_frequency
+from chladni.host.emulation.played_effect import PlayedEffect, play_effect
+from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import MM
+from chladni.sim.errors import ConflictError
+from chladni.tables.table import Table
+
+MOST_PAIRS = 1000
+
+
+def check_pairs(connection: Connection, effect: str | None, given: Sequence[str]) -> None:
+    """Refuse what is of one pair, and what does not score."""
+    check_one_of("what to play", EFFECT=effect is not None)
+    if connection.emulated_bank is not None:
+        given = [*given, "--bank"]
+    if given:
+        raise ConflictError(given[0], "--pairs", hint="it is for one pair: --at and --other")
+    if not connection.emulator:
+        raise ConflictError(
+            "--pairs", "--port or --udp", hint="only emulated pins are scored: --emulator"
+        )
+
+
+def played_pairs(
+    table: Table,
+    board: Board,
+    effect: Effect,
+    count: int,
+    *,
+    level: float,
+    level_um: float | None,
+    newtons: float,
+    rested: bool,
+) -> dict[str, Any]:
+    """Rows of what both fingers have of an effect; the first finger of each pair plays.
+
+    The pairs are the first of those that `fingers` and `board score` draw.
+    """
+    sets = finger_sets(board, 2, count, LEAST_APART, np.random.default_rng(SEED)) / MM
+    with progress_bar("plate") as progress:
+        solved = over_frequency(board, progress)
+    found: list[PlayedEffect] = []
+    with progress_bar("pairs") as progress:
+        for place, beside in sets.tolist():
+            found.append(
+                play_effect(
+                    table,
+                    board,
+                    effect,
+                    tuple(place),
+                    other_mm=tuple(beside),
+                    level=level,
+                    level_um=level_um,
+                    newtons=newtons,
+                    rested=rested,
+                    solved=solved,
+                )
+            )
+            progress(len(found), count)
+    isolation = Spread.of([one.isolation_db or 0.0 for one in found])
+    unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in found]
+    knows = found[0].just_felt_um is not None
+    rest = f"; {sum(unfelt)} of {count} feel nothing of it while they rest" if knows else ""
+    return {
+        "verdict": (
+            f"Over {count} pairs the other finger gets {isolation.median:.0f} dB less at the "
+            f"median, {isolation.p10:.0f} at the worst tenth{rest}."
+        ),
+        "effect": effect.name,
+        "board": board.name,
+        "pairs": count,
+        "peak_um": asdict(Spread.of([one.peak_um for one in found])),
+        "isolation_db": asdict(isolation),
+        "unfelt": float(np.mean(unfelt)) if knows else None,
+    }
