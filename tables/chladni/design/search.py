@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from itertools import product, zip_longest
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +36,9 @@ from chladni.design.spec import Spec
 from chladni.design.starts import (
     KEPT,
     Point,
+    chosen,
     document_at,
     layouts_of,
-    point_of,
     spread_numbers,
 )
 from chladni.design.strategy import strategy
@@ -233,12 +233,8 @@ class _Run:
                 if coils == count
                 for one in row["layouts"]
             ]
-            own.sort(key=lambda one: -one["figure"])
-            # Exchange has a rough measure, by which rows and columns may look worse than they are.
-            half = [[one for one in own if one["is_even"] == even][:KEPT] for even in (False, True)]
-            points = [point_of(one) for pair in zip_longest(*half) for one in pair if one][:KEPT]
-            if points:
-                found.append(self._ranked(points)[:STARTS])
+            if own:
+                found.append(self._ranked(chosen(own))[:STARTS])
         if not found:
             faults = [row["fault"] for row in rows if "fault" in row]
             if faults:
