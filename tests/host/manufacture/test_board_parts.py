@@ -81,6 +81,15 @@ def test_a_film_and_feet_are_listed_with_their_sizes(prototype: Board) -> None:
     assert foot.value == "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"
 
 
+@pytest.mark.parametrize("metal", [True, False])
+def test_a_sheet_of_metal_is_earthed_under_a_panel(prototype: Board, *, metal: bool) -> None:
+    material = "aluminium" if metal else "FR4"
+    board = replace(prototype, plate=replace(prototype.plate, material=material))
+    assert board.panel is not None
+    names = [part.part for part in parts_list(board)]
+    assert names.count("earth wire") == metal
+
+
 def test_supports_of_no_known_height_are_listed_with_what_coils_need() -> None:
     """4 mm of magnet, 1 of gap and 1.5 of winding."""
     feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.018, ""), (-0.018, FOOT))]

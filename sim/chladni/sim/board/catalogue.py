@@ -67,6 +67,9 @@ def with_material(plate: Any) -> Any:
     return plate
 
 
+METALS = ("steel", "stainless-steel", "aluminium")
+"""Sheets that conduct."""
+
 RUBBER = 0.25
 """± share by which compounds of one hardness differ."""
 DYNAMIC = 1.3

@@ -14,7 +14,7 @@ from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
-from chladni.sim.board.catalogue import FEET
+from chladni.sim.board.catalogue import FEET, METALS
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
@@ -62,8 +62,6 @@ def say_panel(plate: LayeredPlate) -> None:
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
 
 
-METALS = ("steel", "stainless-steel", "aluminium")
-"""Sheets that conduct."""
 SMALL_COIL, K_PER_W_OF_SMALL = 12.5e-3, 100.0
 """m, and what is estimated of ⌀10 mm: it has half of the surface of ⌀15, of which 60 K/W are."""
 LONG_PIXEL = 2.0
