@@ -10,8 +10,17 @@ import pytest
 
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
-from chladni.design.layouts import Layout, Orbit, candidates, closest, lattices, makeups
+from chladni.design.layouts import (
+    Layout,
+    Orbit,
+    candidates,
+    closest,
+    lattices,
+    makeups,
+    spread_out,
+)
 from chladni.design.spec import spec_of
+from chladni.design.starts import chosen, document_at, layouts_of, spread_numbers
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Image, Mass
 from chladni.sim.fields.transfer import transfer_fields
@@ -60,6 +69,37 @@ def test_rows_and_columns_are_even_apart_enough_and_all_there(mirrors: tuple[boo
         assert np.allclose(np.mean(own, axis=0), 0.0)
         assert max(x for x, _ in own) <= 7e-3 + 1e-9
         assert max(y for _, y in own) <= 27e-3 + 1e-9
+
+
+def test_coils_are_spread_over_equal_cells() -> None:
+    """Of five: a row each way, and every other cell of three by three, where that fits."""
+    size = (75e-3, 140e-3)
+    found = [
+        sorted(place for one in own for place in one.images)
+        for own in spread_out(5, (True, True), size, 14e-3)
+    ]
+    quincunx = [(-25e-3, -140e-3 / 3), (-25e-3, 140e-3 / 3), (0.0, 0.0)]
+    quincunx += [(25e-3, -140e-3 / 3), (25e-3, 140e-3 / 3)]
+    assert len(found) == 3
+    assert any(np.allclose(own, quincunx) for own in found)
+    assert [(0.0, round(28e-3 * k, 9)) for k in range(-2, 3)] in found
+    wide = list(spread_out(5, (True, True), size, 16e-3))
+    assert len(wide) == 2  # 15 mm apart, five in a row across are too close
+    # Seven: the seven between eight of three by five cells; without mirrors each is its own.
+    assert sorted(len(own) for own in spread_out(7, (False, False), size, 10e-3)) == [7] * 4
+
+
+def test_a_quincunx_is_among_the_layouts_that_a_search_begins_with() -> None:
+    """On feet exchange has others that look better by its measure."""
+    feet = [{"at_mm": [x, y], "part": "rubber-foot-6x6"} for x in (-30, 30) for y in (-62, 62)]
+    plate = {"size_mm": [75.0, 140.0], "thickness_mm": 2.0, "material": "acrylic"}
+    document = small(design={"coils": 5, "coil_spacing_mm": 14.0}, plate=plate, springs=feet)
+    del document["foundation"]
+    spec = spec_of(document)
+    (numbers,) = spread_numbers(spec, 1)
+    points = chosen(layouts_of(spec, (5, numbers))["layouts"])
+    at = [{tuple(one["at_mm"]) for one in document_at(spec, own)["actuators"]} for own in points]
+    assert {(0.0, 0.0), *((x, y) for x in (-25.0, 25.0) for y in (-46.6667, 46.6667))} in at
 
 
 def test_candidates_keep_their_images_apart() -> None:

@@ -21,6 +21,7 @@ from chladni.design.evaluate import (
     evaluate_in_full,
 )
 from chladni.design.front import GOALS, Entry, front_of
+from chladni.design.last_boards import boards_more, expected_s
 from chladni.design.layouts import Layout
 from chladni.design.search import Design, design
 from chladni.design.spec import spec_of
@@ -109,7 +110,8 @@ def test_a_search_that_was_stopped_goes_on(
         pass
 
     def stop(done: int, of_all: int) -> None:
-        if done >= of_all - 2:
+        assert of_all == 8 + boards_more(spec, 1)
+        if done >= 6:
             raise StopError
 
     with pytest.raises(StopError):
@@ -128,6 +130,7 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     kept = tmp_path / "kept"
     few = spec_of(small(design={"evaluations": 7}))
     steps: list[tuple[int, int]] = []
+    last: list[tuple[int, float]] = []
     found = design(
         few,
         jobs=1,
@@ -135,10 +138,14 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
         minutes=0.0,
         partial_file=kept,
         progress=lambda *step: steps.append(step),
+        on_last=lambda *told: last.append(told),
     )
     assert found.evaluations < 7
-    # The last few boards, which are scored again, are told too.
-    assert steps[-1][0] == steps[-1][1] > found.evaluations
+    # The last few boards, which are scored again, are told too, before they begin and after each.
+    assert steps[-1][0] == steps[-1][1] == found.evaluations + boards_more(few, 1)
+    ((count, seconds),) = last
+    assert count >= len(found.front)
+    assert 0.0 < seconds < found.seconds
     boards = kept.read_text(encoding="utf-8").count('"board ')
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
     assert more.best == whole[0].best
@@ -146,6 +153,36 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     # What is kept costs no time.
     ended = design(spec_of(small()), jobs=1, samples=1, minutes=0.0, partial_file=kept)
     assert (ended.evaluations, ended.best) == (more.evaluations, more.best)
+
+
+def test_time_to_compare_the_last_boards_is_kept_back() -> None:
+    """Eight times the draws take eight times as long, and two processes half of it."""
+    spec = spec_of(small(design={"samples": 4}))
+    assert boards_more(spec, 32) == 32
+    assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
+    assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(6.0)
+
+
+def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: CommandLine) -> None:
+    spec, out = tmp_path / "s.toml", tmp_path / "own.toml"
+    coil = {
+        "actuators": [{"name": "a", "at_mm": [0.0, {"any": [0.0]}]}],
+        "design": {"coils": None, "finger_um": 500.0},
+        "magnet": {"radius_mm": 3.0, "height_mm": 4.0, "remanence_t": 1.28},
+        "winding": {"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 8.0}
+        | {"height_mm": 1.5, "gap_mm": 1.0},
+        "electronics": {"pwm_pins": []},
+    }
+    spec.write_text(tomlkit.dumps(small(**coil)), encoding="utf-8")
+    done = chladni("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--json")
+    assert done.code == 0
+    assert "takes as long as some 4 more" in done.err
+    assert "to compare the last board, with 1" in done.err
+    um = done.json["front"][0]["finger_um"]
+    lost = 60.0 * np.log10(500.0 / um)
+    assert f"took {lost:.1f} dB off the score" in done.json["verdict"]
+    assert f"took {lost:.1f} dB off" in out.read_text(encoding="utf-8")
+    assert "The median for one finger is" in done.json["verdict"]
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:

@@ -85,6 +85,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "coils that cannot fit": (small(design={"coils": 16}), "at most 14"),
     "no layout": (small(design={"coils": 7, "coil_spacing_mm": 12.0}), "no layout"),
     "more coils than channels": (small(design={"coils": 17}), "1 to 16 coils"),
+    "more coils than bridges": (
+        small(design={"coils": 9}, electronics={"drive": "bridge", "chip": "esp32s3"}),
+        "take 8 coils, or drive = 'switch' on an ESP32",
+    ),
     "how many": (small(design={"coils": None}), "design.coils"),
     "coils given": (small(actuators=[{"name": "a", "at_mm": [0.0, 0.0]}],
                           plate={"thickness_mm": "free"}), "actuators are given"),

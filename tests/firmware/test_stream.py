@@ -160,6 +160,17 @@ def test_a_live_drive_plays_until_it_is_no_longer_repeated(table: Table) -> None
     assert emulator.core.state == "fault"
 
 
+def test_a_live_drive_that_was_refused_leaves_no_fault_behind(table: Table) -> None:
+    """A finger that plays is faded out first: the host is told to ask again, and may not."""
+    emulator = Emulator(device_of(table), table)
+    emulator.touch(TouchEvent(5.0, (0.0, 0.0)))
+    emulator.run(60.0)
+    assert not emulator.core.play_live([(16000, 0), (0, 8000)], 200_000, 0)
+    emulator.run(300.0)
+    assert causes(emulator) == []
+    assert emulator.core.state == "playing"
+
+
 def test_a_stream_beyond_the_supply_is_ended(table: Table) -> None:
     emulator = begun(table)
     emulator = Emulator(device_of(table), table, supply_ma=200)

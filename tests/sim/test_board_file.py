@@ -235,6 +235,25 @@ def test_all_coils_off_the_plate_are_named_and_its_units_asked_for() -> None:
     assert "are plate.size_mm millimetres?" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("field", "value", "asked"),
+    [
+        ("drive.frequency_hz", 0.16, "; kHz? this is in Hz"),
+        ("plate.thickness_mm", 400, "; µm? this is in mm"),
+        ("plate.youngs_modulus_gpa", 22000.0, "; MPa? this is in GPa"),
+        ("plate.thickness_mm", -1.0, ""),
+        ("plate.thickness_mm", 10**400, ""),
+        ("drive.frequency_hz", 1e6, ""),
+    ],
+)
+def test_a_number_in_another_unit_is_asked_about(field: str, value: float, asked: str) -> None:
+    """Only where it is in range in that unit."""
+    with pytest.raises(InputError) as caught:
+        board_from_document(set_key(field, value))
+    assert str(caught.value).endswith(f"got {value!r}{asked}") or value == 10**400
+    assert ("? this is in" in str(caught.value)) == bool(asked)
+
+
 def test_a_near_name_is_suggested() -> None:
     with pytest.raises(InputError, match="quiet16, perhaps"):
         load_board("quite16")

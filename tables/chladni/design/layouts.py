@@ -124,6 +124,33 @@ def lattices(
             yield [_candidate((first[0], first[1]), mirrors) for first in firsts]
 
 
+def spread_out(
+    count: int, mirrors: tuple[bool, bool], size: Place, least: float
+) -> Iterator[list[Candidate]]:
+    """Coils in the middles of equal cells of a plate, m: in all of them, or in every other one.
+
+    Five in every other cell of three by three stand as a quincunx.
+    """
+    for columns, rows in product(range(1, 2 * count + 2), repeat=2):
+        x, y = (
+            [round(((k + 0.5) / n - 0.5) * side, 9) + 0.0 for k in range(n)]
+            for n, side in zip((columns, rows), size, strict=True)
+        )
+        cells = list(product(range(columns), range(rows)))
+        ways = [cells] if columns * rows == count else []
+        if columns % 2 and rows % 2 and min(columns, rows) > 1:
+            ways += [[(i, j) for i, j in cells if (i + j) % 2 == odd] for odd in (0, 1)]
+        for own in ways:
+            places = [(x[i], y[j]) for i, j in own]
+            if len(places) == count and closest(places) >= least - 1e-9:
+                firsts = [
+                    place
+                    for place in places
+                    if all(a >= 0.0 or not m for a, m in zip(place, mirrors, strict=True))
+                ]
+                yield [_candidate(first, mirrors) for first in firsts]
+
+
 def _even(number: int, reach: float, least: float) -> list[list[float]]:
     """Coordinates of so many, at a few spacings from the least to the widest."""
     widest = 2.0 * reach / (number - 1) if number > 1 else least

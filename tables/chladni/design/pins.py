@@ -7,7 +7,8 @@ from typing import Any
 
 from chladni.design.variables import Document
 from chladni.sim.board.electronics import ONLY_OF
-from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, Chip
+from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, Chip, more_than_bridges
+from chladni.sim.errors import InputError
 
 
 def chip_of(electronics: Mapping[str, Any]) -> Chip:
@@ -79,3 +80,11 @@ def with_derived(board: Document) -> Document:
     if "image" not in own:
         own["image"] = {"points": None}
     return own
+
+
+def check_coils(count: Any, most: int, channels: int) -> None:
+    """Raise `InputError` for a number of coils that a board of so many channels cannot have."""
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
+        why = ", one for each PWM channel with a pin" if most <= channels else ""
+        hint = more_than_bridges() if most == MOST_BRIDGES else ""
+        raise InputError("design.coils", count, f"1 to {most} coils{why}", hint=hint)

@@ -16,27 +16,29 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from itertools import product, zip_longest
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import (
-    Evaluation,
-    beyond,
-    completed_board,
-    evaluate,
-    evaluate_in_full,
-)
+from chladni.design.evaluate import Evaluation, beyond, completed_board, evaluate
 from chladni.design.front import Entry, front_of
+from chladni.design.last_boards import (
+    USUAL,
+    OnLast,
+    boards_more,
+    compared,
+    expected_s,
+    last_boards,
+)
 from chladni.design.spec import Spec
 from chladni.design.starts import (
     KEPT,
     Point,
+    chosen,
     document_at,
     layouts_of,
-    point_of,
     spread_numbers,
 )
 from chladni.design.strategy import strategy
@@ -54,9 +56,6 @@ STARTS = 2
 DRAWN = 30
 """Boards drawn for each that is looked at, so that its coils fit beside each other: of sixteen that
 move at random, two come too close in most draws."""
-FINALISTS = 3
-"""Boards that are scored with all draws at the end, besides those of the front."""
-
 
 OnBoard = Callable[[Entry, bool], None]
 
@@ -101,6 +100,7 @@ def design(
     minutes: float | None = None,
     progress: Progress | None = None,
     on_board: OnBoard | None = None,
+    on_last: OnLast | None = None,
 ) -> Design:
     """Look for the board that answers a SPEC best.
 
@@ -114,12 +114,15 @@ def design(
     samples
         Drawn boards by which the last few are compared.
     minutes
-        After which no more boards are drawn; the first layouts and the last few are scored anyway.
+        For all of it, roughly: as many as the last few may take are kept back. The first layouts
+        and the last few are scored anyway.
     progress
-        Called with (done, all) of the evaluations, after each; of the last few, `all` is larger.
-        What it raises ends the search.
+        Called with (done, all) after each board, where the last few count for `boards_more`; `all`
+        is less at the end of a search that ended early. What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
+    on_last
+        Called before the last few are compared: how many they are, and seconds that it may take.
 
     Raises
     ------
@@ -130,17 +133,15 @@ def design(
     ends = np.inf if minutes is None else started + 60.0 * minutes
     # No board's own score depends on how many are looked at.
     alike = replace(spec, settings=replace(spec.settings, evaluations=1))
-    key = {"design": _digest(asdict(alike)), "seed": seed}
+    key = {"search": _digest(asdict(alike)), "seed": seed}
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
-        run = _Run(spec, seed, workers, kept, progress, on_board)
+        run = _Run(spec, seed, samples, workers, kept, progress, on_board)
         run.search(started, ends)
-        found, finished = run.front(), []
-        in_full = partial(evaluate_in_full, spec, seed, samples)
-        scored = workers.map(in_full, [one.document for one in found])
-        for one, (own, full) in zip(found, scored, strict=True):
-            finished.append((Entry(one.document, own), full))
-            if progress:
-                progress(run.looked_at + len(finished), run.looked_at + len(found))
+        found = last_boards(run.allowed())
+        if on_last:
+            on_last(len(found), run.seconds_to_compare(len(found)))
+        before = min(run.looked_at, spec.settings.evaluations)
+        finished = compared(spec, seed, samples, workers, found, before, progress)
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     return Design(
         best,
@@ -159,14 +160,16 @@ class _Run:
         self,
         spec: Spec,
         seed: int,
+        samples: int,
         workers: Workers,
         kept: Checkpoint,
         progress: Progress | None,
         on_board: OnBoard | None,
     ) -> None:
         self._spec, self._seed, self._workers, self._kept = spec, seed, workers, kept
-        self._progress, self._on_board = progress, on_board
+        self._samples, self._progress, self._on_board = samples, progress, on_board
         self._seen: dict[str, tuple[Document, Evaluation]] = {}
+        self._seconds: list[float] = []
         self._best = -np.inf
 
     @property
@@ -190,17 +193,19 @@ class _Run:
             for turn, start in enumerate(own):
                 left = last - self.looked_at
                 part = (number - 1 + (turn + 1) / len(own)) / len(starts)
-                until = started + part * (ends - started)
+                until = started + part * (ends - self.seconds_to_compare(USUAL) - started)
                 self._climb(start, left // (len(own) - turn), turn, until)
 
-    def front(self) -> list[Entry]:
-        """Boards that are not worse than another in every goal, and the best few."""
+    def allowed(self) -> list[Entry]:
+        """Boards that break no limit."""
         entries = [Entry(*one) for one in self._seen.values() if one[1].broken is None]
         if not entries:
             raise self._nothing()
-        entries.sort(key=lambda one: -one.evaluation.robust_score)
-        chosen = {id(one): one for one in (*entries[:FINALISTS], *front_of(entries))}
-        return list(chosen.values())
+        return entries
+
+    def seconds_to_compare(self, count: int) -> float:
+        """How long so many last boards may take, by what boards took so far."""
+        return expected_s(self._spec, self._samples, count, self._seconds, self._workers.jobs)
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
@@ -228,12 +233,8 @@ class _Run:
                 if coils == count
                 for one in row["layouts"]
             ]
-            own.sort(key=lambda one: -one["figure"])
-            # Exchange has a rough measure, by which rows and columns may look worse than they are.
-            half = [[one for one in own if one["is_even"] == even][:KEPT] for even in (False, True)]
-            points = [point_of(one) for pair in zip_longest(*half) for one in pair if one][:KEPT]
-            if points:
-                found.append(self._ranked(points)[:STARTS])
+            if own:
+                found.append(self._ranked(chosen(own))[:STARTS])
         if not found:
             faults = [row["fault"] for row in rows if "fault" in row]
             if faults:
@@ -288,7 +289,9 @@ class _Run:
         new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
         rows = self._remembered("board", list(new.items()), partial(_judge, self._spec, self._seed))
         for (name, document), row in zip(new.items(), rows, strict=True):
-            found = Evaluation(**row)
+            found = Evaluation(**row["evaluation"])
+            if found.broken is None:
+                self._seconds.append(row["seconds"])
             self._seen[name] = (document, found)
             self._tell(Entry(document, found))
         return [self._seen[name][1].robust_score for name in names]
@@ -312,7 +315,7 @@ class _Run:
             self._on_board(entry, is_best)
         if self._progress:
             most = self._spec.settings.evaluations
-            self._progress(min(self.looked_at, most), most)
+            self._progress(min(self.looked_at, most), most + boards_more(self._spec, self._samples))
 
     def _remembered(
         self, what: str, tasks: Sequence[Any], work: Callable[[Any], dict[str, Any]]
@@ -328,7 +331,9 @@ class _Run:
 
 
 def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
-    return asdict(evaluate(spec, task[1], seed))
+    started = time.perf_counter()
+    found = asdict(evaluate(spec, task[1], seed))
+    return {"evaluation": found, "seconds": time.perf_counter() - started}
 
 
 def _named(what: str, task: Any) -> str:

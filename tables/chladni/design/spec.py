@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.design.pins import chip_of, of_its_driver, with_derived
+from chladni.design.pins import check_coils, chip_of, of_its_driver, with_derived
 from chladni.design.variables import (
     Choice,
     Document,
@@ -293,9 +293,7 @@ def _coil_counts(board: Document, coils: Any) -> tuple[int, ...]:
     pins, channels = own.get("pwm_pins", []), chip_of(own).channels
     most = min(channels, len(pins)) if isinstance(pins, list) and pins else COILS
     for count in found:
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
-            why = ", one for each PWM channel with a pin" if most <= channels else ""
-            raise InputError("design.coils", count, f"1 to {most} coils{why}")
+        check_coils(count, most, channels)
     if not found:
         raise InputError("design.coils", coils, "one number of coils or more")
     return tuple(dict.fromkeys(found))

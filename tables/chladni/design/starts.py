@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 
 from chladni.design.evaluate import completed_board, document_of
 from chladni.design.exchange import Plain, best_layouts
-from chladni.design.layouts import Candidate, Layout, Orbit, Place, candidates, lattices
+from chladni.design.layouts import (
+    Candidate,
+    Layout,
+    Orbit,
+    Place,
+    candidates,
+    lattices,
+    spread_out,
+)
 from chladni.design.spec import Spec
 from chladni.design.variables import Document
 from chladni.drives.scoring.survey import active_lattice
@@ -23,7 +32,9 @@ from chladni.sim.fields.board_mirrors import board_mirrors
 SCANNED = 16
 """Values of all that is open besides places, for which layouts are looked for by exchange."""
 KEPT = 4
-"""Layouts of each number of coils that are solved."""
+"""Layouts of each number of coils, by exchange or in even rows and columns, that are solved."""
+SPREAD = 2
+"""And of those in the middles of equal cells, one of a shape."""
 STEPS = 12
 """Of the grid of candidates, from the middle to the edge, at most."""
 LEAST_STEP = 2e-3
@@ -96,10 +107,14 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     step = max(LEAST_STEP, max(span) / STEPS)
     least = spec.settings.coil_spacing
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
-    even = [
-        own
-        for own in lattices(count, mirrors, span, least)
-        if all(_is_allowed(spec, one) for one in own)
+    regular = [
+        (kind, own)
+        for kind, every in (
+            ("even", lattices(count, mirrors, span, least)),
+            ("spread", spread_out(count, mirrors, board.plate.size, least)),
+        )
+        for own in every
+        if all(_is_allowed(spec, one) and _is_within(one, span) for one in own)
     ]
     lattice = active_lattice(board, max(spec.settings.pitch, SCAN_PITCH))
     places = [
@@ -109,20 +124,20 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     ]
     if not offered:
         return {"layouts": []}
-    all_offered = [*offered, *(one for own in even for one in own)]
+    all_offered = [*offered, *(one for _, own in regular for one in own)]
     plain = Plain.of(board, [place for one in all_offered for place in one.images], places)
     exchanged = best_layouts(plain, offered, count, least)
     rows = []
-    for is_even, (figure, chosen) in [
-        *((False, one) for one in exchanged[:KEPT]),
-        *((True, one) for one in _ranked(plain, offered, even)[:KEPT]),
+    for kind, (figure, chosen) in [
+        *(("exchanged", one) for one in exchanged[:KEPT]),
+        *_ranked(plain, offered, regular),
     ]:
         layout = Layout(mirrors, tuple(one.orbit for one in chosen))
         at = [(one.at[0] / MM, one.at[1] / MM) for one in chosen]
         rows.append(
             {
                 "figure": figure,
-                "is_even": is_even,
+                "kind": kind,
                 "mirrors": list(mirrors),
                 "numbers": list(numbers),
                 "leaves": [list(one.leaves) for one in layout.orbits],
@@ -132,20 +147,44 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     return {"layouts": rows}
 
 
+def chosen(rows: Sequence[dict[str, Any]]) -> list[Point]:
+    """Layouts to solve, of all of one number of coils.
+
+    Exchange has a rough measure, by which regular layouts may look worse than they are: of five
+    coils on six feet a quincunx scored 15 dB for two fingers, and the first that it ranked 8.
+    """
+    ranked = sorted(rows, key=lambda one: -float(one["figure"]))
+    by_kind = [
+        [one for one in ranked if one["kind"] == kind][:KEPT] for kind in ("exchanged", "even")
+    ]
+    first = [one for pair in zip_longest(*by_kind) for one in pair if one][:KEPT]
+    shapes: dict[str, dict[str, Any]] = {}
+    for one in ranked:
+        if one["kind"] == "spread":
+            shapes.setdefault(str(one["leaves"]), one)
+    return [point_of(one) for one in (*first, *list(shapes.values())[:SPREAD])]
+
+
+def _is_within(one: Candidate, span: Place) -> bool:
+    return all(abs(along) <= far + 1e-9 for along, far in zip(one.at, span, strict=True))
+
+
 def _is_allowed(spec: Spec, one: Candidate) -> bool:
     return not any(area.depth(place) > 0.0 for area in spec.keep_out for place in one.images)
 
 
 def _ranked(
-    plain: Plain, offered: Sequence[Candidate], even: Sequence[list[Candidate]]
-) -> list[tuple[float, list[Candidate]]]:
-    """Rows and columns, whose images come after those of `offered`, the best first."""
+    plain: Plain, offered: Sequence[Candidate], regular: Sequence[tuple[str, list[Candidate]]]
+) -> list[tuple[str, tuple[float, list[Candidate]]]]:
+    """Regular layouts, whose images come after those of `offered`, the best of each kind first."""
     first, found = sum(len(one.images) for one in offered), []
-    for own in even:
+    for kind, own in regular:
         count = sum(len(one.images) for one in own)
-        found.append((plain.figure(range(first, first + count)), own))
+        found.append((kind, (plain.figure(range(first, first + count)), own)))
         first += count
-    return sorted(found, key=lambda one: -one[0])
+    found.sort(key=lambda one: -one[1][0])
+    kinds = [[own for own in found if own[0] == kind] for kind in ("even", "spread")]
+    return [*kinds[0][:KEPT], *kinds[1]]
 
 
 def steps_of(spec: Spec, point: Point, step: float) -> list[float]:

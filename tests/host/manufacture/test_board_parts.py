@@ -20,6 +20,8 @@ from chladni.sim.ritz.basis.resolution import Resolution
 from chladni.sim.ritz.solver import Solver
 from conftest import CommandLine
 
+FOOT = "rubber-foot-6x6"
+
 
 def with_more(board: Board) -> Board:
     """On it a hole, a disc, a mass at a point, and round corners."""
@@ -69,7 +71,7 @@ def test_a_film_and_feet_are_listed_with_their_sizes(prototype: Board) -> None:
         prototype,
         panel=replace(panel, place="on", film=0.125e-3),
         screws=(),
-        springs=(Spring((0.0, 0.06), 13e3, part="rubber-foot-6x6"),),
+        springs=(Spring((0.0, 0.06), 13e3, part=FOOT),),
     )
     parts = {part.part: part for part in mechanical_parts(board)}
     layer, foot = parts["panel's layer"], parts["foot"]
@@ -77,6 +79,24 @@ def test_a_film_and_feet_are_listed_with_their_sizes(prototype: Board) -> None:
     more = board.section.areal_mass - board.plate.areal_mass
     assert layer.mass_g == pytest.approx(1e3 * more * 71.5e-3 * 146.7e-3, rel=0.01)
     assert foot.value == "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"
+
+
+@pytest.mark.parametrize("metal", [True, False])
+def test_a_sheet_of_metal_is_earthed_under_a_panel(prototype: Board, *, metal: bool) -> None:
+    material = "aluminium" if metal else "FR4"
+    board = replace(prototype, plate=replace(prototype.plate, material=material))
+    assert board.panel is not None
+    names = [part.part for part in parts_list(board)]
+    assert names.count("earth wire") == metal
+
+
+def test_supports_of_no_known_height_are_listed_with_what_coils_need() -> None:
+    """4 mm of magnet, 1 of gap and 1.5 of winding."""
+    feet = [Spring((0.0, along), 13e3, part=part) for along, part in ((0.018, ""), (-0.018, FOOT))]
+    board = replace(load_board("strip5"), foundation=None, springs=tuple(feet))
+    values = [part.value for part in mechanical_parts(board) if part.part == "foot"]
+    needed = "; coils need 6.5 mm under the plate"
+    assert values == ["rubber or a spring" + needed, "rubber-foot-6x6: ⌀6 × 6 mm, 40 Shore A"]
 
 
 def test_a_coil_that_no_file_states_is_said_to_be_assumed(prototype: Board) -> None:

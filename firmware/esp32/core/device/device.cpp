@@ -320,7 +320,7 @@ void Device::stream_end() {
 void Device::advance_host() {
   if (state_ != DeviceState::kStreaming) return;
   if (host_.is_silent(now_us(), touch_timeout_us())) {
-    note(FaultCause::kHostSilent, 0);
+    if (host_.is_driving()) note(FaultCause::kHostSilent, 0);
     stream_end();
     return;
   }

@@ -8,7 +8,7 @@ link_format::Status Device::sense(const SenseRequest& request) {
   if (request.motions > 0 ? !sense_.has_bus() : !sense_.is_wired()) return Status::kNotWired;
   if (sense_.is_running()) return Status::kBusy;
   if (state_ == DeviceState::kStreaming || !host_begins()) return Status::kNotNow;
-  host_.begin_waves();
+  host_.begin_sensing();
   sense_.ask(request, now_ms());
   return Status::kOk;
 }

@@ -6,6 +6,7 @@ namespace chladni {
 
 void HostDrive::begin_stream(uint32_t target) {
   mode_ = Mode::kClearing;
+  is_driving_ = true;
   target_ = target;
 }
 
@@ -26,7 +27,9 @@ bool HostDrive::play(Synthesis& synthesis, const Config& config, const Drive& dr
   hear(synthesis, now_us);
   Drive made = drive;
   apply_coil_gains(config, made);
-  return synthesis.play(made, {32767, ramp_us, true});
+  if (!synthesis.play(made, {32767, ramp_us, true})) return false;
+  is_driving_ = true;
+  return true;
 }
 
 bool HostDrive::push(Synthesis& synthesis, const uint16_t* duties_q16, uint32_t now_us) {

@@ -13,12 +13,22 @@ class HostDrive {
  public:
   // It begins: a stream whose ring is to hold so many frames, or waves.
   void begin_stream(uint32_t target);
-  void begin_waves() { mode_ = Mode::kWaves; }
+  void begin_waves() {
+    mode_ = Mode::kWaves;
+    is_driving_ = false;
+  }
+  // What coils play to each other, which a host asks for and takes the results of.
+  void begin_sensing() {
+    mode_ = Mode::kWaves;
+    is_driving_ = true;
+  }
   // The host is still there.
   void hear(Synthesis& synthesis, uint32_t now_us);
   bool is_silent(uint32_t now_us, uint32_t timeout_us) const {
     return now_us - heard_us_ >= timeout_us;
   }
+  // Whether it was given the outputs, and not refused each wave that it asked for.
+  bool is_driving() const { return is_driving_; }
   // It is over. Whether it had waves: then the synthesis still has their frequency and form.
   bool end();
 
@@ -47,6 +57,7 @@ class HostDrive {
   };
 
   Mode mode_ = Mode::kNone;
+  bool is_driving_ = false;
   uint32_t heard_us_ = 0;
   uint32_t target_ = kStreamTarget;
 };

@@ -327,16 +327,16 @@ def board_parts_command(board: BoardArgument, as_json: JsonOption = False) -> No
         price = prices.find(part)
         entry = asdict(part) | {
             "price_usd": list(price.of(part.count)) if price else None,
-            "sold_by": price.sold_by if price else None,
+            "sold_by": prices.sold_by(part),
         }
         if not as_json:  # for people without what a value follows from, as `board wiring` has it
-            entry["price of all"] = (
-                price_text(*price.of(part.count)) if price else "not in any list"
-            )
+            told = price_text(*price.of(part.count)) if price else "not counted, in no list"
+            entry["price of all"] = told
             entry = {k: v for k, v in entry.items() if k != "why" and v is not None}
         parts.append(entry)
+    without = {part.part: prices.sold_by(part) for part in listed if not prices.find(part)}
     result = {
-        "verdict": of_prices(low, high, [part.part for part in listed if not prices.find(part)]),
+        "verdict": of_prices(low, high, without),
         "name": loaded.name,
         "moving_mass_g": moving_mass_g(loaded),
         "price_usd": [low, high],

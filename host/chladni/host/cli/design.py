@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from chladni.design.evaluate import completed_board, document_of
+from chladni.design.evaluate import TOO_WEAK, completed_board, document_of
 from chladni.design.front import Entry
-from chladni.design.search import Design, design
+from chladni.design.last_boards import boards_more
+from chladni.design.search import Design, OnBoard, design
 from chladni.design.spec import FINGER_TERMS, Spec, read_spec
 from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
@@ -68,7 +71,7 @@ def design_board(
         float | None,
         typer.Option(
             callback=within(0.0, MOST_MINUTES),
-            help="After which no more boards are drawn; the last few are then compared. What an "
+            help="For the whole search, roughly; the last few boards are compared anyway. What an "
             "interrupted search kept counts.",
         ),
     ] = None,
@@ -89,18 +92,8 @@ def design_board(
     if front is not None:
         _make_folder(front, output)
 
-    def keep(entry: Entry, is_best: bool) -> None:
-        if is_best:
-            about = [
-                "The best board so far, by few drawn boards, so that its figures are too good.",
-                "The same command continues the search if it was stopped,",
-                "and with --minutes 0 ends it: with the front, the figure and the full scores.",
-                *_about_entry(entry),
-            ]
-            write_whole(output, board_file(completed_board(entry.document), about))
-
     kept = output.with_name(output.name + PARTIAL)
-    _say_what_is_missing(asked, seed)
+    _say_first(asked, seed, samples)
     try:
         with progress_bar("boards", kept=kept) as progress:
             found = design(
@@ -112,7 +105,8 @@ def design_board(
                 samples=samples,
                 minutes=minutes,
                 progress=progress,
-                on_board=keep,
+                on_board=_writing(output, asked.settings.samples, samples),
+                on_last=partial(_say_last, samples),
             )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
@@ -152,8 +146,36 @@ def _written_front(found: Design, front: Path | None, stem: str) -> list[dict[st
     return entries
 
 
-def _say_what_is_missing(spec: Spec, seed: int) -> None:
-    """Of any board of the SPEC, before it is searched for."""
+def _writing(output: Path, drawn: int, samples: int) -> OnBoard:
+    """Writes each board that is better than all before it."""
+
+    def keep(entry: Entry, is_best: bool) -> None:
+        if is_best:
+            about = [
+                "The best board so far. Its figures are too good: of many it is the luckiest one",
+                f"by {drawn} drawn boards. At the end the last few get {samples}.",
+                "The same command continues the search if it was stopped,",
+                "and with --minutes 0 ends it: with the front, the figure and the full scores.",
+                *_about_entry(entry),
+            ]
+            write_whole(output, board_file(completed_board(entry.document), about))
+
+    return keep
+
+
+def _say_last(samples: int, count: int, seconds: float) -> None:
+    """Before the last boards are compared, which may take long."""
+    time = f"{seconds / 60.0:.0f} min" if seconds >= 90.0 else f"{seconds:.0f} s"
+    boards = "the last board" if count == 1 else f"the last {count} boards"
+    say(f"about {time} to compare {boards}, with {samples} drawn boards each")
+
+
+def _say_first(spec: Spec, seed: int, samples: int) -> None:
+    """How long a search is, and what is missing in any board of the SPEC."""
+    say(
+        f"{spec.settings.evaluations} boards, and to compare the last few takes as long as some "
+        f"{boards_more(spec, samples)} more"
+    )
     places = [(0.0, 0.0)] if spec.places_are_free else None
     try:
         board = completed_board(document_of(spec, spread_numbers(spec, seed)[0], places))
@@ -166,7 +188,36 @@ def _about(found: Design, spec: str, asked: Spec) -> list[str]:
     first = f"Answers {Path(spec).name}: the best of {found.evaluations} boards, seed {found.seed}."
     most = asked.settings.evaluations
     more = [f"({most} were asked for, and a round that has begun is finished.)"]
-    return [first, *more * (found.evaluations > most), *_about_entry(found.best)]
+    lacking = _lacking(found, asked)
+    return [
+        first,
+        *more * (found.evaluations > most),
+        *_about_entry(found.best),
+        *[lacking] * bool(lacking),
+    ]
+
+
+def _lacking(found: Design, spec: Spec) -> str:
+    """What the best board's score lost where its finger gets less than the SPEC asks for."""
+    um, asked = found.best.summary["finger_um"], spec.settings.finger_um
+    if um is None or um >= asked:
+        return ""
+    lost = TOO_WEAK * 20.0 * math.log10(asked / um)
+    return (
+        f"A finger gets {um:.2g} µm at the worst tenth, and design.finger_um asks for {asked:g}: "
+        f"that took {lost:.1f} dB off the score, {TOO_WEAK:g} for each dB less."
+    )
+
+
+def _median(found: Design) -> str:
+    """What the middle of all places has of one finger; the search goes by the worst tenth."""
+    kept = found.full.perturbed
+    db = kept.second_finger_20mm_db if kept else None
+    um = kept.finger_um if kept else None
+    if db is None:
+        return ""
+    level = "" if um is None else f" and {um.median:.2g} µm"
+    return f"The median for one finger is {db.median:.0f} dB 20 mm away{level}."
 
 
 def _about_entry(entry: Entry) -> list[str]:
@@ -193,15 +244,16 @@ def _about_entry(entry: Entry) -> list[str]:
 def _result(
     found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path
 ) -> dict[str, Any]:
+    verdict = of_design(
+        found.best.summary,
+        for_fingers={
+            count: found.best.evaluation.terms[name]
+            for name, count in FINGER_TERMS.items()
+            if name in spec.weights
+        },
+    )
     return {
-        "verdict": of_design(
-            found.best.summary,
-            for_fingers={
-                count: found.best.evaluation.terms[name]
-                for name, count in FINGER_TERMS.items()
-                if name in spec.weights
-            },
-        ),
+        "verdict": " ".join(one for one in (verdict, _median(found), _lacking(found, spec)) if one),
         "path": str(output),
         "score": found.best.evaluation.score,
         "robust_score": found.best.evaluation.robust_score,

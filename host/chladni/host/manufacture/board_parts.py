@@ -173,4 +173,11 @@ def _supports(board: Board) -> list[Part]:
         for own in board.springs
     ]
     kinds += [("pin", "a point", "no deflection")] * len(board.pins)
+    if board.below_plate:
+        # No file has their height, but that of feet of the catalogue.
+        room = f"; coils need {board.below_plate / MM:.3g} mm under the plate"
+        known = {_rubber(name) for name in FEET}
+        kinds = [
+            (part, value if value in known else value + room, why) for part, value, why in kinds
+        ]
     return [Part(part, count, value, why) for (part, value, why), count in Counter(kinds).items()]

@@ -22,6 +22,13 @@ RESISTORS = (
 """Parts that are resistors by another name."""
 
 
+ALSO_SOLD_BY = {
+    "plate": "dealers in laminates, shim stock and thin sheets",
+    "earth wire": "hobby shops",
+}
+"""Of parts that no list has a price for."""
+
+
 @dataclass(frozen=True)
 class Price:
     """A range that lists have for a part, US dollars.
@@ -68,6 +75,11 @@ class PriceList:
             if price.part == name and re.search(price.value, part.value):
                 return price
         return None
+
+    def sold_by(self, part: Part) -> str | None:
+        """Kinds of suppliers of a part, if any are known."""
+        price = self.find(part)
+        return price.sold_by if price else ALSO_SOLD_BY.get(part.part)
 
     def total(self, parts: Sequence[Part]) -> tuple[float, float]:
         """Of all parts that have a price."""

@@ -67,6 +67,9 @@ def with_material(plate: Any) -> Any:
     return plate
 
 
+METALS = ("steel", "stainless-steel", "aluminium")
+"""Sheets that conduct."""
+
 RUBBER = 0.25
 """± share by which compounds of one hardness differ."""
 DYNAMIC = 1.3
@@ -195,7 +198,8 @@ def _completed(entry: Any, known: dict[str, RubberPart], where: str, is_measured
     is_unlike = isinstance(given, int | float) and abs(given / part.stiffness - 1.0) > RUBBER
     if is_unlike and not is_measured:
         expected = f"within a quarter of {part.stiffness:.1f}, which {name} has"
-        raise InputError(f"{where}.stiffness_n_per_mm", given, expected, hint="or leave part out")
+        hint = "leave out its stiffness and loss_factor, which follow from the part, or the part"
+        raise InputError(f"{where}.stiffness_n_per_mm", given, expected, hint=hint)
     made: dict[str, Any] = {
         "stiffness_n_per_mm": round(part.stiffness, 1),
         "loss_factor": part.loss_factor,

@@ -11,7 +11,7 @@ from chladni.sim.board.electronics import (
     Coil,
     Electronics,
 )
-from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, pin_fault
+from chladni.sim.board.gpio import CHIPS, MOST_BRIDGES, more_than_bridges, pin_fault
 from chladni.sim.board.parts import BoardParts
 from chladni.sim.board.quantity import (
     METRES,
@@ -170,9 +170,7 @@ def check_driver(own: Electronics, given: Collection[str] = ()) -> None:
             "electronics.drive",
             f"{len(own.pwm_pins)} bridges",
             f"at most {MOST_BRIDGES} bridges",
-            hint="an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge: "
-            f"take {MOST_BRIDGES} coils, or drive = 'switch' on an ESP32, which has "
-            f"{CHIPS['esp32'].channels}",
+            hint=more_than_bridges(),
         )
     if own.pwm_pins and not own.sign_pins:
         raise MissingError(

@@ -247,3 +247,12 @@ def pin_fault(
             other = roles[taken.index(pin)][0]
             return PinFault(role, pin, f"the {other} has it", free)
     return None
+
+
+def more_than_bridges() -> str:
+    """The way to more coils than either chip has bridges or an ESP32-S3 has channels for."""
+    return (
+        "an ESP32-S3 has eight PWM channels, an ESP32 has 17 pins, two for each bridge: "
+        f"take {MOST_BRIDGES} coils, or drive = 'switch' on an ESP32, which has "
+        f"{CHIPS['esp32'].channels}"
+    )

@@ -309,6 +309,13 @@ class BoardParts:
         return [*self.foundation.cut_outs, *round_coils]
 
     @property
+    def below_plate(self) -> float:
+        """How far coils reach below the plate, m: magnet, gap and winding; 0 if one is unknown."""
+        if self.magnet is None or self.winding is None:
+            return 0.0
+        return self.magnet.height + self.winding.gap + self.winding.height
+
+    @property
     def coils_in_foam(self) -> float:
         """How far coils, which stand under the magnets, reach into foam that has no hole for them.
 

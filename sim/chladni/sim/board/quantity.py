@@ -22,6 +22,14 @@ SAME_PLACE = 1e-6
 METRES = "metres? these are millimetres"
 MOST_METRES = 0.5
 """Lengths of a board that are all below this are taken for metres."""
+OTHER_UNITS = {
+    "_mm": (1e-3, "µm? this is in mm"),
+    "_hz": (1e3, "kHz? this is in Hz"),
+    "_gpa": (1e-3, "MPa? this is in GPa"),
+    "_kg_m3": (1e3, "g/cm³? this is in kg/m³"),
+}
+"""By a key's ending: a number that is out of range is taken for one in this unit, if it is in range
+then; the factor is to the file's unit."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +76,16 @@ class Quantity:
             raise InputError(where, value, self.expected())
         if not all(self._is_right(item) for item in values):
             hint = METRES if self.key.endswith("_mm") and are_metres(values) else ""
-            raise InputError(where, value, self.expected(), hint=hint)
+            raise InputError(where, value, self.expected(), hint=hint or self._other_unit(values))
+
+    def _other_unit(self, values: Sequence[object]) -> str:
+        """A hint where all numbers are in range in another unit; empty where that is not so."""
+        numbers = [one for one in values if isinstance(one, int | float) and 0.0 < abs(one) < 1e9]
+        for ending, (factor, text) in OTHER_UNITS.items():
+            is_it = self.key.endswith(ending) and 0 < len(numbers) == len(values)
+            if is_it and all(self._is_right(factor * one) for one in numbers):
+                return text
+        return ""
 
     def _is_right(self, item: object) -> bool:
         if isinstance(item, bool) or not isinstance(item, (int, float)):

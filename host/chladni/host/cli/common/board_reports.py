@@ -14,6 +14,7 @@ from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import FEET, METALS
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import plate_model
@@ -61,8 +62,6 @@ def say_panel(plate: LayeredPlate) -> None:
         say('the panel bends with the plate unless panel.place is "in" or "beside": say film_mm')
 
 
-METALS = ("steel", "stainless-steel", "aluminium")
-"""Sheets that conduct."""
 SMALL_COIL, K_PER_W_OF_SMALL = 12.5e-3, 100.0
 """m, and what is estimated of ⌀10 mm: it has half of the surface of ⌀15, of which 60 K/W are."""
 LONG_PIXEL = 2.0
@@ -146,10 +145,18 @@ def say_of_coils(board: Board) -> None:
         )
     if winding is None:
         return
-    if board.coils_in_foam > 0.0:
+    lowest = min((FEET[own.part].height for own in board.springs if own.part in FEET), default=None)
+    if lowest is not None and board.below_plate > lowest * MM:
+        say(
+            f"magnet, gap and winding need {board.below_plate / MM:.3g} mm under the plate, and "
+            f"feet of {lowest:g} mm leave less: sink coils into the ground plate, or put the feet "
+            "on blocks"
+        )
+    if foundation is not None and board.coils_in_foam > 0.0:
         say(
             f"windings reach {board.coils_in_foam / MM:.3g} mm into the foam: cut its holes "
-            f"{winding.outer / MM:g} mm wide there, from below"
+            f"to ⌀{winding.outer / MM:g} mm there, from below (coil_cut_out_mm, a radius, is "
+            f"{foundation.coil_cut_out / MM:g})"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
         say(

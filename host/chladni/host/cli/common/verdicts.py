@@ -326,9 +326,12 @@ TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
 """In the names of parameters that coils tell, alone or with others."""
 
 
-def of_prices(low: float, high: float, without: Sequence[str]) -> str:
-    """What a board's parts cost, by public lists."""
-    unknown = "".join(f"{name} (no list has it), " for name in without)
+def of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
+    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
+    unknown = "".join(
+        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
+        for name, sold_by in without.items()
+    )
     return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
 
 

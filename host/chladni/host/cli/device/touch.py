@@ -22,7 +22,7 @@ from chladni.host.device.link import LinkError
 from chladni.sim.errors import InputError
 
 FARTHEST_MM = 1000.0
-"""More than any board; one touch off the board plays its nearest place."""
+"""More than any board."""
 AREAS_SINCE_MINOR = 6
 """Of the link: older devices are not asked."""
 MOVED_MM = 0.0015
@@ -54,8 +54,7 @@ def touch(
             raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
-        if len(asked) > 1:
-            _check_on_board(device, asked)
+        _check_on_board(device, asked)
         held = _hold(device, asked)
         device.link.wait(seconds)
         state = device.info()["state"]
@@ -131,9 +130,9 @@ def _parsed(place: str) -> Place:
 
 
 def _check_on_board(device: Device, asked: list[Place]) -> None:
-    """Refuse several places of which some would play as others, before anything plays.
+    """Refuse places that would play as others, before anything plays.
 
-    One alone plays as the nearest on the board, as a finger at its edge does, and that is said.
+    Of an older device, which does not say where its board is, the answer tells it.
     """
     reach = device.reach_mm()
     if reach is None:

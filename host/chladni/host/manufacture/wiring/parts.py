@@ -18,6 +18,7 @@ from chladni.host.manufacture.wiring.values import (
     wiring_values,
 )
 from chladni.sim.board.board import Board
+from chladni.sim.board.catalogue import METALS
 from chladni.sim.board.electronics import CLOCK_HZ
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.board.quantity import MM
@@ -209,8 +210,10 @@ def _panel_parts(board: Board, own: Values) -> tuple[Part, ...]:
         return ()
     size = " × ".join(f"{side * 1e3:g}" for side in panel.size)
     kinds = {"find": "FT6x36 or GT911", "ft6x36": "FT6x36", "gt911": "GT911"}
+    earth = Part("earth wire", 1, "from the sheet to GND", "a conductor that floats moves charge")
     return (
         Part("touch panel", 1, f"{kinds[panel.controller]}, {size} mm", "the board file's"),
+        *[earth] * (board.plate.material in METALS),
         Part(
             "bus pull-up",
             2,

@@ -93,9 +93,8 @@ class Search:
         self.front = tuple(range(first, len(self.entries)))
         return "done"
 
-    def _tell(self, done: int, of_all: int) -> None:
-        if of_all == self.all:  # boards that are compared again are no more boards
-            self.done = done
+    def _tell(self, done: int, _: int) -> None:
+        self.done = min(done, self.all)  # boards that are compared again are no more boards
         if self._is_stopped:
             raise StoppedError("not wanted any more")
 
