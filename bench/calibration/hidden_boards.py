@@ -23,7 +23,7 @@ from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import joined
 from chladni.calibration.recorder import record_hidden
-from chladni.calibration.sweep import heard_levels
+from chladni.calibration.sweep import heard_coils
 from chladni.drives.scoring.tolerances import SOFT_SCREW
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
@@ -70,8 +70,8 @@ def _shaken(board: Board, hidden: HiddenPlate) -> Board:
 
 
 def _heard(board: Board, hidden: HiddenPlate) -> Board:
-    levels = heard_levels(*record_hidden(hidden), len(board.actuators))
-    return fit_sound(board, levels).board
+    sweeps = heard_coils(*record_hidden(hidden), len(board.actuators))
+    return fit_sound(board, sweeps).board
 
 
 def _restored(board: Board, hidden: HiddenPlate, found: Board) -> dict[str, Any]:

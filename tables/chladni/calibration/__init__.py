@@ -5,7 +5,7 @@ from chladni.calibration.hearing import Heard, fit_sound
 from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.calibration.restored import Restored, Truth
 from chladni.calibration.sensing import CoilReadings, read_hidden
-from chladni.calibration.sweep import heard_levels, sweep_duties
+from chladni.calibration.sweep import heard_coils, sweep_duties
 
 __all__ = [
     "BoardFit",
@@ -17,7 +17,7 @@ __all__ = [
     "Truth",
     "fit_board",
     "fit_sound",
-    "heard_levels",
+    "heard_coils",
     "hidden_plate",
     "read_hidden",
     "sweep_duties",

@@ -1,8 +1,10 @@
-"""Foam or stand-offs from the sound of a sweep: where a board rings tells how stiff it is held.
+"""Foam or stand-offs, forces and polarity from the sound of a sweep.
 
-A microphone hears the volume that the plate moves, |ω² ∫W dA|, through a response of its own and a
-room, of which only the average level and slope are taken to be unknown. One value is found: how
-stiff the foam is, or the stand-offs of a board without. The rest of the board stays as it is drawn.
+A microphone hears the volume that the plate moves, −ω² ∫W dA, through a room and a response of its
+own. Those are the same for all coils: how coils sound beside each other tells how strong each is,
+which way round, and much of the plate. Of what they have in common only level and slope over
+octaves are unknown, and where it rings tells how stiff the board is held. Patches of foam and
+coils' places stay as they are drawn.
 """
 
 from __future__ import annotations
@@ -12,12 +14,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
 
-from chladni.calibration.fit import Parameter
-from chladni.calibration.sweep import sweep_frequencies
-from chladni.calibration.unknowns import unknowns_of
-from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, with_foam, with_soft_screws
+from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.fit import TOLD_APART, Parameter
+from chladni.calibration.hidden import FORCE
+from chladni.calibration.sweep import HeardCoils, sweep_frequencies
+from chladni.calibration.unknowns import UNIFORM, Unknowns, unknowns_of
+from chladni.calibration.wiring import Wiring
+from chladni.drives.problem.threads import one_blas_thread
+from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
@@ -27,19 +33,24 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Report = Callable[[int, int], None]
 
-TRIED, REACH = 7, 2.0
-"""Values that are solved, and how many deviations they reach to either side."""
+STARTS = (-2.0, -1.33, -0.67, 0.0, 0.67, 1.33, 2.0)
+"""Deviations of what holds the board, from which a search may begin."""
+STEPS, STEP = 5, 0.02
+"""Of the search, and of a logarithm, over which slopes are taken."""
+ERROR = 0.15
+"""Of what coils are like beside each other: patches of foam, places, a band's width."""
 LEVEL_DB = 2.5
-"""Of one band: room, microphone, patches of foam, all that one value leaves out."""
-COIL_DB = 1.0
-"""Coils' forces."""
-SHEET = {"foam": 0.10, "screws": 0.45}
-"""Deviations of a value's logarithm by a sheet that is not the drawn one: modes of a plate on
-stand-offs go with both."""
-TOLD_APART = 0.8
-"""Of its deviation before, that a value's must be below to count as measured."""
-UNLIKE_DB = 6.0
-"""RMS that no board of this kind is off."""
+"""Of what all coils have in common, at one frequency: microphone and room."""
+DRIFT, DRIFTS = 60e-6, 481
+"""How far the device's clock and the recorder's may differ, and how many values are tried."""
+DEAD = 0.25
+"""Of a usual force, below which a coil is dead."""
+ROUNDS = 12
+"""In which coils' factors and what they have in common are found by turns."""
+BY_EAR = 0.1
+"""Deviation of a value's logarithm that no covariance knows of: patches of foam, above all."""
+UNLIKE = 0.6
+"""Share of what is heard that no board of this kind leaves unexplained."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +60,19 @@ class Heard:
     Attributes
     ----------
     board
-        With foam or stand-offs as they were found.
-    parameter
-        That one value, over the drawn one.
-    left_db
-        RMS of levels that it does not explain.
+        As it is, as far as it is heard; polarity, trim and dead coils included.
+    wiring
+        Of its coils.
+    parameters
+        Of the whole board, over the drawn ones.
+    left
+        RMS share of what is heard that the board does not explain.
     """
 
     board: Board
-    parameter: Parameter
-    left_db: float
+    wiring: Wiring
+    parameters: tuple[Parameter, ...]
+    left: float
 
 
 def sound(board: Board, hz: FloatArray) -> ComplexArray:
@@ -81,74 +95,181 @@ def sound(board: Board, hz: FloatArray) -> ComplexArray:
     return found
 
 
-def fit_sound(board: Board, levels: FloatArray, progress: Report | None = None) -> Heard:
-    """Find how stiff a board is held, from levels of a sweep, dB, (coils, frequencies).
-
-    NaN stands for what was not heard.
+def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -> Heard:
+    """Find the board that sounds like this.
 
     Raises
     ------
     InputError
         The board has neither foam nor screws, or sounds like none that may come out.
     """
-    unknowns, hz = unknowns_of(board), sweep_frequencies()
-    name = next((own for own in ("foam", "screws") if own in unknowns.scales), None)
-    if name is None:
+    unknowns = unknowns_of(board)
+    if not {"foam", "screws"} & set(unknowns.scales):
         hint = "its coils tell what feet are like" if board.springs else ""
         raise InputError("recording", board.name, "a board on foam or on screws", hint=hint)
-    row = unknowns.scales.index(name)
-    mean, spread = float(unknowns.mean[row]), float(unknowns.spread[row])
-    tried = mean + spread * np.linspace(-REACH, REACH, TRIED)
-    curves = []
-    for done, value in enumerate(tried.tolist(), 1):
-        own = _held(board, name, float(np.exp(value)))
-        curves.append(20.0 * np.log10(np.maximum(np.abs(sound(own, hz)), 1e-300)))
-        if progress:
-            progress(done, TRIED)
-    curve = CubicSpline(tried, np.array(curves))
-    fine = np.linspace(tried[0], tried[-1], 400)
-    left = np.array([_left(levels - curve(value), hz) for value in fine])
-    cost = left + ((fine - mean) / spread) ** 2
-    best = int(np.argmin(cost))
-    # The width of the posterior, by its own moments: there may be more than one hill.
-    weight = np.exp(-(cost - cost[best]) / 2.0)
-    weight /= weight.sum()
-    middle = float(weight @ fine)
-    deviation = float(np.hypot(np.sqrt(weight @ (fine - middle) ** 2), SHEET[name]))
-    count = int(np.isfinite(levels).sum())
-    off = float(np.sqrt(left[best] / count)) * LEVEL_DB
-    if off > UNLIKE_DB:
-        raise InputError(
-            "recording", f"levels {off:.0f} dB off", f"those of {board.name}, as it may come out"
+    with one_blas_thread():
+        search = _Search(unknowns, heard, progress)
+        scales = search.solve()
+        parameters = search.parameters(scales)
+        found = search.compared(scales)
+    if found.left > UNLIKE:
+        given = f"{100.0 * found.left:.0f} % unexplained"
+        raise InputError("recording", given, f"the sound of {board.name}, as it may come out")
+    usual = float(np.median(np.abs(found.forces)))
+    signs = np.where(np.abs(found.forces) < DEAD * usual, 0.0, np.sign(found.forces))
+    strengths = np.abs(found.forces) * signs * drawn_strengths(board)
+    known = with_coils_known(_with_patches_as_drawn(search.board_at(scales), board), strengths)
+    return Heard(known, Wiring(signs), parameters, found.left)
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """A plate's sound beside what was heard: coils' factors, and what is left."""
+
+    forces: FloatArray
+    off: ComplexArray
+    off_db: FloatArray
+
+    @property
+    def left(self) -> float:
+        """RMS share of what was heard."""
+        return ERROR * float(np.sqrt(np.mean(np.abs(self.off) ** 2)))
+
+    @property
+    def residuals(self) -> FloatArray:
+        """All, over what each may be."""
+        beliefs = (np.abs(self.forces) - 1.0) / (FORCE * UNIFORM)
+        off = self.off.ravel()
+        return np.concatenate((off.real, off.imag, self.off_db / LEVEL_DB, beliefs))
+
+
+class _Search:
+    def __init__(self, unknowns: Unknowns, heard: HeardCoils, progress: Report | None) -> None:
+        self._unknowns, self._heard, self._progress = unknowns, heard, progress
+        self._hz = sweep_frequencies()
+        self._count = len(unknowns.scales)
+        self._spread = unknowns.spread[: self._count]
+        self._solved: dict[bytes, ComplexArray] = {}
+        power = np.mean(np.abs(heard.values) ** 2, axis=0)
+        self._sizes = np.sqrt(ERROR**2 * power + heard.noise)
+
+    def board_at(self, scales: FloatArray) -> Board:
+        """With its patches all alike."""
+        values = self._unknowns.mean.copy()
+        values[: self._count] = scales
+        return self._unknowns.board_at(values)
+
+    def solve(self) -> FloatArray:
+        """Logarithms of the board's scales, the most likely ones."""
+        mean = self._unknowns.mean[: self._count]
+        holds = np.array([own in ("foam", "screws") for own in self._unknowns.scales])
+        starts = [off * holds for off in STARTS]
+
+        def residuals(off: FloatArray) -> FloatArray:
+            return np.concatenate((self.compared(mean + off * self._spread).residuals, off))
+
+        def jacobian(off: FloatArray) -> FloatArray:
+            return self._jacobian(mean + off * self._spread)
+
+        begin = min(starts, key=lambda off: float(np.sum(residuals(off) ** 2)))
+        found = least_squares(
+            residuals,
+            begin,
+            jac=jacobian,
+            ftol=1e-2,
+            xtol=1e-2,
+            max_nfev=STEPS,
         )
-    value = float(fine[best])
-    parameter = Parameter.of_logarithm(name, value, deviation, deviation < TOLD_APART * spread)
-    return Heard(_known(board, name, float(np.exp(value))), parameter, off)
+        return np.asarray(mean + found.x * self._spread)
+
+    def parameters(self, scales: FloatArray) -> tuple[Parameter, ...]:
+        """Of the whole board."""
+        slopes = self._jacobian(scales)
+        slopes[: -self._count] /= max(1.0, self.compared(scales).left / ERROR)
+        deviations = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes))) * self._spread
+        found = []
+        for row, name in enumerate(self._unknowns.scales):
+            own = float(np.hypot(deviations[row], BY_EAR))
+            told = own < TOLD_APART * float(self._spread[row])
+            found.append(Parameter.of_logarithm(name, float(scales[row]), own, told))
+        return tuple(found)
+
+    def compared(self, scales: FloatArray) -> _Compared:
+        """The board's sound beside what was heard, its forces and the common response fitted."""
+        own = self._sound(scales)
+        heard = self._heard.values * np.exp(1j * self._drifted(own))
+        forces = _first_signs(heard, own)
+        certain = 1.0 / (FORCE * UNIFORM) ** 2
+        for _ in range(ROUNDS):
+            common = _common(heard, forces[:, None] * own)
+            each = common * own / self._sizes
+            over = np.sum((each.conj() * heard / self._sizes).real, axis=1)
+            under = np.sum(np.abs(each) ** 2, axis=1)
+            forces = (over + certain * np.sign(forces)) / (under + certain)
+        common = _common(heard, forces[:, None] * own)
+        off = (heard - common * forces[:, None] * own) / self._sizes
+        level = 20.0 * np.log10(np.maximum(np.abs(common), 1e-300))
+        line = np.stack((np.ones(level.size), np.log(self._hz)), axis=1)
+        level -= line @ np.linalg.lstsq(line, level, rcond=None)[0]
+        return _Compared(forces, off, level)
+
+    def _drifted(self, own: ComplexArray) -> FloatArray:
+        """Phase by which each coil's sweep is early, as two clocks differ."""
+        numbers = np.arange(len(own))[:, None]
+        once = 2.0 * np.pi * self._hz * self._heard.slot_s * numbers
+        products = self._heard.values * own.conj() / self._sizes**2
+        products = products / np.abs(own).max(axis=0)
+        tried = np.linspace(-DRIFT, DRIFT, DRIFTS)
+        # Squares, as a reversed coil is half a turn away.
+        alike = [
+            np.sum(np.abs(np.sum((products * np.exp(1j * own * once)) ** 2, axis=0)))
+            for own in tried.tolist()
+        ]
+        return np.asarray(tried[int(np.argmax(alike))] * once)
+
+    def _jacobian(self, scales: FloatArray) -> FloatArray:
+        before = self.compared(scales).residuals
+        columns = []
+        for row in range(self._count):
+            more = scales.copy()
+            more[row] += STEP
+            slope = (self.compared(more).residuals - before) / STEP * self._spread[row]
+            columns.append(np.concatenate((slope, np.eye(self._count)[row])))
+        return np.stack(columns, axis=1)
+
+    def _sound(self, scales: FloatArray) -> ComplexArray:
+        key = scales.tobytes()
+        if key not in self._solved:
+            self._solved[key] = sound(self.board_at(scales), self._hz)
+            if self._progress:
+                done = len(self._solved)
+                self._progress(done, max(done, len(STARTS) + (STEPS - 2) * (self._count + 1)))
+        return self._solved[key]
 
 
-def _held(board: Board, name: str, factor: float) -> Board:
-    return with_foam(board, factor) if name == "foam" else with_soft_screws(board, factor)
+def _common(heard: ComplexArray, own: ComplexArray) -> ComplexArray:
+    """What all coils have in common, (frequencies,)."""
+    found: ComplexArray = np.sum(own.conj() * heard, axis=0) / np.sum(np.abs(own) ** 2, axis=0)
+    return found
 
 
-def _known(board: Board, name: str, factor: float) -> Board:
-    """Drives are then for this foam, and no stiffer one."""
-    focus = replace(board.focus, foam_ratio=1.0) if board.focus and name == "foam" else board.focus
-    return replace(_held(board, name, factor), focus=focus)
+def _first_signs(heard: ComplexArray, own: ComplexArray) -> FloatArray:
+    """1 or −1 of each coil; most are the right way round.
+
+    Turns of a frequency are told by squares, and half a turn more by what others say.
+    """
+    products = heard * own.conj()
+    turns = np.exp(-0.5j * np.angle(np.sum(products**2, axis=0)))
+    each = (products * turns / np.abs(products).max(axis=0)).real
+    sums = each[:, np.argmax(np.sum(np.abs(each), axis=0))]
+    for _ in range(3):
+        sums = each @ np.sign(sums @ each)
+    signs = np.where(sums < 0.0, -1.0, 1.0)
+    return signs if signs.sum() >= 0.0 else -signs
 
 
-def _left(off: FloatArray, hz: FloatArray) -> float:
-    """χ² of levels less a common level, a slope over octaves and a level of each coil."""
-    coils, count = off.shape
-    octaves = np.log2(hz / hz[0])
-    columns = [np.ones(off.size), np.tile(octaves, coils)]
-    columns += [np.repeat(np.eye(coils)[k], count) for k in range(coils)]
-    design = np.stack(columns, axis=1) / LEVEL_DB
-    values = off.ravel() / LEVEL_DB
-    is_heard = np.isfinite(values)
-    # Forces are believed to be as drawn.
-    beliefs = np.zeros((coils, design.shape[1]))
-    beliefs[:, 2:] = np.eye(coils) / COIL_DB
-    rows = np.concatenate((design[is_heard], beliefs))
-    wanted = np.concatenate((values[is_heard], np.zeros(coils)))
-    found = np.linalg.lstsq(rows, wanted, rcond=None)[0]
-    return float(np.sum((rows @ found - wanted) ** 2))
+def _with_patches_as_drawn(board: Board, drawn: Board) -> Board:
+    if board.foundation is None or drawn.foundation is None:
+        return board
+    own = replace(board.foundation, patches=drawn.foundation.patches)
+    return replace(board, foundation=own)

@@ -1,6 +1,8 @@
-"""A sweep that every coil plays in turn, and how loud a recording has it at each frequency."""
+"""A sweep that every coil plays in turn, and what of it a recording has at each frequency."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 FROM_HZ, TO_HZ = 80.0, 2000.0
 """A phone's microphone hears from 80 Hz on; light sheets on stiff foam ring at 1 kHz and more."""
@@ -17,9 +20,10 @@ SECONDS, PAUSE, FADE = 3.0, 0.5, 0.05
 """Of one coil's sweep, of the rest after it, and of the ramps at both ends."""
 LEVEL = 0.5
 """Of full duty."""
-FREQUENCIES = 14
-HALF_BAND = 2.0 ** (1.0 / 24.0)
-"""Of the band over which a level is taken: a twelfth of an octave."""
+FREQUENCIES, EDGE = 14, 2.0 ** (1.0 / 12.0)
+"""How many are used, and how far from both ends of the sweep."""
+HALF_BAND = 1.015
+"""Of the band over which a value is taken: no wider than a plate's resonance."""
 CLIPPED = 0.005
 """Share of samples at the loudest value; of a sine above noise there are fewer."""
 FOUND = 0.2
@@ -30,8 +34,7 @@ AUDIBLE_DB = 6.0
 
 def sweep_frequencies() -> FloatArray:
     """Where levels are taken, Hz; equal steps of pitch."""
-    edge = HALF_BAND**2
-    return np.geomspace(FROM_HZ * edge, TO_HZ / edge, FREQUENCIES)
+    return np.geomspace(FROM_HZ * EDGE, TO_HZ / EDGE, FREQUENCIES)
 
 
 def sweep_wave(rate_hz: float) -> FloatArray:
@@ -75,8 +78,27 @@ def _ramp(times: FloatArray) -> FloatArray:
     return np.asarray(np.sin(np.pi / 2.0 * share) ** 2)
 
 
-def heard_levels(samples: FloatArray, rate_hz: float, coils: int) -> FloatArray:
-    """How loud each coil's sweep is in a recording, dB, (coils, frequencies).
+@dataclass(frozen=True)
+class HeardCoils:
+    """What of every coil's sweep is in a recording.
+
+    Attributes
+    ----------
+    values
+        Over what was played, in a unit that all have in common, (coils, frequencies).
+    noise
+        Variance of each value, (frequencies,).
+    slot_s
+        From one coil's sweep to the next one's.
+    """
+
+    values: ComplexArray
+    noise: FloatArray
+    slot_s: float
+
+
+def heard_coils(samples: FloatArray, rate_hz: float, coils: int) -> HeardCoils:
+    """What every coil's sweep is like in a recording, at `sweep_frequencies`.
 
     Parameters
     ----------
@@ -93,28 +115,22 @@ def heard_levels(samples: FloatArray, rate_hz: float, coils: int) -> FloatArray:
     _check(samples, rate_hz, coils * slot)
     begin = _begin(samples, wave, slot, coils)
     size = 2 ** int(np.ceil(np.log2(slot + rate_hz)))
-    hertz = np.fft.rfftfreq(size, 1.0 / rate_hz)
+    hertz, played = np.fft.rfftfreq(size, 1.0 / rate_hz), np.fft.rfft(wave, size)
     bands = [(hertz >= f / HALF_BAND) & (hertz <= f * HALF_BAND) for f in sweep_frequencies()]
-
-    def power(heard: FloatArray) -> FloatArray:
-        """Of each band."""
-        own = np.abs(np.fft.rfft(heard, size)) ** 2
-        return np.array([own[band].mean() for band in bands])
-
-    played = power(wave)
-    quiet = samples[:begin] if begin > 0.2 * rate_hz else np.zeros(0)
-    noise = np.zeros(len(bands))
-    if quiet.size:
-        noise = power(quiet[-slot:]) * slot / min(quiet.size, slot)
-    levels = np.empty((coils, len(bands)))
+    power = np.array([np.sum(np.abs(played[band]) ** 2) for band in bands])
+    values = np.empty((coils, len(bands)), np.complex128)
     for coil in range(coils):
-        heard = power(samples[begin + coil * slot :][:slot])
-        is_heard = heard > noise * 10.0 ** (AUDIBLE_DB / 10.0)
-        level = 10.0 * np.log10(np.maximum(heard / played, 1e-300))
-        levels[coil] = np.where(is_heard, level, np.nan)
-    if np.isfinite(levels).mean() < 0.5:
+        products = np.fft.rfft(samples[begin + coil * slot :][:slot], size) * played.conj()
+        values[coil] = [np.sum(products[band]) for band in bands] / power
+    noise = np.zeros(len(bands))
+    quiet = samples[:begin][-slot:]
+    if quiet.size > 0.2 * rate_hz:
+        each = np.abs(np.fft.rfft(quiet, size)) ** 2 * slot / quiet.size
+        noise = np.array([each[band].mean() for band in bands]) / power
+    audible = 10.0 ** (AUDIBLE_DB / 10.0) * noise
+    if np.mean(np.abs(values) ** 2 > audible) < 0.5:
         raise InputError("recording", "sweeps below its noise", "sweeps that are heard")
-    return levels
+    return HeardCoils(values, noise, slot / rate_hz)
 
 
 def _check(samples: FloatArray, rate_hz: float, needed: int) -> None:

@@ -247,8 +247,6 @@ def _coils(board: Board) -> list[dict[str, Any]]:
 
 def _faults(found: Calibrated) -> list[str]:
     """What to look at on the desk."""
-    if found.coils is None:
-        return []
     return [fault.said for own in found.board.actuators if (fault := coil_fault(own))]
 
 

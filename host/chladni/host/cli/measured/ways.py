@@ -17,7 +17,7 @@ from chladni.calibration.laboratory.measured_files import fields_csv, read_measu
 from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sensing import CoilReadings
-from chladni.calibration.sweep import heard_levels
+from chladni.calibration.sweep import heard_coils
 from chladni.host.cli.common.output import Place, parse_place, progress_bar
 from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
@@ -56,9 +56,9 @@ def heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> Ca
             (samples, rate_hz), by = read_recording(recording), f"a recording, {recording.name}"
         else:
             (samples, rate_hz), by = record_hidden(plate), _emulated("a microphone", plate)
-        levels = heard_levels(samples, rate_hz, len(drawn.actuators))
-        found = fit_sound(drawn, levels, progress)
-    return Calibrated(found.board, (found.parameter,), by, samples.size / rate_hz)
+        sweeps = heard_coils(samples, rate_hz, len(drawn.actuators))
+        found = fit_sound(drawn, sweeps, progress)
+    return Calibrated(found.board, found.parameters, by, samples.size / rate_hz)
 
 
 def in_laboratory(
