@@ -21,7 +21,7 @@ from chladni.design.evaluate import (
     evaluate_in_full,
 )
 from chladni.design.front import GOALS, Entry, front_of
-from chladni.design.last_boards import boards_more, expected_s
+from chladni.design.last_boards import boards_more, draws_in, expected_s
 from chladni.design.layouts import Layout
 from chladni.design.search import Design, design
 from chladni.design.spec import spec_of
@@ -130,7 +130,7 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     kept = tmp_path / "kept"
     few = spec_of(small(design={"evaluations": 7}))
     steps: list[tuple[int, int]] = []
-    last: list[tuple[int, float]] = []
+    last: list[tuple[int, int, float]] = []
     found = design(
         few,
         jobs=1,
@@ -143,8 +143,9 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     assert found.evaluations < 7
     # The last few boards, which are scored again, are told too, before they begin and after each.
     assert steps[-1][0] == steps[-1][1] == found.evaluations + boards_more(few, 1)
-    ((count, seconds),) = last
+    ((count, draws, seconds),) = last
     assert count >= len(found.front)
+    assert draws == 1
     assert 0.0 < seconds < found.seconds
     boards = kept.read_text(encoding="utf-8").count('"board ')
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)
@@ -161,6 +162,14 @@ def test_time_to_compare_the_last_boards_is_kept_back() -> None:
     assert boards_more(spec, 32) == 32
     assert expected_s(spec, 32, 4, [2.0, 3.0, 30.0], 2) == pytest.approx(3.0 * 8.0 * 2.0)
     assert expected_s(spec, 1, 3, [2.0], 1) == pytest.approx(6.0)
+
+
+def test_short_of_time_the_last_boards_get_fewer_draws() -> None:
+    """Four boards with four draws each take 12 s here: 24 s are enough for eight."""
+    spec = spec_of(small(design={"samples": 4}))
+    for left_s, draws in ((24.0, 8), (1000.0, 32), (0.0, 4), (-5.0, 4)):
+        assert draws_in(left_s, spec, 32, 4, [3.0], 1) == draws
+    assert draws_in(0.0, spec, 1, 4, [3.0], 1) == 1
 
 
 def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: CommandLine) -> None:

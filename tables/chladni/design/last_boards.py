@@ -24,8 +24,9 @@ FINALISTS = 3
 USUAL = 4
 """Boards that a search ends with: the front mostly has one that is not among the finalists."""
 
-OnLast = Callable[[int, float], None]
-"""Called with the number of the last boards, and the seconds that comparing them may take."""
+OnLast = Callable[[int, int, float], None]
+"""Called with the number of the last boards, the drawn boards of each, and the seconds that
+comparing them may take."""
 
 
 def last_boards(entries: Sequence[Entry]) -> list[Entry]:
@@ -49,6 +50,17 @@ def expected_s(spec: Spec, samples: int, count: int, seconds: Sequence[float], j
     """How long so many last boards may take, by what each board of the search took, s."""
     board_s = float(np.median(seconds)) if seconds else 0.0
     return board_s * draws_more(spec, samples) * math.ceil(count / jobs)
+
+
+def draws_in(
+    left_s: float, spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int
+) -> int:
+    """Drawn boards of each of so many last boards, for which there is time: up to `samples`."""
+    once_s = expected_s(spec, spec.settings.samples, count, seconds, jobs)
+    fewest = min(spec.settings.samples, samples)
+    if once_s <= 0.0:
+        return samples
+    return int(np.clip(left_s / once_s * spec.settings.samples, fewest, samples))
 
 
 def compared(

@@ -22,13 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from chladni.design.evaluate import Evaluation, beyond, completed_board, evaluate
+from chladni.design.evaluate import Evaluation, beyond, completed_board, judged
 from chladni.design.front import Entry, front_of
 from chladni.design.last_boards import (
     USUAL,
     OnLast,
     boards_more,
     compared,
+    draws_in,
     expected_s,
     last_boards,
 )
@@ -53,6 +54,8 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ArgumentError, InputError
 
 STARTS = 2
+AT_THE_END = 0.4
+"""Share of a search's time that is kept back to compare the last few, at most."""
 DRAWN = 30
 """Boards drawn for each that is looked at, so that its coils fit beside each other: of sixteen that
 move at random, two come too close in most draws."""
@@ -109,20 +112,19 @@ def design(
     jobs, scheduler
         Processes here, or a Dask scheduler's workers. The result does not depend on them.
     partial_file
-        Checkpoint, with which a search goes on, with other `evaluations` too; it stays until
-        `remove_checkpoint` is called.
+        Checkpoint, with which a search goes on; it stays until `remove_checkpoint` is called.
     samples
         Drawn boards by which the last few are compared.
     minutes
-        For all of it, roughly: as many as the last few may take are kept back. The first layouts
-        and the last few are scored anyway.
+        For all of it, roughly. The last few get fewer drawn boards where time is short; they and
+        the first layouts are scored anyway. 0 ends a search with all drawn boards.
     progress
         Called with (done, all) after each board, where the last few count for `boards_more`; `all`
         is less at the end of a search that ended early. What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
     on_last
-        Called before the last few are compared: how many they are, and seconds that it may take.
+        Called before the last few are compared: their number, drawn boards of each, and seconds.
 
     Raises
     ------
@@ -138,10 +140,11 @@ def design(
         run = _Run(spec, seed, samples, workers, kept, progress, on_board)
         run.search(started, ends)
         found = last_boards(run.allowed())
+        draws = run.draws_until(ends, len(found)) if minutes else samples
         if on_last:
-            on_last(len(found), run.seconds_to_compare(len(found)))
+            on_last(len(found), draws, run.seconds_to_compare(len(found), draws))
         before = min(run.looked_at, spec.settings.evaluations)
-        finished = compared(spec, seed, samples, workers, found, before, progress)
+        finished = compared(spec, seed, draws, workers, found, before, progress)
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
     return Design(
         best,
@@ -187,13 +190,14 @@ class _Run:
                 self._look([Point(None, tuple(map(float, one)), ()) for one in whole])
                 return
         starts = self._starts()
+        kept_back = min(self.seconds_to_compare(USUAL), AT_THE_END * (ends - started))
         share = spec.settings.evaluations / len(starts)
         for number, own in enumerate(starts, 1):
             last = round(number * share)
             for turn, start in enumerate(own):
                 left = last - self.looked_at
                 part = (number - 1 + (turn + 1) / len(own)) / len(starts)
-                until = started + part * (ends - self.seconds_to_compare(USUAL) - started)
+                until = started + part * (ends - kept_back - started)
                 self._climb(start, left // (len(own) - turn), turn, until)
 
     def allowed(self) -> list[Entry]:
@@ -203,9 +207,15 @@ class _Run:
             raise self._nothing()
         return entries
 
-    def seconds_to_compare(self, count: int) -> float:
+    def seconds_to_compare(self, count: int, draws: int | None = None) -> float:
         """How long so many last boards may take, by what boards took so far."""
-        return expected_s(self._spec, self._samples, count, self._seconds, self._workers.jobs)
+        samples = self._samples if draws is None else draws
+        return expected_s(self._spec, samples, count, self._seconds, self._workers.jobs)
+
+    def draws_until(self, ends: float, count: int) -> int:
+        """Drawn boards of each of so many last boards, until a reading of the clock."""
+        own = (self._spec, self._samples, count, self._seconds, self._workers.jobs)
+        return draws_in(ends - time.perf_counter(), *own)
 
     def _nothing(self) -> InputError:
         nearest = max((one for _, one in self._seen.values()), key=lambda one: one.robust_score)
@@ -238,9 +248,7 @@ class _Run:
         if not found:
             faults = [row["fault"] for row in rows if "fault" in row]
             if faults:
-                raise ArgumentError(
-                    "spec", f"boards of which each is wrong ({faults[0]})", "a board"
-                )
+                raise InputError(**faults[0])
             raise InputError(
                 "design.coils",
                 list(spec.coils),
@@ -287,7 +295,7 @@ class _Run:
         documents = [document_at(self._spec, point) for point in points]
         names = [_digest(document) for document in documents]
         new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
-        rows = self._remembered("board", list(new.items()), partial(_judge, self._spec, self._seed))
+        rows = self._remembered("board", list(new.items()), partial(judged, self._spec, self._seed))
         for (name, document), row in zip(new.items(), rows, strict=True):
             found = Evaluation(**row["evaluation"])
             if found.broken is None:
@@ -328,12 +336,6 @@ class _Run:
         )
         for name, one in zip(names, kept, strict=True):
             yield self._kept.put(name, next(done)) if one is None else one
-
-
-def _judge(spec: Spec, seed: int, task: tuple[str, Document]) -> dict[str, Any]:
-    started = time.perf_counter()
-    found = asdict(evaluate(spec, task[1], seed))
-    return {"evaluation": found, "seconds": time.perf_counter() - started}
 
 
 def _named(what: str, task: Any) -> str:

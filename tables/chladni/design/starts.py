@@ -101,7 +101,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     try:
         board = completed_board(document)
     except InputError as error:
-        return {"layouts": [], "fault": str(error)}
+        fault = {key: getattr(error, key) for key in ("field", "value", "expected", "hint")}
+        return {"layouts": [], "fault": fault | {"value": str(error.value)}}
     mirrors = _mirrors(spec, board)
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)

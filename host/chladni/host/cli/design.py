@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -106,7 +105,7 @@ def design_board(
                 minutes=minutes,
                 progress=progress,
                 on_board=_writing(output, asked.settings.samples, samples),
-                on_last=partial(_say_last, samples),
+                on_last=_say_last,
             )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
@@ -163,11 +162,11 @@ def _writing(output: Path, drawn: int, samples: int) -> OnBoard:
     return keep
 
 
-def _say_last(samples: int, count: int, seconds: float) -> None:
+def _say_last(count: int, draws: int, seconds: float) -> None:
     """Before the last boards are compared, which may take long."""
     time = f"{seconds / 60.0:.0f} min" if seconds >= 90.0 else f"{seconds:.0f} s"
     boards = "the last board" if count == 1 else f"the last {count} boards"
-    say(f"about {time} to compare {boards}, with {samples} drawn boards each")
+    say(f"about {time} to compare {boards}, with {draws} drawn boards each")
 
 
 def _say_first(spec: Spec, seed: int, samples: int) -> None:
