@@ -27,8 +27,8 @@ HALF_BAND = 1.015
 CLIPPED = 0.005
 """Share of samples at the loudest value; of a sine above noise there are fewer."""
 FOUND = 0.06
-"""Of the correlation that a recording of nothing but the sweeps has: plates that ring long have 0.16,
-noise 0.015."""
+"""Of the correlation that a recording of nothing but the sweeps has. Plates that ring long have
+0.16, noise 0.015."""
 AUDIBLE_DB = 6.0
 """That a band must be above the recording's own noise."""
 
