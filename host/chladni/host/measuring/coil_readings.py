@@ -71,6 +71,7 @@ def _read_all(device: Device, board: Board, progress: Report | None) -> _Reader:
             reader.read(coil, multiple)
         if progress:
             progress(coil + 1, count)
+    reader.read_again_at_one_level(high)
     return reader
 
 
@@ -113,6 +114,7 @@ class _Reader:
         self.heard: list[Heard] = []
         self.seconds = 0.0
         self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
+        self._read_at: dict[tuple[int, int], float] = {}
 
     def read(self, coil: int, multiple: int) -> None:
         """Listen to all others; what was too loud once is played at half from then on.
@@ -141,6 +143,20 @@ class _Reader:
         assert found is not None
         self.seconds += self.device.wire.now_s() - begun
         self.heard += found
+        self._read_at[coil, multiple] = self._levels[multiple]
+
+    def read_again_at_one_level(self, multiple: int) -> None:
+        """Those coils that were louder than the last one.
+
+        At 7.6 kHz a wave has five samples, and four fifths of full duty play half of what a
+        twentieth would make one expect: coils compare only at one level.
+        """
+        for (coil, own), level in list(self._read_at.items()):
+            if own == multiple and level != self._levels[multiple]:
+                self.heard = [
+                    one for one in self.heard if (one.playing, one.multiple) != (coil, multiple)
+                ]
+                self.read(coil, multiple)
 
 
 def sense(device: Device, **asked: int) -> list[Heard] | None:
