@@ -105,6 +105,7 @@ LONG = (
     "host/manufacture/test_drawing.py::test_a_drawing_is_the_same_bytes_in_every_run",
     "host/manufacture/test_wiring.py::test_texts_lie_on_nothing_and_wires_are_straight",
     "host/test_calibrate.py::test_a_board_is_calibrated_and_its_file_is_one",
+    "host/test_calibrate.py::test_micrometres_stand_beside_decibels",
     "host/test_endings.py::test_a_full_disk_is_said_and_leaves_what_was_there",
     "host/test_fingers_command.py::test_a_board_as_built_has_rows_of_its_own",
     "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would",

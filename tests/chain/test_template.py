@@ -97,6 +97,9 @@ def test_a_metal_under_a_panel_is_remarked_on(chladni: CommandLine, tmp_path: Pa
     on = (*edits[:2], ('place = "beside"', 'place = "on"\nfilm_mm = 0.125'))
     told = chladni("board", "show", changed(tmp_path, *on))
     assert "so near aluminium a capacitive panel senses fingers less well" in told.err
+    told = chladni("board", "show", changed(tmp_path, *edits[:2]))
+    assert "aluminium near a capacitive panel makes it sense fingers less well" in told.err
+    assert "earth the sheet" in told.err
     assert "eddy" not in chladni("board", "show", TEMPLATE).err
 
 

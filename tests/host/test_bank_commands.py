@@ -81,6 +81,20 @@ def test_a_device_tells_of_its_bank(chladni: CommandLine, tmp_path: Path) -> Non
     assert "slider" in touched.out
 
 
+def test_two_fingers_decibels_say_that_effects_have_real_gains(
+    chladni: CommandLine, tmp_path: Path
+) -> None:
+    """With a table alone the same pair has more: tones have phases."""
+    path = tmp_path / "t.chl"
+    path.write_bytes(pack(responses_table()))
+    pair = ("device", "touch", "-18,30", "17,-25", "--seconds", "0.1", "--emulator")
+    there = (*pair, "--board", "phone5", "--table", path)
+    effects, tones = (chladni(*there, *bank) for bank in (("--bank", "slider"), ()))
+    assert (effects.code, tones.code) == (0, 0)
+    assert "real gains" in effects.out
+    assert "real gains" not in tones.out
+
+
 def test_an_area_that_no_finger_can_be_in_is_told(chladni: CommandLine, tmp_path: Path) -> None:
     areas = tmp_path / "a.toml"
     areas.write_text(

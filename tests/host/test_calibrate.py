@@ -12,8 +12,12 @@ import pytest
 from calibration.small_board import small_board
 from chladni.calibration import hidden_plate
 from chladni.calibration.laboratory.measured_files import read_measured
-from chladni.calibration.restored import Restored
+from chladni.calibration.restored import Restored, Truth
+from chladni.drives.fingers.silence import REGULARISATION
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
+from chladni.host.cli.measured.calibrate import verdict
+from chladni.host.cli.measured.ways import Calibrated
 from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.emulation.sensed_plate import emulator_on
 from chladni.sim.board.file import load_board
@@ -52,7 +56,7 @@ def test_a_board_is_calibrated_and_its_file_is_one(
         figure,
         "--json",
     )
-    assert done.code == 0, done.err
+    assert (done.code, "no block [sensing]" in done.err) == (0, True), done.err
     found = done.json
     hidden = hidden_plate(small_board(), SEED)
     for own, strength in zip(found["coils"], hidden.strengths, strict=True):
@@ -210,6 +214,19 @@ def test_a_device_on_a_port_measures_its_board(
     assert again.code == 0, again.err
     assert again.json["parameters"] == done.json["parameters"]
     assert again.json["by"] == "its own coils, read.json"
+
+
+def test_micrometres_stand_beside_decibels() -> None:
+    """On a board that is as it was drawn they are those of its own score."""
+    board = small_board()
+    truth = Truth.found(board, board, sets=20).score(board)
+    assert truth.fingers_um is not None
+    (scored,) = score_fingers(board, (2,), sets=20, samples=0, regularisation=REGULARISATION).counts
+    assert scored.finger_um is not None
+    assert truth.fingers_um.median == pytest.approx(scored.finger_um.median, rel=0.01)
+    told = verdict(board, Calibrated(board, (), "coils", None), truth, truth)
+    um = truth.fingers_um
+    assert f"Each gets {um.median:.2g} µm then, {um.p10:.2g} at the worst tenth." in told
 
 
 def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:

@@ -182,7 +182,7 @@ def test_two_fingers_of_ones_own_are_scored_and_drawn(chladni: CommandLine, tmp_
         (("--other", "0,0"), "--at"),
         (("--at", "0,0", "--other", "0,3"), "5 mm or more"),
         (("--at", "0,0", "--other", "0,500"), "--other"),
-        (("--at", "0,0", "--other", "0,20", "--fingers", "2"), "--fingers does not go with --at"),
+        (("--at", "0,0", "--other", "0,20", "--fingers", "3"), "--fingers 3 does not go with --at"),
         (("--at", "0,0", "--other", "0,20", "--built"), "--built does not go with --at"),
     ],
 )
@@ -192,6 +192,16 @@ def test_a_pair_that_cannot_be_scored_is_refused(
     answer = chladni("fingers", STRIP, *words)
     assert (answer.code, answer.out) == (2, "")
     assert named in answer.err
+
+
+def test_a_pair_may_be_called_two_fingers_and_is_told_to_overlap(chladni: CommandLine) -> None:
+    near, apart = (
+        chladni("fingers", STRIP, "--at", "0,0", "--other", other, "--fingers", "2")
+        for other in ("0,6", "0,12")
+    )
+    assert (near.code, apart.code) == (0, 0)
+    assert "fingertips are 12 mm apart or more, and these are 6: they overlap" in near.err
+    assert "overlap" not in apart.err
 
 
 def test_a_score_of_a_board_for_several_shows_pairs() -> None:

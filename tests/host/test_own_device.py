@@ -199,6 +199,8 @@ def test_a_table_for_another_board_is_refused_before_anything_is_sent(
     moved.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint(), board_name="other")))
     edited = tmp_path / "edited.chl"
     edited.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint())))
+    short = tmp_path / "short.chl"
+    short.write_bytes(pack(replace(own, board_fingerprint=other.fingerprint() % 2**32)))
     desk.on()
     at = ("--port", desk.port)
     assert chladni("device", "config", "set", "--from", OWN, "--yes", *at).code == 0
@@ -206,7 +208,10 @@ def test_a_table_for_another_board_is_refused_before_anything_is_sent(
     for file, words in (
         (table_file, "actuators: expected 4, the channels of the device, got 5"),
         (moved, "expected a table for own"),
-        (edited, "in another version of its file"),
+        (edited, f"for the device's version of own (0x{board.fingerprint():016x})"),
+        (edited, "for another version of its file (0x"),
+        (short, f"for the device's version of own (…{board.fingerprint() % 2**32:08x})"),
+        (short, "for another version of its file (…"),
     ):
         refused = chladni("flash", file, *at)
         assert refused.code == 2

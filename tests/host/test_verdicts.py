@@ -20,10 +20,12 @@ from chladni.host.cli.common.verdicts import (
     of_methods,
     of_place,
     of_places,
+    of_responses,
     of_table,
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.tables.several_fingers.build import FrequencyIsolation
 from conftest import CommandLine
 
 
@@ -109,6 +111,17 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
     assert told(9.0).endswith("12 at the worst tenth, as drawn.")
     assert told(0.0, for_fingers=True).startswith("It keeps two pressing fingers")
     assert not words or words not in told(0.0, for_fingers=True)
+
+
+@pytest.mark.parametrize(("lost_db", "with_drives"), [(0.5, False), (1.5, False), (1.5, True)])
+def test_a_table_that_loses_a_decibel_names_its_pitch(lost_db: float, with_drives: bool) -> None:
+    exact, kept = spread(31.0, 12.0), spread(31.0, 12.0 - lost_db)
+    own: Any = SimpleNamespace(
+        frequencies=[FrequencyIsolation(160.0, kept, exact)], pitch_mm=(6.0, 6.0)
+    )
+    told = of_responses(own, with_drives=with_drives)
+    block = "regions" if with_drives else "fingers"
+    assert (f"A smaller [{block}] pitch_mm than 6 loses less" in told) == (lost_db > 1.0)
 
 
 def test_a_board_is_tried_on_other_sheets_and_foams(strip: Board) -> None:

@@ -18,7 +18,9 @@ from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.as_built import PRESS
 from chladni.drives.scoring.best_drives import best_drives
 from chladni.drives.scoring.board_score import PITCH
+from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet, finger_sets
+from chladni.drives.scoring.several_fingers.kept_apart import most_newtons
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import Survey, active_lattice
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
@@ -48,11 +50,14 @@ class Restored:
         Isolation of two fingers that press with 1 N.
     level_db
         What those fingers get of their own, over what they would by the board as it is known.
+    fingers_um
+        The same in µm, with both signals on at the coils' limits; None without a coil.
     """
 
     second_finger_20mm_db: Spread | None
     fingers_2_db: Spread
     level_db: Spread
+    fingers_um: Spread | None = None
 
     def isolation(self, drawn: Board) -> Isolation:
         """What a board's file keeps of it: that of one finger where focus is what it is for."""
@@ -79,13 +84,14 @@ class RestoredRows:
     ----------
     second_finger_20mm_db
         Shape (places,); empty on a board that is smaller.
-    fingers_2_db, level_db
-        Shape (fingers,).
+    fingers_2_db, level_db, fingers_um
+        Shape (fingers,); µm are NaN without a coil.
     """
 
     second_finger_20mm_db: FloatArray
     fingers_2_db: FloatArray
     level_db: FloatArray
+    fingers_um: FloatArray
 
     def spreads(self) -> Restored:
         """Their medians and tails."""
@@ -94,6 +100,7 @@ class RestoredRows:
             Spread.of(away.tolist()) if away.size else None,
             Spread.of(self.fingers_2_db.tolist()),
             Spread.of(self.level_db.tolist()),
+            Spread.of(um.tolist()) if np.isfinite(um := self.fingers_um).all() else None,
         )
 
 
@@ -171,9 +178,9 @@ class Truth:
         # 300 dB means that there is no disc so far away.
         return np.asarray(away[away < -metrics.FLOOR_DB])
 
-    def _two_fingers(self, solved: SolvedBoard) -> tuple[FloatArray, FloatArray]:
+    def _two_fingers(self, solved: SolvedBoard) -> tuple[FloatArray, FloatArray, FloatArray]:
         plate, forces = responses_at(solved), self._played(solved.board)
-        isolation, level = [], []
+        isolation, level, moved_um = [], [], []
         with one_blas_thread():
             meant = FingerSet.of_all(solved, self._sets, self._stiffness)
             for places, fingers, own in zip(self._sets, self._fingers, meant, strict=True):
@@ -186,4 +193,6 @@ class Truth:
                     for part, played in ((fingers, drives * forces), (own, drives))
                 )
                 level += (20.0 * np.log10(got / said)).tolist()
-        return np.array(isolation), np.array(level)
+                newtons = most_newtons(solved.board, drives)
+                moved_um += (got * (np.nan if newtons is None else newtons / MICROMETRE)).tolist()
+        return np.array(isolation), np.array(level), np.array(moved_um)

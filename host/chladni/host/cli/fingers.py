@@ -48,6 +48,7 @@ from chladni.host.cli.common.output import (
     answer,
     parse_place,
     progress_bar,
+    say,
     say_unmet,
     write_figure,
 )
@@ -59,6 +60,7 @@ from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ConflictError, InputError, MissingError
 from chladni.sim.fields.transfer import check_target
 from chladni.sim.image.finger import threshold_um
+from chladni.sim.image.metrics import FINGERTIP_RADIUS
 from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
@@ -143,7 +145,7 @@ def fingers(
     """Score what fingers that press a board at once feel of each other's signals."""
     check_figure(figure)
     loaded = load_board(board)
-    pair = _pair(loaded, at, other, has_count=count is not None, built=built)
+    pair = _pair(loaded, at, other, count or 2, built=built)
     if table is not None:
         _check_for_device(regularisation, built=built)
     solve = None if table is None else _device_of(table, loaded, board)
@@ -193,14 +195,13 @@ def fingers(
 
 
 def _as_built(board: Board, count: int, samples: int, drawn: dict[str, Any]) -> FingersAsBuilt:
+    samples = max(samples, 1)
     with progress_bar(f"sets of {count} fingers as built") as progress:
-        return score_fingers_as_built(
-            board, count, samples=max(samples, 1), progress=progress, **drawn
-        )
+        return score_fingers_as_built(board, count, samples=samples, progress=progress, **drawn)
 
 
 def _pair(
-    board: Board, at: str | None, other: str | None, *, has_count: bool, built: bool
+    board: Board, at: str | None, other: str | None, count: int, *, built: bool
 ) -> FloatArray | None:
     """Two fingers of the user's own, m; None where sets are to be drawn."""
     if at is None and other is None:
@@ -208,15 +209,18 @@ def _pair(
     if at is None or other is None:
         option = "--at" if at is None else "--other"
         raise MissingError(option, "X,Y, the other of two fingers, mm")
-    for option, is_given in (("--fingers", has_count), ("--built", built)):
+    for option, is_given in ((f"--fingers {count}", count != 2), ("--built", built)):
         if is_given:
             raise ConflictError(option, "--at", hint="leave --at and --other out to draw fingers")
     places = parse_place(at, "--at"), parse_place(other, "--other")
     for place, option in zip(places, ("--at", "--other"), strict=True):
         check_target(board, place, option)
-    if math.dist(*places) < LEAST_APART_MM:
+    apart = math.dist(*places)
+    if apart < LEAST_APART_MM:
         expected = f"{LEAST_APART_MM:g} mm or more from the finger at --at"
         raise InputError("--other", other, expected)
+    if apart < (wide := 2.0 * FINGERTIP_RADIUS / MM):
+        say(f"fingertips are {wide:g} mm apart or more, and these are {apart:.2g}: they overlap")
     return np.array(places) * MM
 
 

@@ -119,7 +119,7 @@ def _verdict(drives: TableReport | None, responses: ResponsesReport | None) -> s
             )
         )
     if responses is not None:
-        told.append(of_responses(responses))
+        told.append(of_responses(responses, with_drives=drives is not None))
     return " ".join(told)
 
 

@@ -112,6 +112,10 @@ class DeviceEffects:
             "areas": found["areas"],
         }
 
+    def has_bank(self) -> bool:
+        """Whether one is in force, which then makes the fingers' signals."""
+        return bool(self._link.request("bank").fields["bank_status"] == 0)
+
     def info(self) -> dict[str, Any]:
         """Its name, effects and areas, and what became of it."""
         found = self._link.request("bank").fields

@@ -41,10 +41,15 @@ def check_table(
         known = int(info["fingerprint"], 16), info["board"]
     if force or known is None or is_of(table.board_fingerprint, known[0]):
         return
-    version = "" if known[1] != table.board_name else ", in another version of its file"
-    raise InputError(
-        "board",
-        f"{table.board_name} ({fingerprint_text(table.board_fingerprint)})",
-        f"a table for {known[1]} ({fingerprint_text(known[0])}), the device's board{version}",
-        hint="set the device's board by `device config set --from`, or give --force",
-    )
+    own, wanted = table.board_fingerprint, known[0]
+    if not own >> 32 or not wanted >> 32:
+        # One has no more than the end: both are told in one form.
+        own, wanted = own % 2**32, wanted % 2**32
+    hint = "set the device's board by `device config set --from`, or give --force"
+    expected = f"a table for {known[1]} ({fingerprint_text(wanted)}), the device's board"
+    got = f"{table.board_name} ({fingerprint_text(own)})"
+    if known[1] == table.board_name:
+        expected = f"a table for the device's version of {known[1]} ({fingerprint_text(wanted)})"
+        got = f"one for another version of its file ({fingerprint_text(own)})"
+        hint = f"build the table again, or {hint}"
+    raise InputError("board", got, expected, hint=hint)

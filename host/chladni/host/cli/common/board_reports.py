@@ -82,15 +82,17 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
     say_unheld(board)
-    if panel is not None and board.plate.material in METALS and panel.place != "beside":
+    if panel is not None and board.plate.material in METALS:
         metal = board.plate.material
-        if panel.place == "on" and panel.side == "top":
+        if panel.place == "beside":
+            about = f"{metal} near a capacitive panel makes it sense fingers less well"
+        elif panel.place == "on" and panel.side == "top":
             about = f"so near {metal} a capacitive panel senses fingers less well"
         else:
             about = f"{metal} shields electrodes in or under it: take panel.place 'on' and film_mm"
         say(
-            f"{about}, and eddy currents take force that no model here has: try panel, coil and "
-            "sheet before you order more (docs/hardware.md)"
+            f"{about}, and eddy currents take force that no model here has: earth the sheet, and "
+            "try panel, coil and sheet before you order more (docs/hardware.md)"
         )
     say_of_coils(board)
     if panel is not None:

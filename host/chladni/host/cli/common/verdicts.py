@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 WIDE_MM = 14.0
 """Coils farther apart than 12 mm, about a fingertip, leave places between them (docs/focus.md)."""
 MOST_COILS = max(own.channels for own in CHIPS.values())
+MUCH_DB = 1.0
+"""Of isolation that a table loses: from here on its remedy is told."""
 SAME_DB = 0.05
 """What is written with one digit is the same below."""
 
@@ -281,8 +283,11 @@ def of_table(
     return f"{told} `chladni table score` says what fingers feel of it."
 
 
-def of_responses(report: ResponsesReport) -> str:
-    """What a table of responses keeps of the board's isolation, at its worst frequency."""
+def of_responses(report: ResponsesReport, *, with_drives: bool) -> str:
+    """What a table of responses keeps of the board's isolation, at its worst frequency.
+
+    `with_drives`: the responses lie at the places of a table's drives.
+    """
 
     def lost(one: FrequencyIsolation) -> float:
         return one.exact_isolation_db.p10 - one.isolation_db.p10
@@ -290,11 +295,14 @@ def of_responses(report: ResponsesReport) -> str:
     one = max(report.frequencies, key=lost)
     kept, exact = one.isolation_db, one.exact_isolation_db
     at = "" if len(report.frequencies) == 1 else f" at {one.frequency_hz:g} Hz"
+    block, less = "regions" if with_drives else "fingers", ""
+    if lost(one) >= MUCH_DB:
+        less = f" A smaller [{block}] pitch_mm than {_pitch(report)} loses less, in a larger table."
     return (
         f"It keeps two pressing fingers {kept.median:.1f} dB apart{at} at the median, "
         f"{kept.p10:.1f} at the worst tenth. The board itself has {exact.median:.1f} and "
         f"{exact.p10:.1f} (`chladni board score`); rounding and {_pitch(report)} mm between places "
-        "take the rest."
+        f"take the rest.{less}"
     )
 
 

@@ -55,8 +55,9 @@ def info(connection: Connection, as_json: JsonOption = False) -> None:
         result["fingers"] = device.fingers.all() if knows_fingers else []
         knows_banks = version["minor"] >= BANKS_SINCE_MINOR
         result["bank"] = device.effects.summary() if knows_banks else None
-    rows = result if as_json else info_rows(result) | finger_rows(result["fingers"])
-    answer(rows, as_json=as_json, title="Device")
+        has_bank = knows_banks and device.effects.has_bank()
+    rows = info_rows(result) | finger_rows(result["fingers"], has_bank=has_bank)
+    answer(result if as_json else rows, as_json=as_json, title="Device")
 
 
 device_app.command("touch", context_settings={"ignore_unknown_options": True})(touch)

@@ -59,7 +59,7 @@ def touch(
         device.link.wait(seconds)
         state = device.info()["state"]
         fingers = device.fingers.all() if len(asked) > 1 else []
-        areas = _areas(device, len(asked))
+        areas, has_bank = _areas(device, len(asked)), _has_bank(device)
         faults = device.faults()
         # Where it is interrupted, the device that is closed lifts.
         played_s = device.lift()
@@ -70,7 +70,14 @@ def touch(
             hint="`chladni device info` shows its faults",
         )
     rest = {"seconds": seconds, "played_s": played_s, "state": state, "areas": areas}
-    _answer(asked, held, fingers, as_json, **rest)
+    if as_json:
+        _answer_json(asked, held, fingers, **rest)
+        return
+    _answer(asked, held, finger_rows(fingers, has_bank=has_bank), **rest)
+
+
+def _has_bank(device: Device) -> bool:
+    return device.version.fields["minor"] >= AREAS_SINCE_MINOR and device.effects.has_bank()
 
 
 def _areas(device: Device, count: int) -> list[str | None]:
@@ -103,6 +110,7 @@ def touches(
             area = device.effects.area_of(one["finger"])
             one["area"] = None if area is None else area.name
             one["along"] = None if area is None else area.along(tuple(one["place_mm"]))
+        has_bank = _has_bank(device)
         if watch is not None and not as_json:
             for event in device.effects.watch(watch):
                 say(_told(event))
@@ -111,7 +119,9 @@ def touches(
     if as_json:
         answer({"fingers": found, "events": [asdict(one) for one in events]}, as_json=True)
         return
-    answer(finger_rows(found) or {"down": "none"}, as_json=False, title="Fingers")
+    answer(
+        finger_rows(found, has_bank=has_bank) or {"down": "none"}, as_json=False, title="Fingers"
+    )
 
 
 def _told(event: AreaEvent) -> str:
@@ -151,25 +161,25 @@ def _hold(device: Device, asked: list[Place]) -> list[Place]:
     return [device.fingers.touch(finger, *place) for finger, place in enumerate(asked)]
 
 
-def _answer(
-    asked: list[Place],
-    held: list[Place],
-    fingers: list[dict[str, Any]],
-    as_json: bool,
-    **rest: Any,
+def _moved(held: Place, asked: Place) -> bool:
+    return max(abs(a - b) for a, b in zip(held, asked, strict=True)) > MOVED_MM
+
+
+def _answer_json(
+    asked: list[Place], held: list[Place], fingers: list[dict[str, Any]], **rest: Any
 ) -> None:
-    moved = [
-        max(abs(a - x), abs(b - y)) > MOVED_MM for (a, b), (x, y) in zip(held, asked, strict=True)
-    ]
-    if as_json:
-        # Of the first, as ever, and all of them.
-        first = {"place_mm": list(held[0]), "asked_mm": list(asked[0]), "moved": moved[0]}
-        answer(first | rest | {"fingers": fingers}, as_json=True)
-        return
+    """Of the first, as ever, and all of them."""
+    moved = _moved(held[0], asked[0])
+    first = {"place_mm": list(held[0]), "asked_mm": list(asked[0]), "moved": moved}
+    answer(first | rest | {"fingers": fingers}, as_json=True)
+
+
+def _answer(asked: list[Place], held: list[Place], rows: dict[str, str], **rest: Any) -> None:
     texts = []
-    for (a, b), (x, y), has_moved in zip(held, asked, moved, strict=True):
-        texts.append(f"{a:g}, {b:g} mm" + (f"; {x:g}, {y:g} lies off the board" * has_moved))
+    for own, wanted in zip(held, asked, strict=True):
+        off = "; {:g}, {:g} lies off the board".format(*wanted) * _moved(own, wanted)
+        texts.append("{:g}, {:g} mm".format(*own) + off)
     result = {"place": "; ".join(texts), "played for": f"{rest['played_s']:.2f} s"}
     if any(rest["areas"]):
         result["area"] = ", ".join(one or "none" for one in rest["areas"])
-    answer(result | finger_rows(fingers), as_json=False, title="Touch")
+    answer(result | rows, as_json=False, title="Touch")

@@ -256,6 +256,9 @@ def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored) 
         f"{own.name} {own.value:.2f} times the drawn one" for own in found.parameters if own.told
     ]
     first = gained(before.isolation(drawn), after.isolation(drawn))
-    sentences = [first[0].upper() + first[1:] + ".", *_faults(found)]
+    sentences = [first[0].upper() + first[1:] + "."]
+    if (um := after.fingers_um) is not None:
+        sentences += [f"Each gets {um.median:.2g} µm then, {um.p10:.2g} at the worst tenth."]
+    sentences += _faults(found)
     sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
     return " ".join(sentences)

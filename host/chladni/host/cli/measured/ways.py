@@ -18,7 +18,7 @@ from chladni.calibration.readings_file import load_readings, readings_file
 from chladni.calibration.recorder import record_hidden
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.sweep import heard_coils
-from chladni.host.cli.common.output import Place, parse_place, progress_bar
+from chladni.host.cli.common.output import Place, parse_place, progress_bar, say
 from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
 from chladni.host.device.device import Device
@@ -128,6 +128,11 @@ def read(
         assert kept is not None
         readings, by = load_readings(kept, drawn), f"its own coils, {kept.name}"
     else:
+        if plate is not None and drawn.sensing is None:
+            say(
+                "the board has no block [sensing]: a real device of it cannot read its coils "
+                "until they are wired so (docs/calibrate.md)"
+            )
         readings = _of_device(drawn, plate, connection)
         by = _emulated("its own coils", plate) if plate is not None else "its own coils"
         if kept is not None:

@@ -51,10 +51,15 @@ OF_TABLE = (
     "what the device reckons from its table; `chladni play` and `chladni fingers` solve the plate, "
     "and most often find fewer"
 )
+OF_REAL_GAINS = "with real gains, as effects of the bank in flash need them: "
+"""Fewer than with a table alone, whose tones have phases too."""
 
 
-def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
-    """`Device.fingers.all` by rows: where each is, and how far it is kept apart."""
+def finger_rows(fingers: list[dict[str, Any]], *, has_bank: bool) -> dict[str, str]:
+    """`Device.fingers.all` by rows: where each is, and how far it is kept apart.
+
+    `has_bank`: whether a bank in flash makes their signals.
+    """
     rows = {}
     for one in fingers:
         x, y = one["place_mm"]
@@ -66,5 +71,5 @@ def finger_rows(fingers: list[dict[str, Any]]) -> dict[str, str]:
             text += f", the others have {apart:.0f} dB less of it by the table"
         rows[f"finger {one['finger']}"] = text
     if any(one["isolation_db"] is not None for one in fingers):
-        rows["these dB"] = OF_TABLE
+        rows["these dB"] = has_bank * OF_REAL_GAINS + OF_TABLE
     return rows
