@@ -6,11 +6,11 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
 
 from chladni.design.search import Design
 from chladni.design.spec import FINGER_TERMS
 from chladni.host.figures.fields import COLOURS, INK, draw_board, explain_marks
+from chladni.host.figures.outlines import outline_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 
@@ -95,16 +95,7 @@ def _unseen_goals(rows: list[dict[str, Any]], shown: set[str]) -> str:
 
 def _draw_best(right: Axes, board: Board) -> None:
     wide, long = (side / MM for side in board.plate.size)
-    radius = board.plate.corner_radius / MM
-    plate = FancyBboxPatch(
-        (-wide / 2.0, -long / 2.0),
-        wide,
-        long,
-        boxstyle=f"round,pad=0,rounding_size={radius:g}" if radius else "square,pad=0",
-        facecolor="#eef2f6",
-        edgecolor=INK,
-    )
-    right.add_patch(plate)
+    right.add_patch(outline_of(board, facecolor="#eef2f6", edgecolor=INK))
     draw_board(right, board, ink=INK)
     right.set_xlim(-wide / 2.0 - 2.0, wide / 2.0 + 2.0)
     right.set_ylim(-long / 2.0 - 2.0, long / 2.0 + 2.0)
