@@ -27,6 +27,7 @@ from chladni.host.emulation.felt_over_time import (
     rms,
 )
 from chladni.host.emulation.played_effect import PlayedEffect, play_effect
+from chladni.host.figures.effects import played_effect_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import MissingError
@@ -71,6 +72,12 @@ def test_a_click_reaches_its_finger_in_time_and_leaves_the_other_still(
     assert 0.0 < found.first_ms < 2.0
     # Its own 4.7 ms, what the low-pass takes, 2.1 ms at 160 Hz, and a millisecond.
     assert found.rise_ms < 4.7 + 2.1 + 1.0
+    # The finger follows what was asked for, by the coils' and the plate's own delay.
+    late = [found.t_s[int(own.argmin())] for own in (found.own_um, found.asked)]
+    assert 0.0 < late[0] - late[1] < 1e-3
+    shown = played_effect_figure(found, "click").axes[-1].get_xlim()
+    assert shown[0] == 0.0
+    assert late[0] < 1e-3 * shown[1] < 0.06
     at_rest = found.t_s > 0.1
     assert np.abs(found.own_um[at_rest]).max() < 0.02 * found.peak_um
     assert found.other_um.max() == pytest.approx(

@@ -14,7 +14,6 @@ import tomlkit
 from chladni.design.evaluate import (
     COARSE,
     FINGER_SETS,
-    NO_NUMBER_DB,
     Evaluation,
     completed_board,
     evaluate,
@@ -27,10 +26,10 @@ from chladni.design.search import Design, design
 from chladni.design.spec import spec_of
 from chladni.design.variables import filled
 from chladni.drives.methods import SEED
-from chladni.drives.scoring.as_built import score_together
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.sim.board.file import load_board
+from chladni.sim.fields.board_plate import first_natural_hz
 from conftest import CommandLine, made_once
 from made_specs import small
 
@@ -181,6 +180,8 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
         "winding": {"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 8.0}
         | {"height_mm": 1.5, "gap_mm": 1.0},
         "electronics": {"pwm_pins": []},
+        "fingers": {},
+        "foundation": {"stiffness_n_per_mm3": 0.0005},
     }
     spec.write_text(tomlkit.dumps(small(**coil)), encoding="utf-8")
     done = chladni("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--json")
@@ -192,6 +193,8 @@ def test_what_finger_um_took_off_a_score_is_told(tmp_path: Path, chladni: Comman
     assert f"took {lost:.1f} dB off the score" in done.json["verdict"]
     assert f"took {lost:.1f} dB off" in out.read_text(encoding="utf-8")
     assert "The median for one finger is" in done.json["verdict"]
+    first = f"This plate's first natural frequency is {first_natural_hz(load_board(out)):.3g} Hz: "
+    assert first in done.json["verdict"]
 
 
 def test_a_score_as_drawn_has_no_tolerances_in_it() -> None:
@@ -237,53 +240,6 @@ def test_a_search_of_few_choices_goes_on(tmp_path: Path) -> None:
         with pytest.raises(StopError):
             design(spec, jobs=1, samples=1, partial_file=kept, progress=stop)
         assert kept.read_text(encoding="utf-8").count('"layouts ') == 2
-
-
-def test_limits_and_weights_count() -> None:
-    spec = spec_of(small(design={"keep_out": [{"at_mm": [0.0, 9.0], "size_mm": [4.0, 4.0]}]}))
-    document = spec.document | {
-        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 8.0]}],
-        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
-    }
-    inside = evaluate(spec, document, SEED)
-    assert inside.broken is not None
-    assert "keep_out" in inside.broken
-    document["actuators"][1]["at_mm"] = [0.0, 3.0]
-    close = evaluate(spec, document, SEED)
-    assert close.broken is not None
-    # 7 mm apart instead of 8.
-    assert "coil_spacing_mm by 12 %" in close.broken
-    document["actuators"][1]["at_mm"] = [0.0, 12.0]
-    plain = evaluate(spec, document, SEED)
-    assert plain.broken is None
-    both = {"second_finger_20mm_db": 1.0, "focal_error_mm": 2.0}
-    weighed = evaluate(spec_of(small(design={"weights": both})), document, SEED)
-    wanted = plain.terms["second_finger_20mm_db"] + 2.0 * plain.terms["focal_error_mm"]
-    assert weighed.robust_score == pytest.approx(wanted, abs=1e-9)
-
-
-def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
-    """By the same boards, and the same press, as the last row of `board score --built`."""
-    spec = spec_of(small(design={"weights": {"built_20mm_db": 2.0}}))
-    document = spec.document | {
-        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 12.0]}],
-        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
-    }
-    found = evaluate(spec, document, SEED)
-    assert found.broken is None
-    kept = score_together(
-        completed_board(document, COARSE),
-        pitch=spec.settings.pitch,
-        samples=spec.settings.samples,
-        seed=SEED,
-    )
-    assert kept.second_finger_20mm_db is not None
-    level = kept.second_finger_20mm_db.p10
-    assert found.terms["built_20mm_db"] == pytest.approx(level, abs=1e-9)
-    # A board without a coil has no micrometres.
-    assert kept.finger_um is None
-    assert found.terms["built_finger_db"] == NO_NUMBER_DB
-    assert found.robust_score == pytest.approx(2.0 * level, abs=1e-9)
 
 
 def entry(second: float, um_db: float, coils: int) -> Entry:

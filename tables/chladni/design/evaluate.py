@@ -24,6 +24,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.file import board_from_document
 from chladni.sim.board.quantity import MM
 from chladni.sim.errors import ChladniError, InputError
+from chladni.sim.fields.board_plate import first_natural_hz
 
 COARSE = 1e-3
 """m between image points while boards are compared: a finger covers 113."""
@@ -230,6 +231,10 @@ def beyond(spec: Spec, document: Document, board: Board | None = None) -> dict[s
             over["keep_out"] = max(inside) / own.coil_spacing
     if board is not None and own.mass_g is not None and mass_g(board) > own.mass_g:
         over["mass_g"] = mass_g(board) / own.mass_g - 1.0
+    if board is not None and own.first_natural_hz is not None:
+        first = first_natural_hz(board)
+        if first < own.first_natural_hz:
+            over["first_natural_hz"] = 1.0 - first / own.first_natural_hz
     return over
 
 

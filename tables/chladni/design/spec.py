@@ -94,8 +94,8 @@ class DesignSettings:
         Least distance of two coils' centres; if left out, what windings and magnets need.
     edge
         Least distance of a coil's centre from the plate's edges; a magnet's radius if left out.
-    mass_g
-        The most that plate and magnets may weigh.
+    mass_g, first_natural_hz
+        The most that plate and magnets may weigh; the least first natural frequency of the plate.
     finger_um
         The least under the finger, 10th percentile.
     evaluations
@@ -107,6 +107,7 @@ class DesignSettings:
     coil_spacing: float = quantity("coil_spacing_mm", MM, 0.1, 500.0, default=SPACING)
     edge: float | None = quantity("edge_mm", MM, 0.0, 2500.0, default=None)
     mass_g: float | None = quantity("mass_g", 1.0, 1e-3, 1e6, default=None)
+    first_natural_hz: float | None = quantity("first_natural_hz", 1.0, 1.0, 1e5, default=None)
     finger_um: float = quantity("finger_um", 1.0, 0.0, 1000.0, default=5.0)
     evaluations: int = quantity("evaluations", 1.0, 1, MOST_EVALUATIONS, integer=True, default=200)
     samples: int = quantity("samples", 1.0, 1, 1000, integer=True, default=4)

@@ -75,11 +75,16 @@ def test_the_best_board_of_a_front_fills_its_room(is_wide: bool) -> None:
         "robust_score": 1.0,
         "mass_g": 20.0,
     }
-    one: Any = SimpleNamespace(summary=summary)
-    found: Any = SimpleNamespace(front=[one], board=board)
+    # Goals without an axis are named, where boards differ in them.
+    summary |= {"fingers_2_db": 20.0, "fingers_um": 3.0, "area_cm2": 99.0}
+    rows: list[Any] = [
+        SimpleNamespace(summary=summary | {"second_finger_20mm_db": own}) for own in (3.0, 4.0)
+    ]
+    found: Any = SimpleNamespace(front=rows, board=board)
     figure = front_figure(found)
     figure.draw_without_rendering()
     front, best = figure.axes
+    assert front.get_title().splitlines()[1] == "More goals: dB 20 mm from a finger alone"
     room = figure.get_window_extent()
     own = best.get_window_extent()
     longest = max(own.width / room.width, own.height / room.height)

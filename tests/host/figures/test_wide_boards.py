@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
+from matplotlib.transforms import TransformedPath
 from numpy.typing import NDArray
 
 from chladni.drives import score, solve
@@ -226,3 +227,23 @@ def test_levels_have_0_db_in_the_middle_of_their_colours(prototype: Board) -> No
         assert "lines on the scale: 2.3 dB" in figure.axes[0].get_title()
         # Distances that hardly differ look alike: colours begin at 0.
         assert figure.axes[1].collections[0].get_clim()[0] == 0.0
+
+
+def test_what_lies_beyond_round_corners_is_not_drawn(prototype: Board) -> None:
+    board = replace(prototype, plate=replace(prototype.plate, corner_radius=5e-3))
+    figure = Figure()
+    axes = figure.subplots()
+    figures.draw_board(axes, board)
+    field = np.ones((len(board.x), len(board.y)), dtype=np.complex128)
+    field[0, 0] = 0.0  # as it is where there is no plate
+    image = figures.draw_image(axes, board, field)
+    values = image.get_array()
+    assert values is not None
+    assert values[0, 0] == values[0, 10] != 0.0
+    clip = image.get_clip_path()
+    assert isinstance(clip, TransformedPath)
+    path, transform = clip.get_transformed_path_and_affine()
+    half_x, half_y = np.divide(board.plate.size, 2e-3)
+    for off, is_drawn in ((1.0, False), (2.0, True)):
+        x, y = axes.transData.transform((half_x - off, half_y - off))
+        assert path.contains_point((float(x), float(y)), transform) == is_drawn

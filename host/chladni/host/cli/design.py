@@ -17,7 +17,7 @@ from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import say_leftovers
+from chladni.host.cli.common.board_reports import of_waves, say_leftovers
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -251,8 +251,10 @@ def _result(
             if name in spec.weights
         },
     )
+    waves = of_waves(found.board) if found.board.fingers is not None else ""
+    remarks = (verdict, _median(found), _lacking(found, spec), waves and f"T{waves[1:]}.")
     return {
-        "verdict": " ".join(one for one in (verdict, _median(found), _lacking(found, spec)) if one),
+        "verdict": " ".join(one for one in remarks if one),
         "path": str(output),
         "score": found.best.evaluation.score,
         "robust_score": found.best.evaluation.robust_score,

@@ -62,7 +62,7 @@ class PlayedEffect:
         From the touch on, or from the effect's beginning under a finger that rested, shape
         (times,).
     asked
-        The effect as it is played, once and at its level, -1 to 1, delayed as it was.
+        The effect as it is played, once and at its level, -1 to 1, from when coils get it.
     own_um
         Mean displacement under its finger, above 40 Hz, µm.
     other_um
@@ -162,10 +162,10 @@ def play_effect(
     plate = FingerPlate.of(solved, places, newtons)
     asked_samples = effect.samples(SIGNAL_HZ)
     own_hz, grid_hz = board.drive.frequency_hz, np.array(GRID_HZ)
-    samples = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
+    flat = flattened(asked_samples, SIGNAL_HZ, grid_hz, plate.level(0, own_hz), own_hz)
     emulator = Emulator(board, table, level=1.0, bank=bank or b"")
     bias_s = _bias_s(board, beside_another=other_mm is not None)
-    samples = np.pad(samples, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
+    samples = np.pad(flat, (round(RESTED_S * SIGNAL_HZ) if rested else 0, 0))
     recording, begins, reported = _recorded(
         emulator, samples, at_mm, other_mm, None if bank else (level, level_um)
     )
@@ -182,8 +182,8 @@ def play_effect(
     own = disc.mean(axis=0)
     other = None if other_mm is None else rms(plate.felt_um(forces, 1)[:, first:])
     stands = round((begins + first_s + bias_s) * recording.carrier_hz)
-    earliest_s = max(0.0, first_s - LATEST_S) if rested else first_s + bias_s
-    asked, playing = _aligned(level * asked_samples, own, earliest_s)
+    latest_s, sent = first_s + bias_s + LATEST_S, asked_samples if bank else flat
+    asked, playing = _aligned(level * asked_samples, sent, forces[first:], latest_s)
     sizes = np.abs(own)
     largest = float(sizes[playing].max())
     risen = (playing.start + float(np.flatnonzero(sizes[playing] >= 0.9 * largest)[0])) / RATE_HZ
@@ -260,21 +260,29 @@ def _bias_s(board: Board, *, beside_another: bool) -> float:
     return 1e-3 * (BIAS_RAMP_MS if beside_another else board.electronics.ramp_ms)
 
 
-def _aligned(samples: FloatArray, own: FloatArray, earliest_s: float) -> tuple[FloatArray, slice]:
-    """The samples at `RATE_HZ`, as late as they were, and when they and the plate's answer last."""
-    shape = np.interp(
-        np.arange(len(own)) / RATE_HZ,
-        np.arange(len(samples)) / SIGNAL_HZ,
-        samples,
-        left=0.0,
-        right=0.0,
-    )
-    first, most = round(earliest_s * RATE_HZ), round(LATEST_S * RATE_HZ)
-    late = [float(abs(shape[: len(own) - k] @ own[k:])) for k in range(first, first + most)]
-    begin = first + int(np.argmax(late))
-    lasts = round((len(samples) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
-    moved = np.concatenate((np.zeros(begin), shape[: len(own) - begin]))
-    return moved, slice(begin, min(begin + lasts, len(own)))
+def _aligned(
+    asked: FloatArray, sent: FloatArray, forces: FloatArray, latest_s: float
+) -> tuple[FloatArray, slice]:
+    """The asked samples at `RATE_HZ`, as late as coils get them, and when an answer to them lasts.
+
+    `sent` is what the device makes of them. They are found in steps of forces, as those have no
+    bias. A plate's answer may begin earlier or later by its phase, and the first duty comes late:
+    an effect begins softly.
+    """
+    count = len(forces)
+    shape, steps = np.diff(_at_rate(sent, count), append=0.0), np.diff(forces, axis=0, append=0.0)
+    most = min(round(latest_s * RATE_HZ), count - 1)
+    late = [float(np.linalg.norm(shape[: count - k] @ steps[k:])) for k in range(most + 1)]
+    begin = int(np.argmax(late))
+    lasts = round((len(asked) / SIGNAL_HZ + LATEST_S) * RATE_HZ)
+    moved = np.concatenate((np.zeros(begin), _at_rate(asked, count)[: count - begin]))
+    return moved, slice(begin, min(begin + lasts, count))
+
+
+def _at_rate(samples: FloatArray, count: int) -> FloatArray:
+    """Samples at `RATE_HZ`, with zeros after them, shape (count,)."""
+    times, own = np.arange(count) / RATE_HZ, np.arange(len(samples)) / SIGNAL_HZ
+    return np.asarray(np.interp(times, own, samples, right=0.0))
 
 
 def _recorded(

@@ -23,6 +23,7 @@ from chladni.host.figures.fields import (
     pictures,
     with_verdict,
 )
+from chladni.host.figures.outlines import clip_to_plate
 from chladni.host.figures.two_fingers import pairs_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
@@ -110,6 +111,7 @@ def score_figure(board: Board, score: Score, verdict: str = "") -> Figure:
         ]
         is_level = unit == "dB"
         image = axes.pcolormesh(*edges, known.T, **(_about_zero if is_level else _from_zero)(known))
+        clip_to_plate(axes, board, image)
         draw_board(axes, board, ink=INK, small=True)
         lines = f"\nlines on the scale: {NOTICED_DB:g} dB, which a finger notices"
         axes.set_title(title + lines * is_level, fontsize=9, color=INK)

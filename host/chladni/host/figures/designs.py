@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
 
 from chladni.design.search import Design
 from chladni.design.spec import FINGER_TERMS
-from chladni.host.figures.fields import COLOURS, INK, draw_board
+from chladni.host.figures.fields import COLOURS, INK, draw_board, explain_marks
+from chladni.host.figures.outlines import outline_of
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
+
+UNSEEN_GOALS = {
+    "second_finger_20mm_db": "dB 20 mm from a finger alone",
+    "finger_um": "µm under a finger alone",
+    "area_cm2": "area",
+}
+"""Goals that no axis may show; colours tell the number of coils."""
 
 
 def front_figure(found: Design) -> Figure:
@@ -29,6 +38,7 @@ def front_figure(found: Design) -> Figure:
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     _draw_front(left, found)
     _draw_best(right, found.board)
+    explain_marks(figure, found.board)
     return figure
 
 
@@ -69,26 +79,30 @@ def _draw_front(left: Axes, found: Design) -> None:
     )
     left.margins(0.15)
     left.legend(fontsize=9)
-    left.set_title("Boards of which none is better in every goal", fontsize=10, color=INK)
+    goals = _unseen_goals(rows, {up, across})
+    about = f"\nMore goals: {goals}" if goals else ""
+    left.set_title(f"Boards of which none is better in every goal{about}", fontsize=10, color=INK)
+
+
+def _unseen_goals(rows: list[dict[str, Any]], shown: set[str]) -> str:
+    """Names of goals in which boards of the front differ and that no axis has."""
+    return ", ".join(
+        told
+        for name, told in UNSEEN_GOALS.items()
+        if name not in shown and len({row[name] for row in rows}) > 1
+    )
 
 
 def _draw_best(right: Axes, board: Board) -> None:
     wide, long = (side / MM for side in board.plate.size)
-    radius = board.plate.corner_radius / MM
-    plate = FancyBboxPatch(
-        (-wide / 2.0, -long / 2.0),
-        wide,
-        long,
-        boxstyle=f"round,pad=0,rounding_size={radius:g}" if radius else "square,pad=0",
-        facecolor="#eef2f6",
-        edgecolor=INK,
-    )
-    right.add_patch(plate)
+    right.add_patch(outline_of(board, facecolor="#eef2f6", edgecolor=INK))
     draw_board(right, board, ink=INK)
     right.set_xlim(-wide / 2.0 - 2.0, wide / 2.0 + 2.0)
     right.set_ylim(-long / 2.0 - 2.0, long / 2.0 + 2.0)
     right.set_ylabel("y / mm")
     sheet = f"{board.plate.thickness / MM:g} mm {board.plate.material}".strip()
     right.set_title(
-        f"{board.name}\n{len(board.actuators)} coils on {sheet}", fontsize=10, color=INK
+        f"{board.name}\n{len(board.actuators)} coils, a colour each, on {sheet}",
+        fontsize=10,
+        color=INK,
     )

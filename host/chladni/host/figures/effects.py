@@ -11,6 +11,8 @@ from chladni.effects.effect import Effect
 from chladni.host.emulation.played_effect import PlayedEffect
 from chladni.host.figures.fields import INK
 
+QUIET, MARGIN = 0.03, 1.1
+"""Share of the peak below which a curve is over; how much later the axis ends."""
 ASKED, OWN, OTHER = "#767676", "#d55e00", "#0072b2"
 
 
@@ -42,10 +44,22 @@ def played_effect_figure(played: PlayedEffect, title: str) -> Figure:
         rows[2].set_ylim(0.0, 1.15 * float(played.other_um.max()))
         rows[2].set_ylabel("under the other,\nRMS / µm")
     figure.suptitle(title, color=INK, fontsize=11)
+    rows[0].set_xlim(0.0, _ends_ms(played))
     _time_axis(rows[-1], "ms from the touch, which the panel reports up to 12 ms later (simulated)")
     for axes in rows[:-1]:
         axes.grid(alpha=0.3)
     return figure
+
+
+def _ends_ms(played: PlayedEffect) -> float:
+    """When what was asked for is over, and fingers move no more than a few per cent of the peak."""
+    loudest = np.abs(played.own_um).max()
+    moved = [np.abs(own) / loudest for own in (played.own_um, played.other_um) if own is not None]
+    asked = np.abs(played.asked) / np.abs(played.asked).max()
+    last = max(
+        int(np.flatnonzero(own >= QUIET)[-1]) for own in (asked, *moved) if own.max() >= QUIET
+    )
+    return float(1e3 * MARGIN * played.t_s[last])
 
 
 def _time_axis(axes: Axes, label: str = "ms") -> None:

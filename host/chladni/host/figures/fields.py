@@ -16,6 +16,7 @@ from matplotlib.patches import Circle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 
+from chladni.host.figures.outlines import clip_to_plate, up_to_the_edge
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.files import write_whole
@@ -178,8 +179,8 @@ def draw_board(
 
 def draw_level(axes: Axes, board: Board, level_db: FloatArray, least_db: float) -> AxesImage:
     """Levels re what moves most, from `least_db` to 0 dB."""
-    return axes.imshow(
-        level_db.T,
+    image = axes.imshow(
+        up_to_the_edge(board, level_db).T,
         origin="lower",
         extent=_extent(board),
         cmap="cividis",
@@ -187,12 +188,14 @@ def draw_level(axes: Axes, board: Board, level_db: FloatArray, least_db: float) 
         vmax=0.0,
         interpolation="bilinear",
     )
+    clip_to_plate(axes, board, image)
+    return image
 
 
 def draw_image(axes: Axes, board: Board, field: ComplexArray) -> AxesImage:
     """The normalised energy image of a displacement field, from 0 to 1."""
-    return axes.imshow(
-        image_of(field).T,
+    image = axes.imshow(
+        up_to_the_edge(board, image_of(field)).T,
         origin="lower",
         extent=_extent(board),
         cmap="viridis",
@@ -200,6 +203,8 @@ def draw_image(axes: Axes, board: Board, field: ComplexArray) -> AxesImage:
         vmax=1.0,
         interpolation="bilinear",
     )
+    clip_to_plate(axes, board, image)
+    return image
 
 
 def _extent(board: Board) -> tuple[float, float, float, float]:
@@ -226,8 +231,8 @@ def draw_displacement(
         What the deepest colours stand for, in the same unit; by default the largest of `instant`.
     """
     largest = 1e6 * (scale or float(np.abs(instant).max()) or 1.0)
-    return axes.imshow(
-        instant.T * 1e6,
+    image = axes.imshow(
+        up_to_the_edge(board, instant).T * 1e6,
         origin="lower",
         extent=_extent(board),
         cmap="RdBu_r",
@@ -235,6 +240,8 @@ def draw_displacement(
         vmax=largest,
         interpolation="bilinear",
     )
+    clip_to_plate(axes, board, image)
+    return image
 
 
 def maximum_mm(board: Board, field: ComplexArray) -> tuple[float, float]:
@@ -287,9 +294,10 @@ def modes_figure(board: Board, shapes: ModeShapes) -> Figure:
     grid = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
     for axes in grid[count:]:
         axes.set_axis_off()
-    for axes, frequency, shape in zip(grid, shapes.frequencies_hz, shapes.shapes, strict=False):
+    for axes, frequency, own in zip(grid, shapes.frequencies_hz, shapes.shapes, strict=False):
+        shape = up_to_the_edge(board, own)
         scale = np.abs(shape).max()
-        axes.imshow(
+        colours = axes.imshow(
             shape.T,
             origin="lower",
             extent=_extent(board),
@@ -298,7 +306,9 @@ def modes_figure(board: Board, shapes: ModeShapes) -> Figure:
             vmax=scale,
             alpha=0.6,
         )
-        axes.contour(board.x / MM, board.y / MM, shape.T, levels=[0.0], colors=INK, linewidths=1.2)
+        x, y = board.x / MM, board.y / MM
+        lines = axes.contour(x, y, shape.T, levels=[0.0], colors=INK, linewidths=1.2)
+        clip_to_plate(axes, board, colours, lines)
         draw_board(axes, board, ink="black", small=True)
         axes.set_title(f"{frequency:.1f} Hz", fontsize=9, color=INK)
         axes.tick_params(labelsize=6)

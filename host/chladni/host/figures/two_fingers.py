@@ -21,6 +21,7 @@ from chladni.host.figures.fields import (
     pictures,
     with_verdict,
 )
+from chladni.host.figures.outlines import clip_to_plate
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.image.metrics import FINGERTIP_RADIUS
@@ -90,6 +91,7 @@ def _map(figure: Figure, axes: Axes, board: Board, two: CountScore, order: np.nd
     isolation = two.rows[order[::-1], 0]
     most = float(np.percentile(isolation, SHOWN_SHARE))
     draw_board(axes, board, ink=INK, small=True)
+    clip_to_plate(axes, board)
     points = axes.scatter(
         x, y, c=isolation, s=26, cmap="cividis", vmin=0.0, vmax=max(most, 1.0), zorder=3
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from chladni.sim.board.board import Board
@@ -37,6 +39,22 @@ def plate_model(board: Board) -> PlateModel:
             *plate.size, section.bending_stiffness, section.areal_mass, section.loss_factor
         )
     return RitzPlate(plate_geometry(board), section.loss_factor)
+
+
+MODES, STILL_HZ = 8, 1.0
+"""Of a plate that are looked at; below so much they are rigid motions."""
+
+
+def first_natural_hz(board: Board, modes_hz: Sequence[float] | None = None) -> float:
+    """The lowest frequency at which a board's plate resonates; infinite where none is known.
+
+    Parameters
+    ----------
+    modes_hz
+        Its lowest ones, if they are at hand.
+    """
+    modes = plate_model(board).natural_frequencies(MODES).tolist() if modes_hz is None else modes_hz
+    return min((own for own in modes if own > STILL_HZ), default=np.inf)
 
 
 def _foundation(board: Board) -> FoundationLayer | None:

@@ -17,7 +17,7 @@ from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET, METALS
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
-from chladni.sim.fields.board_plate import plate_model
+from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
@@ -235,10 +235,6 @@ def say_vent(board: Board) -> None:
         )
 
 
-MODES, STILL_HZ = 8, 1.0
-"""Of a plate that are looked at; below so much they are rigid motions."""
-
-
 def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
     """Remark on a plate that resonates among what effects are made of: gains do not hold there.
 
@@ -247,11 +243,17 @@ def say_waves(board: Board, modes_hz: Sequence[float] | None = None) -> None:
     modes_hz
         Its lowest ones, if they are at hand.
     """
-    modes = plate_model(board).natural_frequencies(MODES).tolist() if modes_hz is None else modes_hz
-    first = min((own for own in modes if own > STILL_HZ), default=EDGE_HZ)
-    if first < EDGE_HZ:
-        say(
-            f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
-            f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
-            f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
-        )
+    if remark := of_waves(board, modes_hz):
+        say(remark)
+
+
+def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
+    """What `say_waves` says; nothing of a plate that does not."""
+    first = first_natural_hz(board, modes_hz)
+    if first >= EDGE_HZ:
+        return ""
+    return (
+        f"this plate's first natural frequency is {first:.3g} Hz: an effect of up to "
+        f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
+        f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
+    )

@@ -1,0 +1,64 @@
+"""One board of a design: what limits forbid, and what weights count."""
+
+from __future__ import annotations
+
+import pytest
+
+from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evaluate
+from chladni.design.spec import spec_of
+from chladni.drives.methods import SEED
+from chladni.drives.scoring.as_built import score_together
+from chladni.sim.fields.board_plate import first_natural_hz
+from made_specs import small
+
+
+def test_limits_and_weights_count() -> None:
+    spec = spec_of(small(design={"keep_out": [{"at_mm": [0.0, 9.0], "size_mm": [4.0, 4.0]}]}))
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 8.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    inside = evaluate(spec, document, SEED)
+    assert inside.broken is not None
+    assert "keep_out" in inside.broken
+    document["actuators"][1]["at_mm"] = [0.0, 3.0]
+    close = evaluate(spec, document, SEED)
+    assert close.broken is not None
+    # 7 mm apart instead of 8.
+    assert "coil_spacing_mm by 12 %" in close.broken
+    document["actuators"][1]["at_mm"] = [0.0, 12.0]
+    plain = evaluate(spec, document, SEED)
+    assert plain.broken is None
+    least = 2.0 * first_natural_hz(completed_board(document, COARSE))
+    low = evaluate(spec_of(small(design={"first_natural_hz": least})), document, SEED)
+    assert low.broken == "first_natural_hz by 50 %"
+    high = evaluate(spec_of(small(design={"first_natural_hz": 0.49 * least})), document, SEED)
+    assert high.broken is None
+    both = {"second_finger_20mm_db": 1.0, "focal_error_mm": 2.0}
+    weighed = evaluate(spec_of(small(design={"weights": both})), document, SEED)
+    wanted = plain.terms["second_finger_20mm_db"] + 2.0 * plain.terms["focal_error_mm"]
+    assert weighed.robust_score == pytest.approx(wanted, abs=1e-9)
+
+
+def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
+    """By the same boards, and the same press, as the last row of `board score --built`."""
+    spec = spec_of(small(design={"weights": {"built_20mm_db": 2.0}}))
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -4.0]}, {"name": "b", "at_mm": [0.0, 12.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    found = evaluate(spec, document, SEED)
+    assert found.broken is None
+    kept = score_together(
+        completed_board(document, COARSE),
+        pitch=spec.settings.pitch,
+        samples=spec.settings.samples,
+        seed=SEED,
+    )
+    assert kept.second_finger_20mm_db is not None
+    level = kept.second_finger_20mm_db.p10
+    assert found.terms["built_20mm_db"] == pytest.approx(level, abs=1e-9)
+    # A board without a coil has no micrometres.
+    assert kept.finger_um is None
+    assert found.terms["built_finger_db"] == NO_NUMBER_DB
+    assert found.robust_score == pytest.approx(2.0 * level, abs=1e-9)
