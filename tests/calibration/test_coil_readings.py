@@ -62,20 +62,6 @@ def device_on(board: Board, seed: int = 1) -> tuple[Device, Emulator]:
     return Device(EmulatorWire(emulator)), emulator
 
 
-def test_all_coils_read_flux_at_one_level() -> None:
-    """A dead neighbour hears nothing, so that the first coil is not found too loud at first.
-
-    Five samples a wave at four fifths of full duty play half of what a twentieth would make one
-    expect, and what one coil hears of another would be twice what that one hears of it.
-    """
-    strip = load_board("strip5")
-    high = read(strip, hidden_plate(strip, 13)).high.volts.imag
-    lives = [0, 2, 3, 4]
-    own = high[np.ix_(lives, lives)]
-    off = ~np.eye(len(lives), dtype=bool)
-    assert own[off] == pytest.approx(own.T[off], rel=0.15)
-
-
 @pytest.mark.parametrize(
     ("drive", "bits", "seed"), [("switch", 10, 1), ("switch", 12, REVERSED), ("bridge", 11, 8)]
 )

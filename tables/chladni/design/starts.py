@@ -101,8 +101,8 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     try:
         board = completed_board(document)
     except InputError as error:
-        fault = {key: getattr(error, key) for key in ("field", "value", "expected", "hint")}
-        return {"layouts": [], "fault": fault | {"value": str(error.value)}}
+        told = {key: str(getattr(error, key)) for key in ("field", "value", "expected", "hint")}
+        return {"layouts": [], "fault": told}
     mirrors = _mirrors(spec, board)
     span = (reach[0] * MM, reach[1] * MM)
     step = max(LEAST_STEP, max(span) / STEPS)
@@ -110,23 +110,22 @@ def layouts_of(spec: Spec, task: tuple[int, tuple[float, ...]]) -> dict[str, Any
     offered = [one for one in candidates(mirrors, span, step, least) if _is_allowed(spec, one)]
     regular = [
         (kind, own)
-        for kind, every in (
+        for kind, layouts in (
             ("even", lattices(count, mirrors, span, least)),
             ("spread", spread_out(count, mirrors, board.plate.size, least)),
         )
-        for own in every
+        for own in layouts
         if all(_is_allowed(spec, one) and _is_within(one, span) for one in own)
     ]
-    lattice = active_lattice(board, max(spec.settings.pitch, SCAN_PITCH))
     places = [
         place
-        for place in lattice.places
+        for place in active_lattice(board, max(spec.settings.pitch, SCAN_PITCH)).places
         if all(along > -1e-9 or not own for along, own in zip(place, mirrors, strict=True))
     ]
     if not offered:
         return {"layouts": []}
-    all_offered = [*offered, *(one for _, own in regular for one in own)]
-    plain = Plain.of(board, [place for one in all_offered for place in one.images], places)
+    every = [*offered, *(one for _, own in regular for one in own)]
+    plain = Plain.of(board, [place for one in every for place in one.images], places)
     exchanged = best_layouts(plain, offered, count, least)
     rows = []
     for kind, (figure, chosen) in [
