@@ -36,6 +36,10 @@ def without_remanence(board: Board) -> Board:
     return replace(board, coil=None, magnet=replace(board.magnet, remanence=0.0))
 
 
+def on_two_milliamperes(board: Board) -> Board:
+    return replace(board, electronics=replace(board.electronics, supply_limit_ma=2.0))
+
+
 def on_low_feet(board: Board) -> Board:
     foot = Spring((0.0, 0.06), 1e4, part="rubber-foot-6x6")
     return replace(board, foundation=None, springs=(foot,))
@@ -50,6 +54,7 @@ CHANGES: dict[str, Change] = {
     "foam, which has no holes: foundation.coil_cut_out_mm is their radius, 3 or": without_holes,
     "coil_k_per_w, 60, is of a coil of ⌀15 mm: one of ⌀10 gets hotter": with_cool_coils,
     "steel is magnetic": on_steel,
+    "supply_limit_ma, 2 mA, is less than a tenth": on_two_milliamperes,
     "winding need 6.5 mm under the plate, and feet of 6 mm leave less": on_low_feet,
     "no force is known, so no micrometres: give magnet.remanence_t": without_remanence,
 }

@@ -64,6 +64,8 @@ def say_panel(plate: LayeredPlate) -> None:
 
 SMALL_COIL, K_PER_W_OF_SMALL = 12.5e-3, 100.0
 """m, and what is estimated of ⌀10 mm: it has half of the surface of ⌀15, of which 60 K/W are."""
+LITTLE = 0.1
+"""Of a coil's full current: no supply that is meant allows all coils less."""
 LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
 AS_LARGE = 1.0
@@ -135,6 +137,11 @@ def say_of_coils(board: Board) -> None:
         say(
             "steel is magnetic, and forces are computed as if it were not: measure a coil on it, "
             "or take stainless-steel"
+        )
+    if board.coil is not None and own.supply_limit_ma < LITTLE * 1e3 * own.full_current_a:
+        say(
+            f"electronics.supply_limit_ma, {own.supply_limit_ma:g} mA, is less than a tenth of one "
+            f"coil's {1e3 * own.full_current_a:.3g} mA: are these amperes?"
         )
     if board.magnet is None or winding is None or not board.magnet.remanence:
         missing = "magnet.remanence_t" if board.magnet and winding else "[magnet] and [winding]"
