@@ -21,7 +21,7 @@ LONG = (
     "calibration/test_laboratory.py::test_foam_is_found_in_patches",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
-    "calibration/test_sound.py::test_foam_is_found_by_ear",
+    "calibration/test_sound.py::test_foam_forces_and_faults_are_found_by_ear",
     "chain/test_all_regions.py",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",
     "chain/test_examples.py::test_a_device_of_another_board_is_left_alone",
@@ -186,7 +186,7 @@ LONG = (
 """Beginnings of their names."""
 LONGEST = (
     "calibration/test_calibration.py::test_a_weight_on_the_board_is_noticed",
-    "calibration/test_sound.py::test_foam_is_found_by_ear[3]",
+    "calibration/test_sound.py::test_foam_forces_and_faults_are_found_by_ear[3]",
     "chain/test_played_effect.py::test_the_command_plays_and_draws",
     "chain/test_score_and_table.py::test_a_table_keeps_what_the_score_said_within_1_db[quiet5-False]",
     "drives/test_board_score.py::test_board_score_answers_and_draws",
