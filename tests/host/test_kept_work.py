@@ -105,7 +105,7 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
         patched.setattr(design, "write_whole", write)
         assert chladni(*words).code == 1
     assert (tmp_path / "own.toml.partial").exists()
-    monkeypatch.setattr(search, "evaluate", refusing)
+    monkeypatch.setattr(search, "judged", refusing)
     assert chladni(*words).code == 0
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
