@@ -81,7 +81,7 @@ def stands(drawn: Board, texts: Sequence[str]) -> list[Place]:
     """Where an accelerometer stands, mm, each checked before the first is read."""
     places = [parse_place(text, "--accelerometer") for text in texts]
     for own in places:
-        check_target(drawn, own)
+        check_target(drawn, own, "--accelerometer")
     return places
 
 
