@@ -145,6 +145,8 @@ class _Search:
     def with_patches(self, scales: FloatArray) -> FloatArray:
         """Logarithms of the board's scales, and of its patches of foam after them."""
         count = self._unknowns.patch_values.stop
+        if count == scales.size:
+            return scales
         mean, spread = self._unknowns.mean[:count], self._unknowns.spread[:count]
         begin = mean.copy()
         begin[: scales.size] = scales

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import typer
 
-from chladni.calibration.fit import BoardFit, Parameter, fit_board
+from chladni.calibration.fit import Parameter, fit_board
 from chladni.calibration.hearing import fit_sound
 from chladni.calibration.hidden import HiddenPlate
-from chladni.calibration.laboratory.fields_fit import FieldsFit, fit_fields
+from chladni.calibration.laboratory.fields_fit import fit_fields
 from chladni.calibration.laboratory.measured_fields import MeasuredFields, joined
 from chladni.calibration.laboratory.measured_files import fields_csv, read_measured
 from chladni.calibration.readings_file import load_readings, readings_file
@@ -45,7 +45,6 @@ class Calibrated:
     parameters: tuple[Parameter, ...]
     by: str
     device_seconds: float | None
-    coils: BoardFit | FieldsFit | None = None
 
 
 def heard(drawn: Board, plate: HiddenPlate | None, recording: Path | None) -> Calibrated:
@@ -74,7 +73,7 @@ def _of_fields(
 ) -> Calibrated:
     with progress_bar("plates") as progress:
         found = fit_fields(drawn, fields, lambda done: progress(done, max(done + 1, LABORATORY)))
-    return Calibrated(found.board, found.parameters, by, device_seconds, found)
+    return Calibrated(found.board, found.parameters, by, device_seconds)
 
 
 def stands(drawn: Board, texts: Sequence[str]) -> list[Place]:
@@ -141,7 +140,7 @@ def read(
         found = fit_board(
             drawn, readings, lambda done: progress(done, max(done + 1, EXPECTED_SOLUTIONS))
         )
-    return Calibrated(found.board, found.parameters, by, readings.seconds, found)
+    return Calibrated(found.board, found.parameters, by, readings.seconds)
 
 
 def _of_device(
