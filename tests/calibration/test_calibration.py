@@ -84,10 +84,10 @@ def test_readings_are_as_far_off_as_they_say(board: Board, seed: int) -> None:
     readings = read_hidden(hidden)
     motion = motion_of(board, readings, np.sign(hidden.strengths))
     # A coil's resistance is not told: what plays through more of it plays less.
-    off = (motion.volts * hidden.ohms - exact(hidden)) / motion.noise
+    off = motion.by_deviations(motion.volts * hidden.ohms - exact(hidden))
     alive = hidden.strengths != 0.0
-    told = off[:, np.outer(alive, alive) & ~np.eye(alive.size, dtype=bool)]
-    rms = float(np.sqrt(np.mean(np.abs(told) ** 2) / 2.0))
+    told = off[..., np.outer(alive, alive) & ~np.eye(alive.size, dtype=bool)]
+    rms = float(np.sqrt(np.mean(told**2)))
     # The amplifier's own error of 1 % is common to all of a board's.
     assert 0.2 < rms < 2.5
     assert readings.seconds <= 10.0

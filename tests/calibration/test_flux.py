@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chladni.calibration import hidden_plate
+from chladni.calibration import fit_board, hidden_plate
+from chladni.calibration.flux import MotionReadings
+from chladni.calibration.sensing import read_hidden
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
@@ -26,3 +28,33 @@ def test_all_coils_read_flux_at_one_level() -> None:
     own = high[np.ix_(lives, lives)]
     off = ~np.eye(len(lives), dtype=bool)
     assert own[off] == pytest.approx(own.T[off], rel=0.15)
+
+
+def test_wrong_flux_is_one_inductance_at_all_frequencies() -> None:
+    """Deviations of readings that are drawn as they are said to be have a variance of 1 each."""
+    drawn = np.random.default_rng(1)
+    hz = np.array([80.0, 160.0, 240.0])
+    noise = drawn.uniform(1e-3, 5e-3, (3, 2, 2))
+    spread = np.full((2, 2), 2e-5)
+    motion = MotionReadings(hz, np.zeros((3, 2, 2), complex), noise, np.zeros((2, 2)), spread)
+    flux = spread * drawn.standard_normal((20_000, 1, 2, 2))
+    own = noise * (drawn.standard_normal((2, 20_000, 3, 2, 2)))
+    off = own[0] + 1j * (own[1] + 2.0 * np.pi * hz[:, None, None] * flux)
+    told = motion.by_deviations(off)[..., 0, 1].reshape(-1, 6)
+    assert np.cov(told.T) == pytest.approx(np.eye(6), abs=0.05)
+
+
+def test_a_plate_that_resonates_where_flux_is_read_is_found() -> None:
+    """`paper` has no losses, and no windings that would tell its flux: plate 12 moves five times as
+    much at 7.6 kHz as the drawn one."""
+    board = load_board("paper")
+    hidden = hidden_plate(board, 12)
+    found = fit_board(board, read_hidden(hidden))
+    assert found.left < 1.5
+    truth, drawn = hidden.board.plate, board.plate
+    # One frequency tells thickness and modulus by a plate's stiffness for its mass.
+    ratios = [
+        own.thickness**2 * own.youngs_modulus / (drawn.thickness**2 * drawn.youngs_modulus)
+        for own in (truth, found.board.plate)
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.005)

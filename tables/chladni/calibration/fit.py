@@ -289,10 +289,10 @@ class _Search:
 
     def _residuals(self, values: FloatArray) -> FloatArray:
         signs = np.outer(self.wiring.signs, self.wiring.signs)
-        off = self._motion.volts - signs * self.expected(values)
-        off = np.where(self._is_read(), off / self._motion.noise, 0.0)
+        volts = self._motion.volts - signs * self.expected(values)
+        off = self._motion.by_deviations(np.where(self._is_read(), volts, 0.0))
         beliefs = (values - self._unknowns.mean) / self._unknowns.spread
-        return np.concatenate((off.real.ravel(), off.imag.ravel(), beliefs))
+        return np.concatenate((off.ravel(), beliefs))
 
     def _jacobian(self, values: FloatArray) -> FloatArray:
         unknowns, count = self._unknowns, self.wiring.signs.size
@@ -310,9 +310,9 @@ class _Search:
             of_forces = each[:, :, None] * read + each[:, None, :] * read
             rows.append(np.concatenate((of_plate, of_forces)))
         signs = np.outer(self.wiring.signs, self.wiring.signs)
-        every = -np.stack(rows, axis=1) * signs / self._motion.noise
-        every = np.where(self._is_read(), every, 0.0).reshape(values.size, -1)
-        data = np.concatenate((every.real, every.imag), axis=1).T * unknowns.spread
+        every = np.where(self._is_read(), -np.stack(rows, axis=1) * signs, 0.0)
+        every = self._motion.by_deviations(every).reshape(values.size, -1)
+        data = every.T * unknowns.spread
         return np.concatenate((data, np.eye(values.size)))
 
 

@@ -43,14 +43,40 @@ class MotionReadings:
         Per ampere, (frequencies, listening, playing), 0 on the diagonals.
     noise
         One standard deviation of its real and imaginary parts, the same shape; 1 on the diagonals.
-    flux
-        Inductances that were taken off, H, (listening, playing).
+    flux, flux_spread
+        Inductances that were taken off, and how far they may be off, H, (listening, playing).
     """
 
     frequencies_hz: FloatArray
     volts: ComplexArray
     noise: FloatArray
     flux: FloatArray
+    flux_spread: FloatArray
+
+    def by_deviations(self, off: ComplexArray) -> FloatArray:
+        """What readings are off in standard deviations that do not go together.
+
+        Flux that was taken off wrongly is one inductance of a pair at all frequencies.
+
+        Parameters
+        ----------
+        off
+            Volts per ampere, (…, frequencies, listening, playing).
+
+        Returns
+        -------
+        FloatArray
+            Of the real parts and the imaginary ones, (…, 2, frequencies, listening, playing).
+        """
+        omega = 2.0 * np.pi * self.frequencies_hz
+        noise = np.moveaxis(self.noise, 0, -1)
+        wrong = self.flux_spread[..., None] * omega
+        covariance = (
+            noise[..., None] ** 2 * np.eye(omega.size) + wrong[..., None] * wrong[..., None, :]
+        )
+        weights = np.linalg.inv(np.linalg.cholesky(covariance))
+        imaginary = np.einsum("lpfg,...glp->...flp", weights, off.imag)
+        return np.stack((off.real / self.noise, imaginary), axis=-4)
 
 
 def motion_of(
@@ -66,7 +92,8 @@ def motion_of(
         How its coils are turned: 1, −1, or 0 for one that is dead, (actuators,).
     moving
         What the drawn board's motion adds to the high reading, H (`drawn_motion`), where it is
-        solved: then as much of it is taken off, and `LEFT_OF_SOLVED` of it is believed to be left.
+        solved: then as much of it is taken off. What is read beyond it is believed to be motion
+        too, and `LEFT_OF_SOLVED` of it at least.
 
     Raises
     ------
@@ -79,7 +106,8 @@ def motion_of(
     left = moving_inductance(board, high.hz)
     if moving is not None:
         read = read - turned * moving.real
-        left = np.full(read.shape, LEFT_OF_SOLVED * _usual(moving))
+        # Where the board as it came out resonates there, what is left tells it.
+        left = np.full(read.shape, max(LEFT_OF_SOLVED * _usual(moving), _usual(read)))
     unsure = np.hypot(high.spread / (2.0 * np.pi * high.hz), left)
     drawn, off_drawn = drawn_inductances(board)
     off = ~np.eye(len(read), dtype=bool)
@@ -94,10 +122,9 @@ def motion_of(
         readings.noise**2
         + (MODEL_ERROR * np.abs(volts)) ** 2
         + (2.0 * FLUX_ERROR * np.abs(taken)) ** 2
-        + (2.0 * np.pi * readings.frequencies_hz[:, None, None] * left) ** 2
     )
     noise = np.where(off, noise, 1.0)
-    return MotionReadings(readings.frequencies_hz, volts * off, noise, flux)
+    return MotionReadings(readings.frequencies_hz, volts * off, noise, flux, left * off)
 
 
 def drawn_motion(board: Board, hz: float) -> ComplexArray | None:
@@ -114,7 +141,7 @@ def drawn_motion(board: Board, hz: float) -> ComplexArray | None:
     return np.asarray(board.coil.force_factor**2 * coils.compliance)
 
 
-def _usual(moving: ComplexArray) -> float:
+def _usual(moving: FloatArray | ComplexArray) -> float:
     """RMS between different coils."""
     off = ~np.eye(len(moving), dtype=bool)
     return float(np.sqrt(np.mean(np.abs(moving[off]) ** 2)))

@@ -6,6 +6,8 @@ that over the other.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -75,6 +77,8 @@ def mutual_inductance(winding: RoundWinding, apart: float) -> float:
     return winding.turns**2 * flux
 
 
+# A fit asks for the same pairs at every frequency.
+@lru_cache(maxsize=4096)
 def force_and_couple(
     winding: RoundWinding,
     *,

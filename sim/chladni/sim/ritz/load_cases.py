@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from chladni.sim.plate.disc_load import disc_load_deflection
 from chladni.sim.plate.geometry import Inclusion, PlateGeometry
@@ -58,13 +57,9 @@ class LoadCase:
             _disc_on_plate(geometry, load) if direct else NO_POINTS
             for load, direct in zip(loads, self._direct, strict=True)
         ]
-        # One evaluation for all direct loads; row k of the shares sums over load k's points.
+        # One evaluation for all direct loads.
         self._spread = BasisTable(samples.basis, quadrature.join(spread))
-        self._shares = np.asarray(
-            block_diag(
-                *(points.weights[None] / max(points.weights.sum(), 1e-300) for points in spread)
-            )
-        )
+        self._shares = [own.weights / max(own.weights.sum(), 1e-300) for own in spread]
         self._classes: dict[Parity, ClassLoad] = {}
 
     @property
@@ -90,7 +85,7 @@ class LoadCase:
     def _project(self, parity: ParityBasis) -> ClassLoad:
         direct = np.zeros((parity.size, len(self._loads)))
         if any(self._direct):
-            direct += (self._shares @ self._spread.values(parity, (0, 0))).T
+            direct += self._spread.sums(parity, self._shares).T
         if self._tables is None:
             return ClassLoad(direct, np.zeros(direct.shape), None)
         own = load_of_deflections(self._samples, parity, self._tables)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -58,6 +58,26 @@ class BasisTable:
         np.multiply(x[:, :, None], y[:, None, :], out=polynomials)
         values[:, parity.polynomials :] = circles
         return values
+
+    def sums(self, parity: ParityBasis, weights: Sequence[FloatArray]) -> FloatArray:
+        """The functions of a class, summed over groups of points; shape (groups, functions).
+
+        The groups follow one another as the weights of their points do. Polynomials are products
+        of a function of x and one of y, whose sums need no table of all values.
+        """
+        x = self._line(0, 0)[:, parity.degrees_x]
+        y = self._line(1, 0)[:, parity.degrees_y]
+        circles = self.circles((0, 0))
+        sums = np.empty((len(weights), parity.size))
+        of_circles = np.empty((len(weights), circles.shape[1]))
+        first = 0
+        for row, own in enumerate(weights):
+            some = slice(first, first + own.size)
+            first = some.stop
+            sums[row, : parity.polynomials] = ((own[:, None] * x[some]).T @ y[some]).ravel()
+            of_circles[row] = own @ circles[some]
+        sums[:, parity.polynomials :] = parity.combine(of_circles)
+        return sums
 
     def _line(self, axis: int, derivative: int) -> FloatArray:
         if (axis, derivative) not in self._lines:
