@@ -50,6 +50,7 @@ LONG = (
     "design/test_search.py::test_the_command_writes_a_board_that_scores_as_said",
     "design/test_search.py::test_two_processes_find_the_same",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[README.md]",
+    "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[calibrate.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[commands.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[effects.md]",
     "docs/test_pages.py::test_every_block_of_a_page_runs_or_names_what_stands_in[first-boot.md]",

@@ -236,6 +236,19 @@ def test_a_file_that_is_no_flash_is_refused_and_stays(chladni: CommandLine, tmp_
     assert (both.code, "does not go with --flash" in both.err) == (2, True)
 
 
+def test_a_hidden_plate_is_of_a_board_that_is_served(chladni: CommandLine, tmp_path: Path) -> None:
+    served = ("emulate", "--serial", "--flash", tmp_path / "new", "--ms", "10")
+    for words, said in (
+        (("emulate", "--hidden", "7"), "--serial"),
+        ((*served, "--hidden", "7"), "--board"),
+        ((*served, "--hidden", "x", "--board", "strip5"), "SEED or BOARD@SEED"),
+        ((*served, "--hidden", "phone5@7", "--board", "strip5"), "coils of strip5"),
+    ):
+        done = chladni(*words)
+        assert (done.code, said in done.err) == (2, True), done.err
+    assert chladni(*served, "--hidden", "7", "--board", "strip5").code == 0
+
+
 def test_a_new_flash_file_is_blank(tmp_path: Path) -> None:
     path = tmp_path / "new"
     held = FlashFile(path)

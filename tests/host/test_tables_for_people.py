@@ -67,6 +67,9 @@ def test_values_have_units_and_words(capsys: pytest.CaptureFixture[str]) -> None
     assert shown(capsys, ramp_ms={"median": 1.0, "p10": 0.5, "p90": 2.0}) == [
         "ramp │ 1 ms, from 0.5 to 2 in the middle 80 %"
     ]
+    assert shown(capsys, level_db={"median": -1.933e-5, "p10": -0.0002, "p90": 12.3456}) == [
+        "level │ 0 dB, from 0 to 12.35 in the middle 80 %"
+    ]
     assert shown(capsys, header={"mirror_x": [[0, 1], [1, 0]]}) == [
         "header · mirror x │ 0, 1; 1, 0"
     ]

@@ -30,6 +30,7 @@ from chladni.tables.format import read_table
 from chladni.tables.inspection.owner import board_for
 
 if TYPE_CHECKING:
+    from chladni.calibration.hidden import HiddenPlate
     from chladni.host.emulation.closed_loop import LoopReport
     from chladni.host.emulation.touches import TouchScore
 
@@ -89,6 +90,14 @@ def emulate(
     udp_port: Annotated[
         int, typer.Option(callback=UDP_PORTS, help="Where, with --key.")
     ] = DEFAULT_PORT,
+    hidden: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SEED",
+            help="With --serial: its coils are those of this plate, for `calibrate --port`. "
+            "SEED, or BOARD@SEED, as of `calibrate --hidden`.",
+        ),
+    ] = None,
     lift: Annotated[
         list[float] | None, typer.Option(callback=DURATIONS, help="Lift the finger at MS.")
     ] = None,
@@ -110,7 +119,8 @@ def emulate(
     as_json: JsonOption = False,
 ) -> None:
     """Run the firmware on touches, record its pins, and score the field they make."""
-    for option, of_serial in (("--key", key), ("--flash", flash), ("--port-link", port_link)):
+    of_served = {"--key": key, "--flash": flash, "--port-link": port_link, "--hidden": hidden}
+    for option, of_serial in of_served.items():
         if of_serial is not None and not serial:
             raise MissingError("--serial", f"{option} is of the device that it serves")
     if serial:
@@ -119,7 +129,7 @@ def emulate(
                 hint = "that serves a device until it is stopped"
                 raise ConflictError(option, "--serial", hint=hint)
         network = NetworkSettings("emulated", "", read_key(key), udp_port) if key else None
-        _serve(_device(table, board, level, flash, network), ms, port_link, as_json=as_json)
+        _serve(_device(table, board, level, flash, network, hidden), ms, port_link, as_json=as_json)
         return
     # Scores take half a second to load, and a device that is served gives none.
     from chladni.host.cli.common.verdicts import of_place  # noqa: PLC0415
@@ -210,16 +220,21 @@ def _device(
     level: float,
     flash: Path | None,
     network: NetworkSettings | None,
+    hidden: str | None,
 ) -> VirtualPort:
     """A device to serve: with a table and configured for it, or with what its flash file holds."""
     if flash is None:
         loaded = read_table(required("TABLE", table, "a table file (.chl), or --flash"))
         owner = board_for(loaded, board, file=str(table))
-        return VirtualPort(Emulator(owner, loaded, level=level, network=network))
+        plate = _plate(owner, hidden)
+        emulator = Emulator(owner, loaded, level=level, network=network)
+        _lay_on(emulator, plate)
+        return VirtualPort(emulator)
     if table is not None:
         raise ConflictError("TABLE", "--flash", hint="flash the table to that device")
     named = load_board(board) if board is not None else None
     hardware = fitting_hardware(named, is_rested=False)
+    plate = _plate(named, hidden)
     held = FlashFile(flash)
     emulator = Emulator(
         DeviceConfig(),
@@ -229,8 +244,28 @@ def _device(
         flash=held.contents,
         network=network,
     )
+    _lay_on(emulator, plate)
     held.follow(emulator.core)
     return VirtualPort(emulator, held)
+
+
+def _plate(board: Board | None, hidden: str | None) -> HiddenPlate | None:
+    """The one that its coils are on."""
+    if hidden is None:
+        return None
+    # Plates take a second to load, which no other device that is served needs.
+    from chladni.host.cli.common.hidden_plates import named_plate  # noqa: PLC0415
+
+    return named_plate(required("--board", board, "whose plate it is"), hidden)
+
+
+def _lay_on(emulator: Emulator, plate: HiddenPlate | None) -> None:
+    """Let it hear what the coils of a hidden plate do."""
+    if plate is None:
+        return
+    from chladni.host.emulation.sensed_plate import lay_on  # noqa: PLC0415  (as above)
+
+    lay_on(emulator, plate)
 
 
 def _serve(port: VirtualPort, ms: float | None, port_link: Path | None, *, as_json: bool) -> None:

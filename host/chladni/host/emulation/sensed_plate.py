@@ -74,9 +74,21 @@ def emulator_on(
     MissingError
         The board has no `[coil]`.
     """
-    rng = np.random.default_rng((hidden.seed, seed, 45))
     settings = sensing_settings(board) if listens else {}
     emulator = Emulator(board, None, must_play=False, **settings)
+    lay_on(emulator, hidden, seed)
+    return emulator
+
+
+def lay_on(emulator: Emulator, hidden: HiddenPlate, seed: int = 0) -> None:
+    """Let an emulated device's coils be those of a hidden plate.
+
+    Raises
+    ------
+    MissingError
+        The board has no `[coil]`.
+    """
+    rng = np.random.default_rng((hidden.seed, seed, 45))
     responses = coil_responses(hidden, rng)
     emulator.core.set_coil_responses(
         np.ascontiguousarray(responses, np.float32),
@@ -85,7 +97,6 @@ def emulator_on(
         begin_us=1e6 * rng.uniform(FASTEST_S, SLOWEST_S),
         seed=int(rng.integers(1, 2**31)),
     )
-    return emulator
 
 
 def sensing_settings(board: Board) -> dict[str, Any]:

@@ -98,6 +98,8 @@ def _rows(key: str, value: Any) -> Iterator[tuple[str, str]]:
 
 def _text(key: str, value: Any) -> str:
     """A value with its unit."""
+    if unit_of(key) == "dB":
+        value = _to_a_thousandth(value)
     if isinstance(value, dict):
         middle, low, high = (_text("", part) for part in value.values())
         return _with_unit(f"{middle}, from {low} to {high} in the middle 80 %", key)
@@ -107,6 +109,13 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, str):
         return value
     return _with_unit(_number(value), key) if value is not None else "–"
+
+
+def _to_a_thousandth(value: Any) -> Any:
+    """Levels that are less than that apart are one."""
+    if isinstance(value, dict):
+        return {name: _to_a_thousandth(own) for name, own in value.items()}
+    return round(value, 3) + 0.0 if isinstance(value, float) else value
 
 
 def without_rounding(value: float) -> float:

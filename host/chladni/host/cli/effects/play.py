@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from chladni.calibration.hidden import HiddenPlate, hidden_plate
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
@@ -18,6 +17,7 @@ from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.board_reports import say_waves
+from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -33,7 +33,7 @@ from chladni.host.cli.common.output import (
     say,
     write_figure,
 )
-from chladni.host.cli.common.ranges import LEAST_APART_MM, MOST_SEED, within
+from chladni.host.cli.common.ranges import LEAST_APART_MM, within
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
@@ -155,7 +155,7 @@ def play(
             level_um=level_um,
             newtons=press,
             rested=rested,
-            hidden=_plate(board, hidden),
+            hidden=named_plate(board, hidden),
             progress=progress,
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
@@ -255,7 +255,7 @@ def _from_bank(
             other_mm=beside,
             level=level,
             newtons=press[0],
-            hidden=_plate(board, press[1]),
+            hidden=named_plate(board, press[1]),
             bank=bank,
             progress=progress,
         )
@@ -295,23 +295,6 @@ def _table(connection: Connection) -> tuple[Table, Board]:
     board = load_board(connection.board)
     with progress_bar("table") as progress:
         return build_for(board, "fingers", progress=progress)[0], board
-
-
-def _plate(board: Board, asked: str | None) -> HiddenPlate | None:
-    """The plate that `--hidden` names; a file that was measured is not what it is drawn from."""
-    if asked is None:
-        return None
-    name, at, seed = asked.rpartition("@")
-    if not (seed.isascii() and seed.isdigit() and len(seed) <= len(str(MOST_SEED))):
-        raise InputError("--hidden", asked, "SEED or BOARD@SEED, a whole number as of `calibrate`")
-    if board.measured is not None and not at:
-        hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
-        raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
-    plate = hidden_plate(load_board(name) if at else board, int(seed))
-    same = [(own.plate.size, len(own.actuators)) for own in (plate.board, board)]
-    if same[0] != same[1]:
-        raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")
-    return plate
 
 
 def _on_device(

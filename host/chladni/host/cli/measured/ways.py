@@ -21,6 +21,7 @@ from chladni.calibration.sweep import heard_coils
 from chladni.host.cli.common.output import Place, parse_place, progress_bar, say
 from chladni.host.cli.common.recording import read_recording
 from chladni.host.cli.device.connection import Connection
+from chladni.host.device.checks.readiness import COIL_HOT, check_ready, what_stands
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire, Wire
 from chladni.host.emulation.sensed_plate import emulator_on
@@ -35,6 +36,8 @@ LABORATORY = 30
 """Plates that are solved for fields at places."""
 EXPECTED_SOLUTIONS = 12
 """Of a plate: five to begin with, six or seven on the way."""
+COOLS_S = 120.0
+"""From the limit until a coil may play, at most."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,7 @@ def shaken(
     wire = EmulatorWire(emulator) if emulator is not None else _wire(connection)
     found = []
     with Device(wire) as device:
+        _wait_for_coils(device)
         begun = wire.now_s()
         for x_mm, y_mm in places:
             at = (1e-3 * x_mm, 1e-3 * y_mm)
@@ -147,8 +151,28 @@ def _of_device(
     drawn: Board, plate: HiddenPlate | None, connection: Connection | None
 ) -> CoilReadings:
     wire = _wire(connection) if plate is None else EmulatorWire(emulator_on(drawn, plate))
-    with Device(wire) as device, progress_bar("coils") as progress:
-        return read_coils(device, drawn, progress)
+    with Device(wire) as device:
+        _wait_for_coils(device)
+        with progress_bar("coils") as progress:
+            return read_coils(device, drawn, progress)
+
+
+def _wait_for_coils(device: Device) -> None:
+    """Until they have cooled, which a device that was just switched on is not sure of.
+
+    Raises
+    ------
+    LinkError
+        Something else keeps it from playing, or they are hot for longer.
+    """
+    ends = device.wire.now_s() + COOLS_S
+    waits = False
+    while what_stands(device.info(), by_host=True) == [COIL_HOT] and device.wire.now_s() < ends:
+        if not waits:
+            say("its coils may be hot from before it was switched on: waiting until they are not")
+            waits = True
+        device.link.wait(0.2)
+    check_ready(device.info(), by_host=True)
 
 
 def _emulated(what: str, plate: HiddenPlate) -> str:

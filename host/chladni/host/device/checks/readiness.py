@@ -14,11 +14,21 @@ WARNINGS = {"older table", "network held back"}
 """They stand, and the device plays all the same."""
 
 
+COIL_HOT = "coil hot"
+"""A device that was just switched on is not sure that its coils have cooled."""
+
+
 class Obstacle(NamedTuple):
     """What keeps a device from playing, and what to do about it."""
 
     text: str
     hint: str
+
+
+def what_stands(info: dict[str, Any], *, by_host: bool = False) -> list[str]:
+    """Causes that keep a device from playing; parameters as of `obstacle`."""
+    forgiven = WARNINGS | HOST_CLEARS | (OF_THE_TABLE if by_host else set())
+    return [cause for cause in info["standing"] if cause not in forgiven]
 
 
 def obstacle(
@@ -35,8 +45,7 @@ def obstacle(
     by_host
         Whether a host's own drives are to be played, which need no table.
     """
-    forgiven = WARNINGS | HOST_CLEARS | (OF_THE_TABLE if by_host else set())
-    standing = [cause for cause in info["standing"] if cause not in forgiven]
+    standing = what_stands(info, by_host=by_host)
     if not standing:
         return None
     hint = "`chladni device info` shows its faults"
@@ -45,7 +54,7 @@ def obstacle(
         hint = f"chladni device config set --from BOARD{then}"
     elif "no table" in standing:
         hint = "give it one by --table T.chl" if is_emulated else "chladni flash T.chl"
-    elif standing == ["coil hot"]:
+    elif standing == [COIL_HOT]:
         hint = "wait until the coils have cooled, some seconds after power came on"
     return Obstacle(f"the device plays nothing: {', '.join(standing)}", hint)
 
