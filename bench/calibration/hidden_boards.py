@@ -107,6 +107,8 @@ def _held(drawn: Any, true: Any, found: Any) -> dict[str, bool]:
         "sheet thickness": true.plate.thickness / drawn.plate.thickness,
         "modulus": true.plate.youngs_modulus / drawn.plate.youngs_modulus,
     }
+    if drawn.plate.loss_factor > 0.0:
+        ratios["sheet's loss"] = true.plate.loss_factor / drawn.plate.loss_factor
     if true.screws:
         ratios["screws"] = true.screws[0].stiffness / SOFT_SCREW
     if true.foundation is not None:

@@ -150,7 +150,8 @@ def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
     own = next(one for one in found.parameters if one.name == "feet")
     assert own.told
     assert own.low < true < own.high
-    assert own.value == pytest.approx(true, rel=0.05)
+    # Coils of a room that is 10 K off play 4 % more or less, and feet are found by that much softer.
+    assert own.value == pytest.approx(true, rel=0.07)
 
 
 @pytest.mark.parametrize(("volts", "share"), [(5.5e-3, 1.0), (5.7e-3, 0.5), (22.5e-3, 0.125)])

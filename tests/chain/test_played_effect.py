@@ -287,7 +287,7 @@ def test_fingers_are_on_a_plate_that_the_device_does_not_know(
 ) -> None:
     """On the board itself with coils wired the wrong way round and half as strong."""
     count = len(board.actuators)
-    wrong = HiddenPlate(board, np.full(count, -0.5), np.ones(count), seed=0)
+    wrong = HiddenPlate(board, np.full(count, -0.5), np.ones(count), 0, "wrong")
     effect = shipped_effects()["click"]
     known, hidden = (
         play_effect(table, board, effect, HERE, solved=solved, hidden=plate)
@@ -299,7 +299,7 @@ def test_fingers_are_on_a_plate_that_the_device_does_not_know(
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        (["--board", "strip5", "--hidden", "two"], "SEED or BOARD@SEED"),
+        (["--board", "strip5", "--hidden", "two"], "SEED, BOARD@SEED or FILE.toml"),
         (["--board", "strip5", "--hidden", "phone5@2"], "a board of the size and coils of strip5"),
     ],
 )

@@ -92,6 +92,35 @@ def test_a_board_is_calibrated_and_its_file_is_one(
     assert "calibrate from the board as it is drawn" in again.err
 
 
+def test_a_plate_that_a_file_describes_is_found(
+    chladni: CommandLine, drawn: Path, tmp_path: Path
+) -> None:
+    """Foam three times as stiff, one coil reversed, one weaker, one dead."""
+    board = small_board()
+    assert board.foundation is not None
+    coils = list(board.actuators)
+    coils[0] = dataclasses.replace(coils[0], polarity=-1)
+    coils[1] = dataclasses.replace(coils[1], trim_db=1.5)
+    coils[4] = dataclasses.replace(coils[4], is_dead=True)
+    true = dataclasses.replace(
+        board, actuators=tuple(coils), foundation=board.foundation.stiffer(3.0)
+    )
+    given = tmp_path / "true.toml"
+    given.write_bytes(board_file(true))
+    on_it = ("--emulator", "--hidden", given, "--sets", "2")
+    done = chladni(
+        "calibrate", "--board", drawn, *on_it, "-o", tmp_path / "measured.toml", "--json"
+    )
+    assert done.code == 0, done.err
+    assert [own["polarity"] for own in done.json["coils"]] == [-1, 1, 1, 1, 1, 1]
+    assert [own["dead"] for own in done.json["coils"]] == [False] * 4 + [True, False]
+    assert done.json["coils"][1]["force"] == pytest.approx(0.84, abs=0.05)
+    foam = next(own for own in done.json["parameters"] if own["name"] == "foam")
+    assert foam["value"] == pytest.approx(3.0, rel=0.15)
+    other = chladni("calibrate", "--board", "strip5", *on_it, "-o", tmp_path / "measured.toml")
+    assert (other.code, "of the size and coils of strip5" in other.err) == (2, True)
+
+
 def test_an_accelerometer_finds_it_too(chladni: CommandLine, drawn: Path, tmp_path: Path) -> None:
     kept, sensor = tmp_path / "kept.csv", ("--sensor-g", "1.5")
     written = ("-o", tmp_path / "measured.toml", "--json")

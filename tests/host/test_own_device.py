@@ -241,7 +241,7 @@ def test_a_hidden_plate_is_of_a_board_that_is_served(chladni: CommandLine, tmp_p
     for words, said in (
         (("emulate", "--hidden", "7"), "--serial"),
         ((*served, "--hidden", "7"), "--board"),
-        ((*served, "--hidden", "x", "--board", "strip5"), "SEED or BOARD@SEED"),
+        ((*served, "--hidden", "x", "--board", "strip5"), "SEED, BOARD@SEED or FILE.toml"),
         ((*served, "--hidden", "phone5@7", "--board", "strip5"), "coils of strip5"),
     ):
         done = chladni(*words)

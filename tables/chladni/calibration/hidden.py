@@ -21,6 +21,7 @@ from chladni.drives.scoring.tolerances import (
     with_moved_coils,
     with_soft_screws,
 )
+from chladni.drives.scoring.warm_coils import COPPER
 from chladni.sim.board.board import Board
 from chladni.sim.board.foundation import Patch
 from chladni.sim.board.parts import Plate
@@ -38,8 +39,12 @@ SCREW = 3.0
 """Stand-offs are up to so many times as stiff as a nylon one, or so many times softer."""
 FEET = 2.0
 """Rubber feet are up to so many times as stiff as drawn, or softer, all of one board alike."""
+SHEET_LOSS = 0.3
+"""± share of its loss factor."""
 FORCE, OHMS = 0.20, 0.02
 """± shares of a coil's force per ampere and of its resistance."""
+ROOM_K = 10.0
+"""± from the 20 °C that coils' resistances are told at."""
 REVERSED, DEAD = 1.0 / 4.0, 1.0 / 8.0
 """Shares of boards on which a coil is wired the wrong way round, and on which one is dead."""
 
@@ -58,13 +63,16 @@ class HiddenPlate:
     ohms
         Resistance of each coil over the drawn one, (actuators,).
     seed
-        It was drawn from.
+        It was drawn from, or 0.
+    name
+        What reports call it.
     """
 
     board: Board
     strengths: FloatArray
     ohms: FloatArray
     seed: int
+    name: str
 
     @property
     def forces(self) -> FloatArray:
@@ -97,7 +105,32 @@ def hidden_plate(board: Board, seed: int) -> HiddenPlate:
     if rng.random() < DEAD and count > 1:
         strengths[second] = 0.0
     ohms = 1.0 + OHMS * rng.uniform(-1.0, 1.0, count)
-    return HiddenPlate(made, strengths, ohms, seed)
+    room, loss = rng.uniform(-1.0, 1.0, 2)
+    ohms *= 1.0 + COPPER * ROOM_K * room
+    lossy = replace(made.plate, loss_factor=(1.0 + SHEET_LOSS * loss) * made.plate.loss_factor)
+    return HiddenPlate(replace(made, plate=lossy), strengths, ohms, seed, f"plate {seed}")
+
+
+def given_plate(drawn: Board, given: Board) -> HiddenPlate:
+    """The plate that another version of a board's file describes.
+
+    Its coils' polarities and forces are what they come out as, not what its device knows.
+
+    Raises
+    ------
+    MissingError
+        A board has no `[coil]`.
+    """
+    strengths, actuators = [], []
+    for own, before in zip(given.actuators, drawn.actuators, strict=True):
+        lives = not (own.is_dead or before.is_dead)
+        strengths.append(own.strength / before.strength if lives else 0.0)
+        actuators.append(replace(before, at=own.at))
+    ohms = given.known_coil.resistance / drawn.known_coil.resistance
+    made = replace(given, actuators=tuple(actuators))
+    return HiddenPlate(
+        made, np.array(strengths), np.full(len(strengths), ohms), 0, f"the plate of {given.name}"
+    )
 
 
 def _sheet(board: Board, rng: np.random.Generator) -> Plate:

@@ -10,6 +10,7 @@ magnet's mass and the hole in the foam go with it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -19,6 +20,7 @@ from chladni.calibration.unknowns import Unknowns
 from chladni.drives.fingers.responses import interpolated
 from chladni.drives.scoring.tolerances import with_moved_coils
 from chladni.sim.board.board import Board
+from chladni.sim.board.parts import Spring
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_geometry
 from chladni.sim.fields.driven import at_coils
@@ -65,6 +67,7 @@ def compliance_slopes(
     by_name = {
         "sheet thickness": 3.0 * bending + parts.mass,
         "modulus": bending,
+        "sheet's loss": parts.sheet_loss(bending, screws),
         "foam": foam,
         "foam's loss": parts.foam_loss,
         "screws": screws,
@@ -154,15 +157,38 @@ class _Parts:
     @property
     def feet(self) -> ComplexArray:
         """Of all feet, each at its point."""
+        return self._of_feet(self._board.springs)
+
+    def _of_feet(self, feet: Sequence[Spring]) -> ComplexArray:
         plate = self._board.section.loss_factor
         stiffness = np.array(
             [
                 own.stiffness * (1.0 + 1j * (plate if own.loss_factor is None else own.loss_factor))
-                for own in self._board.springs
+                for own in feet
             ]
         )
-        moved = self._at_places([own.at for own in self._board.springs])
+        moved = self._at_places([own.at for own in feet])
         return np.asarray(-(moved * stiffness) @ moved.T)
+
+    def sheet_loss(self, bending: ComplexArray, screws: ComplexArray) -> ComplexArray:
+        """Of what the sheet loses, and with it feet and screws whose file names no loss.
+
+        Parameters
+        ----------
+        bending, screws
+            Of their stiffness.
+        """
+        board = self._board
+        twice = replace(board.plate, loss_factor=2.0 * board.plate.loss_factor)
+        own = board.section.loss_factor
+        # A panel's layer has its own, and the section's is a mean.
+        more = replace(board, plate=twice).section.loss_factor - own
+        lossy = bending + self._of_feet(
+            [foot for foot in board.springs if foot.loss_factor is None]
+        )
+        if all(screw.loss_factor is None for screw in board.screws):
+            lossy = lossy + screws
+        return np.asarray(1j * more / (1.0 + 1j * own) * lossy)
 
     def _at_places(self, places: Sequence[tuple[float, float]]) -> ComplexArray:
         """Every field at places, (coils, places)."""

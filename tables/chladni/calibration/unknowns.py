@@ -19,6 +19,7 @@ from chladni.calibration.hidden import (
     FORCE,
     PATCH,
     SCREW,
+    SHEET_LOSS,
 )
 from chladni.drives.scoring.tolerances import (
     COIL_PLACE,
@@ -43,8 +44,9 @@ MOST_SCALE, MOST_PATCH = 3.0, 2.5
 """Of a scale's and a patch's logarithm, either way."""
 SMALLER = 10
 """Tries with smaller moves before coils stay where they are drawn."""
-SCALES = ("sheet thickness", "modulus", "foam", "foam's loss", "screws", "feet")
-"""Parameters of the whole board, in their order; boards without foam, screws or feet lack some."""
+SCALES = ("sheet thickness", "modulus", "sheet's loss", "foam", "foam's loss", "screws", "feet")
+"""Parameters of the whole board, in their order; boards without losses, foam, screws or
+feet lack some."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ class Unknowns:
             board.plate,
             thickness=board.plate.thickness * by_name["sheet thickness"],
             youngs_modulus=board.plate.youngs_modulus * by_name["modulus"],
+            loss_factor=board.plate.loss_factor * by_name.get("sheet's loss", 1.0),
         )
         board = replace(board, plate=plate)
         if "foam" in by_name and board.foundation is not None:
@@ -146,6 +149,7 @@ def unknowns_of(board: Board) -> Unknowns:
     known = {
         "sheet thickness": (0.0, SHEET_THICKNESS * UNIFORM),
         "modulus": (0.0, SHEET_MODULUS * UNIFORM),
+        "sheet's loss": (0.0, SHEET_LOSS * UNIFORM),
         "foam": (float(np.log(FOAM_STIFFEST * FOAM_SOFTEST) / 2.0), ratio * UNIFORM),
         "foam's loss": (0.0, FOAM_LOSS * UNIFORM),
         "screws": (0.0, float(np.log(SCREW)) * UNIFORM),
@@ -154,6 +158,7 @@ def unknowns_of(board: Board) -> Unknowns:
     foundation = board.foundation
     has_foam = foundation is not None and bool(foundation.sheet_stiffness)
     left_out = set() if has_foam else {"foam", "foam's loss"}
+    left_out |= set() if board.plate.loss_factor > 0.0 else {"sheet's loss"}
     left_out |= set() if board.screws else {"screws"}
     left_out |= set() if board.springs else {"feet"}
     scales = tuple(name for name in SCALES if name not in left_out)

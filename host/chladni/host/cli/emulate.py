@@ -95,7 +95,7 @@ def emulate(
         typer.Option(
             metavar="SEED",
             help="With --serial: its coils are those of this plate, for `calibrate --port`. "
-            "SEED, or BOARD@SEED, as of `calibrate --hidden`.",
+            "SEED, BOARD@SEED or FILE.toml, as of `calibrate --hidden`.",
         ),
     ] = None,
     lift: Annotated[

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from chladni.calibration.hidden import HiddenPlate, hidden_plate
+from chladni.calibration.hidden import HiddenPlate, given_plate, hidden_plate
 from chladni.host.cli.common.ranges import MOST_SEED
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.errors import InputError
 
+SHAPES = "SEED, BOARD@SEED or FILE.toml"
+
 
 def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
-    """The plate of SEED or BOARD@SEED, if one is asked for.
+    """The plate of SEED, BOARD@SEED or a file, if one is asked for.
 
-    A file that was measured is not what it is drawn from.
+    A file that was measured is not what seeds are drawn from.
 
     Raises
     ------
@@ -22,13 +24,21 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
     if asked is None:
         return None
     name, at, seed = asked.rpartition("@")
-    if not (seed.isascii() and seed.isdigit() and len(seed) <= len(str(MOST_SEED))):
-        raise InputError("--hidden", asked, "SEED or BOARD@SEED, a whole number as of `calibrate`")
+    if asked.endswith(".toml") and not at:
+        given = load_board(asked)
+        _check_alike(board, given, asked)
+        return given_plate(board, given)
+    if not (seed.isascii() and seed.isdigit() and int(seed) <= MOST_SEED):
+        expected = f"{SHAPES}, a seed from 0 to {MOST_SEED}"
+        raise InputError("--hidden", asked, expected)
     if board.measured is not None and not at:
         hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
         raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
     plate = hidden_plate(load_board(name) if at else board, int(seed))
-    same = [(own.plate.size, len(own.actuators)) for own in (plate.board, board)]
-    if same[0] != same[1]:
-        raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")
+    _check_alike(board, plate.board, asked)
     return plate
+
+
+def _check_alike(board: Board, other: Board, asked: str) -> None:
+    if (other.plate.size, len(other.actuators)) != (board.plate.size, len(board.actuators)):
+        raise InputError("--hidden", asked, f"a board of the size and coils of {board.name}")

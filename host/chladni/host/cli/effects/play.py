@@ -93,7 +93,8 @@ def play(
         str | None,
         typer.Option(
             metavar="[BOARD@]SEED",
-            help="Emulated fingers are on the plate of `calibrate --board BOARD --hidden SEED`.",
+            help="Emulated fingers are on the plate of `calibrate --board BOARD --hidden SEED`, "
+            "or of a FILE.toml.",
         ),
     ] = None,
     rested: Annotated[

@@ -11,9 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.calibration.hidden import HiddenPlate, hidden_plate
+from chladni.calibration.hidden import HiddenPlate
 from chladni.calibration.restored import SETS, Restored, Truth, gained
 from chladni.calibration.wiring import coil_fault
+from chladni.host.cli.common.hidden_plates import named_plate
 from chladni.host.cli.common.options import (
     FigureOption,
     JsonOption,
@@ -28,7 +29,7 @@ from chladni.host.cli.common.output import (
     progress_bar,
     write_figure,
 )
-from chladni.host.cli.common.ranges import SEEDS, within
+from chladni.host.cli.common.ranges import within
 from chladni.host.cli.device.connection import Connection
 from chladni.host.cli.measured.ways import Calibrated, heard, in_laboratory, read, shaken, stands
 from chladni.sim.board.board import Board
@@ -101,7 +102,10 @@ def calibrate(
         ),
     ] = None,
     hidden: Annotated[
-        int | None, typer.Option(callback=SEEDS, help="Seed of the plate that only it knows.")
+        str | None,
+        typer.Option(
+            metavar="SEED", help="The plate that only it knows: of a SEED, or of a FILE.toml."
+        ),
     ] = None,
     microphone: Annotated[
         bool, typer.Option("--microphone", help="Record the emulated device in place of its coils.")
@@ -177,13 +181,13 @@ def _check_ways(
 
 
 def _plate(
-    drawn: Board, seed: int | None, *, emulator: bool, microphone: bool
+    drawn: Board, hidden: str | None, *, emulator: bool, microphone: bool
 ) -> HiddenPlate | None:
     """The one that an emulated device is on."""
     if emulator:
-        return hidden_plate(drawn, required("--hidden", seed, "which plate the device is on"))
-    if seed is not None or microphone:
-        raise ConflictError("--hidden" if seed is not None else "--microphone", "no --emulator")
+        return named_plate(drawn, required("--hidden", hidden, "which plate the device is on"))
+    if hidden is not None or microphone:
+        raise ConflictError("--hidden" if hidden is not None else "--microphone", "no --emulator")
     return None
 
 

@@ -176,4 +176,4 @@ def _wait_for_coils(device: Device) -> None:
 
 
 def _emulated(what: str, plate: HiddenPlate) -> str:
-    return f"{what}, emulated, plate {plate.seed}"
+    return f"{what}, emulated, {plate.name}"

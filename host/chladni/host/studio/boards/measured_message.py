@@ -49,6 +49,7 @@ def _values(board: Board) -> dict[str, tuple[str, str, float]]:
     values = {
         "sheet thickness": ("sheet’s thickness", "mm", plate.thickness / MM),
         "modulus": ("sheet’s modulus", "GPa", plate.youngs_modulus / 1e9),
+        "sheet's loss": ("sheet’s loss factor", "", plate.loss_factor),
     }
     if foundation is not None:
         # What was measured is the mean over all patches, by logarithms.
