@@ -12,6 +12,7 @@ import pytest
 import tomlkit
 
 from chladni.design import search
+from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table_build
@@ -109,6 +110,26 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     assert chladni(*words).code == 0
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
+
+
+def test_boards_of_another_spec_are_named_before_they_are_lost(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec, out = tmp_path / "s.toml", tmp_path / "own.toml"
+    spec.write_text(tomlkit.dumps(small(design={"coils": 1, "evaluations": 1})), encoding="utf-8")
+    words, kept = ("design", spec, "-o", out, "--samples", "1", "--jobs", "1"), f"{out}.partial"
+    with Checkpoint(Path(kept), {"search": "another", "seed": 1}) as checkpoint:
+        checkpoint.put("board x", {})
+    before = Path(kept).read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr(search, "layouts_of", failing)
+        stopped = chladni(*words)
+    assert f"chladni: {kept} has boards of another SPEC, seed or version" in stopped.err
+    assert Path(kept).read_bytes() == before, "lost before there was a result"
+    finished = chladni(*words)
+    assert finished.code == 0
+    assert "another SPEC" in finished.err
+    assert not Path(kept).exists()
 
 
 @pytest.mark.parametrize("is_kept", [False, True])
