@@ -197,6 +197,25 @@ def test_what_comes_before_the_first_piece_is_not_counted_for_the_others(
             now[0] += seconds
             progress(done, total)
     assert capsys.readouterr().err.splitlines() == [
-        "chladni: boards: 6 of 12, about 12 s are left",
+        "chladni: boards: 5 of 12 so far",
         "chladni: boards: 13 of 15, about 20 s are left",
+    ]
+
+
+def test_a_search_says_early_where_it_is_and_estimates_by_its_last_pieces(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Kept boards, layouts up to 9 s, boards of two processes each 12 s, and then each 30 s."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("boards") as progress:
+        for at_s, done in ((0.1, 3), (6, 0), (9, 0), (21, 5), (21.1, 6), (33, 8), (75, 12)):
+            now[0] = at_s
+            progress(done, 100)
+        now[0] = 105.0
+        progress(14, 100)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: boards: 0 of 100 so far",
+        "chladni: boards: 5 of 100, about 228 s are left",
+        "chladni: boards: 14 of 100, about 803 s are left",
     ]
