@@ -106,6 +106,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "mass": (small(design={"mass_g": 0.01}), "mass_g by"),
     "all kept out": (small(design={"keep_out": [{"at_mm": [0.0, 0.0], "size_mm": [50.0, 50.0]}]}),
                      "no layout"),
+    "kept out off the plate": (small(design={"keep_out": [{"at_mm": [0, 99], "size_mm": [5, 5]}]}),
+                               "design.keep_out[0].at_mm: expected a rectangle that lies on the"),
     "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
     "misspelt": (small(design={"evaluation": 5}), "evaluations"),
     "material": (small(plate={"material": "wood"}), "plate.material"),
