@@ -166,9 +166,10 @@ def say_of_coils(board: Board) -> None:
         )
     if foundation is not None and board.coils_in_foam > 0.0:
         say(
-            f"windings reach {board.coils_in_foam / MM:.3g} mm into the foam: cut its holes "
-            f"to ⌀{winding.outer / MM:g} mm there, from below (coil_cut_out_mm, a radius, is "
-            f"{foundation.coil_cut_out / MM:g})"
+            f"coils of ⌀{winding.outer / MM:g} mm stand under the magnets and reach "
+            f"{board.coils_in_foam / MM:.3g} mm into the foam, whose holes are "
+            f"⌀{2.0 * foundation.coil_cut_out / MM:g} (coil_cut_out_mm is a radius): widen these "
+            "from below, so deep, as `board drawing` says; above, the foam still holds the plate"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
         say(
