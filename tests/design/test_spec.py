@@ -108,6 +108,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
                      "no layout"),
     "kept out off the plate": (small(design={"keep_out": [{"at_mm": [0, 99], "size_mm": [5, 5]}]}),
                                "design.keep_out[0].at_mm: expected a rectangle that lies on the"),
+    "centimetres": (small(plate={"size_mm": [1.4, 2.0]}), "centimetres? these are millimetres"),
     "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
     "misspelt": (small(design={"evaluation": 5}), "evaluations"),
     "material": (small(plate={"material": "wood"}), "plate.material"),

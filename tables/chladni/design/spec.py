@@ -31,7 +31,7 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import MM, check_keys, quantities, quantity
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, quantities, quantity
 from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
@@ -309,14 +309,16 @@ def _check_room(spec: Spec) -> None:
     # Circles of the spacing's diameter round every centre lie within this rectangle.
     area = np.prod([max(side - 2.0 * edge, 0.0) + apart for side in sides])
     most = int(PACKED * area / (np.pi / 4.0 * apart**2))
+    unit = f"plate.size_mm in {CENTIMETRES}" if min(sides) < apart else ""
     if min(side - 2.0 * edge for side in sides) < 0.0:
-        raise InputError("design.edge_mm", edge / MM, f"at most {min(sides) / 2.0 / MM:g}")
+        expected = f"at most {min(sides) / 2.0 / MM:g}"
+        raise InputError("design.edge_mm", edge / MM, expected, hint=unit)
     if min(spec.coils) > most:
         raise InputError(
             "design.coils",
             min(spec.coils),
             f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate",
-            hint="lower coil_spacing_mm or the number",
+            hint=unit or "lower coil_spacing_mm or the number",
         )
 
 

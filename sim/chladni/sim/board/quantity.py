@@ -20,6 +20,7 @@ MM = 1e-3
 SAME_PLACE = 1e-6
 """Closer than this, in metres, two circles or two coils are at one place."""
 METRES = "metres? these are millimetres"
+CENTIMETRES = "centimetres? these are millimetres"
 MOST_METRES = 0.5
 """Lengths of a board that are all below this are taken for metres."""
 OTHER_UNITS = {
