@@ -256,6 +256,12 @@ def near_name(given: object, known: Iterable[str]) -> str | None:
     return next(iter(difflib.get_close_matches(str(given), list(known), n=1)), None)
 
 
+def perhaps(given: object, known: Iterable[str]) -> str:
+    """A hint at that name; empty where none is like it."""
+    close = near_name(given, known)
+    return f"{close}, perhaps" if close else ""
+
+
 def check_keys(
     table: dict[str, Any],
     known: Sequence[str],
