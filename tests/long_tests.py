@@ -111,6 +111,7 @@ LONG = (
     "host/test_fingers_command.py::test_a_board_as_built_has_rows_of_its_own",
     "host/test_fingers_command.py::test_an_emulated_device_plays_nearly_what_the_board_would",
     "host/test_played_pairs.py::test_pairs_have_what_each_of_them_has_alone",
+    "host/test_played_pairs.py::test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs",
     "host/test_fingers_command.py::test_two_fingers_of_ones_own_are_scored_and_drawn",
     "host/test_fingers_command.py::test_a_score_of_a_board_for_several_shows_pairs",
     "host/test_own_device.py::test_a_board_of_ones_own_plays",

@@ -23,6 +23,11 @@ def without_holes(board: Board) -> Board:
     return replace(board, foundation=replace(board.foundation, coil_cut_out=0.0))
 
 
+def with_wider_holes(board: Board) -> Board:
+    assert board.foundation is not None
+    return replace(board, foundation=replace(board.foundation, coil_cut_out=3.25e-3))
+
+
 def with_cool_coils(board: Board) -> Board:
     return replace(board, electronics=replace(board.electronics, coil_k_per_w=60.0))
 
@@ -52,6 +57,7 @@ def with_swapped_pixels(board: Board) -> Board:
 
 CHANGES: dict[str, Change] = {
     "foam, which has no holes: foundation.coil_cut_out_mm is their radius, 3 or": without_holes,
+    "1 mm into the foam, whose holes are ⌀6.5 (coil_cut_out_mm is a radius)": with_wider_holes,
     "coil_k_per_w, 60, is of a coil of ⌀15 mm: one of ⌀10 gets hotter": with_cool_coils,
     "steel is magnetic": on_steel,
     "supply_limit_ma, 2 mA, is less than a tenth": on_two_milliamperes,

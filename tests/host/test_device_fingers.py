@@ -261,7 +261,7 @@ def test_a_finger_off_the_board_plays_nothing(
     there = ("--emulator", "--table", table_file)
     refused = chladni("device", "touch", *places, *there, "--json")
     assert (refused.code, refused.out) == (2, "")
-    assert "X,Y: expected a place on the board, -35.75 to 35.749 and" in refused.err
+    assert "X,Y: expected a place on the board, -35.75 to 35.75 and" in refused.err
 
 
 def test_an_older_device_is_not_asked_where_its_board_is(

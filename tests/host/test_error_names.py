@@ -108,6 +108,43 @@ def test_a_command_line_is_told_of_options(
     assert answer.err.startswith(f"chladni: {named}")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["board", "score", "paper", "--pitch", "5 mm"],
+         "--pitch: expected a number, got '5 mm'; without 'mm': -h says what it is in"),
+        (["table", "build", "paper", "-o", "t.chl", "--frequency", "160Hz"],
+         "--frequency: expected a number, got '160Hz'; without 'Hz': -h says what it is in"),
+        (["board", "score", "paper", "--samples", "1.5"],
+         "--samples: expected a whole number, got '1.5'"),
+        (["modes", "paper", "--count", "x"], "--count: expected a whole number, got 'x'"),
+    ],
+)  # fmt: skip
+def test_what_is_no_number_is_told_like_other_errors(
+    chladni: CommandLine, arguments: list[str], told: str
+) -> None:
+    answer = chladni(*arguments)
+    assert (answer.code, answer.err) == (2, f"chladni: {told}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "near"),
+    [
+        (["effects", "show", "clik"], "click"),
+        (["effects", "build", "calcuator", "-o", "c.che"], "calculator"),
+        (["play", "--bank", "calcuator", "--at", "0,0", "--emulator"], "calculator"),
+        (["solve", "paper", "--target", "0,0", "--method", "phasr"], "phasor"),
+        (["board", "show", "phon5"], "phone5"),
+    ],
+)
+def test_a_name_that_is_nearly_one_is_suggested(
+    chladni: CommandLine, arguments: list[str], near: str
+) -> None:
+    answer = chladni(*arguments)
+    assert answer.code == 2
+    assert answer.err.endswith(f"; {near}, perhaps\n")
+
+
 def test_a_frequency_that_a_table_has_not(chladni: CommandLine, table_file: Path) -> None:
     answer = chladni("table", "show", table_file, "--frequency", "100")
     assert answer.err.startswith("chladni: --frequency: expected one of the table's: 160 Hz")

@@ -12,6 +12,7 @@ import pytest
 import tomlkit
 
 from chladni.design import search
+from chladni.drives.checkpoint import Checkpoint
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table_build
@@ -111,6 +112,26 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
 
 
+def test_boards_of_another_spec_are_named_before_they_are_lost(
+    chladni: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec, out = tmp_path / "s.toml", tmp_path / "own.toml"
+    spec.write_text(tomlkit.dumps(small(design={"coils": 1, "evaluations": 1})), encoding="utf-8")
+    words, kept = ("design", spec, "-o", out, "--samples", "1", "--jobs", "1"), f"{out}.partial"
+    with Checkpoint(Path(kept), {"search": "another", "seed": 1}) as checkpoint:
+        checkpoint.put("board x", {})
+    before = Path(kept).read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr(search, "layouts_of", failing)
+        stopped = chladni(*words)
+    assert f"chladni: {kept} has boards of another SPEC, seed or version" in stopped.err
+    assert Path(kept).read_bytes() == before, "lost before there was a result"
+    finished = chladni(*words)
+    assert finished.code == 0
+    assert "another SPEC" in finished.err
+    assert not Path(kept).exists()
+
+
 @pytest.mark.parametrize("is_kept", [False, True])
 def test_ctrl_c_promises_what_was_kept_only_where_something_was(
     chladni: CommandLine,
@@ -176,6 +197,25 @@ def test_what_comes_before_the_first_piece_is_not_counted_for_the_others(
             now[0] += seconds
             progress(done, total)
     assert capsys.readouterr().err.splitlines() == [
-        "chladni: boards: 6 of 12, about 12 s are left",
+        "chladni: boards: 5 of 12 so far",
         "chladni: boards: 13 of 15, about 20 s are left",
+    ]
+
+
+def test_a_search_says_early_where_it_is_and_estimates_by_its_last_pieces(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Kept boards, layouts up to 9 s, boards of two processes each 12 s, and then each 30 s."""
+    now = [0.0]
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with output.progress_bar("boards") as progress:
+        for at_s, done in ((0.1, 3), (6, 0), (9, 0), (21, 5), (21.1, 6), (33, 8), (75, 12)):
+            now[0] = at_s
+            progress(done, 100)
+        now[0] = 105.0
+        progress(14, 100)
+    assert capsys.readouterr().err.splitlines() == [
+        "chladni: boards: 0 of 100 so far",
+        "chladni: boards: 5 of 100, about 228 s are left",
+        "chladni: boards: 14 of 100, about 803 s are left",
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,21 @@ def test_pairs_have_what_each_of_them_has_alone(
         assert found.json[key]["median"] == pytest.approx(middle, abs=1e-6)
     felt = [own["other_peak_um"] > own["just_felt_um"] for own in alone]
     assert found.json["unfelt"] == 1.0 - np.mean(felt)
-    assert "Over 2 pairs" in found.json["verdict"]
+    worst = min(own["isolation_db"] for own in alone)
+    assert found.json["verdict"].startswith("Over 2 pairs")
+    assert f"at the median, {worst:.0f} at the worst;" in found.json["verdict"]
+
+
+def test_without_a_table_it_is_told_what_plays_and_each_of_few_pairs(
+    chladni: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(isolation, "SETS", 4)
+    played = chladni("play", "click", "--emulator", "--board", "strip5", "--pairs", "2")
+    assert played.code == 0, played.err
+    told = played.err.split("without --table: ")[1]
+    assert re.match(r"plays responses at places [\d.]+ × [\d.]+ mm apart, made for strip5", told)
+    assert re.search(r"peak +│ [\d.]+, [\d.]+ µm", played.out)
+    assert "80 %" not in played.out
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,10 @@ import pytest
 
 from chladni.drives.scoring.board_score import score_board, usual_pitch
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
+from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.host.cli.common.board_reports import score_rows
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.verdicts import (
     of_board,
@@ -25,6 +27,7 @@ from chladni.host.cli.common.verdicts import (
 )
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.board.fingers import SeveralFingers
 from chladni.tables.several_fingers.build import FrequencyIsolation
 from conftest import CommandLine
 
@@ -208,6 +211,14 @@ def test_people_read_it_first_and_programs_by_its_key(
     assert chladni(*asked, "--json").json["verdict"] == first
     scored = chladni("board", "score", "strip5", "--pitch", "20", "--no-perturbed")
     assert scored.out.startswith("It focuses: another finger 20 mm away gets at least")
+
+
+def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
+    alone = score_board(strip, samples=0, pitch=40e-3)
+    (two,) = score_fingers(strip, (2,), sets=4, samples=0).counts
+    assert next(iter(score_rows(strip, alone, two))) == "above_second_finger"
+    several = replace(strip, focus=None, fingers=SeveralFingers())
+    assert next(iter(score_rows(several, alone, two))) == "two_fingers"
 
 
 def test_what_rounding_leaves_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,8 @@ FINALISTS = 3
 """Boards that are scored with all draws at the end, besides those of the front."""
 USUAL = 4
 """Boards that a search ends with: the front mostly has one that is not among the finalists."""
+RECENT = 20
+"""Boards by which time is estimated: a few minutes of a search."""
 
 OnLast = Callable[[int, int, float], None]
 """Called with the number of the last boards, the drawn boards of each, and the seconds that
@@ -47,8 +49,11 @@ def boards_more(spec: Spec, samples: int) -> int:
 
 
 def expected_s(spec: Spec, samples: int, count: int, seconds: Sequence[float], jobs: int) -> float:
-    """How long so many last boards may take, by what each board of the search took, s."""
-    board_s = float(np.median(seconds)) if seconds else 0.0
+    """How long so many last boards may take, by what each board of the search took, s.
+
+    The last ones count: a machine may have got other work since the search began.
+    """
+    board_s = float(np.median(seconds[-RECENT:])) if seconds else 0.0
     return board_s * draws_more(spec, samples) * math.ceil(count / jobs)
 
 

@@ -9,8 +9,6 @@ goes the same path, and finds what it looked at before in its checkpoint.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -44,7 +42,7 @@ from chladni.design.starts import (
 )
 from chladni.design.strategy import strategy
 from chladni.design.variables import Choice, Document
-from chladni.drives.checkpoint import Checkpoint
+from chladni.drives.checkpoint import Checkpoint, digest
 from chladni.drives.methods import SEED, Progress
 from chladni.drives.scoring.board_score import BoardScore
 from chladni.drives.scoring.survey import SAMPLES
@@ -104,6 +102,7 @@ def design(
     progress: Progress | None = None,
     on_board: OnBoard | None = None,
     on_last: OnLast | None = None,
+    on_other: Callable[[], None] | None = None,
 ) -> Design:
     """Look for the board that answers a SPEC best.
 
@@ -119,12 +118,14 @@ def design(
         For all of it, roughly. The last few get fewer drawn boards where time is short; they and
         the first layouts are scored anyway. 0 ends a search with all drawn boards.
     progress
-        Called with (done, all) after each board, where the last few count for `boards_more`; `all`
-        is less at the end of a search that ended early. What it raises ends the search.
+        Called with (done, all) after each layout and board; the last few count for `boards_more`,
+        and `all` is less at the end of a search that ended early. What it raises ends the search.
     on_board
         Called with each board that keeps the limits, and whether it is better than all before it.
     on_last
         Called before the last few are compared: their number, drawn boards of each, and seconds.
+    on_other
+        Called first where the checkpoint has another search, which the first result replaces.
 
     Raises
     ------
@@ -135,8 +136,10 @@ def design(
     ends = np.inf if minutes is None else started + 60.0 * minutes
     # No board's own score depends on how many are looked at.
     alike = replace(spec, settings=replace(spec.settings, evaluations=1))
-    key = {"search": _digest(asdict(alike)), "seed": seed}
+    key = {"search": digest(asdict(alike)), "seed": seed}
     with Workers(jobs, scheduler) as workers, Checkpoint(partial_file, key) as kept:
+        if on_other and kept.has_other_work:
+            on_other()
         run = _Run(spec, seed, samples, workers, kept, progress, on_board)
         run.search(started, ends)
         found = last_boards(run.allowed())
@@ -234,8 +237,10 @@ class _Run:
             points = [Point(None, numbers, ()) for numbers in scanned[:KEPT]]
             return [self._ranked(points)[:STARTS]]
         tasks = [(count, numbers) for count in spec.coils for numbers in scanned]
-        rows = list(self._remembered("layouts", tasks, partial(layouts_of, spec)))
-        found = []
+        rows, found = [], []
+        for row in self._remembered("layouts", tasks, partial(layouts_of, spec)):
+            rows.append(row)
+            self._tell_progress()
         for count in spec.coils:
             own = [
                 one
@@ -293,7 +298,7 @@ class _Run:
     def _look(self, points: Sequence[Point]) -> list[float]:
         """Scores of boards, those that were seen before without looking again."""
         documents = [document_at(self._spec, point) for point in points]
-        names = [_digest(document) for document in documents]
+        names = [digest(document) for document in documents]
         new = {n: d for n, d in zip(names, documents, strict=True) if n not in self._seen}
         rows = self._remembered("board", list(new.items()), partial(judged, self._spec, self._seed))
         for (name, document), row in zip(new.items(), rows, strict=True):
@@ -309,7 +314,7 @@ class _Run:
         found = []
         for point in points:
             document = document_at(self._spec, point)
-            task = (_digest(document), document)
+            task = (digest(document), document)
             if task[0] in self._seen or self._kept.get(_named("board", task)) is not None:
                 found.append(point)
         return found
@@ -321,6 +326,9 @@ class _Run:
             self._best = score
         if self._on_board and entry.evaluation.broken is None:
             self._on_board(entry, is_best)
+        self._tell_progress()
+
+    def _tell_progress(self) -> None:
         if self._progress:
             most = self._spec.settings.evaluations
             self._progress(min(self.looked_at, most), most + boards_more(self._spec, self._samples))
@@ -331,18 +339,12 @@ class _Run:
         """Results of tasks as they come, from the checkpoint where they are in it."""
         names = [_named(what, task) for task in tasks]
         kept = [self._kept.get(name) for name in names]
-        done = self._workers.map(
-            work, [task for task, one in zip(tasks, kept, strict=True) if one is None]
-        )
+        new = [task for task, one in zip(tasks, kept, strict=True) if one is None]
+        done = self._workers.map(work, new)
         for name, one in zip(names, kept, strict=True):
             yield self._kept.put(name, next(done)) if one is None else one
 
 
 def _named(what: str, task: Any) -> str:
     """A task's result in the checkpoint."""
-    return f"{what} {_digest(task)}"
-
-
-def _digest(value: Any) -> str:
-    text = json.dumps(value, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
+    return f"{what} {digest(task)}"

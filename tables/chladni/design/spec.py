@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chladni.design.keep_out import KeepOut, check_keep_outs
 from chladni.design.pins import check_coils, chip_of, of_its_driver, with_derived
 from chladni.design.variables import (
     Choice,
@@ -30,7 +31,7 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import MM, check_keys, quantities, quantity
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, quantities, quantity
 from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
@@ -66,22 +67,6 @@ FIELD, WHAT = "spec", "a design's TOML file"
 """As errors name it."""
 PACKED = np.pi / np.sqrt(12.0)
 """Share of an area that equal circles can cover."""
-
-
-@dataclass(frozen=True)
-class KeepOut:
-    """A rectangle that no coil's centre may lie in, m."""
-
-    at: tuple[float, float] = quantity("at_mm", MM, -5000.0, 5000.0, count=2)
-    size: tuple[float, float] = quantity("size_mm", MM, 0.0, 5000.0, count=2)
-
-    def depth(self, place: tuple[float, float]) -> float:
-        """How far a place lies within, m; 0 outside."""
-        own = [
-            side / 2.0 - abs(along - middle)
-            for along, middle, side in zip(place, self.at, self.size, strict=True)
-        ]
-        return max(min(own), 0.0)
 
 
 @dataclass(frozen=True)
@@ -315,22 +300,25 @@ def _weights(weights: Any) -> Mapping[str, float]:
 
 
 def _check_room(spec: Spec) -> None:
-    """Refuse more coils than the largest plate can hold, however they are placed."""
+    """Refuse more coils than the largest plate can hold, and keep-outs beside it."""
     if not spec.places_are_free:
         return
     sides = [_largest(spec, axis) for axis in (0, 1)]
+    check_keep_outs(spec.keep_out, sides)
     edge, apart = spec.settings.edge or 0.0, spec.settings.coil_spacing
     # Circles of the spacing's diameter round every centre lie within this rectangle.
     area = np.prod([max(side - 2.0 * edge, 0.0) + apart for side in sides])
     most = int(PACKED * area / (np.pi / 4.0 * apart**2))
+    unit = f"plate.size_mm in {CENTIMETRES}" if min(sides) < apart else ""
     if min(side - 2.0 * edge for side in sides) < 0.0:
-        raise InputError("design.edge_mm", edge / MM, f"at most {min(sides) / 2.0 / MM:g}")
+        expected = f"at most {min(sides) / 2.0 / MM:g}"
+        raise InputError("design.edge_mm", edge / MM, expected, hint=unit)
     if min(spec.coils) > most:
         raise InputError(
             "design.coils",
             min(spec.coils),
             f"at most {most}, which is all that fits {apart / MM:g} mm apart on this plate",
-            hint="lower coil_spacing_mm or the number",
+            hint=unit or "lower coil_spacing_mm or the number",
         )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import json
 import math
 import os
@@ -42,7 +43,8 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         The file; None keeps results in memory only.
     key
         All that the results depend on: a board's whole document, and options. A file with another
-        key, or of another version of Chladni, is from other work, and begun again.
+        key, or of another version of Chladni, is from other work: `has_other_work` says so, and the
+        first result takes its place.
     is_result
         Whether a result is one that this work writes; all are by default.
 
@@ -74,6 +76,7 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         self._done: dict[str, Result] = {}
         self._file: BinaryIO | None = None
         self._crc = 0
+        self.has_other_work = False
         self._is_begun = False  # what was in the file is gone, and there is no result yet
 
     def __enter__(self) -> Checkpoint:
@@ -84,7 +87,9 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         try:
             self._lock()
             whole = self._read()
-            if whole == 0:
+            if self.has_other_work:
+                pass  # Whoever is told of it may still stop, and lose nothing.
+            elif whole == 0:
                 self._begin()
             else:
                 self._file.truncate(whole)
@@ -95,7 +100,7 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._leave(is_empty=not self._done)
+        self._leave(is_empty=not self._done and not self.has_other_work)
 
     def get(self, name: str) -> Result | None:
         """A finished result."""
@@ -111,6 +116,8 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
         OSError
             It cannot be written; those before it are kept.
         """
+        if self.has_other_work:
+            self._begin()
         self._write(b"", {"name": name, "result": result})
         self._done[name] = result
         return result
@@ -140,7 +147,7 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
 
     def _begin(self) -> None:
         assert self._file is not None
-        self._done, self._crc, self._is_begun = {}, 0, True
+        self._done, self._crc, self._is_begun, self.has_other_work = {}, 0, True, False
         self._file.seek(0)
         self._file.truncate()
         self._write(MAGIC, self._key)
@@ -181,6 +188,7 @@ class Checkpoint(contextlib.AbstractContextManager["Checkpoint"]):
             if not head.startswith(MAGIC):
                 raise self._refused("another file", "one that this program wrote")
             if self._parsed(head.removeprefix(MAGIC), 1) != self._key:
+                self.has_other_work = True
                 return 0
             whole = len(head)
             for number, line in enumerate(iter(lambda: file.readline(MOST_LINE_BYTES), b""), 2):
@@ -243,6 +251,12 @@ def remove_checkpoint(path: Path | None) -> None:
             own = os.fstat(handle)
             if file.read(len(MAGIC)) == MAGIC and os.path.samestat(own, os.lstat(path)):
                 path.unlink()
+
+
+def digest(value: Any) -> str:
+    """A short name for lists and dictionaries, by which equal ones are known."""
+    text = json.dumps(value, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 def are_finite(value: Any) -> bool:

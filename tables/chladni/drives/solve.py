@@ -14,6 +14,7 @@ from chladni.drives.methods import METHODS, SEED, Options, Progress
 from chladni.drives.objectives import OBJECTIVES, objective_of
 from chladni.drives.problem.problem import Problem, solved_board
 from chladni.sim.board.board import Board
+from chladni.sim.board.quantity import perhaps
 from chladni.sim.errors import ArgumentError, check_estimate
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image import metrics
@@ -136,7 +137,8 @@ def check_request(
         Names the field, what came and what is known.
     """
     if method not in METHODS:
-        raise ArgumentError("method", method, "one of: " + ", ".join(METHODS))
+        known = "one of: " + ", ".join(METHODS)
+        raise ArgumentError("method", method, known, hint=perhaps(method, METHODS))
     if objective not in OBJECTIVES:
         raise ArgumentError("objective", objective, "one of: " + ", ".join(OBJECTIVES))
     if method != "phasor" and objective != "ssim":

@@ -13,6 +13,7 @@ from chladni.effects.hjif_file import read_hjif
 from chladni.effects.shipped import SHIPPED
 from chladni.effects.toml_file import read_toml_effect
 from chladni.effects.wav_file import read_wav, to_wav
+from chladni.sim.board.quantity import perhaps
 from chladni.sim.errors import ArgumentError
 
 READERS: dict[str, Callable[[Path, str], tuple[Effect, list[str]]]] = {
@@ -65,5 +66,5 @@ def read_effect(name: str | Path, *, field: str = "effect") -> ReadEffect:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         expected = f"{', '.join(shipped)}, or a file that ends in {', '.join(READERS)}"
-        raise ArgumentError(field, str(name), expected)
+        raise ArgumentError(field, str(name), expected, hint=perhaps(name, shipped))
     return ReadEffect(*reader(path, field))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -33,6 +33,7 @@ from chladni.host.cli.common.board_reports import (
     say_vent,
     say_warm_magnets,
     say_waves,
+    score_rows,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
@@ -74,7 +75,6 @@ from chladni.sim.fields.magnet_softening import magnet_softening
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB
 
-OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
@@ -187,9 +187,7 @@ def board_score(
         from chladni.host.figures.boards import board_figure  # noqa: PLC0415
 
         write_figure(board_figure(loaded, score, None if objective else two, verdict), figure)
-    result: dict[str, Any] = {"name": loaded.name, "verdict": verdict} | asdict(score)
-    del result["maps"]
-    result["two_fingers"] = {key: asdict(two)[key] for key in OF_TWO} if two else None
+    result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, two)
     if built:
         with progress_bar("steps") as progress:
             found = score_as_built(
@@ -204,7 +202,7 @@ def board_score(
         result["built"] = asdict(found)
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
-    title = f"{loaded.name}: a finger alone, and two"
+    title = f"{loaded.name}: one finger, and two"
     answer(result if as_json else of_loudest(result), as_json=as_json, title=title)
 
 

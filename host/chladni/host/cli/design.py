@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -106,6 +107,7 @@ def design_board(
                 progress=progress,
                 on_board=_writing(output, asked.settings.samples, samples),
                 on_last=_say_last,
+                on_other=partial(_say_other, kept),
             )
     except InputError as error:
         is_option = isinstance(error, ArgumentError) and error.field != "spec"
@@ -169,11 +171,20 @@ def _say_last(count: int, draws: int, seconds: float) -> None:
     say(f"about {time} to compare {boards}, with {draws} drawn boards each")
 
 
+def _say_other(kept: Path) -> None:
+    """Before what an earlier search kept is lost."""
+    say(
+        f"{kept} has boards of another SPEC, seed or version: the search begins again, and its own "
+        "take their place. To keep them stop it now, and write to another name"
+    )
+
+
 def _say_first(spec: Spec, seed: int, samples: int) -> None:
     """How long a search is, and what is missing in any board of the SPEC."""
+    first = "layouts first, then " if spec.places_are_free else ""
     say(
-        f"{spec.settings.evaluations} boards, and to compare the last few takes as long as some "
-        f"{boards_more(spec, samples)} more"
+        f"{first}{spec.settings.evaluations} boards, and to compare the last few takes as long as "
+        f"some {boards_more(spec, samples)} more"
     )
     places = [(0.0, 0.0)] if spec.places_are_free else None
     try:

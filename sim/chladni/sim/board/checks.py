@@ -14,7 +14,7 @@ from chladni.sim.board.catalogue import LABEL_PATTERN
 from chladni.sim.board.coil_checks import check_actuators, check_coil, check_driver, check_pins
 from chladni.sim.board.panel_layer import check_panel
 from chladni.sim.board.parts import EDGE_KINDS, FEATURES, BoardParts
-from chladni.sim.board.quantity import MM, check_ranges, in_mm
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_ranges, in_mm
 from chladni.sim.board.support_checks import check_foundation, check_supports
 from chladni.sim.errors import Faults, InputError, MissingError
 
@@ -23,13 +23,15 @@ NEIGHBOURS = 8
 """Of a feature that are looked at for the closest one; a small one has no more that are close."""
 SOLVABLE_GAP = 0.6e-3
 """Gap between features, m, at which every pair that was tried could be followed."""
+FILLED = 0.3
+"""Of half a side: at least so far out are the outer coils of a board."""
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,15}")
 """A board's name goes into 16 bytes of the table, with an ending zero."""
 
 
 def check_board(board: BoardParts) -> None:
     """Raise `InputError` that names all wrong values of a board; without any, what does not fit."""
-    for checks in (_OF_VALUES, _OF_THE_WHOLE):
+    for checks in (_OF_VALUES, (_check_unit,), _OF_THE_WHOLE):
         faults = Faults()
         for check in checks:
             with faults.kept():
@@ -81,6 +83,19 @@ def _check_ranges(board: BoardParts) -> None:
             with faults.kept():
                 check_ranges(feature, f"{section}[{index}]")
     faults.tell()
+
+
+def _check_unit(board: BoardParts) -> None:
+    """Ask about centimetres where most coils lie off the plate and fill one ten times as large.
+
+    All that follows from so small a plate would only hide it.
+    """
+    if 2 * sum(board.contains(*own.at) for own in board.actuators) >= len(board.actuators):
+        return
+    shares = np.abs([own.at for own in board.actuators]) / (5.0 * np.array(board.plate.size))
+    if FILLED <= np.max(shares) <= 1.0:
+        size = [side / MM for side in board.plate.size]
+        raise InputError("plate.size_mm", size, "a plate that the coils lie on", hint=CENTIMETRES)
 
 
 def _check_sizes(board: BoardParts) -> None:

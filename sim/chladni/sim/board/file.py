@@ -34,7 +34,7 @@ from chladni.sim.board.parts import (
     Screw,
     Spring,
 )
-from chladni.sim.board.quantity import check_keys, keys_of, near_name, part_of
+from chladni.sim.board.quantity import check_keys, keys_of, part_of, perhaps
 from chladni.sim.board.winding_values import winding_makes
 from chladni.sim.errors import ArgumentError, Faults, InputError
 from chladni.sim.files import read_text, toml_document
@@ -114,9 +114,8 @@ def file_of(given: str | Path, shipped: Mapping[str, Path], field: str, what: st
     if os.path.isfile(path) or (os.path.isfile(named) and not is_shipped):
         return path if os.path.isfile(path) else named
     if not is_shipped and not os.path.lexists(path):
-        close = near_name(given, shipped)
         known = f"{what} that is there, or one of: {', '.join(shipped)}"
-        raise ArgumentError(field, str(given), known, hint=f"{close}, perhaps" if close else "")
+        raise ArgumentError(field, str(given), known, hint=perhaps(given, shipped))
     return shipped.get(str(given), path)
 
 

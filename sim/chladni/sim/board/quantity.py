@@ -20,6 +20,7 @@ MM = 1e-3
 SAME_PLACE = 1e-6
 """Closer than this, in metres, two circles or two coils are at one place."""
 METRES = "metres? these are millimetres"
+CENTIMETRES = "centimetres? these are millimetres"
 MOST_METRES = 0.5
 """Lengths of a board that are all below this are taken for metres."""
 OTHER_UNITS = {
@@ -253,6 +254,12 @@ MEANT = {
 def near_name(given: object, known: Iterable[str]) -> str | None:
     """The known name that is most like what was given, if any is."""
     return next(iter(difflib.get_close_matches(str(given), list(known), n=1)), None)
+
+
+def perhaps(given: object, known: Iterable[str]) -> str:
+    """A hint at that name; empty where none is like it."""
+    close = near_name(given, known)
+    return f"{close}, perhaps" if close else ""
 
 
 def check_keys(

@@ -24,6 +24,7 @@ from chladni.effects.bank.unpack import read_bank_file
 from chladni.effects.effect import Effect
 from chladni.effects.file_values import FileValue, read_toml
 from chladni.effects.files import READERS, read_effect, shipped_effects
+from chladni.sim.board.quantity import perhaps
 from chladni.sim.errors import ArgumentError, InputError
 
 BANK_SUFFIX = ".che"
@@ -68,7 +69,8 @@ def bank_bytes(name: str | Path, argument: str = "bank") -> bytes:
     try:
         return pack_bank(read_bank(name, argument).bank)
     except InputError as error:
-        raise error if error.file else error.in_file(str(name)) from None
+        is_told = error.file or isinstance(error, ArgumentError)
+        raise (error if is_told else error.in_file(str(name))) from None
 
 
 def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
@@ -90,7 +92,8 @@ def read_bank(name: str | Path, argument: str = "bank") -> ReadBank:
     path = shipped_banks().get(str(name), Path(name))
     if path.suffix != ".toml":
         expected = f"{', '.join(shipped_banks())}, or a file that ends in .toml"
-        raise ArgumentError(argument, str(name), expected)
+        hint = perhaps(name, shipped_banks())
+        raise ArgumentError(argument, str(name), expected, hint=hint)
     file = read_toml(path, argument)
     _check_keys(file, KEYS)
     effects = _Effects(path.parent)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from chladni.drives.scoring.as_built import AsBuilt
+from chladni.drives.scoring.board_score import BoardScore
+from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.effects.low_pass import EDGE_HZ
@@ -163,9 +166,10 @@ def say_of_coils(board: Board) -> None:
         )
     if foundation is not None and board.coils_in_foam > 0.0:
         say(
-            f"windings reach {board.coils_in_foam / MM:.3g} mm into the foam: cut its holes "
-            f"to ⌀{winding.outer / MM:g} mm there, from below (coil_cut_out_mm, a radius, is "
-            f"{foundation.coil_cut_out / MM:g})"
+            f"coils of ⌀{winding.outer / MM:g} mm stand under the magnets and reach "
+            f"{board.coils_in_foam / MM:.3g} mm into the foam, whose holes are "
+            f"⌀{2.0 * foundation.coil_cut_out / MM:g} (coil_cut_out_mm is a radius): widen these "
+            "from below, so deep, as `board drawing` says; above, the foam still holds the plate"
         )
     if winding.outer < SMALL_COIL and own.coil_k_per_w < K_PER_W_OF_SMALL:
         say(
@@ -211,6 +215,16 @@ def winding_report(board: Board) -> dict[str, Any]:
             "farther_by_0_1_mm": force.farther,
         }
     return result
+
+
+OF_TWO = ("isolation_db", "level_db", "finger_um", "unfelt", "unfelt_pressing")
+
+
+def score_rows(board: Board, score: BoardScore, two: CountScore | None) -> dict[str, Any]:
+    """What a score has of one finger and of two: first what the board is made for."""
+    alone = {key: value for key, value in asdict(score).items() if key != "maps"}
+    several = {"two_fingers": {key: asdict(two)[key] for key in OF_TWO} if two else None}
+    return several | alone if board.is_for_several else alone | several
 
 
 def say_softening(softening: MagnetSoftening) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -33,7 +34,8 @@ class CommandGroup(TyperGroup):
         StoppedError
             Ctrl-C, at work or at a question.
         InputError
-            As the library raises it, with options and not arguments named.
+            As the library raises it, with options and not arguments named; or an option is no
+            number, of which typer would say so in words of its own.
         """
         try:
             return super().invoke(ctx)
@@ -43,9 +45,28 @@ class CommandGroup(TyperGroup):
             if isinstance(error.__context__, KeyboardInterrupt):
                 raise StoppedError from None
             raise
+        except typer.BadParameter as error:
+            if wrong := _no_number(error):
+                raise wrong from None
+            raise
         except InputError as error:
             error.on_command_line(dict(_options(self.commands.get(ctx.invoked_subcommand or ""))))
             raise
+
+
+def _no_number(error: typer.BadParameter) -> InputError | None:
+    """What is wrong with an option that is to be a number; None where something else is wrong."""
+    kind = re.search(r"\b(number|integer|float)\b", error.message)
+    # Typer has had two ways to name what was given: in its cause, and before in its words.
+    cause: Any = error.__cause__
+    words = re.match(r"'(.*)' is not", error.message)
+    given = cause.errors()[0]["input"] if hasattr(cause, "errors") else words and words[1]
+    if kind is None or error.param is None or given is None:
+        return None
+    unit = re.fullmatch(r"-?[\d.]+ ?([^\d\s.,]\D*)", str(given))
+    hint = f"without {unit[1]!r}: -h says what it is in" if unit else ""
+    expected = "a whole number" if kind[1] == "integer" else "a number"
+    return InputError(name_of(error.param), given, expected, hint=hint)
 
 
 def _options(command: Any) -> Iterator[tuple[str, str]]:

@@ -188,27 +188,45 @@ def check_output(path: Path, option: str, endings: tuple[str, ...] = ()) -> Path
 
 
 FIRST_LINE_S, NEXT_LINE_S = 20.0, 60.0
+SOON_S = 5.0
+"""The first line of work that says before its first piece that it goes on."""
+KEPT_S = 3.0
+"""Pieces that come within so long an earlier run did."""
+BASIS_S = 10.0
+"""An estimate is by pieces of so long at least: those of several processes come together."""
 
 
 class _Lines:
-    """What a log gets in place of a bar: how far long work is, and what is left of it."""
+    """What a log gets in place of a bar: how far long work is, and what is left of it.
+
+    What is left is estimated by the pieces since the line before: a machine gets other work.
+    """
 
     def __init__(self, label: str) -> None:
         self._label, self._begun, self._due_s = label, time.monotonic(), FIRST_LINE_S
+        self._total, self._is_told = 0, False
         # Before the first piece plates are solved and processes begin, and an earlier run may have
         # done a part: neither says how long the other pieces take.
-        self._first_done, self._first_s, self._total = 0, 0.0, 0
+        self._from_s, self._from_done = 0.0, 0
 
     def tell(self, done: int, total: int) -> None:
         passed = time.monotonic() - self._begun
-        if total != self._total:
-            self._first_done, self._first_s, self._total = done, passed, total
-        since = done - self._first_done
-        if passed < self._due_s or since <= 0 or done >= total:
+        if total != self._total or passed < KEPT_S or not done:
+            self._from_s, self._from_done, self._total = passed, done, total
+        if not done:
+            self._due_s = SOON_S
+        if passed < self._due_s or done >= total:
             return
-        self._due_s = passed + NEXT_LINE_S
-        left_s = (passed - self._first_s) * (total - done) / since
-        say(f"{self._label}: {done} of {total}, about {left_s:.0f} s are left")
+        since, took_s = done - self._from_done, passed - self._from_s
+        if since > 0 and took_s >= BASIS_S:
+            say(
+                f"{self._label}: {done} of {total}, about {took_s * (total - done) / since:.0f} s "
+                "are left"
+            )
+            self._from_s, self._from_done, self._due_s = passed, done, passed + NEXT_LINE_S
+        elif not self._is_told:
+            say(f"{self._label}: {done} of {total} so far")
+        self._is_told = True
 
 
 @contextlib.contextmanager

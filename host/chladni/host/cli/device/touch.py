@@ -150,7 +150,9 @@ def _check_on_board(device: Device, asked: list[Place]) -> None:
     left, bottom, right, top = reach
     for x, y in asked:
         if min(x - left, right - x, y - bottom, top - y) < -MOVED_MM:
-            expected = f"a place on the board, {left:g} to {right:g} and {bottom:g} to {top:g} mm"
+            # A device's ends are a micrometre short; people measure hundredths of a millimetre.
+            ends = [round(end, 2) for end in (left, right, bottom, top)]
+            expected = "a place on the board, {:g} to {:g} and {:g} to {:g} mm".format(*ends)
             raise InputError("X,Y", f"{x:g},{y:g}", expected)
 
 

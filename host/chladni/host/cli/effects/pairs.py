@@ -24,6 +24,8 @@ from chladni.sim.errors import ConflictError
 from chladni.tables.table import Table
 
 MOST_PAIRS = 1000
+FEW_PAIRS = 10
+"""Fewer have no tenth."""
 
 
 def check_pairs(connection: Connection, effect: str | None, given: Sequence[str]) -> None:
@@ -49,10 +51,12 @@ def played_pairs(
     level_um: float | None,
     newtons: float,
     rested: bool,
+    as_json: bool,
 ) -> dict[str, Any]:
     """Rows of what both fingers have of an effect; the first finger of each pair plays.
 
-    The pairs are the first of those that `fingers` and `board score` draw.
+    The pairs are the first of those that `fingers` and `board score` draw. Of few pairs people get
+    each in place of shares of them.
     """
     sets = finger_sets(board, 2, count, LEAST_APART, np.random.default_rng(SEED)) / MM
     with progress_bar("plate") as progress:
@@ -75,19 +79,26 @@ def played_pairs(
                 )
             )
             progress(len(found), count)
-    isolation = Spread.of([one.isolation_db or 0.0 for one in found])
+    levels, peaks = [one.isolation_db or 0.0 for one in found], [one.peak_um for one in found]
+    isolation, is_few = Spread.of(levels), count < FEW_PAIRS
     unfelt = [(one.other_peak_um or 0.0) <= (one.just_felt_um or 0.0) for one in found]
     knows = found[0].just_felt_um is not None
     rest = f"; {sum(unfelt)} of {count} feel nothing of it while they rest" if knows else ""
+    worst = (
+        f"{min(levels):.0f} at the worst" if is_few else f"{isolation.p10:.0f} at the worst tenth"
+    )
+    told = {"peak_um": peaks, "isolation_db": levels}
     return {
         "verdict": (
             f"Over {count} pairs the other finger gets {isolation.median:.0f} dB less at the "
-            f"median, {isolation.p10:.0f} at the worst tenth{rest}."
+            f"median, {worst}{rest}."
         ),
         "effect": effect.name,
         "board": board.name,
         "pairs": count,
-        "peak_um": asdict(Spread.of([one.peak_um for one in found])),
-        "isolation_db": asdict(isolation),
+        **{
+            key: own if is_few and not as_json else asdict(Spread.of(own))
+            for key, own in told.items()
+        },
         "unfelt": float(np.mean(unfelt)) if knows else None,
     }

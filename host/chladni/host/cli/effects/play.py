@@ -195,6 +195,7 @@ def _over_pairs(
         level_um=level_um,
         newtons=newtons,
         rested=rested,
+        as_json=as_json,
     )
     answer(rows, as_json=as_json, title="Played (emulated)")
 
@@ -295,7 +296,14 @@ def _table(connection: Connection) -> tuple[Table, Board]:
         return table, board_for(table, connection.board, file=str(connection.emulated_table))
     board = load_board(connection.board)
     with progress_bar("table") as progress:
-        return build_for(board, "fingers", progress=progress)[0], board
+        table, _, report = build_for(board, "fingers", progress=progress)
+    assert report is not None
+    pitch = " × ".join(f"{along:.2g}" for along in report.pitch_mm)
+    say(
+        f"without --table: plays responses at places {pitch} mm apart, made for {board.name} now; "
+        f"`chladni table build {connection.board} --for fingers -o T.chl` keeps them"
+    )
+    return table, board
 
 
 def _on_device(
