@@ -150,7 +150,7 @@ def test_feet_that_carry_a_board_are_found(board: Board, seed: int) -> None:
     own = next(one for one in found.parameters if one.name == "feet")
     assert own.told
     assert own.low < true < own.high
-    # Coils of a room that is 10 K off play 4 % more or less, and feet are found by that much softer.
+    # Coils of a room that is 10 K off play 4 % more or less: feet are found by that much softer.
     assert own.value == pytest.approx(true, rel=0.07)
 
 
