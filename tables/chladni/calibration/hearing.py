@@ -115,11 +115,10 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
     if found.left > UNLIKE:
         given = f"{100.0 * found.left:.0f} % unexplained"
         raise InputError("recording", given, f"the sound of {board.name}, as it may come out")
-    usual = float(np.median(np.abs(found.forces)))
-    signs = np.where(np.abs(found.forces) < DEAD * usual, 0.0, np.sign(found.forces))
-    strengths = np.abs(found.forces) * signs * drawn_strengths(board)
+    wiring = Wiring.of_forces(found.forces, DEAD)
+    strengths = np.abs(found.forces) * wiring.signs * drawn_strengths(board)
     known = with_coils_known(_with_patches_as_drawn(search.board_at(scales), board), strengths)
-    return Heard(known, Wiring(signs), parameters, found.left)
+    return Heard(known, wiring, parameters, found.left)
 
 
 @dataclass(frozen=True)

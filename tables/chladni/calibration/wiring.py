@@ -44,6 +44,19 @@ class Wiring:
 
     signs: FloatArray
 
+    @classmethod
+    def of_forces(cls, forces: FloatArray, dead: float = DEAD) -> Wiring:
+        """By each coil's force over the drawn one, (actuators,): NaN is right, as it was not read.
+
+        Parameters
+        ----------
+        dead
+            Share of the median below which a coil is.
+        """
+        read = np.where(np.isfinite(forces), forces, 1.0)
+        usual = float(np.median(np.abs(forces[np.isfinite(forces)])))
+        return cls(np.where(np.abs(read) < dead * usual, 0.0, np.sign(read)))
+
     @property
     def is_dead(self) -> NDArray[np.bool_]:
         """Which coils are dead, (actuators,)."""

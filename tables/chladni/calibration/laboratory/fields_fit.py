@@ -27,7 +27,7 @@ from chladni.calibration.laboratory.fields_compared import (
 )
 from chladni.calibration.laboratory.measured_fields import MeasuredFields
 from chladni.calibration.unknowns import Unknowns, unknowns_of
-from chladni.calibration.wiring import DEAD, Wiring
+from chladni.calibration.wiring import Wiring
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
 from chladni.sim.errors import InputError
@@ -89,15 +89,14 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
         search.check(best)
         forces = search.forces(best)
         parameters = tuple(search.parameters(best))
-    usual = float(np.median(np.abs(forces[np.isfinite(forces)])))
-    signs = np.where(np.abs(forces) < DEAD * usual, 0.0, np.sign(forces))
-    signs = np.where(np.isfinite(forces), signs, 1.0)
-    if signs.sum() < 0.0:
-        signs, forces = -signs, -forces
-    known = np.where(np.isfinite(forces), forces, 1.0)
+    # All signs at once are the sensor's.
+    if Wiring.of_forces(forces).signs.sum() < 0.0:
+        forces = -forces
+    wiring = Wiring.of_forces(forces)
+    known = np.where(np.isfinite(forces), np.abs(forces), 1.0) * wiring.signs
     own = search.board_at(best)
-    strengths = np.where(signs == 0.0, 0.0, known) * drawn_strengths(board)
-    return FieldsFit(with_coils_known(own, strengths), Wiring(signs), parameters, search.left(best))
+    strengths = known * drawn_strengths(board)
+    return FieldsFit(with_coils_known(own, strengths), wiring, parameters, search.left(best))
 
 
 class _Search:
