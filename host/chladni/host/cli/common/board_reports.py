@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,10 +33,12 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
-def say_purpose(objective: str) -> None:
-    """A board whose file does not say what it is for."""
+def say_purpose(board: Board, asked: str | None, rated: str) -> None:
+    """Remark on a board whose file does not say what it is for, unless an objective was asked."""
+    if asked is not None or board.focus is not None or board.fingers is not None:
+        return
     say(
-        f"the board file has neither [focus] nor [fingers], so {objective} is rated, which its "
+        f"the board file has neither [focus] nor [fingers], so {rated} is rated, which its "
         "tables are built for too: add the block, or give --objective focus"
     )
 
@@ -264,3 +266,18 @@ def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
         f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
         f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
     )
+
+
+def of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
+    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
+    unknown = "".join(
+        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
+        for name, sold_by in without.items()
+    )
+    return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
+
+
+def price_text(low: float, high: float) -> str:
+    """A range of dollars for people: cents where they matter."""
+    cents = 2 if high < 10.0 else 0
+    return f"{low:.{cents}f} to {high:.{cents}f} US$"
