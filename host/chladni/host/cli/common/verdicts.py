@@ -198,16 +198,19 @@ def of_place(
         told += f", one 20 mm away {_less(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
-    several = (SEVERAL if is_played else NOT_PLAYED) if for_fingers else ""
-    return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}{several}".rstrip()
+    told += f"; fingers notice {NOTICED_DB:g} dB."
+    if not for_fingers:
+        return f"{told} {level}".rstrip()
+    # What the board is made for comes first.
+    return " ".join(filter(None, (SEVERAL if is_played else NOT_PLAYED, level, told)))
 
 
 SEVERAL = (
-    " The board is for several fingers, and this is the drive that its device plays under one "
-    "alone, the loudest: `chladni fingers` says how far apart it keeps several."
+    "The board is for several fingers, and this is the drive that its device plays under one "
+    "alone. `chladni fingers` says how far apart it keeps several."
 )
 NOT_PLAYED = (
-    " The board is for several fingers, and its device does not play this drive: under one alone "
+    "The board is for several fingers, and its device does not play this drive: under one alone "
     "it plays the loudest (`--method time-reversal`). `chladni fingers` says how far apart it "
     "keeps several."
 )
@@ -215,9 +218,7 @@ NOT_PLAYED = (
 
 def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) -> str:
     """What the best of several methods comes to, at the median of its targets."""
-    name = best["method"]
-    if name == "phasor":
-        name += f" at {best['objective']}"
+    name = best["method"] + (f" at {best['objective']}" if best["method"] == "phasor" else "")
     told = f"Of {len(entries)} methods {name} is the one for this board"
     less = best["second_finger_db"]
     if less is None:
@@ -341,8 +342,7 @@ def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
         what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
         own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
-    by = f" `chladni calibrate --board {name}` finds it." if told else ""
-    return f"{own}.{by}"
+    return f"{own}." + (f" `chladni calibrate --board {name}` finds it." if told else "")
 
 
 TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
