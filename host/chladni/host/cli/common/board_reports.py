@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from chladni.drives.scoring.as_built import AsBuilt
+from chladni.drives.scoring.board_score import foam_length_mm
 from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
 from chladni.effects.low_pass import EDGE_HZ
@@ -183,7 +184,7 @@ def foundation_report(board: Board) -> dict[str, Any]:
     return {
         "stiffness_n_per_mm3": foundation.total_stiffness * MM**3,
         "loss_factor": foundation.total_loss_factor,
-        "decay_mm": foundation.decay_length(section.bending_stiffness) / MM,
+        "foam_length_mm": foam_length_mm(board),
         "cut_off_hz": foundation.cut_off_hz(section.areal_mass),
     }
 
