@@ -71,6 +71,8 @@ LITTLE = 0.1
 """Of a coil's full current: no supply that is meant allows all coils less."""
 LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
+LONG_STEP = 1.5
+"""Between points of an image, along one side over along the other; rounding makes a tenth."""
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
 NEAR_MODE = 0.1
@@ -87,6 +89,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
     say_unheld(board)
+    _say_of_points(board)
     if panel is not None and board.plate.material in METALS:
         metal = board.plate.material
         if panel.place == "beside":
@@ -130,6 +133,19 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
             f"coil.resonance_hz, {own:g} Hz, is a latch's and not this plate's, whose nearest "
             f"natural frequency is {nearest:.4g} Hz: leave it out, with moving_mass_g and "
             "mechanical_q, if the board has no latch"
+        )
+
+
+def _say_of_points(board: Board) -> None:
+    """Remark on an image that is much finer along one side of the plate than along the other."""
+    steps = [
+        side / (count - 1) for side, count in zip(board.plate.size, board.image.points, strict=True)
+    ]
+    if max(steps) > LONG_STEP * min(steps):
+        apart = " × ".join(f"{step / MM:.2g}" for step in steps)
+        say(
+            f"points of the image are {apart} mm apart: is image.points of another board? Left "
+            "out, they are 0.5 mm apart"
         )
 
 
