@@ -83,6 +83,9 @@ def test_what_is_left_from_another_board_is_remarked_on(
     assert "coil.resonance_hz, 160 Hz, is a latch's" in told.err
     own = chladni("board", "show", changed(tmp_path, (latch[0], latch[1].replace("160", "212"))))
     assert "latch" not in own.err
+    assert "image.points" not in own.err
+    turned = chladni("board", "show", changed(tmp_path, ("[201, 401] ", "[401, 201] ")))
+    assert "are 0.2 × 0.8 mm apart: is image.points of another board?" in turned.err
 
 
 def test_a_metal_under_a_panel_is_remarked_on(chladni: CommandLine, tmp_path: Path) -> None:

@@ -225,6 +225,12 @@ def test_drawn_boards_are_off_by_no_more_than_their_tolerances() -> None:
     assert np.all(largest > 0.8 * limits)
 
 
+def test_board_show_has_the_foam_length_by_the_same_name(chladni: CommandLine) -> None:
+    """It had the decay (D/k)^¼ instead, another number for the same thing."""
+    shown = chladni("board", "show", "strip5", "--json").json["foundation"]
+    assert shown["foam_length_mm"] == pytest.approx(6.69, abs=0.01)
+
+
 def test_board_score_answers_and_draws(chladni: CommandLine, tmp_path: Path) -> None:
     figure = tmp_path / "s.png"
     done = chladni(

@@ -90,7 +90,7 @@ def test_a_board_is_scored_for_a_focus_on_less(
         asked.append(board)
         raise InputError("stop", 1, "no score")
 
-    monkeypatch.setattr("chladni.host.cli.board.score_board", scored)
+    monkeypatch.setattr("chladni.host.cli.board_score.score_board", scored)
     done = chladni("board", "score", path)
     assert "a finger needs no image of 501 × 2001 points: 29 × 121 are used" in done.err
     assert asked[0].image.points == (29, 121)

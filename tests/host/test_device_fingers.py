@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.host.device.checks.info_rows import finger_rows
 from chladni.host.device.device import Device
 from chladni.host.device.link import LinkError
+from chladni.host.device.virtual_port import VirtualPort
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.emulator import Emulator
 from chladni.sim.errors import ArgumentError, InputError
@@ -157,6 +159,8 @@ def test_a_signal_is_played_under_a_finger_over_the_link(table: Table) -> None:
         steps = emulator.core.take_duties().astype(float)
         assert (played.place_mm, played.samples) == ((-18.0, 30.0), 1200)
         assert played.fewest_waiting > 30
+        assert played.isolation_db is not None
+        assert played.isolation_db > 30.0
         assert [one["finger"] for one in device.fingers.all()] == [1]
     loudest = steps[:, np.ptp(steps, axis=0).argmax()]
     carrier = emulator.carrier_hz
@@ -167,6 +171,24 @@ def test_a_signal_is_played_under_a_finger_over_the_link(table: Table) -> None:
     assert np.fft.rfftfreq(len(middle), 1.0 / carrier)[spectrum.argmax()] == pytest.approx(
         120.0, abs=5.0
     )
+
+
+def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
+    table: Table, chladni: CommandLine
+) -> None:
+    port, ends = VirtualPort(Emulator(device_of(table), table)), threading.Event()
+    served = threading.Thread(target=port.serve, args=(ends.is_set,))
+    served.start()
+    try:
+        places = ("--at", "-18,30", "--other", "17,-25")
+        done = chladni("play", "click", *places, "--port", port.port, "--json")
+    finally:
+        ends.set()
+        served.join()
+        port.close()
+    assert done.json["isolation_db"] > 30.0
+    assert not [key for key in done.json if key.endswith("_um")]
+    assert "--emulator with the same --board and --table" in " ".join(done.err.split())
 
 
 def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:

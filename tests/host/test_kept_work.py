@@ -107,7 +107,9 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
         assert chladni(*words).code == 1
     assert (tmp_path / "own.toml.partial").exists()
     monkeypatch.setattr(search, "judged", refusing)
-    assert chladni(*words).code == 0
+    done = chladni(*words)
+    assert done.code == 0
+    assert "says more and how much foam twice as stiff takes" in " ".join(done.err.split())
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
 

@@ -10,9 +10,11 @@ import pytest
 
 from chladni.drives.scoring.board_score import score_board, usual_pitch
 from chladni.drives.scoring.remedies import Remedy, tried_remedies
+from chladni.drives.scoring.several_fingers.fingers_as_built import on_stiffer_foam
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
 from chladni.drives.scoring.spread import Spread
 from chladni.drives.scoring.survey import FocusStatistics
+from chladni.drives.scoring.tolerances import with_foam
 from chladni.host.cli.common.board_reports import score_rows
 from chladni.host.cli.common.output import answer
 from chladni.host.cli.common.verdicts import (
@@ -116,6 +118,22 @@ def test_what_would_help_was_tried(spacing: float | None, tried: float | None, w
     assert not words or words not in told(0.0, for_fingers=True)
 
 
+def test_what_stiffer_foam_leaves_is_told_with_what_fingers_get(strip: Board) -> None:
+    """By the drives of the board as drawn; a board on no foam has none of it."""
+    (two,) = score_fingers(strip, (2,), sets=4, samples=0).counts
+    foam = on_stiffer_foam(strip, two)
+    assert foam is not None
+    known, stiff = iter(two.drives), with_foam(strip, 2.0)
+    (same,) = score_fingers(stiff, (2,), sets=4, samples=0, solve=lambda _: next(known)).counts
+    assert foam.isolation_db.median == pytest.approx(same.isolation_db.median, abs=0.1)
+    score: Any = SimpleNamespace(**vars(statistics(9.0, 9.0)), perturbed=None)
+    told = of_board(score, two, frequency_hz=160.0, foam_twice=foam)
+    kept, each = foam.isolation_db, foam.finger_um
+    assert each is not None
+    assert f"leaves {kept.median:.0f} and {kept.p10:.0f} dB, and {each.median:.2g} µm each" in told
+    assert on_stiffer_foam(replace(strip, foundation=None), two) is None
+
+
 @pytest.mark.parametrize(("lost_db", "with_drives"), [(0.5, False), (1.5, False), (1.5, True)])
 def test_a_table_that_loses_a_decibel_names_its_pitch(lost_db: float, with_drives: bool) -> None:
     exact, kept = spread(31.0, 12.0), spread(31.0, 12.0 - lost_db)
@@ -211,6 +229,7 @@ def test_people_read_it_first_and_programs_by_its_key(
     assert chladni(*asked, "--json").json["verdict"] == first
     scored = chladni("board", "score", "strip5", "--pitch", "20", "--no-perturbed")
     assert scored.out.startswith("It focuses: another finger 20 mm away gets at least")
+    assert "Foam is often twice as stiff as its data sheet says" in " ".join(scored.out.split())
 
 
 def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:

@@ -67,6 +67,16 @@ def test_channels_are_those_of_the_board_file(prototype: Board) -> None:
     ]
 
 
+@pytest.mark.parametrize("material", ["stainless-steel", "FR4"])
+def test_a_sheet_of_metal_has_its_earth_wire_on_the_drawing(
+    prototype: Board, tmp_path: Path, material: str
+) -> None:
+    board = replace(prototype, plate=replace(prototype.plate, material=material))
+    texts = drawn_texts(board, tmp_path)
+    metal = material != "FR4"
+    assert texts.count("earth wire") == texts.count("sheet of stainless steel") == metal
+
+
 def test_a_line_of_the_panel_that_is_not_wired_is_left_out(
     prototype: Board, tmp_path: Path
 ) -> None:

@@ -13,38 +13,30 @@ from chladni.drives.methods import SEED
 from chladni.drives.objectives import default_objective
 from chladni.drives.problem.problem import solved_board
 from chladni.drives.problem.region_grid import region_grid
-from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS, score_as_built
-from chladni.drives.scoring.board_score import PITCH, BoardScore, score_board
-from chladni.drives.scoring.remedies import Remedy, tried_remedies
 from chladni.drives.scoring.sensitivity import PLACES, sensitivity
-from chladni.drives.scoring.several_fingers.fingers_score import CountScore, score_fingers
 from chladni.drives.scoring.several_fingers.fingers_sensitivity import fingers_sensitivity
 from chladni.drives.scoring.small_amplitude import soft_wave
-from chladni.drives.scoring.survey import SAMPLES
-from chladni.drives.solve import check_request
+from chladni.host.cli.board_score import board_score
 from chladni.host.cli.common.board_reports import (
     foundation_report,
+    of_prices,
     panel_report,
+    price_text,
     say_current,
     say_leftovers,
     say_panel,
-    say_purpose,
     say_softening,
     say_vent,
-    say_warm_magnets,
     say_waves,
-    score_rows,
     winding_report,
 )
 from chladni.host.cli.common.command_group import CommandGroup
-from chladni.host.cli.common.drive_options import OwnObjectiveOption, on_less
+from chladni.host.cli.common.drive_options import on_less
 from chladni.host.cli.common.options import (
     BoardArgument,
     FigureOption,
     JsonOption,
     LargeOption,
-    PerturbedOption,
-    SamplesOption,
     SeedOption,
     check_figure,
 )
@@ -55,9 +47,7 @@ from chladni.host.cli.common.output import (
     say_unmet,
     write_figure,
 )
-from chladni.host.cli.common.ranges import PITCHES, within
-from chladni.host.cli.common.terms import of_loudest
-from chladni.host.cli.common.verdicts import of_board, of_prices, of_tolerances, price_text
+from chladni.host.cli.common.verdicts import of_tolerances
 from chladni.host.cli.measured.refit import board_refit
 from chladni.host.manufacture.board_parts import board_parts, moving_mass_g
 from chladni.host.manufacture.drawing import board_drawing
@@ -65,17 +55,12 @@ from chladni.host.manufacture.drawing_files import FORMATS, save_drawing
 from chladni.host.manufacture.prices import price_list
 from chladni.host.manufacture.wiring.channels import channels
 from chladni.host.manufacture.wiring.parts import parts_list
-from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board, shipped_boards
 from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.quantity import MM
-from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.magnet_softening import magnet_softening
-from chladni.sim.fields.transfer import TOLERANCE
-from chladni.sim.image.finger import NOTICED_DB
 
-PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 board_app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Inspect, score and draw boards."
 )
@@ -134,96 +119,7 @@ def board_show(
     answer(result, as_json=as_json, title=f"Board {loaded.name}")
 
 
-@board_app.command("score")
-def board_score(
-    board: BoardArgument,
-    pitch: Annotated[
-        float | None,
-        typer.Option(callback=PITCHES, help="Between places, mm; 6, or 3 on a small board."),
-    ] = None,
-    objective: OwnObjectiveOption = None,
-    samples: SamplesOption = SAMPLES,
-    perturbed: PerturbedOption = True,
-    built: Annotated[
-        bool, typer.Option("--built", help="Also pressed, warm, under a film, on stiffer foam.")
-    ] = False,
-    press: Annotated[
-        float, typer.Option(callback=PRESSES, help="How hard a finger presses, N.")
-    ] = PRESS,
-    figure: FigureOption = None,
-    seed: SeedOption = SEED,
-    large: LargeOption = False,
-    as_json: JsonOption = False,
-) -> None:
-    """Score how well a board focuses at all places, as drawn and within its tolerances."""
-    check_figure(figure)
-    check_request("phasor", objective or "ssim", seed, None, None)
-    started, loaded = time.perf_counter(), load_board(board)
-    rated = objective or default_objective(loaded)
-    loaded = on_less(loaded) if rated == "focus" else loaded
-    if objective is None and loaded.focus is None and loaded.fingers is None:
-        say_purpose(rated)
-    with progress_bar("boards") as progress:
-        score = score_board(
-            loaded,
-            pitch=None if pitch is None else pitch * MM,
-            objective=rated,
-            samples=samples if perturbed else 0,
-            border=True,
-            seed=seed,
-            progress=progress,
-        )
-    say_unmet(score.error_estimate, TOLERANCE)
-    two = _two_fingers(loaded, seed)
-    verdict = of_board(
-        score,
-        two,
-        frequency_hz=loaded.drive.frequency_hz,
-        for_fingers=loaded.is_for_several,
-        has_fingers=loaded.fingers is not None,
-        tried=_tried(loaded, score),
-    )
-    if figure is not None:
-        from chladni.host.figures.boards import board_figure  # noqa: PLC0415
-
-        write_figure(board_figure(loaded, score, None if objective else two, verdict), figure)
-    result = {"name": loaded.name, "verdict": verdict} | score_rows(loaded, score, two)
-    if built:
-        with progress_bar("steps") as progress:
-            found = score_as_built(
-                loaded,
-                pitch=PITCH if pitch is None else pitch * MM,
-                objective=rated,
-                newtons=press,
-                samples=max(samples, 1),
-                seed=seed,
-                progress=progress,
-            )
-        result["built"] = asdict(found)
-        say_warm_magnets(found)
-    result["seconds"] = time.perf_counter() - started
-    title = f"{loaded.name}: one finger, and two"
-    answer(result if as_json else of_loudest(result), as_json=as_json, title=title)
-
-
-def _tried(board: Board, score: BoardScore) -> list[Remedy]:
-    """Other sheets and foams, where a board that is to focus does not."""
-    known = score.second_finger_20mm_db
-    if board.is_for_several or known is None or known.median >= NOTICED_DB:
-        return []
-    with progress_bar("other sheets and foams") as progress:
-        return tried_remedies(board, progress=progress)
-
-
-def _two_fingers(board: Board, seed: int) -> CountScore | None:
-    """How far apart two pressing fingers are kept, on the board as drawn; None without room."""
-    if board.fingers is not None:
-        say_waves(board)
-    try:
-        (score,) = score_fingers(board, (2,), samples=0, seed=seed).counts
-    except ArgumentError:
-        return None
-    return score
+board_app.command("score")(board_score)
 
 
 @board_app.command("sensitivity")

@@ -126,7 +126,8 @@ def design_board(
     result = _result(found, asked, entries, output)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
-        say(f"`chladni board score {output}` says more.")
+        foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
+        say(f"`chladni board score {output}` says more{foam}.")
 
 
 def _make_folder(front: Path, output: Path) -> None:

@@ -150,7 +150,8 @@ def emulate(
             loaded, owner, events, run_ms, level=level, frequency_hz=frequency
         )
         section = loaded.section(frequency)
-        told = of_place(report.touches[-1].card, frequency_hz=section.frequency_hz)
+        card, several = report.touches[-1].card, owner.is_for_several
+        told = of_place(card, frequency_hz=section.frequency_hz, for_fingers=several)
         result = _scored(owner, report) | {"objective": section.objective}
         if level < 1.0 and result["finger_um"] is not None:
             at_level = level * result["finger_um"]

@@ -222,13 +222,14 @@ class DeviceFingers:
             source.drop(taken)
         _, left = self.send(finger, [])
         self._link.wait(left / SIGNAL_HZ + AFTER_S)
-        if not any(one["finger"] == finger for one in self.all()):
+        mine = [one for one in self.all() if one["finger"] == finger]
+        if not mine:
             raise LinkError(
                 "the device ended the touch",
                 hint="`chladni device info` shows its state and faults",
             )
         self.lift(finger)
-        return PlayedSignal(place, sent, fewest)
+        return PlayedSignal(place, sent, fewest, mine[0]["isolation_db"], mine[0]["level_db"])
 
     def play_effect(
         self,

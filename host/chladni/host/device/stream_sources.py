@@ -143,11 +143,15 @@ class PlayedSignal:
         That were sent.
     fewest_waiting
         The fewest that waited on the device before the last were sent; at 0 there was a gap.
+    isolation_db, level_db
+        As of `DeviceFingers.all`, by the device's table, at the end.
     """
 
     place_mm: tuple[float, float]
     samples: int
     fewest_waiting: int
+    isolation_db: float | None
+    level_db: float | None
 
 
 class SignalSource:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,11 +16,12 @@ from chladni.host.figures.fields import COLOURS, INK
 FloatArray = NDArray[np.float64]
 
 PANELS = (
-    (0, "own signal over its share under the other fingers, dB", False),
-    (2, "own signal, µm peak", True),
-    (3, "the others' largest share, µm peak", True),
+    (0, "own signal over its share under the other fingers, dB", False, 0.1),
+    (2, "own signal, µm peak", True, 0.1),
+    (3, "the others' largest share, µm peak", True, 0.9),
 )
-"""Column of a score's rows, what it is, and whether its axis is logarithmic."""
+"""Column of a score's rows, what it is, whether its axis is logarithmic, and where the worst tenth
+of fingers begins, as a share of them."""
 WIDE = 200.0
 """Largest over smallest value from which an axis has powers of ten alone."""
 
@@ -28,15 +31,22 @@ def fingers_figure(
 ) -> Figure:
     """Shares of fingers by isolation, own level and what they feel of the others.
 
-    Drawn lines are of the board as drawn, dashed ones of boards within its tolerances.
+    Solid lines are of the board as drawn, dashed ones of boards within its tolerances. Points are
+    at the median and where the worst tenth begins.
     """
     figure = Figure(figsize=(12.6, 4.4), layout="constrained")
     panels = figure.subplots(1, len(PANELS), sharey=True)
-    for axes, (column, label, is_logarithmic) in zip(panels, PANELS, strict=True):
+    for axes, (column, label, is_logarithmic, worst) in zip(panels, PANELS, strict=True):
+        marks = {"median": 0.5, "worst tenth": worst}
         for own, colour in zip(score.counts, COLOURS, strict=False):
-            _line(axes, own.rows[:, column], colour, "-", f"{own.fingers} fingers")
+            _line(axes, own.rows[:, column], colour, "-", f"{own.fingers} fingers", marks)
             if own.perturbed_rows is not None:
-                _line(axes, own.perturbed_rows[:, column], colour, "--", None)
+                _line(axes, own.perturbed_rows[:, column], colour, "--", None, marks)
+        for words, share in marks.items():
+            axes.axhline(share, color=INK, linewidth=0.6, linestyle=":")
+            # Where there are no lines: most of the others' shares lie on the right.
+            at, side = (0.99, "right") if worst < 0.5 else (0.01, "left")
+            axes.text(at, share, words, transform=axes.transAxes, ha=side, va="bottom", fontsize=8)
         if is_logarithmic and np.isfinite(score.counts[0].rows[:, column]).all():
             axes.set_xscale("log")
             # As many numbers as have room beside each other.
@@ -75,8 +85,17 @@ def fingers_figure(
     return figure
 
 
-def _line(axes: Axes, values: FloatArray, colour: str, style: str, label: str | None) -> None:
+def _line(
+    axes: Axes,
+    values: FloatArray,
+    colour: str,
+    style: str,
+    label: str | None,
+    marks: Mapping[str, float],
+) -> None:
     known = np.sort(values[np.isfinite(values)])
     if known.size:
         shares = (np.arange(known.size) + 0.5) / known.size
         axes.plot(known, shares, style, color=colour, linewidth=1.4, label=label)
+        at = list(marks.values())
+        axes.plot(np.quantile(known, at), at, "o", color=colour, markersize=4.5)

@@ -18,6 +18,7 @@ from chladni.host.figures.fields import (
     draw_board,
     draw_level,
     explain_marks,
+    is_wide,
     pictures,
     with_verdict,
 )
@@ -37,13 +38,11 @@ SHOWN_SHARE = 95.0
 
 
 def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
-    """For each board two pictures: finger A plays and B is still, and the other way round."""
-    rooms = [board_inches(own.board, MOST_INCHES) for own in plays]
-    width = max(*(own[0] for own in rooms), LEAST_INCHES) + BETWEEN_INCHES[0]
-    count = len(plays) * len(NAMES)
-    size = (count * width, max(own[1] for own in rooms) + BETWEEN_INCHES[1])
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(1, count, squeeze=False)[0]
+    """For each board two pictures: finger A plays and B is still, and the other way round.
+
+    Side by side, or below each other if it is one board that is wide.
+    """
+    figure, panels = _panels([own.board for own in plays])
     image: AxesImage | None = None
     for number, play in enumerate(plays):
         for own in range(len(NAMES)):
@@ -51,9 +50,20 @@ def two_fingers_figure(plays: Sequence[FingersPlay]) -> Figure:
             image = _panel(axes, play, own)
             axes.set_title(_told(play, own), fontsize=9.5, color=INK)
     if image is not None:
-        bar = figure.colorbar(image, ax=panels.tolist(), shrink=0.8)
+        bar = figure.colorbar(image, ax=panels, shrink=0.8)
         bar.set_label("vibration / dB of the playing finger's", fontsize=9)
     return figure
+
+
+def _panels(boards: Sequence[Board]) -> tuple[Figure, list[Axes]]:
+    if len(boards) == 1 and is_wide(boards[0]):
+        return pictures(boards[0], len(NAMES))
+    rooms = [board_inches(own, MOST_INCHES) for own in boards]
+    width = max(*(own[0] for own in rooms), LEAST_INCHES) + BETWEEN_INCHES[0]
+    count = len(boards) * len(NAMES)
+    size = (count * width, max(own[1] for own in rooms) + BETWEEN_INCHES[1])
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(1, count, squeeze=False)[0].tolist()
 
 
 def pairs_figure(board: Board, two: CountScore, verdict: str = "", newtons: float = 1.0) -> Figure:

@@ -147,10 +147,6 @@ class Foundation:
         """Of both; air loses nothing."""
         return self.sheet_loss_factor * self.sheet_stiffness / self.total_stiffness
 
-    def decay_length(self, bending_stiffness: float) -> float:
-        """λ = (D/k)^¼ of the Kelvin function that a point force makes on an endless plate, m."""
-        return float((bending_stiffness / self.total_stiffness) ** 0.25)
-
     def cut_off_hz(self, areal_mass: float) -> float:
         """√(k/ρh)/2π of a plate of that mass, kg/m², below which no wave travels."""
         return float(np.sqrt(self.total_stiffness / areal_mass) / (2.0 * np.pi))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from chladni.drives.scoring.as_built import AsBuilt
-from chladni.drives.scoring.board_score import BoardScore
+from chladni.drives.scoring.board_score import BoardScore, foam_length_mm
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
 from chladni.drives.scoring.small_amplitude import BridgeWave, SoftWave
 from chladni.drives.scoring.warm_coils import MAGNET_C
@@ -36,10 +36,12 @@ def say_current(wave: SoftWave | BridgeWave) -> None:
         )
 
 
-def say_purpose(objective: str) -> None:
-    """A board whose file does not say what it is for."""
+def say_purpose(board: Board, asked: str | None, rated: str) -> None:
+    """Remark on a board whose file does not say what it is for, unless an objective was asked."""
+    if asked is not None or board.focus is not None or board.fingers is not None:
+        return
     say(
-        f"the board file has neither [focus] nor [fingers], so {objective} is rated, which its "
+        f"the board file has neither [focus] nor [fingers], so {rated} is rated, which its "
         "tables are built for too: add the block, or give --objective focus"
     )
 
@@ -71,6 +73,8 @@ LITTLE = 0.1
 """Of a coil's full current: no supply that is meant allows all coils less."""
 LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
+LONG_STEP = 1.5
+"""Between points of an image, along one side over along the other; rounding makes a tenth."""
 AS_LARGE = 1.0
 """mm by which a panel may measure more or less than its plate before that is remarked on."""
 NEAR_MODE = 0.1
@@ -87,6 +91,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
     """Remark on what seems left from another board, and on what no model here has."""
     panel, size = board.panel, board.plate.size
     say_unheld(board)
+    _say_of_points(board)
     if panel is not None and board.plate.material in METALS:
         metal = board.plate.material
         if panel.place == "beside":
@@ -130,6 +135,19 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
             f"coil.resonance_hz, {own:g} Hz, is a latch's and not this plate's, whose nearest "
             f"natural frequency is {nearest:.4g} Hz: leave it out, with moving_mass_g and "
             "mechanical_q, if the board has no latch"
+        )
+
+
+def _say_of_points(board: Board) -> None:
+    """Remark on an image that is much finer along one side of the plate than along the other."""
+    steps = [
+        side / (count - 1) for side, count in zip(board.plate.size, board.image.points, strict=True)
+    ]
+    if max(steps) > LONG_STEP * min(steps):
+        apart = " × ".join(f"{step / MM:.2g}" for step in steps)
+        say(
+            f"points of the image are {apart} mm apart: is image.points of another board? Left "
+            "out, they are 0.5 mm apart"
         )
 
 
@@ -185,7 +203,7 @@ def foundation_report(board: Board) -> dict[str, Any]:
     return {
         "stiffness_n_per_mm3": foundation.total_stiffness * MM**3,
         "loss_factor": foundation.total_loss_factor,
-        "decay_mm": foundation.decay_length(section.bending_stiffness) / MM,
+        "foam_length_mm": foam_length_mm(board),
         "cut_off_hz": foundation.cut_off_hz(section.areal_mass),
     }
 
@@ -278,3 +296,18 @@ def of_waves(board: Board, modes_hz: Sequence[float] | None = None) -> str:
         f"{EDGE_HZ:g} Hz is kept from other fingers only below it, whatever is scored at "
         f"{board.drive.frequency_hz:g} Hz; a stiffer sheet or stiffer supports raise it"
     )
+
+
+def of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
+    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
+    unknown = "".join(
+        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
+        for name, sold_by in without.items()
+    )
+    return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
+
+
+def price_text(low: float, high: float) -> str:
+    """A range of dollars for people: cents where they matter."""
+    cents = 2 if high < 10.0 else 0
+    return f"{low:.{cents}f} to {high:.{cents}f} US$"

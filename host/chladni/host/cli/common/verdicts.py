@@ -10,6 +10,7 @@ from chladni.drives.scoring.remedies import Remedy
 from chladni.drives.scoring.scorecard import Scorecard
 from chladni.drives.scoring.sensitivity import Influence
 from chladni.drives.scoring.several_fingers.fingers_score import CountScore
+from chladni.drives.scoring.several_fingers.kept_apart import KeptApart
 from chladni.drives.scoring.survey import FocusStatistics
 from chladni.sim.board.gpio import CHIPS
 from chladni.sim.image.finger import NOTICED_DB, sensation_db
@@ -92,6 +93,7 @@ def of_board(
     frequency_hz: float,
     for_fingers: bool = False,
     has_fingers: bool = True,
+    foam_twice: KeptApart | None = None,
     tried: Sequence[Remedy] = (),
 ) -> str:
     """The same of a board's best drives; what keeps two fingers apart, and what would help.
@@ -104,6 +106,8 @@ def of_board(
         Whether the board is for several: then that comes first, and no remedy for one focus.
     has_fingers
         Whether its tables have what several need.
+    foam_twice
+        The same two on foam twice as stiff; None on no foam, or on foam that was measured.
     tried
         What could help, the best first.
     """
@@ -115,7 +119,7 @@ def of_board(
         condition = "" if has_fingers else ", once its file has [fingers],"
         apart = (
             f"It keeps two pressing fingers{condition} {kept.median:.0f} dB apart at the median, "
-            f"{kept.p10:.0f} at the worst tenth, as drawn."
+            f"{kept.p10:.0f} at the worst tenth, as drawn.{_on_stiffer_foam(two, foam_twice)}"
         )
     if for_fingers:
         alone = "Drives for one finger, which its device does not play (it plays the loudest):"
@@ -123,6 +127,17 @@ def of_board(
     if known is None or known.median >= NOTICED_DB:
         return f"{focus} {apart}".strip()
     return " ".join(filter(None, (focus, apart, _remedy(score, tried))))
+
+
+def _on_stiffer_foam(two: CountScore, foam: KeptApart | None) -> str:
+    """What two fingers keep of that where the foam differs most from its data sheet."""
+    if foam is None:
+        return ""
+    told = f"{foam.isolation_db.median:.0f} and {foam.isolation_db.p10:.0f} dB"
+    if two.finger_um is not None and foam.finger_um is not None:
+        told += f", and {foam.finger_um.median:.2g} µm each instead of {two.finger_um.median:.2g}"
+    often = " Foam is often twice as stiff as its data sheet says"
+    return f"{often}: that leaves {told}, until `chladni calibrate` finds the board's own drives."
 
 
 def _remedy(score: BoardScore, tried: Sequence[Remedy]) -> str:
@@ -183,16 +198,19 @@ def of_place(
         told += f", one 20 mm away {_less(far)}"
     um = card.felt.finger_um if card.felt is not None else None
     level = _level(um, frequency_hz, "The finger itself moves by") if um is not None else ""
-    several = (SEVERAL if is_played else NOT_PLAYED) if for_fingers else ""
-    return f"{told}; fingers notice {NOTICED_DB:g} dB. {level}{several}".rstrip()
+    told += f"; fingers notice {NOTICED_DB:g} dB."
+    if not for_fingers:
+        return f"{told} {level}".rstrip()
+    # What the board is made for comes first.
+    return " ".join(filter(None, (SEVERAL if is_played else NOT_PLAYED, level, told)))
 
 
 SEVERAL = (
-    " The board is for several fingers, and this is the drive that its device plays under one "
-    "alone, the loudest: `chladni fingers` says how far apart it keeps several."
+    "The board is for several fingers, and this is the drive that its device plays under one "
+    "alone. `chladni fingers` says how far apart it keeps several."
 )
 NOT_PLAYED = (
-    " The board is for several fingers, and its device does not play this drive: under one alone "
+    "The board is for several fingers, and its device does not play this drive: under one alone "
     "it plays the loudest (`--method time-reversal`). `chladni fingers` says how far apart it "
     "keeps several."
 )
@@ -200,9 +218,7 @@ NOT_PLAYED = (
 
 def of_methods(entries: Sequence[Mapping[str, Any]], best: Mapping[str, Any]) -> str:
     """What the best of several methods comes to, at the median of its targets."""
-    name = best["method"]
-    if name == "phasor":
-        name += f" at {best['objective']}"
+    name = best["method"] + (f" at {best['objective']}" if best["method"] == "phasor" else "")
     told = f"Of {len(entries)} methods {name} is the one for this board"
     less = best["second_finger_db"]
     if less is None:
@@ -326,24 +342,8 @@ def of_tolerances(influences: Sequence[Influence], name: str | None) -> str:
         what = "other fingers' silence" if first.isolation_db is None else "two fingers' isolation"
         own += f" and takes up to {lost(first):.1f} dB from {what}"
     told = name is not None and any(word in first.name for word in TOLD_BY_COILS)
-    by = f" `chladni calibrate --board {name}` finds it." if told else ""
-    return f"{own}.{by}"
+    return f"{own}." + (f" `chladni calibrate --board {name}` finds it." if told else "")
 
 
 TOLD_BY_COILS = ("foam", "coils'", "screws", "thickness", "modulus")
 """In the names of parameters that coils tell, alone or with others."""
-
-
-def of_prices(low: float, high: float, without: Mapping[str, str | None]) -> str:
-    """What a board's parts cost, by public lists; `without` has who sells those of no list."""
-    unknown = "".join(
-        f"{name} (no list has it{f'; sold by {sold_by}' if sold_by else ''}), "
-        for name, sold_by in without.items()
-    )
-    return f"The parts cost {price_text(low, high)}. Not counted: {unknown}shipping, glue, tools."
-
-
-def price_text(low: float, high: float) -> str:
-    """A range of dollars for people: cents where they matter."""
-    cents = 2 if high < 10.0 else 0
-    return f"{low:.{cents}f} to {high:.{cents}f} US$"

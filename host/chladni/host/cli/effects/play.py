@@ -34,11 +34,12 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
+from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
 from chladni.host.cli.device.touch import MOVED_MM
 from chladni.host.cli.effects.pairs import MOST_PAIRS, check_pairs, played_pairs
-from chladni.host.cli.effects.remarks import say_filtered, say_off_board
+from chladni.host.cli.effects.remarks import say_filtered, say_not_measured, say_off_board
 from chladni.host.device.checks.readiness import check_ready
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
@@ -111,7 +112,10 @@ def play(
     figure: FigureOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Play an effect under a finger; an emulated device says what fingers have of it."""
+    """Play an effect under a finger; an emulated device says what fingers have of it.
+
+    A real device says what it reckons by its table: no µm, for it does not measure its plate.
+    """
     if pairs is not None:
         given = {"--at": at, "--other": other, "--hidden": hidden, "--figure": figure}
         check_pairs(connection, effect, [option for option, value in given.items() if value])
@@ -324,10 +328,15 @@ def _on_device(
         device.lift()
     if math.dist(played.place_mm, place) > MOVED_MM:
         say(f"{place[0]:g}, {place[1]:g} mm lies off the board: the nearest place plays")
-    return {
-        "effect": read.effect.name,
-        "place_mm": list(played.place_mm),
-        "samples": played.samples,
-        "fewest_waiting": played.fewest_waiting,
-        "left_out": read.left_out,
-    }
+    say_not_measured()
+    return of_loudest(
+        {
+            "effect": read.effect.name,
+            "place_mm": list(played.place_mm),
+            "samples": played.samples,
+            "fewest_waiting": played.fewest_waiting,
+            "isolation_db": played.isolation_db,
+            "level_db": played.level_db,
+            "left_out": read.left_out,
+        }
+    )

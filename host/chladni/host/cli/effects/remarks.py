@@ -63,3 +63,11 @@ def say_filtered(effect: Effect) -> None:
         f"{effect.name}: above {EDGE_HZ:g} Hz boards do not focus, and a low-pass leaves "
         f"{left_db:.0f} dB of {highest:.0f} Hz"
     )
+
+
+def say_not_measured() -> None:
+    """Remark on what a real device cannot say of an effect."""
+    say(
+        "a device does not measure its plate, and its dB are by its table: --emulator with the "
+        "same --board and --table says what fingers get in µm and dB, as modelled"
+    )

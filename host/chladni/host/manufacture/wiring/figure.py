@@ -11,6 +11,7 @@ from chladni.host.manufacture.wiring.layout import (
     BLOCK_X,
     BUS_PITCH,
     BUS_X,
+    CHANNEL_X,
     CHIP_END,
     CHIP_TOP,
     CHIP_WIDTH,
@@ -21,6 +22,7 @@ from chladni.host.manufacture.wiring.layout import (
     NAME_X,
     PANEL_Y,
     PIN_PITCH,
+    PLACE_X,
     PULL_UP_X,
     ROW,
     ROWS_Y,
@@ -75,6 +77,8 @@ def wiring_figure(board: Board) -> Figure:
     _draw_link(sheet, board)
     if board.panel:
         _draw_panel(sheet, board.panel, parts)
+    if "earth wire" in parts:
+        _draw_earthed_sheet(sheet, str(board.plate.material).replace("-", " "))
     if board.sensing is not None:
         draw_sensing(sheet, board, _panel_end(board) - 2.2)
     sheet.lines(-0.4, lowest - 1.6, _notes(board))
@@ -267,6 +271,15 @@ def _draw_panel(sheet: Sheet, panel: Panel, parts: dict[str, Part]) -> None:
     sheet.rail(BLOCK_X + 0.8, PANEL_Y + 1.2, "3.3 V")
     sheet.wire((BLOCK_X + 0.8, low), (BLOCK_X + 0.8, low - 0.3))
     sheet.ground(BLOCK_X + 0.8, low - 0.3)
+
+
+def _draw_earthed_sheet(sheet: Sheet, metal: str) -> None:
+    """A metal plate under a touch panel, with its wire to ground, above the coils' names."""
+    sheet.box(PLACE_X, -2.1, 6.4, 1.1, fill="white")
+    sheet.text(PLACE_X + 3.2, -1.55, f"sheet of {metal}", middle=True)
+    sheet.wire((PLACE_X, -1.55), (CHANNEL_X + 0.6, -1.55), (CHANNEL_X + 0.6, -2.0))
+    sheet.ground(CHANNEL_X + 0.6, -2.0)
+    sheet.text(CHANNEL_X + 0.6, -1.2, "earth wire", middle=True)
 
 
 def _notes(board: Board) -> list[str]:

@@ -32,7 +32,12 @@ from chladni.drives.scoring.several_fingers.finger_sets import (
     finger_discs,
     finger_sets,
 )
-from chladni.drives.scoring.several_fingers.fingers_score import SETS, found_drives, solver_of
+from chladni.drives.scoring.several_fingers.fingers_score import (
+    SETS,
+    CountScore,
+    found_drives,
+    solver_of,
+)
 from chladni.drives.scoring.several_fingers.kept_apart import KeptApart, kept_apart, rows_of
 from chladni.drives.scoring.survey import SAMPLES
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE, drawn_boards, with_foam
@@ -132,6 +137,22 @@ def score_fingers_as_built(
         foam_twice=own.kept(own.pressed(_solved(stiffer))) if has_foam else None,
         together=most.kept_together(samples, seed),
     )
+
+
+def on_stiffer_foam(board: Board, score: CountScore) -> KeptApart | None:
+    """What scored sets keep by the same drives on foam twice as stiff; None of a board on none."""
+    stiffer = with_foam(board, FOAM_TWICE)
+    if stiffer is board:
+        return None
+    coils = np.ones(len(board.actuators))
+    stiffness = pressing_stiffness(PRESS, board.drive.frequency_hz)
+    with one_blas_thread():
+        sets = FingerSet.of_all(_solved(stiffer), score.places, stiffness)
+        rows = [
+            rows_of(board, own, drives, coils)
+            for own, drives in zip(sets, score.drives, strict=True)
+        ]
+    return kept_apart(board, np.concatenate(rows))
 
 
 def _solved(board: Board) -> SolvedBoard:
