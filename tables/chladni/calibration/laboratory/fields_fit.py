@@ -124,31 +124,20 @@ class _Search:
 
     def solve(self) -> FloatArray:
         """Logarithms of the board's scales, the most likely ones."""
-        count = len(self._unknowns.scales)
-        mean, spread = self._unknowns.mean[:count], self._unknowns.spread[:count]
-        begin = min(self._starts(), key=self.left)
-
-        def residuals(off: FloatArray) -> FloatArray:
-            return self._residuals(mean + off * spread)
-
-        found = least_squares(
-            residuals,
-            (begin - mean) / spread,
-            diff_step=np.full(count, STEP),
-            xtol=1e-3,
-            ftol=1e-3,
-            max_nfev=12,
-        )
-        return np.asarray(mean + found.x * spread)
+        return self._refined(min(self._starts(), key=self.left), ftol=1e-3, most=12)
 
     def with_patches(self, scales: FloatArray) -> FloatArray:
         """Logarithms of the board's scales, and of its patches of foam after them."""
         count = self._unknowns.patch_values.stop
         if count == scales.size:
             return scales
-        mean, spread = self._unknowns.mean[:count], self._unknowns.spread[:count]
-        begin = mean.copy()
+        begin = self._unknowns.mean[:count].copy()
         begin[: scales.size] = scales
+        return self._refined(begin, ftol=1e-2, most=8)
+
+    def _refined(self, begin: FloatArray, *, ftol: float, most: int) -> FloatArray:
+        """The most likely values from there on, as many as are given; `most` steps."""
+        mean, spread = self._unknowns.mean[: begin.size], self._unknowns.spread[: begin.size]
 
         def residuals(off: FloatArray) -> FloatArray:
             return self._residuals(mean + off * spread)
@@ -157,7 +146,7 @@ class _Search:
             return self._jacobian(mean + off * spread)
 
         found = least_squares(
-            residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=1e-2, max_nfev=8
+            residuals, (begin - mean) / spread, jac=jacobian, xtol=1e-3, ftol=ftol, max_nfev=most
         )
         return np.asarray(mean + found.x * spread)
 
