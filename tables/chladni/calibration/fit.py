@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.coils_known import MOST_TRIM_DB, drawn_strengths, with_coils_known
 from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
@@ -41,7 +41,9 @@ UNLIKE = 5.0
 FEWEST = 3
 """Coils of which it can be told which one is the wrong way round."""
 FAR_OFF = 4.0
-"""Deviations from what is drawn, of any value. Those of tolerances end at 1.7."""
+"""Deviations from what is drawn, of any value but forces. Those of tolerances end at 1.7."""
+WEAKEST_DB = MOST_TRIM_DB
+"""Of a coil, either way: as far as a board's file goes. One that is so weak is to be looked at."""
 INEXACT, UNFITTED = 0.01, {"foam": 0.04}
 """Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
 patches of foam that are smaller than those that are fitted."""
@@ -155,8 +157,10 @@ def _check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> No
     if left > UNLIKE:
         raise InputError("readings", f"{left:.1f} times the noise off", expected, hint=hint)
     off = np.abs(values - unknowns.mean) / unknowns.spread
-    worst = int(np.argmax(off))
-    if off[worst] > FAR_OFF:
+    most = np.full(off.size, FAR_OFF)
+    most[unknowns.forces] = np.log(10.0 ** (WEAKEST_DB / 20.0)) / unknowns.spread[unknowns.forces]
+    worst = int(np.argmax(off / most))
+    if off[worst] > most[worst]:
         what = f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"
         raise InputError("readings", what, expected, hint=hint)
 
