@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chladni.calibration.hidden import HiddenPlate
+from chladni.calibration.hidden import HiddenPlate, given_plate
 from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.several_fingers.finger_sets import FingerSet
 from chladni.effects import Area, Bank, Curve, Effect, Tone, shipped_effects
@@ -30,6 +30,7 @@ from chladni.host.emulation.played_effect import PlayedEffect, play_effect
 from chladni.host.figures.effects import played_effect_figure
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
+from chladni.sim.coil.full_drive import full_drive
 from chladni.sim.errors import MissingError
 from chladni.sim.image.finger import pressing_stiffness
 from chladni.tables.format import pack
@@ -298,6 +299,30 @@ def test_fingers_are_on_a_plate_that_the_device_does_not_know(
         for plate in (None, wrong)
     )
     assert hidden.own_um == pytest.approx(-0.5 * known.own_um, abs=1e-6 * known.peak_um)
+
+
+def test_a_weak_coil_that_its_device_makes_up_for_takes_level_and_nothing_else(
+    table: Table, board: Board, solved: Sequence[SolvedBoard]
+) -> None:
+    """A coil of half its force, written into the file, on the plate that has it: as one is drawn,
+    at half the level, and as the model says."""
+    first, *others = board.actuators
+    weak = replace(board, actuators=(replace(first, trim_db=20.0 * np.log10(2.0)), *others))
+    effect = shipped_effects()["pulse"]
+    full, half = (
+        play_effect(table, own, effect, HERE, other_mm=THERE, solved=solved, hidden=plate)
+        for own, plate in ((board, None), (weak, given_plate(board, weak)))
+    )
+    assert half.peak_um == pytest.approx(0.5 * full.peak_um, rel=0.02)
+    assert half.isolation_db == pytest.approx(full.isolation_db, abs=1.0)
+    drive = np.ones(len(board.actuators), dtype=np.complex128)
+    newtons = [full_drive(own, drive, 160.0) for own in (board, weak)]
+    assert newtons[0] is not None
+    assert newtons[1] is not None
+    # Of the supply's limit it leaves more than others take, of any other one nothing.
+    assert 0.5 <= newtons[1].newtons / newtons[0].newtons < 0.75
+    said = play_effect(table, weak, effect, HERE, other_mm=THERE, solved=solved)
+    assert said.peak_um == pytest.approx(half.peak_um, rel=1e-6)
 
 
 @pytest.mark.parametrize(

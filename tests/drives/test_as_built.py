@@ -52,7 +52,7 @@ def test_warm_coils_take_what_their_own_resistance_leaves() -> None:
     assert found is not None
     assert full is not None
     electronics = own.electronics
-    amplitude = full.duty * np.abs(drive)
+    amplitude = full.duties
     cold = (full.bias**2 + amplitude**2 / 2.0) * electronics.supply_v**2 / electronics.coil_ohm
     rise = found.rise_k
     assert rise * (1.0 + 3.93e-3 * rise) == pytest.approx(electronics.coil_k_per_w * cold)

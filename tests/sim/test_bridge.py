@@ -84,18 +84,18 @@ def test_full_drive_keeps_every_limit_of_a_bridge_and_uses_one_up(
     full = full_drive(board, DRIVE, 160.0)
     assert full is not None
     assert full.limited_by == limited_by
-    amplitude = full.duty * np.abs(DRIVE)
+    amplitude = full.duties
     duty = amplitude[:, None] * np.sin(2.0 * np.pi * np.arange(1000) / 1000.0)
     used = limits_used(own, duty, own.coil_ohm + own.bridge_ohm, crests=2)
     # The amplitude leaves three steps of 1024 of the duty.
     assert used[limited_by] == pytest.approx(1.0, abs=0.01)
     assert max(used.values()) < 1.0 + 1e-9
-    assert full.duty <= 1.0 - 3.0 / 1024.0
+    assert full.duties.max() <= 1.0 - 3.0 / 1024.0
     assert not full.bias.any()
     assert not full.bias_newtons.any()
     inductive = 2.0 * np.pi * 160.0 * 0.6e-3
     assert full.amperes == pytest.approx(
-        full.duty * own.supply_v / np.hypot(15.0 + own.bridge_ohm, inductive), rel=1e-4
+        full.duties.max() * own.supply_v / np.hypot(15.0 + own.bridge_ohm, inductive), rel=1e-4
     )
 
 
@@ -144,7 +144,7 @@ def test_warm_coils_heat_by_their_own_share() -> None:
     assert found is not None
     assert full is not None
     own = board.electronics
-    current = full.duty * np.abs(DRIVE) * own.supply_v / (own.coil_ohm + 1.0) / np.sqrt(2.0)
+    current = full.duties * own.supply_v / (own.coil_ohm + 1.0) / np.sqrt(2.0)
     cold = current**2 * own.coil_ohm
     assert found.rise_k * (1.0 + 3.93e-3 * found.rise_k) == pytest.approx(own.coil_k_per_w * cold)
     assert full.limited_by == "heat"

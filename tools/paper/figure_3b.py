@@ -70,7 +70,7 @@ def numbers() -> Numbers:
         "silent_steps": str(max(n for n, a, m in zip(COUNTS, asked, made, strict=True)
                                 if m < HEARD * a)),
         "top_gain": fixed(made[-1], 3),
-        "top_promised": fixed(limit.duty / span, 3),
+        "top_promised": fixed(limit.duties.max() / span, 3),
         "least_duty": str(_played(328).recording.duty_steps[:, boards.MIDDLE].min()),
     }  # fmt: skip
     for gain in (1.0, 0.1):

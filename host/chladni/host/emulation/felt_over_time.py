@@ -21,7 +21,6 @@ from chladni.drives.problem.problem import SolvedBoard, solved_board
 from chladni.drives.scoring.felt import MICROMETRE
 from chladni.drives.scoring.several_fingers.finger_sets import finger_discs, pushed_back
 from chladni.host.emulation.emulator import Recording
-from chladni.host.protocol.board_config import coil_gains
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
@@ -179,7 +178,8 @@ def forces_of(board: Board, recording: Recording) -> FloatArray:
     periods = round(recording.carrier_hz / RATE_HZ)
     whole = len(currents) // periods * periods
     means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
-    return np.asarray(board.coil.force_factor * means / np.array(coil_gains(board)))
+    strengths = np.array([own.strength for own in board.actuators])
+    return np.asarray(board.coil.force_factor * means * strengths)
 
 
 def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:

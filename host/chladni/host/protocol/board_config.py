@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from chladni.host.protocol.config import PANELS, DeviceConfig, each
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED, ChipName
+from chladni.sim.coil.full_drive import coil_shares, weakest
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS
 
@@ -17,9 +20,8 @@ def coil_gains(board: Board) -> tuple[float, ...]:
 
     Polarity and trim, all of them lowered until none is above 1: no coil can do more than all.
     """
-    wanted = [1.0 / actuator.strength for actuator in board.actuators]
-    most = max(1.0, *map(abs, wanted))
-    return tuple(gain / most for gain in wanted)
+    signs = np.sign([actuator.strength for actuator in board.actuators])
+    return tuple((signs * coil_shares(board)).tolist())
 
 
 def full_force_n(board: Board) -> float:
@@ -33,8 +35,7 @@ def full_force_n(board: Board) -> float:
     omega = 2.0 * math.pi * board.drive.frequency_hz
     volts = own.max_duty * own.supply_v * (1.0 if own.is_bridge else 0.5)
     amperes = volts / abs(coil.resistance + own.driver_ohm + 1j * omega * coil.inductance)
-    weakest = min(1.0, *(abs(actuator.strength) for actuator in board.actuators))
-    return coil.force_factor * amperes * weakest
+    return coil.force_factor * amperes * weakest(board)
 
 
 def board_id(fingerprint: int, name: str) -> tuple[int, ...]:

@@ -8,7 +8,7 @@ d² V/R. What a bridge loses of each pulse (`lost_ns`) is left out: 0.4 % of a f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,21 +36,21 @@ class FullDrive:
 
     Attributes
     ----------
-    duty
-        Amplitude of that coil's duty: 0 to 0.5, with bridges to 1.
+    duties
+        Amplitude of every coil's duty, shape (actuators,): 0 to 0.5, with bridges to 1.
     limited_by
-        What keeps it there: "duty", "supply" or "heat".
+        What keeps them there: "duty", "supply" or "heat".
     volts, amperes
-        Peak of that coil's sine, bias aside.
+        Peak of the sine of the coil with the largest, bias aside.
     newtons
-        Peak of its force if it were held still.
+        Peak of the largest force that is asked for, if its coil were held still.
     bias
         Mean duty of every coil, shape (actuators,); 0 with bridges.
     bias_newtons
         Steady force of every coil, shape (actuators,), N.
     """
 
-    duty: float
+    duties: FloatArray
     limited_by: str
     volts: float
     amperes: float
@@ -74,18 +74,19 @@ def least_duty(board: Board) -> float:
 def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDrive | None:
     """The most of a drive that continuous touch allows.
 
-    None where the board file has no coil, or the drive is silent.
+    None where the board file has no coil, or the drive is silent. A coil that is weak by its
+    `trim_db` gets more than the others, which lowers what all can do.
 
     Parameters
     ----------
     drive
-        complex128, shape (actuators,), any scale.
+        Forces that are asked for: complex128, shape (actuators,), any scale.
     """
     coil, own = board.coil, board.electronics
     sizes = np.abs(drive)
     if coil is None or not sizes.max() > 0.0:
         return None
-    shares = sizes / sizes.max()
+    shares = sizes / sizes.max() * coil_shares(board)
     plays = shares > 0.0
     swing = _Swing(biased=not own.is_bridge, rest=least_duty(board))
     limits = {
@@ -96,25 +97,42 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
             swing,
             frequency_hz,
         ),
-        "heat": swing.by_heat(own.coil_limit_k / own.coil_k_per_w / own.full_heat_w),
+        "heat": swing.by_heat(own.coil_limit_k / own.coil_k_per_w / own.full_heat_w)
+        / float(shares.max()),
     }
     limited_by = min(limits, key=lambda name: limits[name])
-    duty = max(0.0, float(limits[limited_by]))
-    volts = duty * own.supply_v
+    full = max(0.0, float(limits[limited_by]))
     omega = 2.0 * np.pi * frequency_hz
     ohm = coil.resistance + own.driver_ohm
-    amperes = volts / abs(ohm + 1j * omega * coil.inductance)
-    bias = np.where(plays, swing.bias(duty * shares), 0.0) if duty > 0.0 else np.zeros(shares.shape)
+    amperes = own.supply_v / abs(ohm + 1j * omega * coil.inductance)
+    duties = full * shares
+    bias = np.where(plays, swing.bias(duties), 0.0) if full > 0.0 else np.zeros(shares.shape)
     steady = coil.force_factor * own.supply_v / ohm
+    strengths = np.array([actuator.strength for actuator in board.actuators])
     return FullDrive(
-        duty=duty,
+        duties=duties,
         limited_by=limited_by,
-        volts=volts,
-        amperes=float(amperes),
-        newtons=float(coil.force_factor * amperes),
+        volts=float(duties.max()) * own.supply_v,
+        amperes=float(duties.max() * amperes),
+        newtons=float(coil.force_factor * full * amperes * weakest(board)),
         bias=bias,
-        bias_newtons=steady * bias,
+        bias_newtons=steady * bias * np.abs(strengths),
     )
+
+
+def coil_shares(board: Board) -> FloatArray:
+    """Of a full drive, that each coil gets where all are to do alike, (actuators,); 1 at most."""
+    return weakest(board) / np.array([abs(own.strength) for own in board.actuators])
+
+
+def untrimmed(board: Board) -> Board:
+    """The board with coils as strong as drawn, which tables are for: devices make up for trims."""
+    return replace(board, actuators=tuple(replace(own, trim_db=0.0) for own in board.actuators))
+
+
+def weakest(board: Board) -> float:
+    """What the weakest coil does of what it is drawn with: no coil can do more than all."""
+    return min(1.0, *(abs(own.strength) for own in board.actuators))
 
 
 @dataclass(frozen=True)

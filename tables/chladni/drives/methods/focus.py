@@ -38,7 +38,7 @@ from chladni.drives.problem.problem import Problem, SolvedBoard
 from chladni.drives.problem.second_fingers import SecondFingers
 from chladni.sim.board.board import Board
 from chladni.sim.board.fingers import Focus
-from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.coil.full_drive import full_drive, untrimmed
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -187,8 +187,11 @@ def focus_at(solved: SolvedBoard, place: Place, mean: ComplexArray) -> Focused |
 
 
 def _force(board: Board, drive: ComplexArray, frequency_hz: float) -> float | None:
-    """The most the loudest coil of a drive can push, N; None on a board without a coil."""
-    full = full_drive(board, drive, frequency_hz)
+    """The most the loudest coil of a drive can push, N; None on a board without a coil.
+
+    Tables do not depend on trims, so neither does what is found.
+    """
+    full = full_drive(untrimmed(board), drive, frequency_hz)
     return full.newtons if full else None
 
 

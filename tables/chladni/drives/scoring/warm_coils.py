@@ -62,8 +62,7 @@ def warm(board: Board, drive: ComplexArray) -> Warm | None:
         return None
     own = board.electronics
     sizes = np.abs(drive)
-    amplitude = full.duty * sizes / sizes.max()
-    cold = (full.bias**2 + amplitude**2 / 2.0) * own.full_heat_w
+    cold = (full.bias**2 + full.duties**2 / 2.0) * own.full_heat_w
     rise = (np.sqrt(1.0 + 4.0 * COPPER * own.coil_k_per_w * cold) - 1.0) / (2.0 * COPPER)
     resistance = 1.0 + COPPER * rise
     magnet = 1.0 + REMANENCE * MAGNET_SHARE * rise

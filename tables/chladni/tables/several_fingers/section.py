@@ -8,7 +8,7 @@ from chladni.drives.fingers.responses import Responses
 from chladni.drives.scoring.as_built import PRESS
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
-from chladni.sim.coil.full_drive import full_drive
+from chladni.sim.coil.full_drive import full_drive, untrimmed
 from chladni.sim.image.finger import pressing_stiffness, threshold_um
 from chladni.tables.responses import METRE_PM
 from chladni.tables.stored_regions import StoredRegions
@@ -45,7 +45,9 @@ def section_of(
 
 def reckoned_finger(board: Board, frequency_hz: float) -> ReckonedFinger:
     """What presses a board, and what its coils can push while all of them work alike."""
-    full = full_drive(board, np.ones(len(board.actuators), dtype=np.complex128), frequency_hz)
+    full = full_drive(
+        untrimmed(board), np.ones(len(board.actuators), dtype=np.complex128), frequency_hz
+    )
     threshold = threshold_um(frequency_hz)
     return ReckonedFinger(
         full_force_un=0 if full is None else round(full.newtons * 1e6),
