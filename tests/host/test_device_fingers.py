@@ -181,7 +181,10 @@ def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
     served.start()
     try:
         places = ("--at", "-18,30", "--other", "17,-25")
-        done = chladni("play", "click", *places, "--port", port.port, "--json")
+        there = ("--port", port.port, "--json")
+        done = chladni("play", "click", *places, *there)
+        after = chladni("device", "touch", "-18,30", "17,-25", *there)
+        off = chladni("play", "click", "--at", "-18,30", "--other", "80,-10", *there)
     finally:
         ends.set()
         served.join()
@@ -189,6 +192,10 @@ def test_a_device_on_a_port_says_what_it_reckons_and_where_micrometres_are(
     assert done.json["isolation_db"] > 30.0
     assert not [key for key in done.json if key.endswith("_um")]
     assert "--emulator with the same --board and --table" in " ".join(done.err.split())
+    assert done.json["fewest_waiting"] <= done.json["samples"]
+    # The finger that was spared has its own signal again.
+    assert after.json["fingers"][1]["isolation_db"] > 20.0
+    assert (off.code, "--other: expected a place on the board" in off.err) == (2, True)
 
 
 def test_samples_beyond_full_scale_and_levels_beyond_all_are_refused(table: Table) -> None:

@@ -229,7 +229,9 @@ class DeviceFingers:
                 hint="`chladni device info` shows its state and faults",
             )
         self.lift(finger)
-        return PlayedSignal(place, sent, fewest, mine[0]["isolation_db"], mine[0]["level_db"])
+        return PlayedSignal(
+            place, sent, min(fewest, sent), mine[0]["isolation_db"], mine[0]["level_db"]
+        )
 
     def play_effect(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import combinations
 from typing import Annotated, Any
@@ -54,7 +55,7 @@ def touch(
             raise InputError("X,Y", "{:g},{:g}".format(*other), expected)
     with connection.device() as device:
         check_ready(device.info(), is_emulated=connection.emulator)
-        _check_on_board(device, asked)
+        check_on_board(device, [("X,Y", own) for own in asked])
         held = _hold(device, asked)
         device.link.wait(seconds)
         state = device.info()["state"]
@@ -139,8 +140,8 @@ def _parsed(place: str) -> Place:
     return x, y
 
 
-def _check_on_board(device: Device, asked: list[Place]) -> None:
-    """Refuse places that would play as others, before anything plays.
+def check_on_board(device: Device, asked: Sequence[tuple[str, Place]]) -> None:
+    """Refuse places, by what gave them, that would play as others, before anything plays.
 
     Of an older device, which does not say where its board is, the answer tells it.
     """
@@ -148,12 +149,12 @@ def _check_on_board(device: Device, asked: list[Place]) -> None:
     if reach is None:
         return
     left, bottom, right, top = reach
-    for x, y in asked:
+    for name, (x, y) in asked:
         if min(x - left, right - x, y - bottom, top - y) < -MOVED_MM:
             # A device's ends are a micrometre short; people measure hundredths of a millimetre.
             ends = [round(end, 2) for end in (left, right, bottom, top)]
             expected = "a place on the board, {:g} to {:g} and {:g} to {:g} mm".format(*ends)
-            raise InputError("X,Y", f"{x:g},{y:g}", expected)
+            raise InputError(name, f"{x:g},{y:g}", expected)
 
 
 def _hold(device: Device, asked: list[Place]) -> list[Place]:

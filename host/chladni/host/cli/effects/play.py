@@ -13,7 +13,6 @@ import typer
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
-from chladni.effects.bank.layout import SIGNAL_HZ
 from chladni.effects.bank.unpack import unpack_bank
 from chladni.effects.files import ReadEffect, read_effect
 from chladni.host.cli.common.board_reports import say_waves
@@ -34,13 +33,11 @@ from chladni.host.cli.common.output import (
     write_figure,
 )
 from chladni.host.cli.common.ranges import LEAST_APART_MM, within
-from chladni.host.cli.common.terms import of_loudest
 from chladni.host.cli.common.verdicts import of_effect
 from chladni.host.cli.device.connection import Connection, connecting
-from chladni.host.cli.device.touch import MOVED_MM
+from chladni.host.cli.effects.on_device import play_on_device
 from chladni.host.cli.effects.pairs import MOST_PAIRS, check_pairs, played_pairs
-from chladni.host.cli.effects.remarks import say_filtered, say_not_measured, say_off_board
-from chladni.host.device.checks.readiness import check_ready
+from chladni.host.cli.effects.remarks import say_filtered, say_off_board
 from chladni.host.emulation.played_effect import PlayedEffect, effect_of_bank, play_effect
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
@@ -143,7 +140,7 @@ def play(
     if not connection.emulator:
         if figure is not None:
             raise ConflictError("--figure", "--port or --udp", hint="only emulated pins are scored")
-        rows = _on_device(connection, read, place, beside, (level, level_um))
+        rows = play_on_device(connection, read, place, beside, (level, level_um))
         answer(rows, as_json=as_json, title="Played")
         return
     table, board = _table(connection)
@@ -308,35 +305,3 @@ def _table(connection: Connection) -> tuple[Table, Board]:
         f"`chladni table build {connection.board} --for fingers -o T.chl` keeps them"
     )
     return table, board
-
-
-def _on_device(
-    connection: Connection,
-    read: ReadEffect,
-    place: Place,
-    beside: Place | None,
-    levels: tuple[float, float | None],
-) -> dict[str, Any]:
-    """`levels`: of the loudest, and in µm."""
-    samples = read.effect.samples(SIGNAL_HZ)
-    with connection.device() as device:
-        check_ready(device.info())
-        if beside is not None:
-            device.fingers.set_voice(1, level=0.0)
-            device.fingers.touch(1, *beside)
-        played = device.fingers.play(samples, place, level=levels[0], most_um=levels[1])
-        device.lift()
-    if math.dist(played.place_mm, place) > MOVED_MM:
-        say(f"{place[0]:g}, {place[1]:g} mm lies off the board: the nearest place plays")
-    say_not_measured()
-    return of_loudest(
-        {
-            "effect": read.effect.name,
-            "place_mm": list(played.place_mm),
-            "samples": played.samples,
-            "fewest_waiting": played.fewest_waiting,
-            "isolation_db": played.isolation_db,
-            "level_db": played.level_db,
-            "left_out": read.left_out,
-        }
-    )
