@@ -143,8 +143,7 @@ def play(
         rows = play_on_device(connection, read, place, beside, (level, level_um))
         answer(rows, as_json=as_json, title="Played")
         return
-    table, board = _table(connection)
-    _check_places(board, place, beside)
+    table, board = _table(connection, place, beside)
     say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
@@ -209,11 +208,11 @@ def _check_level(connection: Connection, level_db: float, level_um: float | None
         raise ConflictError(option, "--bank", hint="its areas have levels of their own")
 
 
-def _check_places(board: Board, place: Place, beside: Place | None) -> None:
-    """Both on the board, by the option that says them."""
-    check_target(board, place, "--at")
-    if beside is not None:
-        check_target(board, beside, "--other")
+def _check_places(board: Board, place: Place | None, beside: Place | None) -> None:
+    """All on the board, by the option that says them."""
+    for option, own in (("--at", place), ("--other", beside)):
+        if own is not None:
+            check_target(board, own, option)
 
 
 def _check_emulated(
@@ -246,7 +245,7 @@ def _from_bank(
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
     say_off_board(unpack_bank(bank), load_board(connection.board))
     area, effect, level = effect_of_bank(bank, place)
-    table, board = _table(connection)
+    table, board = _table(connection, place, beside)
     say_filtered(effect)
     say_waves(board)
     with progress_bar("plate") as progress:
@@ -290,12 +289,17 @@ def _tell(
     answer(verdict | known | rows, as_json=as_json, title="Played (emulated)")
 
 
-def _table(connection: Connection) -> tuple[Table, Board]:
-    """The file's, which must be the board's; else responses, made for it."""
+def _table(
+    connection: Connection, place: Place | None = None, beside: Place | None = None
+) -> tuple[Table, Board]:
+    """The file's, which must be the board's; else responses, made for it once places are on it."""
     if connection.emulated_table is not None:
         table = read_table(connection.emulated_table)
-        return table, board_for(table, connection.board, file=str(connection.emulated_table))
+        board = board_for(table, connection.board, file=str(connection.emulated_table))
+        _check_places(board, place, beside)
+        return table, board
     board = load_board(connection.board)
+    _check_places(board, place, beside)
     with progress_bar("table") as progress:
         table, _, report = build_for(board, "fingers", progress=progress)
     assert report is not None

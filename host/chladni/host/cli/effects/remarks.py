@@ -68,6 +68,7 @@ def say_filtered(effect: Effect) -> None:
 def say_not_measured() -> None:
     """Remark on what a real device cannot say of an effect."""
     say(
-        "a device does not measure its plate, and its dB are by its table: --emulator with the "
-        "same --board and --table says what fingers get in µm and dB, as modelled"
+        "a device does not measure its plate, and its dB are by its table, of a steady signal: "
+        "--emulator with the same --board and --table says what fingers get in µm and dB, as "
+        "modelled"
     )
