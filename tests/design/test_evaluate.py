@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from chladni.design.evaluate import COARSE, NO_NUMBER_DB, completed_board, evaluate
@@ -62,3 +63,33 @@ def test_what_a_board_keeps_as_built_can_be_weighed() -> None:
     assert kept.finger_um is None
     assert found.terms["built_finger_db"] == NO_NUMBER_DB
     assert found.robust_score == pytest.approx(2.0 * level, abs=1e-9)
+
+
+@pytest.mark.parametrize(("asked", "is_told"), [(None, False), (0.0, True), (500.0, True)])
+def test_several_fingers_are_not_to_get_what_one_would_of_a_focus(
+    asked: float | None, is_told: bool
+) -> None:
+    """Their device plays no focus: what the SPEC says of micrometres counts, of two fingers."""
+    design = {"weights": {"fingers_2_db": 1.0}} | ({"finger_um": asked} if is_told else {})
+    spec = spec_of(
+        small(
+            design=design,
+            magnet={"radius_mm": 3.0, "height_mm": 4.0, "remanence_t": 1.28},
+            winding={"turns": 300, "wire_mm": 0.1, "inner_mm": 3.0, "outer_mm": 8.0}
+            | {"height_mm": 1.5, "gap_mm": 1.0},
+            fingers={},
+            foundation={"stiffness_n_per_mm3": 0.0005},
+        )
+    )
+    document = spec.document | {
+        "actuators": [{"name": "a", "at_mm": [0.0, -9.0]}, {"name": "b", "at_mm": [0.0, 9.0]}],
+        "electronics": spec.document["electronics"] | {"pwm_pins": [2, 4]},
+    }
+    found = evaluate(spec, document, SEED)
+    assert found.broken is None
+    lacking = 0.0
+    if asked:
+        lacking = 20.0 * np.log10(asked) - found.terms["fingers_um_db"]
+        assert lacking > 0.0
+    expected = found.terms["fingers_2_db"] - 3.0 * lacking
+    assert found.robust_score == pytest.approx(expected, abs=1e-9)

@@ -38,6 +38,8 @@ FINGER_SETS = 32
 """Sets of fingers on each drawn board, while boards are compared: with eight, the best of twelve
 boards had 8 dB more by luck. Thirty-two take a sixteenth of the time more."""
 Terms = Mapping[str, float]
+LEAST_UM = 5.0
+"""Under one finger, unless a SPEC says."""
 TOO_WEAK = 3.0
 """dB of score for each dB that the finger gets less than it is to."""
 
@@ -176,15 +178,28 @@ def weighed(spec: Spec, board: Board, score: BoardScore, more: tuple[Terms, Term
         {**terms_of(board, one), **own}
         for one, own in zip((score, score.perturbed), more, strict=True)
     )
-    floor = 20.0 * np.log10(max(spec.settings.finger_um, 1e-12))
+    level, least = least_um(spec, board)
+    floor = 20.0 * np.log10(max(least, 1e-12))
     is_coil = score.perturbed.finger_um is not None
 
     def total(terms: Mapping[str, float]) -> float:
-        lacking = max(floor - terms["finger_db"], 0.0) if is_coil else 0.0
+        lacking = max(floor - terms[level], 0.0) if is_coil else 0.0
         found = sum(weight * terms[name] for name, weight in spec.weights.items())
         return found - TOO_WEAK * lacking
 
     return Evaluation(total(nominal), total(robust), None, robust)
+
+
+def least_um(spec: Spec, board: Board) -> tuple[str, float]:
+    """The term of what a finger gets, and the least of it, µm, at the worst tenth.
+
+    A board for several fingers does not play what one would get of a focus: of several, the least
+    is what the SPEC says, if it does.
+    """
+    asked = spec.settings.finger_um
+    if board.is_for_several:
+        return FINGER_LEVEL, asked or 0.0
+    return "finger_db", LEAST_UM if asked is None else asked
 
 
 def terms_of(board: Board, statistics: FocusStatistics) -> dict[str, float]:

@@ -82,7 +82,7 @@ class DesignSettings:
     mass_g, first_natural_hz
         The most that plate and magnets may weigh; the least first natural frequency of the plate.
     finger_um
-        The least under the finger, 10th percentile.
+        The least under the finger, 10th percentile, if it is told (`evaluate.least_um`).
     evaluations
         How many boards the search may look at.
     samples, pitch
@@ -93,7 +93,7 @@ class DesignSettings:
     edge: float | None = quantity("edge_mm", MM, 0.0, 2500.0, default=None)
     mass_g: float | None = quantity("mass_g", 1.0, 1e-3, 1e6, default=None)
     first_natural_hz: float | None = quantity("first_natural_hz", 1.0, 1.0, 1e5, default=None)
-    finger_um: float = quantity("finger_um", 1.0, 0.0, 1000.0, default=5.0)
+    finger_um: float | None = quantity("finger_um", 1.0, 0.0, 1000.0, default=None)
     evaluations: int = quantity("evaluations", 1.0, 1, MOST_EVALUATIONS, integer=True, default=200)
     samples: int = quantity("samples", 1.0, 1, 1000, integer=True, default=4)
     pitch: float = quantity("pitch_mm", MM, 0.5, 500.0, default=6e-3)

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
-from chladni.design.evaluate import TOO_WEAK, completed_board, document_of
+from chladni.design.evaluate import TOO_WEAK, completed_board, document_of, least_um
 from chladni.design.front import Entry
 from chladni.design.last_boards import boards_more
 from chladni.design.search import Design, OnBoard, design
-from chladni.design.spec import FINGER_TERMS, Spec, read_spec
+from chladni.design.spec import FINGER_LEVEL, FINGER_TERMS, Spec, read_spec
 from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
@@ -210,12 +210,15 @@ def _about(found: Design, spec: str, asked: Spec) -> list[str]:
 
 def _lacking(found: Design, spec: Spec) -> str:
     """What the best board's score lost where its finger gets less than the SPEC asks for."""
-    um, asked = found.best.summary["finger_um"], spec.settings.finger_um
+    level, asked = least_um(spec, found.board)
+    several = level == FINGER_LEVEL
+    um = found.best.summary.get("fingers_um" if several else "finger_um")
     if um is None or um >= asked:
         return ""
     lost = TOO_WEAK * 20.0 * math.log10(asked / um)
+    who = "Each of two fingers" if several else "A finger"
     return (
-        f"A finger gets {um:.2g} µm at the worst tenth, and design.finger_um asks for {asked:g}: "
+        f"{who} gets {um:.2g} µm at the worst tenth, and design.finger_um asks for {asked:g}: "
         f"that took {lost:.1f} dB off the score, {TOO_WEAK:g} for each dB less."
     )
 
