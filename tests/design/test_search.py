@@ -28,6 +28,7 @@ from chladni.design.variables import filled
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.board_score import score_board
 from chladni.drives.scoring.several_fingers.fingers_score import score_fingers
+from chladni.host.cli.design import _extent
 from chladni.sim.board.file import load_board
 from chladni.sim.fields.board_plate import first_natural_hz
 from conftest import CommandLine, made_once
@@ -144,7 +145,11 @@ def test_more_boards_go_on_from_fewer_and_time_ends_a_search(
     assert steps[-1][0] == steps[-1][1] == found.evaluations + boards_more(few, 1)
     ((count, draws, seconds),) = last
     assert count >= len(found.front)
-    assert draws == 1
+    assert draws == found.draws == 1
+    said = _extent(found, few, 32, 0.0)
+    assert said.startswith(f"Time was up after {found.evaluations} of 7 boards")
+    assert "1 drawn boards each in place of 32" in said
+    assert not _extent(found, few, 1, None)
     assert 0.0 < seconds < found.seconds
     boards = kept.read_text(encoding="utf-8").count('"board ')
     more = design(spec_of(small()), jobs=1, samples=1, partial_file=kept)

@@ -75,6 +75,8 @@ class Design:
         Boards that were looked at, those in the checkpoint included.
     front
         Boards of which none is better in all goals, the best score first.
+    draws
+        Drawn boards of each of those, by which the best is told.
     """
 
     best: Entry
@@ -83,6 +85,7 @@ class Design:
     front: tuple[Entry, ...]
     seconds: float
     seed: int
+    draws: int
 
     @property
     def board(self) -> Board:
@@ -149,14 +152,8 @@ def design(
         before = min(run.looked_at, spec.settings.evaluations)
         finished = compared(spec, seed, draws, workers, found, before, progress)
     best, full = max(finished, key=lambda pair: pair[0].evaluation.robust_score)
-    return Design(
-        best,
-        full,
-        run.looked_at,
-        front_of([one for one, _ in finished]),
-        time.perf_counter() - started,
-        seed,
-    )
+    front, took_s = front_of([one for one, _ in finished]), time.perf_counter() - started
+    return Design(best, full, run.looked_at, front, took_s, seed, draws)
 
 
 class _Run:

@@ -123,7 +123,8 @@ def design_board(
         # Beside parts `mass_g` is of one piece.
         for number, entry in enumerate(entries, 1):
             entry |= {"plate_and_magnets_g": entry.pop("mass_g"), "name": f"board {number}"}
-    result = _result(found, asked, entries, output)
+    extent = _extent(found, asked, samples, minutes)
+    result = _result(found, asked, entries, output, extent)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
         foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
@@ -208,6 +209,18 @@ def _about(found: Design, spec: str, asked: Spec) -> list[str]:
     ]
 
 
+def _extent(found: Design, spec: Spec, samples: int, minutes: float | None) -> str:
+    """How far the search went, where its time ended it."""
+    asked, drawn = spec.settings.evaluations, found.draws
+    said = ""
+    if minutes is not None and found.evaluations < asked:
+        said = f"Time was up after {found.evaluations} of {asked} boards: a longer search may gain."
+    if drawn < samples:
+        few = f"The last few had {drawn} drawn boards each in place of {samples}"
+        said += f" {few}: the worst tenth may be some dB less."
+    return said.strip()
+
+
 def _lacking(found: Design, spec: Spec) -> str:
     """What the best board's score lost where its finger gets less than the SPEC asks for."""
     level, asked = least_um(spec, found.board)
@@ -256,7 +269,7 @@ def _about_entry(entry: Entry) -> list[str]:
 
 
 def _result(
-    found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path
+    found: Design, spec: Spec, entries: list[dict[str, Any]], output: Path, extent: str
 ) -> dict[str, Any]:
     verdict = of_design(
         found.best.summary,
@@ -267,7 +280,13 @@ def _result(
         },
     )
     waves = of_waves(found.board) if found.board.fingers is not None else ""
-    remarks = (verdict, _median(found), _lacking(found, spec), waves and f"T{waves[1:]}.")
+    remarks = (
+        verdict,
+        extent,
+        _median(found),
+        _lacking(found, spec),
+        waves and f"T{waves[1:]}.",
+    )
     return {
         "verdict": " ".join(one for one in remarks if one),
         "path": str(output),
