@@ -10,6 +10,7 @@ import pytest
 
 from chladni.host.cli.common.board_reports import say_leftovers, say_of_coils
 from chladni.sim.board.board import Board
+from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
 from chladni.sim.board.parts import Spring
 from chladni.sim.board.writing import board_file
@@ -89,6 +90,33 @@ def test_a_plate_that_resonates_among_effects_is_remarked_on(
         path.write_bytes(board_file(replace(own, fingers=purpose)))
         said = chladni("board", "show", path).err
         assert (words in said) == (purpose is not None and own is soft)
+
+
+@pytest.mark.parametrize(
+    ("size_mm", "rotation", "asked"),
+    [
+        ((71.5, 146.7), 0, ""),
+        ((61.0, 130.0), 0, ""),
+        ((85.0, 160.0), 0, ""),
+        ((54.0, 94.0), 0, "is panel.size_mm of another board?"),
+        ((120.0, 200.0), 0, "is panel.size_mm of another board?"),
+        ((71.5, 146.7), 90, "is it to be turned, by panel.rotation_deg?"),
+        ((146.7, 71.5), 0, "is it to be turned, by panel.rotation_deg?"),
+        ((146.7, 71.5), 270, ""),
+    ],
+)
+def test_a_panel_that_leaves_much_of_the_plate_out_is_asked_about(
+    capsys: pytest.CaptureFixture[str], size_mm: tuple[float, float], rotation: int, asked: str
+) -> None:
+    """`phone5` is 71.5 × 146.7 mm; a panel that is a little smaller or larger can be bought."""
+    board = load_board("phone5")
+    assert board.panel is not None
+    size = (1e-3 * size_mm[0], 1e-3 * size_mm[1])
+    panel = replace(board.panel, size=size, rotation_deg=rotation)
+    say_leftovers(replace(board, panel=panel))
+    said = capsys.readouterr().err
+    assert ("the panel senses x" in said) == bool(asked)
+    assert asked in said
 
 
 def test_a_panel_whose_pixels_are_long_is_remarked_on(capsys: pytest.CaptureFixture[str]) -> None:

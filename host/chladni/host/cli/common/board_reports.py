@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chladni.drives.scoring.as_built import AsBuilt
 from chladni.drives.scoring.board_score import BoardScore, foam_length_mm
@@ -18,12 +19,15 @@ from chladni.effects.low_pass import EDGE_HZ
 from chladni.host.cli.common.output import say
 from chladni.sim.board.board import Board
 from chladni.sim.board.catalogue import FEET, METALS
+from chladni.sim.board.electronics import Area
 from chladni.sim.board.panel_layer import LayeredPlate
 from chladni.sim.board.quantity import MM
 from chladni.sim.fields.board_plate import first_natural_hz
 from chladni.sim.fields.magnet_softening import MATTERS, MagnetSoftening
 from chladni.sim.fields.static import is_held
 from chladni.sim.magnetics.windings import force_over_stroke
+
+FloatArray = NDArray[np.float64]
 
 
 def say_current(wave: SoftWave | BridgeWave) -> None:
@@ -75,8 +79,10 @@ LONG_PIXEL = 2.0
 """Sides of a panel's pixel; those of panels that are sold are squares."""
 LONG_STEP = 1.5
 """Between points of an image, along one side over along the other; rounding makes a tenth."""
-AS_LARGE = 1.0
-"""mm by which a panel may measure more or less than its plate before that is remarked on."""
+LEAST_SENSED, MOST_SENSED = 0.6, 1.6
+"""Of a plate: what a panel that can be bought senses at least, and how large it is at most."""
+TURNED = 1.2
+"""Times as much, that a panel would sense of the plate if it were turned."""
 NEAR_MODE = 0.1
 """Share by which a latch's resonance may be beside a mode of the plate and pass for it."""
 
@@ -85,6 +91,34 @@ def say_unheld(board: Board) -> None:
     """Remark on a plate that lies on nothing."""
     if not is_held(board):
         say("nothing holds this plate: no foam, screw, foot or edge keeps it where it is")
+
+
+def _say_of_the_area(area: Area, size: tuple[float, float]) -> None:
+    """Ask about a panel that leaves much of the plate out, or lies beside much of it.
+
+    One that is a little smaller or larger is what can be bought.
+    """
+    sides = np.ptp(area, axis=1)
+    middle = np.mean(area, axis=1)
+    own, turned = (_sensed(middle, one, np.array(size)) for one in (sides, sides[::-1]))
+    if own >= LEAST_SENSED and float(np.prod(sides) / np.prod(size)) <= MOST_SENSED:
+        return
+    spans = [[f"{end / MM:g}" for end in ends] for ends in area]
+    question = "is panel.size_mm of another board?"
+    if turned > TURNED * own:
+        question = "is it to be turned, by panel.rotation_deg?"
+    say(
+        f"the panel senses x from {spans[0][0]} to {spans[0][1]} and y from {spans[1][0]} "
+        f"to {spans[1][1]} mm of a plate of {size[0] / MM:g} x {size[1] / MM:g} mm, and "
+        f"scores are of what lies on both: {question}"
+    )
+
+
+def _sensed(middle: FloatArray, sides: FloatArray, size: FloatArray) -> float:
+    """Share of a plate of that size under a panel of such sides."""
+    high = np.minimum(middle + sides / 2.0, size / 2.0)
+    low = np.maximum(middle - sides / 2.0, -size / 2.0)
+    return float(np.prod(np.maximum(high - low, 0.0) / size))
 
 
 def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
@@ -113,18 +147,7 @@ def say_leftovers(board: Board, modes_hz: Sequence[float] = ()) -> None:
                 f"a pixel of the panel is {sides} mm: are panel.pixels and panel.size_mm in the "
                 "same order, the panel's own? (rotation_deg turns it)"
             )
-        differs = [
-            abs(end - sign * side / 2.0) / MM > AS_LARGE
-            for ends, side in zip(panel.area, size, strict=True)
-            for end, sign in zip(ends, (-1.0, 1.0), strict=True)
-        ]
-        if any(differs):
-            spans = [[f"{end / MM:g}" for end in ends] for ends in panel.area]
-            say(
-                f"the panel senses x from {spans[0][0]} to {spans[0][1]} and y from {spans[1][0]} "
-                f"to {spans[1][1]} mm of a plate of {size[0] / MM:g} x {size[1] / MM:g} mm, and "
-                "scores are of what lies on both: is panel.size_mm of another board?"
-            )
+        _say_of_the_area(panel.area, size)
     latch = board.coil.latch if board.coil else None
     if latch is None or not modes_hz:
         return
