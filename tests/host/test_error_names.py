@@ -135,6 +135,7 @@ def test_what_is_no_number_is_told_like_other_errors(
         (["play", "--bank", "calcuator", "--at", "0,0", "--emulator"], "calculator"),
         (["solve", "paper", "--target", "0,0", "--method", "phasr"], "phasor"),
         (["board", "show", "phon5"], "phone5"),
+        (["device", "config", "set", "lvel=0.5", "--port", "none"], "level"),
     ],
 )
 def test_a_name_that_is_nearly_one_is_suggested(

@@ -31,7 +31,7 @@ from chladni.sim.board.file import (
     read_document,
     shipped_specs,
 )
-from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, quantities, quantity
+from chladni.sim.board.quantity import CENTIMETRES, MM, check_keys, perhaps, quantities, quantity
 from chladni.sim.errors import ArgumentError, Faults, InputError, MissingError
 
 COILS = 64
@@ -292,7 +292,8 @@ def _weights(weights: Any) -> Mapping[str, float]:
         raise InputError("design.weights", weights, "a block of weights by name")
     for name, weight in weights.items():
         if name not in TERMS:
-            raise InputError(f"design.weights.{name}", weight, f"one of: {', '.join(TERMS)}")
+            known = f"one of: {', '.join(TERMS)}"
+            raise InputError(f"design.weights.{name}", weight, known, hint=perhaps(name, TERMS))
         is_number = isinstance(weight, int | float) and not isinstance(weight, bool)
         if not is_number or not 0.0 <= weight <= 1e6:
             raise InputError(f"design.weights.{name}", weight, "a number from 0 to 1e6")

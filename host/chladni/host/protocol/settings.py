@@ -8,6 +8,7 @@ from typing import Any
 
 from chladni.host.protocol.config import MOVES, OWN, PANELS, SETTINGS, DeviceConfig, Setting
 from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED
+from chladni.sim.board.quantity import perhaps
 from chladni.sim.coil.waveforms import WAVEFORMS
 from chladni.sim.errors import InputError
 from chladni.tables.layout import MAX_ACTUATORS
@@ -150,8 +151,9 @@ def find(name: str) -> Shown:
         There is none.
     """
     if name not in _BY_NAME:
-        known = ", ".join(shown.name for shown in SHOWN.values() if shown.raw_name not in OWN)
-        raise InputError("NAME", name, f"one of: {known}, {BOTH_RAMPS}")
+        known = [shown.name for shown in SHOWN.values() if shown.raw_name not in OWN]
+        known.append(BOTH_RAMPS)
+        raise InputError("NAME", name, f"one of: {', '.join(known)}", hint=perhaps(name, known))
     return _BY_NAME[name]
 
 
