@@ -256,7 +256,7 @@ def test_micrometres_stand_beside_decibels() -> None:
     assert truth.fingers_um.median == pytest.approx(scored.finger_um.median, rel=0.01)
     told = verdict(board, Calibrated(board, (), "coils", None), truth, truth)
     um = truth.fingers_um
-    assert f"Each gets {um.median:.2g} µm then, {um.p10:.2g} at the worst tenth." in told
+    assert f" µm before, {um.median:.2g} after, {um.p10:.2g} at the worst tenth." in told
 
 
 def test_a_file_keeps_one_finger_where_focus_is_what_its_board_is_for() -> None:

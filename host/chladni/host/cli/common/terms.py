@@ -57,7 +57,7 @@ WORDS = {
     "left": "misfit of the readings, over their noise",
     "device_seconds": "time that the device took, s",
     "force": "force over the drawn one",
-    "dead": "makes no force",
+    "over_promised_db": "own level over what the board, as it is known, promises",
     "told": "determined by the readings",
     "score": "score as drawn: what [design.weights] add up to, dB",
     "robust_score": "score within tolerances, by which boards are compared, dB",

@@ -151,21 +151,37 @@ def calibrate(
         from chladni.host.figures.calibration import calibration_figure  # noqa: PLC0415
 
         write_figure(calibration_figure(drawn, known, found.by, before, after), figure)
+    result = {
+        "verdict": verdict(drawn, found, before, after),
+        "path": str(output),
+        "by": found.by,
+        "coils": _coils(known),
+        "parameters": [asdict(own) for own in found.parameters],
+        "before": asdict(before),
+        "after": asdict(after),
+        "device_seconds": found.device_seconds,
+        "seconds": time.monotonic() - begun,
+    }
     answer(
-        {
-            "verdict": verdict(drawn, found, before, after),
-            "path": str(output),
-            "by": found.by,
-            "coils": _coils(known),
-            "parameters": [asdict(own) for own in found.parameters],
-            "before": asdict(before),
-            "after": asdict(after),
-            "device_seconds": found.device_seconds,
-            "seconds": time.monotonic() - begun,
-        },
+        result if as_json else _for_people(result, is_scored_on_itself=plate is None),
         as_json=as_json,
         title=f"{drawn.name}: calibrated{' (simulated)' if plate else ''}",
     )
+
+
+def _for_people(result: dict[str, Any], *, is_scored_on_itself: bool) -> dict[str, Any]:
+    """Coils in words, and levels by what they are over: a board's own are what it promises."""
+    coils = {}
+    for own in result["coils"]:
+        turned = ", reversed" if own["polarity"] < 0 else ""
+        force = f"{own['force']:.2f} of the drawn force{turned}"
+        coils[own["name"]] = "makes no force" if own["dead"] else force
+    told = result | {"coils": coils}
+    for when in ("before", "after"):
+        rows = dict(told[when])
+        level = rows.pop("level_db")
+        told[when] = rows if is_scored_on_itself else rows | {"over_promised_db": level}
+    return told
 
 
 def _check_ways(
@@ -262,7 +278,12 @@ def verdict(drawn: Board, found: Calibrated, before: Restored, after: Restored) 
     first = gained(before.isolation(drawn), after.isolation(drawn))
     sentences = [first[0].upper() + first[1:] + "."]
     if (um := after.fingers_um) is not None:
-        sentences += [f"Each gets {um.median:.2g} µm then, {um.p10:.2g} at the worst tenth."]
+        sentences += [
+            f"Each gets {before.fingers_um.median:.2g} µm before, {um.median:.2g} after, "
+            f"{um.p10:.2g} at the worst tenth."
+            if before.fingers_um
+            else f"Each gets {um.median:.2g} µm, {um.p10:.2g} at the worst tenth."
+        ]
     sentences += _faults(found)
     sentences += [f"Measured: {', '.join(told)}."] if told else ["Nothing was told."]
     return " ".join(sentences)
