@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -30,6 +31,7 @@ from chladni.host.cli.common.verdicts import (
 from chladni.sim.board.board import Board
 from chladni.sim.board.file import load_board
 from chladni.sim.board.fingers import SeveralFingers
+from chladni.sim.board.writing import board_file
 from chladni.tables.several_fingers.build import FrequencyIsolation
 from conftest import CommandLine
 
@@ -238,6 +240,19 @@ def test_what_a_board_is_made_for_comes_first(strip: Board) -> None:
     assert next(iter(score_rows(strip, alone, two))) == "above_second_finger"
     several = replace(strip, focus=None, fingers=SeveralFingers())
     assert next(iter(score_rows(several, alone, two))) == "two_fingers"
+
+
+def test_a_board_for_several_shows_no_focus_unless_it_is_asked_for(
+    chladni: CommandLine, strip: Board, tmp_path: Path
+) -> None:
+    path = tmp_path / "several.toml"
+    path.write_bytes(board_file(replace(strip, focus=None, fingers=SeveralFingers())))
+    coarse = ("board", "score", path, "--pitch", "40", "--no-perturbed")
+    plain, asked = (chladni(*coarse, *more) for more in ((), ("--objective", "focus")))
+    assert "--objective focus shows" in plain.err
+    for done, is_shown in ((plain, False), (asked, True)):
+        assert "two fingers" in done.out
+        assert ("fingers 20 mm away" in " ".join(done.out.split())) == is_shown
 
 
 def test_what_rounding_leaves_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -44,7 +44,7 @@ FAR_OFF = 4.0
 """Deviations from what is drawn, of any value but forces. Those of tolerances end at 1.7."""
 WEAKEST_DB = MOST_TRIM_DB
 """Of a coil, either way: as far as a board's file goes. One that is so weak is to be looked at."""
-INEXACT, UNFITTED = 0.01, {"foam": 0.04}
+INEXACT, UNFITTED = 0.01, {"foam": 0.04, "sheet's loss": 0.04}
 """Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
 patches of foam that are smaller than those that are fitted."""
 TOLD_APART = 0.7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -38,6 +38,7 @@ from chladni.host.cli.common.options import (
 from chladni.host.cli.common.output import (
     answer,
     progress_bar,
+    say,
     say_unmet,
     write_figure,
 )
@@ -51,6 +52,10 @@ from chladni.sim.errors import ArgumentError
 from chladni.sim.fields.transfer import TOLERANCE
 from chladni.sim.image.finger import NOTICED_DB
 
+OF_SEVERAL = (
+    *("name", "verdict", "two_fingers", "finger_um", "built"),
+    *("coil_spacing_mm", "foam_length_mm", "room_for", "error_estimate", "seconds"),
+)
 PRESSES = within(LEAST_PRESS, MOST_PRESS, "N")
 
 
@@ -122,7 +127,16 @@ def board_score(
         say_warm_magnets(found)
     result["seconds"] = time.perf_counter() - started
     title = f"{loaded.name}: one finger, and two"
-    answer(result if as_json else of_loudest(result), as_json=as_json, title=title)
+    told = result if as_json else of_loudest(_of_purpose(loaded, objective, result))
+    answer(told, as_json=as_json, title=title)
+
+
+def _of_purpose(board: Board, objective: str | None, result: dict[str, Any]) -> dict[str, Any]:
+    """What people get: of a board for several fingers no focus, which its device does not play."""
+    if not board.is_for_several or objective is not None:
+        return result
+    say("its device plays no focus: --objective focus shows how one finger would get it")
+    return {key: value for key, value in result.items() if key in OF_SEVERAL}
 
 
 def _tried(board: Board, score: BoardScore) -> list[Remedy]:
