@@ -83,21 +83,23 @@ def _boards_directory() -> Path:
     return installed if installed.is_dir() else here.parents[4] / "boards"
 
 
-def load_board(board: str | Path) -> Board:
+def load_board(board: str | Path, field: str = "board") -> Board:
     """Read a board.
 
     Parameters
     ----------
     board
         Path of a TOML file, or the name of a shipped board (`paper`, `prototype`).
+    field
+        What asks for it, by which a file that is missing is told.
 
     Raises
     ------
     InputError
         The file is missing, is not TOML, or has a value that cannot be; names file and key.
     """
-    path = file_of(board, shipped_boards(), "board", "a board file")
-    text = read_text(path, "board", MOST_BYTES, "a board file", encoding="utf-8-sig")
+    path = file_of(board, shipped_boards(), field, "a board file")
+    text = read_text(path, field, MOST_BYTES, "a board file", encoding="utf-8-sig")
     return parse_board(text, file=str(path))
 
 

@@ -25,7 +25,7 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
         return None
     name, at, seed = asked.rpartition("@")
     if asked.endswith(".toml") and not at:
-        given = load_board(asked)
+        given = load_board(asked, "hidden")
         _check_alike(board, given, asked)
         return given_plate(board, given)
     if not (seed.isascii() and seed.isdigit() and int(seed) <= MOST_SEED):
@@ -34,7 +34,7 @@ def named_plate(board: Board, asked: str | None) -> HiddenPlate | None:
     if board.measured is not None and not at:
         hint = f"name the board that was calibrated, as in --hidden BOARD@{seed}"
         raise InputError("--hidden", asked, "BOARD@SEED with a board that was measured", hint=hint)
-    plate = hidden_plate(load_board(name) if at else board, int(seed))
+    plate = hidden_plate(load_board(name, "hidden") if at else board, int(seed))
     _check_alike(board, plate.board, asked)
     return plate
 
