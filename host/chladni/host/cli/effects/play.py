@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.scoring.as_built import LEAST_PRESS, MOST_PRESS, PRESS
 from chladni.effects.bank.areas import LEAST_UM, MOST_UM
 from chladni.effects.bank.bank_file import bank_bytes
@@ -143,7 +144,7 @@ def play(
         rows = play_on_device(connection, read, place, beside, (level, level_um))
         answer(rows, as_json=as_json, title="Played")
         return
-    table, board = _table(connection, place, beside)
+    table, board, plate = _table(connection, place, beside, hidden)
     say_waves(board)
     with progress_bar("plate") as progress:
         found = play_effect(
@@ -156,7 +157,7 @@ def play(
             level_um=level_um,
             newtons=press,
             rested=rested,
-            hidden=named_plate(board, hidden),
+            hidden=plate,
             progress=progress,
         )
     known = {"effect": read.effect.name, "board": board.name, "left_out": read.left_out}
@@ -184,7 +185,7 @@ def _over_pairs(
     level_db, level_um, newtons = own
     _check_level(connection, level_db, level_um)
     read = _read(effect)
-    table, board = _table(connection)
+    table, board, _ = _table(connection)
     say_waves(board)
     rows = played_pairs(
         table,
@@ -245,7 +246,7 @@ def _from_bank(
     bank = bank_bytes(str(connection.emulated_bank), "--bank")
     say_off_board(unpack_bank(bank), load_board(connection.board))
     area, effect, level = effect_of_bank(bank, place)
-    table, board = _table(connection, place, beside)
+    table, board, plate = _table(connection, place, beside, press[1])
     say_filtered(effect)
     say_waves(board)
     with progress_bar("plate") as progress:
@@ -257,7 +258,7 @@ def _from_bank(
             other_mm=beside,
             level=level,
             newtons=press[0],
-            hidden=named_plate(board, press[1]),
+            hidden=plate,
             bank=bank,
             progress=progress,
         )
@@ -290,16 +291,23 @@ def _tell(
 
 
 def _table(
-    connection: Connection, place: Place | None = None, beside: Place | None = None
-) -> tuple[Table, Board]:
-    """The file's, which must be the board's; else responses, made for it once places are on it."""
+    connection: Connection,
+    place: Place | None = None,
+    beside: Place | None = None,
+    hidden: str | None = None,
+) -> tuple[Table, Board, HiddenPlate | None]:
+    """The file's, which must be the board's; else responses, made for it once all else is right.
+
+    And the plate that `hidden` names.
+    """
     if connection.emulated_table is not None:
         table = read_table(connection.emulated_table)
         board = board_for(table, connection.board, file=str(connection.emulated_table))
         _check_places(board, place, beside)
-        return table, board
+        return table, board, named_plate(board, hidden)
     board = load_board(connection.board)
     _check_places(board, place, beside)
+    plate = named_plate(board, hidden)
     with progress_bar("table") as progress:
         table, _, report = build_for(board, "fingers", progress=progress)
     assert report is not None
@@ -308,4 +316,4 @@ def _table(
         f"without --table: plays responses at places {pitch} mm apart, made for {board.name} now; "
         f"`chladni table build {connection.board} --for fingers -o T.chl` keeps them"
     )
-    return table, board
+    return table, board, plate
