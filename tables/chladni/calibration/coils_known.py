@@ -15,11 +15,6 @@ MOST_TRIM_DB = 12.0
 """That a board file takes."""
 
 
-def drawn_strengths(board: Board) -> FloatArray:
-    """Force of each coil per newton that it is driven with, by its file, (actuators,)."""
-    return np.array([own.strength for own in board.actuators])
-
-
 def with_coils_known(board: Board, forces: FloatArray) -> Board:
     """The board with such forces in place of its file's polarity and trim.
 

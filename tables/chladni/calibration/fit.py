@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from chladni.calibration.coils_known import MOST_TRIM_DB, drawn_strengths, with_coils_known
+from chladni.calibration.coils_known import MOST_TRIM_DB, with_coils_known
 from chladni.calibration.flux import MotionReadings, drawn_inductances, drawn_motion, motion_of
 from chladni.calibration.sensing import CoilReadings
 from chladni.calibration.slopes import compliance_slopes
@@ -18,6 +18,7 @@ from chladni.calibration.wiring import Wiring, find_wiring
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.induced import OpenCoils, induced_voltages, open_coils
@@ -42,8 +43,6 @@ FEWEST = 3
 """Coils of which it can be told which one is the wrong way round."""
 FAR_OFF = 4.0
 """Deviations from what is drawn, of any value but forces. Those of tolerances end at 1.7."""
-WEAKEST_DB = MOST_TRIM_DB
-"""Of a coil, either way: as far as a board's file goes. One that is so weak is to be looked at."""
 INEXACT, UNFITTED = 0.01, {"foam": 0.04, "sheet's loss": 0.04}
 """Deviations of a value's logarithm that no covariance knows of: fields that are not exact, and
 patches of foam that are smaller than those that are fitted."""
@@ -139,7 +138,7 @@ def fit_board(board: Board, readings: CoilReadings, progress: Report | None = No
     return BoardFit(
         with_coils_known(
             unknowns.board_at(solved),
-            search.wiring.signs * unknowns.strengths(solved) * drawn_strengths(board),
+            search.wiring.signs * unknowns.strengths(solved) * strengths(board),
         ),
         search.wiring,
         unknowns.strengths(solved),
@@ -158,7 +157,8 @@ def _check_this_board(unknowns: Unknowns, values: FloatArray, left: float) -> No
         raise InputError("readings", f"{left:.1f} times the noise off", expected, hint=hint)
     off = np.abs(values - unknowns.mean) / unknowns.spread
     most = np.full(off.size, FAR_OFF)
-    most[unknowns.forces] = np.log(10.0 ** (WEAKEST_DB / 20.0)) / unknowns.spread[unknowns.forces]
+    # A coil of half its force is to be looked at, and its file takes as much.
+    most[unknowns.forces] = np.log(10.0 ** (MOST_TRIM_DB / 20.0)) / unknowns.spread[unknowns.forces]
     worst = int(np.argmax(off / most))
     if off[worst] > most[worst]:
         what = f"{unknowns.names[worst]} {off[worst]:.0f} deviations off"

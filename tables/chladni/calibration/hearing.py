@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.fit import TOLD_APART, Parameter
 from chladni.calibration.hidden import FORCE
 from chladni.calibration.sweep import HeardCoils, sweep_frequencies
@@ -25,6 +25,7 @@ from chladni.calibration.wiring import Wiring
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import InputError
 from chladni.sim.fields.board_plate import plate_model
 from chladni.sim.fields.induced import open_coils
@@ -116,8 +117,8 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
         given = f"{100.0 * found.left:.0f} % unexplained"
         raise InputError("recording", given, f"the sound of {board.name}, as it may come out")
     wiring = Wiring.of_forces(found.forces, DEAD)
-    strengths = np.abs(found.forces) * wiring.signs * drawn_strengths(board)
-    known = with_coils_known(_with_patches_as_drawn(search.board_at(scales), board), strengths)
+    forces = np.abs(found.forces) * wiring.signs * strengths(board)
+    known = with_coils_known(_with_patches_as_drawn(search.board_at(scales), board), forces)
     return Heard(known, wiring, parameters, found.left)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.hidden import HiddenPlate
 from chladni.drives.fingers import responses_at
 from chladni.drives.fingers.coupling import LEAST_APART
@@ -26,6 +26,7 @@ from chladni.drives.scoring.survey import Survey, active_lattice
 from chladni.drives.scoring.tolerances import DRAWN_TOLERANCE
 from chladni.sim.board.board import Board
 from chladni.sim.board.parts import Isolation
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.image import metrics
 from chladni.sim.image.finger import pressing_stiffness
 
@@ -141,7 +142,7 @@ class Truth:
     @classmethod
     def of(cls, hidden: HiddenPlate, drawn: Board, sets: int = SETS) -> Truth:
         """Of a hidden plate."""
-        return cls(hidden.board, hidden.forces * drawn_strengths(drawn), drawn, sets=sets)
+        return cls(hidden.board, hidden.forces * strengths(drawn), drawn, sets=sets)
 
     @classmethod
     def found(cls, measured: Board, drawn: Board, sets: int = SETS) -> Truth:
@@ -167,7 +168,7 @@ class Truth:
 
         A coil that is known to be dead is not played at all.
         """
-        return np.asarray(self._forces / drawn_strengths(known))
+        return np.asarray(self._forces / strengths(known))
 
     def _one_finger(self, solved: SolvedBoard) -> FloatArray:
         places = self._lattice.places

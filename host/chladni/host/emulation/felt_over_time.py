@@ -24,6 +24,7 @@ from chladni.host.emulation.emulator import Recording
 from chladni.sim.board.board import Board
 from chladni.sim.board.quantity import MM
 from chladni.sim.coil.circuit import circuit_of
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import MissingError
 from chladni.sim.image.finger import pressing_stiffness
 
@@ -178,8 +179,7 @@ def forces_of(board: Board, recording: Recording) -> FloatArray:
     periods = round(recording.carrier_hz / RATE_HZ)
     whole = len(currents) // periods * periods
     means = currents[:whole].reshape(-1, periods, currents.shape[1]).mean(axis=1)
-    strengths = np.array([own.strength for own in board.actuators])
-    return np.asarray(board.coil.force_factor * means * strengths)
+    return np.asarray(board.coil.force_factor * means * strengths(board))
 
 
 def envelope_error_db(asked: FloatArray, played: FloatArray) -> float:

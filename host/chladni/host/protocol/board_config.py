@@ -10,7 +10,7 @@ import numpy as np
 from chladni.host.protocol.config import PANELS, DeviceConfig, each
 from chladni.sim.board.board import Board
 from chladni.sim.board.electronics import DRIVER_KINDS, NOT_WIRED, ChipName
-from chladni.sim.coil.full_drive import coil_shares, weakest
+from chladni.sim.coil.full_drive import coil_shares, strengths, weakest
 from chladni.sim.errors import InputError
 from chladni.tables.layout import BOARD_NAME_BYTES, MAX_ACTUATORS
 
@@ -20,8 +20,7 @@ def coil_gains(board: Board) -> tuple[float, ...]:
 
     Polarity and trim, all of them lowered until none is above 1: no coil can do more than all.
     """
-    signs = np.sign([actuator.strength for actuator in board.actuators])
-    return tuple((signs * coil_shares(board)).tolist())
+    return tuple((np.sign(strengths(board)) * coil_shares(board)).tolist())
 
 
 def full_force_n(board: Board) -> float:

@@ -108,7 +108,6 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
     duties = full * shares
     bias = np.where(plays, swing.bias(duties), 0.0) if full > 0.0 else np.zeros(shares.shape)
     steady = coil.force_factor * own.supply_v / ohm
-    strengths = np.array([actuator.strength for actuator in board.actuators])
     return FullDrive(
         duties=duties,
         limited_by=limited_by,
@@ -116,13 +115,13 @@ def full_drive(board: Board, drive: ComplexArray, frequency_hz: float) -> FullDr
         amperes=float(duties.max() * amperes),
         newtons=float(coil.force_factor * full * amperes * weakest(board)),
         bias=bias,
-        bias_newtons=steady * bias * np.abs(strengths),
+        bias_newtons=steady * bias * np.abs(strengths(board)),
     )
 
 
 def coil_shares(board: Board) -> FloatArray:
     """Of a full drive, that each coil gets where all are to do alike, (actuators,); 1 at most."""
-    return weakest(board) / np.array([abs(own.strength) for own in board.actuators])
+    return weakest(board) / np.abs(strengths(board))
 
 
 def untrimmed(board: Board) -> Board:
@@ -132,7 +131,12 @@ def untrimmed(board: Board) -> Board:
 
 def weakest(board: Board) -> float:
     """What the weakest coil does of what it is drawn with: no coil can do more than all."""
-    return min(1.0, *(abs(own.strength) for own in board.actuators))
+    return float(np.abs(strengths(board)).min(initial=1.0))
+
+
+def strengths(board: Board) -> FloatArray:
+    """Force of each coil per newton that it is driven with, by its file, (actuators,)."""
+    return np.array([own.strength for own in board.actuators])
 
 
 @dataclass(frozen=True)

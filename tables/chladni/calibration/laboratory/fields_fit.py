@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from chladni.calibration.coils_known import drawn_strengths, with_coils_known
+from chladni.calibration.coils_known import with_coils_known
 from chladni.calibration.fit import HELD_BY, Parameter, parameters_of
 from chladni.calibration.laboratory.fields_at_places import FieldsAtPlaces
 from chladni.calibration.laboratory.fields_compared import (
@@ -30,6 +30,7 @@ from chladni.calibration.unknowns import Unknowns, unknowns_of
 from chladni.calibration.wiring import Wiring
 from chladni.drives.problem.threads import one_blas_thread
 from chladni.sim.board.board import Board
+from chladni.sim.coil.full_drive import strengths
 from chladni.sim.errors import InputError
 
 FloatArray = NDArray[np.float64]
@@ -95,8 +96,8 @@ def fit_fields(board: Board, measured: MeasuredFields, progress: Report | None =
     wiring = Wiring.of_forces(forces)
     known = np.where(np.isfinite(forces), np.abs(forces), 1.0) * wiring.signs
     own = search.board_at(best)
-    strengths = known * drawn_strengths(board)
-    return FieldsFit(with_coils_known(own, strengths), wiring, parameters, search.left(best))
+    made = with_coils_known(own, known * strengths(board))
+    return FieldsFit(made, wiring, parameters, search.left(best))
 
 
 class _Search:

@@ -56,7 +56,6 @@ WORDS = {
     "fingers_um": "each of several fingers gets",
     "left": "misfit of the readings, over their noise",
     "device_seconds": "time that the device took, s",
-    "force": "force over the drawn one",
     "over_promised_db": "own level over what the board, as it is known, promises",
     "told": "determined by the readings",
     "score": "score as drawn: what [design.weights] add up to, dB",
