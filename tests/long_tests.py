@@ -126,6 +126,7 @@ LONG = (
     "sim/test_crowded.py::test_estimates_hold_where_features_nearly_touch",
     "sim/test_crowded.py::test_memory_is_told_beforehand",
     "sim/test_flyback.py::test_a_board_says_from_where_on_its_coils_play_in_proportion",
+    "sim/test_foundation.py::test_patches_under_discs_match_points_all_over_the_plate",
     "sim/test_foundation.py::test_one_patch_is_a_stiffer_sheet_with_its_cut_outs",
     "sim/test_foundation.py::test_cut_outs_match_finite_elements",
     "sim/test_held_edges.py::test_a_magnet_close_to_a_held_edge_takes_no_larger_basis",

@@ -42,7 +42,7 @@ class DiscPolynomials:
     projector
         Of a function's values at those points onto the polynomials; (polynomials, points).
     slope
-        ∫ of the products of the polynomials' gradients; (polynomials, polynomials).
+        R with RᵀR ∫ of the products of the polynomials' gradients; (polynomials, polynomials).
     """
 
     def __init__(self, orders: int, degree: int) -> None:
@@ -70,14 +70,12 @@ class DiscPolynomials:
             return np.asarray(solve_triangular(triangle, sampled(derivative).T, trans="T").T)
 
         self._second = [derived(d) for d in ((2, 0), (1, 1), (0, 2))]
-        x, y = derived((1, 0)), derived((0, 1))
-        self.slope = np.asarray(x.T @ x + y.T @ y)
+        self.slope = _root(np.concatenate((derived((1, 0)), derived((0, 1)))))
 
     def bending(self, poisson: float) -> FloatArray:
         """R with RᵀR the bending energy form by D, of shape (polynomials, polynomials)."""
         xx, xy, yy = self._second
-        rows = bending_rows(xx, xy, yy, poisson)
-        return np.asarray(qr(rows, mode="r")[0][: xx.shape[1]])
+        return _root(bending_rows(xx, xy, yy, poisson))
 
 
 @dataclass(frozen=True)
@@ -158,12 +156,17 @@ class Discs:
 
     def added_inertia(self, left: list[OnDisc], right: list[OnDisc]) -> FloatArray | float:
         """Kinetic energy that discs add to two sets of functions; (functions, functions)."""
-        total = self.overlap(left, right, lambda disc: disc.areal_mass)
-        for disc, one, other in zip(self._own, left, right, strict=True):
-            if disc.inclusion.rotary:
-                rotary = disc.orbit * disc.inclusion.rotary
-                total = total + one.values.T @ (rotary * disc.polynomials.slope @ other.values)
-        return total
+        moved = self.overlap(left, right, lambda disc: disc.areal_mass)
+        one = self._slopes(left)
+        other = one if left is right else self._slopes(right)
+        turned = [disc.orbit * disc.inclusion.rotary for disc in self._own]
+        return moved + _sum_of_products(one, other, turned)
+
+    def _slopes(self, functions: list[OnDisc]) -> list[FloatArray]:
+        return [
+            disc.polynomials.slope @ own.values
+            for disc, own in zip(self._own, functions, strict=True)
+        ]
 
     def overlap(
         self, left: list[OnDisc], right: list[OnDisc], weight: Callable[[Inclusion], float]
@@ -181,6 +184,11 @@ class Discs:
         )
         factor = disc.orbit / disc.inclusion.radius**2
         return np.asarray(factor * (on_it.bending[:, own].T @ on_it.bending))
+
+
+def _root(rows: FloatArray) -> FloatArray:
+    """R with RᵀR = rowsᵀ · rows, as many rows as columns."""
+    return np.asarray(qr(rows, mode="r")[0][: rows.shape[1]])
 
 
 def bending_rows(xx: FloatArray, xy: FloatArray, yy: FloatArray, poisson: float) -> FloatArray:

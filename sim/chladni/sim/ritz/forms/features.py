@@ -11,6 +11,7 @@ from chladni.sim.plate.geometry import FoundationLayer, Inclusion, PlateGeometry
 from chladni.sim.ritz.basis.parity import ParityBasis
 from chladni.sim.ritz.forms.discs import bending_rows, signed_product
 from chladni.sim.ritz.forms.foundation_points import is_left_out
+from chladni.sim.ritz.forms.overlap import overlap_with, own_overlap
 from chladni.sim.ritz.forms.rims import add_springs
 from chladni.sim.ritz.forms.samples import Samples, Tables
 
@@ -108,7 +109,13 @@ def foundation_form(
     """Strain energy form of the foundation with the basis, of functions' `overlap` with it."""
     layer = samples.basis.geometry.foundation
     assert layer is not None, "a plate on nothing has no such form"
-    form = overlap if not layer.strips else np.zeros(overlap.shape)
+    form = overlap
+    if layer.strips:
+        form = np.zeros(overlap.shape)
+    elif layer.patches and tables is samples.own:
+        form = own_overlap(samples, parity, layer.ratio)
+    elif layer.patches:
+        form = overlap_with(samples, parity, tables, layer.ratio)
     basis = samples.own.foundation.values(parity, (0, 0))
     own = basis if tables is samples.own else tables.foundation.values(parity, (0, 0))
     beside = signed_product(own, basis, samples.sets.foundation.weights)

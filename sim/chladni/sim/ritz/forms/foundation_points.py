@@ -1,7 +1,7 @@
 """Where a plate lies on its foundation: points whose signed weights add strips and take cut-outs.
 
 The energy form of a foundation on the whole plate is that of the plate's own mass without what
-rides on it, so it is at hand. What is left to do are discs that are cut out and strips.
+rides on it (overlap.py). What is left to do are discs that are cut out and strips.
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ ACROSS_AN_EDGE = (48, 192)
 def signed_points(basis: Basis) -> Points:
     """Strips with positive weights, what is cut out with negative ones; over the whole plate.
 
-    A foundation without strips is everywhere, which these points leave out but for what patches
-    make of it.
+    A foundation without strips is everywhere, which these points leave out.
     """
     geometry = basis.geometry
     layer = geometry.foundation
@@ -49,20 +48,8 @@ def signed_points(basis: Basis) -> Points:
     out = join(taken)
     keep = _is_under(layer, out)
     less = Points(out.x[keep], out.y[keep], -out.weights[keep])
-    lies = [_weighted(layer, _strip(basis, strip), 0.0) for strip in layer.strips]
-    if layer.patches and not layer.strips:
-        half_x, half_y = geometry.width / 2.0, geometry.length / 2.0
-        everywhere = _strip(basis, (-half_x, half_x, -half_y, half_y))
-        lies = [_weighted(layer, everywhere, 1.0)]
-    return join([*lies, _weighted(layer, less, 0.0)])
-
-
-def _weighted(layer: FoundationLayer, points: Points, less: float) -> Points:
-    """With the foundation's ratio there as a factor, less what counts elsewhere."""
-    if not layer.patches:
-        return points
-    ratio = layer.ratio(points.x, points.y) - less
-    return Points(points.x, points.y, points.weights * ratio)
+    lies = join([*(_strip(basis, strip) for strip in layer.strips), less])
+    return Points(lies.x, lies.y, lies.weights * layer.ratio(lies.x, lies.y))
 
 
 def _is_under(layer: FoundationLayer, points: Points) -> np.ndarray:
