@@ -7,7 +7,7 @@ import pytest
 
 from chladni.calibration import fit_board, hidden_plate
 from chladni.calibration.flux import MotionReadings
-from chladni.calibration.sensing import read_hidden
+from chladni.calibration.sensing import MOST_SECONDS, read_hidden
 from chladni.host.device.device import Device
 from chladni.host.device.wire import EmulatorWire
 from chladni.host.emulation.sensed_plate import emulator_on
@@ -58,3 +58,17 @@ def test_a_plate_that_resonates_where_flux_is_read_is_found() -> None:
         for own in (truth, found.board.plate)
     ]
     assert ratios[1] == pytest.approx(ratios[0], rel=0.005)
+
+
+def test_coils_that_play_quietly_are_read_for_longer() -> None:
+    """Plate 22 of `paper` is so loud at 7.6 kHz that coils play 0.3 % of full duty, and the
+    reference is 6 deviations of one reading above 0: 18 % of all readings at that frequency."""
+    board = load_board("paper")
+    hidden = hidden_plate(board, 22)
+    with Device(EmulatorWire(emulator_on(board, hidden))) as device:
+        readings = read_coils(device, board)
+    assert readings.seconds <= MOST_SECONDS[False]
+    found, expected = readings.high.volts, read_hidden(hidden).high.volts
+    alike = np.sum(found * expected.conj()) / np.sum(np.abs(expected) ** 2)
+    # Three deviations of a reference that is 20 of them, and flux that is told to 1 %.
+    assert alike == pytest.approx(1.0, abs=0.16)

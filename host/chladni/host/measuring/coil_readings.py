@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from chladni.calibration.device_readings import (
+    REFERENCE,
     Heard,
     are_of_one_session,
     flux_multiple,
@@ -35,6 +38,8 @@ TOO_LOUD_S = 1.6
 """For finding how loud coils may play."""
 RING_UP_MS, FLUX_RING_UP_MS = 25, 5
 FLUX_READINGS = 1
+CLEAR_REFERENCE = 20.0
+"""Deviations that a reference is above 0 at least: all else is told in its volts."""
 ASK_AGAIN_S = 0.005
 HALVINGS = 6
 COSINE = 32767.0 / 1024.0
@@ -72,6 +77,7 @@ def _read_all(device: Device, board: Board, progress: Report | None) -> _Reader:
         if progress:
             progress(coil + 1, count)
     reader.read_again_at_one_level(high)
+    reader.read_unclear_references_again()
     return reader
 
 
@@ -116,8 +122,10 @@ class _Reader:
         self._levels = dict.fromkeys((*MULTIPLES, high), LEVEL)
         self._read_at: dict[tuple[int, int], float] = {}
 
-    def read(self, coil: int, multiple: int) -> None:
+    def read(self, coil: int, multiple: int, readings: int = 0) -> None:
         """Listen to all others; what was too loud once is played at half from then on.
+
+        What was read of it before is forgotten.
 
         Raises
         ------
@@ -125,6 +133,7 @@ class _Reader:
             It was not read to the end.
         """
         is_flux = multiple == self.high
+        usual = FLUX_READINGS if is_flux else self.readings
         begun = self.device.wire.now_s()
         for halving in range(HALVINGS + 1):
             found = sense(
@@ -133,7 +142,7 @@ class _Reader:
                 multiple=multiple,
                 level_q15=round(self._levels[multiple] * 32767.0),
                 settle_ms=FLUX_RING_UP_MS if is_flux else RING_UP_MS,
-                readings=FLUX_READINGS if is_flux else self.readings,
+                readings=readings or usual,
             )
             if found is not None:
                 break
@@ -142,6 +151,7 @@ class _Reader:
             self._levels[multiple] /= 2.0
         assert found is not None
         self.seconds += self.device.wire.now_s() - begun
+        self.heard = [own for own in self.heard if (own.playing, own.multiple) != (coil, multiple)]
         self.heard += found
         self._read_at[coil, multiple] = self._levels[multiple]
 
@@ -153,10 +163,15 @@ class _Reader:
         """
         for (coil, own), level in list(self._read_at.items()):
             if own == multiple and level != self._levels[multiple]:
-                self.heard = [
-                    one for one in self.heard if (one.playing, one.multiple) != (coil, multiple)
-                ]
                 self.read(coil, multiple)
+
+    def read_unclear_references_again(self) -> None:
+        """Those of coils that had to play so quietly that noise counts, for longer."""
+        for one in [own for own in self.heard if own.listening == REFERENCE]:
+            clear = abs(one.steps) / one.spread
+            if clear < CLEAR_REFERENCE:
+                longer = one.values / SENSE_PAIRS * (CLEAR_REFERENCE / max(clear, 1.0)) ** 2
+                self.read(one.playing, one.multiple, min(int(np.ceil(longer)), MOST_READ))
 
 
 def sense(device: Device, **asked: int) -> list[Heard] | None:
