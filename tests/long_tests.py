@@ -22,6 +22,7 @@ LONG = (
     "calibration/test_laboratory.py::test_foam_is_found_in_patches",
     "calibration/test_laboratory.py::test_the_command_writes_the_board",
     "calibration/test_sound.py::test_a_recording_is_calibrated_with",
+    "calibration/test_sound.py::test_clocks_that_differ_are_told_from_another_plate",
     "calibration/test_sound.py::test_foam_forces_and_faults_are_found_by_ear",
     "chain/test_all_regions.py",
     "chain/test_chain.py::test_plate_commands_answer_and_draw",

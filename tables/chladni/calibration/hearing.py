@@ -42,8 +42,11 @@ ERROR = 0.15
 """Of what coils are like beside each other: patches of foam, places, a band's width."""
 LEVEL_DB = 2.5
 """Of what all coils have in common, at one frequency: microphone and room."""
-DRIFT, DRIFTS = 60e-6, 481
-"""How far the device's clock and the recorder's may differ, and how many values are tried."""
+DRIFT = 60e-6
+"""How far the device's clock and the recorder's may differ."""
+TURN, FINER = 0.5, 8
+"""By which the last sweep's highest frequency turns from one difference of clocks that is tried to
+the next, rad, and into how many the last step is divided."""
 DEAD = 0.25
 """Of a usual force, below which a coil is dead."""
 ROUNDS = 12
@@ -124,11 +127,12 @@ def fit_sound(board: Board, heard: HeardCoils, progress: Report | None = None) -
 
 @dataclass(frozen=True)
 class _Compared:
-    """A plate's sound beside what was heard: coils' factors, and what is left."""
+    """A plate's sound beside what was heard: coils' factors, what is left, how clocks differ."""
 
     forces: FloatArray
     off: ComplexArray
     off_db: FloatArray
+    drift: float
 
     @property
     def left(self) -> float:
@@ -195,9 +199,22 @@ class _Search:
         return tuple(found)
 
     def compared(self, scales: FloatArray) -> _Compared:
-        """The board's sound beside what was heard, its forces and the common response fitted."""
+        """The board's sound beside what was heard, as clocks differ when it fits best."""
         own = self._sound(scales)
-        heard = self._heard.values * np.exp(1j * self._drifted(own))
+        numbers = max(len(own) - 1, 1)
+        step = TURN / (2.0 * np.pi * self._hz[-1] * self._heard.slot_s * numbers)
+        best = self._best(own, np.arange(-DRIFT, DRIFT + step, step))
+        return self._best(own, best.drift + step * np.linspace(-1.0, 1.0, 2 * FINER + 1))
+
+    def _best(self, own: ComplexArray, drifts: FloatArray) -> _Compared:
+        found = [self._beside(own, drift) for drift in drifts.tolist()]
+        return min(found, key=lambda one: float(np.sum(one.residuals**2)))
+
+    def _beside(self, own: ComplexArray, drift: float) -> _Compared:
+        """Forces and the common response fitted, at one difference of clocks."""
+        sweeps = np.arange(len(own))[:, None]
+        early = 2.0 * np.pi * self._hz * self._heard.slot_s * sweeps * drift
+        heard = self._heard.values * np.exp(1j * early)
         forces = _first_signs(heard, own)
         certain = 1.0 / (FORCE * UNIFORM) ** 2
         for _ in range(ROUNDS):
@@ -211,21 +228,7 @@ class _Search:
         level = 20.0 * np.log10(np.maximum(np.abs(common), 1e-300))
         line = np.stack((np.ones(level.size), np.log(self._hz)), axis=1)
         level -= line @ np.linalg.lstsq(line, level, rcond=None)[0]
-        return _Compared(forces, off, level)
-
-    def _drifted(self, own: ComplexArray) -> FloatArray:
-        """Phase by which each coil's sweep is early, as two clocks differ."""
-        numbers = np.arange(len(own))[:, None]
-        once = 2.0 * np.pi * self._hz * self._heard.slot_s * numbers
-        products = self._heard.values * own.conj() / self._sizes**2
-        products = products / np.abs(own).max(axis=0)
-        tried = np.linspace(-DRIFT, DRIFT, DRIFTS)
-        # Squares, as a reversed coil is half a turn away.
-        alike = [
-            np.sum(np.abs(np.sum((products * np.exp(1j * own * once)) ** 2, axis=0)))
-            for own in tried.tolist()
-        ]
-        return np.asarray(tried[int(np.argmax(alike))] * once)
+        return _Compared(forces, off, level, drift)
 
     def _jacobian(self, scales: FloatArray) -> FloatArray:
         before = self.compared(scales).residuals
