@@ -111,6 +111,9 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "centimetres": (small(plate={"size_mm": [1.4, 2.0]}), "centimetres? these are millimetres"),
     "weights": (small(design={"weights": {"loudness": 1.0}}), "design.weights.loudness"),
     "misspelt": (small(design={"evaluation": 5}), "evaluations"),
+    "of [design]": (small(plate={"coils": 5}),
+                    "plate.coils: expected a known key: this one goes into [design], got 5"),
+    "of a board": (small(design={"supply_v": 5.0}), "this one goes into [electronics]"),
     "material": (small(plate={"material": "wood"}), "plate.material"),
     "missing block": (small() | {"plate": {}}, "plate.size_mm"),
 }  # fmt: skip
