@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chladni.design.keep_out import KeepOut, check_keep_outs
-from chladni.design.pins import check_coils, chip_of, of_its_driver, with_derived
+from chladni.design.pins import check_coils, check_pins, chip_of, of_its_driver, with_derived
 from chladni.design.variables import (
     Choice,
     Document,
@@ -200,6 +200,9 @@ def spec_of(document: Document) -> Spec:
             raise MissingError("coil", f"design.weights.{felt[0]} counts micrometres")
     with faults.kept():
         counts = _coil_counts(board, coils)
+        given = board["actuators"]
+        most = max(counts, default=len(given) if isinstance(given, list) else COILS)
+        check_pins(document.get("electronics"), most)
     with faults.kept():
         variables = _variables(board)
     faults.tell()
