@@ -13,6 +13,7 @@ import tomlkit
 
 from chladni.design import search
 from chladni.drives.checkpoint import Checkpoint
+from chladni.drives.methods import SEED
 from chladni.drives.objectives import OBJECTIVES
 from chladni.drives.scoring import compare as comparing
 from chladni.host.cli import compare, design, table_build
@@ -97,7 +98,7 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
 ) -> None:
     spec, out, front = tmp_path / "s.toml", tmp_path / "own.toml", tmp_path / "front"
     front.mkdir()
-    one_layout = {"coils": 1, "evaluations": 1}
+    one_layout = {"coils": 1, "evaluations": 1, "weights": {"fingers_2_db": 1.0}}
     spec.write_text(tomlkit.dumps(small(design=one_layout)), encoding="utf-8")
     words = ("design", spec, "-o", out, "--samples", "1", "--jobs", "1", "--front", front)
 
@@ -114,6 +115,7 @@ def test_a_front_that_cannot_be_written_is_not_searched_again(
     done = chladni(*words)
     assert done.code == 0
     assert "says more and how much foam twice as stiff takes" in " ".join(done.err.split())
+    assert f"`chladni fingers {out} --samples 1 --seed {SEED}` scores it within" in done.err
     assert not (tmp_path / "own.toml.partial").exists()
     assert [path.name for path in front.iterdir()] == ["own-1.toml"]
 

@@ -18,7 +18,7 @@ from chladni.design.starts import spread_numbers
 from chladni.drives.checkpoint import remove_checkpoint
 from chladni.drives.methods import SEED
 from chladni.drives.scoring.survey import SAMPLES
-from chladni.host.cli.common.board_reports import of_waves, say_leftovers
+from chladni.host.cli.common.board_reports import of_waves, say_leftovers, say_panel
 from chladni.host.cli.common.options import (
     PARTIAL,
     FigureOption,
@@ -33,6 +33,7 @@ from chladni.host.cli.common.output import answer, check_output, progress_bar, s
 from chladni.host.cli.common.ranges import MOST_SAMPLES, within
 from chladni.host.cli.common.verdicts import of_design
 from chladni.host.manufacture.board_parts import sheet_of
+from chladni.sim.board.panel_layer import layered_plate
 from chladni.sim.board.writing import board_file
 from chladni.sim.errors import ArgumentError, InputError
 from chladni.sim.files import write_whole
@@ -135,8 +136,16 @@ def design_board(
     result = _result(found, asked, entries, output, extent)
     answer(result, as_json=as_json, title=f"{output} answers {spec}")
     if not as_json:
-        foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
-        say(f"`chladni board score {output}` says more{foam}.")
+        _say_next(found, asked, output)
+
+
+def _say_next(found: Design, spec: Spec, output: Path) -> None:
+    """Which commands score the board as the search did, and say more."""
+    if FINGER_TERMS.keys() & spec.weights.keys():
+        own = f"{output} --samples {found.draws} --seed {found.seed}"
+        say(f"`chladni fingers {own}` scores it within tolerances, as here.")
+    foam = " and how much foam twice as stiff takes" if found.board.foundation else ""
+    say(f"`chladni board score {output}` says more{foam}.")
 
 
 def _make_folder(front: Path, output: Path) -> None:
@@ -221,6 +230,8 @@ def _say_first(spec: Spec, seed: int, samples: int) -> None:
     except InputError:
         return  # The search says what is wrong.
     say_leftovers(board)
+    if layered := layered_plate(board):
+        say_panel(layered, for_several=board.is_for_several)
 
 
 def _about(found: Design, spec: str, asked: Spec) -> list[str]:
